@@ -1,0 +1,75 @@
+# `make demo` and `make test` set up all they need in .venv; both are quick the second time.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OMA_MSGS := $(shell find oma_msgs -name build -prune -o -type f -print)
+
+# Two BLAS threads make the small LAPACK calls of modal analysis ten times slower than one.
+export OPENBLAS_NUM_THREADS := 1
+export OMP_NUM_THREADS := 1
+export MKL_NUM_THREADS := 1
+
+.PHONY: help demo test lint bench reproduce gap-matrix setup clean
+
+help:
+	@echo 'make demo    set up and run the whole loop on the emulated arm'
+	@echo 'make test    set up and run all tests'
+	@echo 'make lint    ruff and mypy'
+	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench)'
+	@echo 'make reproduce   compute the findings of the paper anew (about five minutes)'
+	@echo 'make gap-matrix   hide effects in an independent arm and see what is named (an hour)'
+	@echo 'make clean   remove what was set up'
+
+demo: setup
+	$(BIN)/ama demo
+
+test: $(VENV)/.test-ready
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.test-ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+setup: $(VENV)/.ready
+
+$(VENV)/bin/python:
+	@scripts/check_system.sh $(PYTHON)
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.ready: setup.py $(VENV)/.messages | $(VENV)/bin/python
+	@echo 'Setting up the suite in $(VENV) ...'
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[ros]'
+	@touch $@
+
+$(VENV)/.messages: $(OMA_MSGS) | $(VENV)/bin/python
+	@echo 'Building oma_msgs (about a minute) ...'
+	$(BIN)/pip install --quiet --disable-pip-version-check ./oma_msgs
+	@touch $@
+
+$(VENV)/.test-ready: $(VENV)/.ready
+	@echo 'Setting up what the tests need ...'
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[ros,test]'
+	@touch $@
+
+$(VENV)-bench/.ready: setup.py $(VENV)/.messages
+	$(PYTHON) -m venv $(VENV)-bench
+	$(VENV)-bench/bin/pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	@touch $@
+
+bench: $(VENV)-bench/.ready
+	$(VENV)-bench/bin/python -m benchmarks
+
+reproduce: $(VENV)/.docs-ready
+	$(BIN)/python -m examples.paper
+
+$(VENV)/.docs-ready: $(VENV)/.ready
+	@echo 'Setting up what the pictures need ...'
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[ros,docs]'
+	@touch $@
+
+gap-matrix: $(VENV)/.ready
+	$(BIN)/python benchmarks/gap_matrix.py --out gap_matrix.json
+
+clean:
+	rm -rf $(VENV) $(VENV)-bench $(VENV)-oldest $(VENV)-older build *.egg-info oma_msgs/build

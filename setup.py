@@ -1,0 +1,92 @@
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'autonomous_modal_analysis'
+ROOMS = (
+    'autonomous_modal_analysis',
+    'excitation_planner',
+    'modal_core',
+    'model_gap',
+    'oma_identifier',
+    'recordings',
+    'robot_bridge',
+    'structural_model',
+)
+
+
+def shared_files(folder):
+    """Return data_files entries that keep the folder's tree under share/<package>."""
+    places = {}
+    for file in sorted(Path(folder).rglob('*')):
+        if file.is_file() and '__pycache__' not in file.parts:
+            places.setdefault(f'share/{PACKAGE}/{file.parent}', []).append(str(file))
+    return list(places.items())
+
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(include=[f'{room}*' for room in ROOMS]),
+    package_data={
+        room: ['py.typed', '**/*.html', '**/*.js', '**/*.css', '**/*.j2', '**/*.txt']
+        for room in ROOMS
+    },
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        *shared_files('config'),
+        *shared_files('launch'),
+    ],
+    python_requires='>=3.11',
+    install_requires=[
+        'setuptools',
+        'aiohttp>=3.9',
+        'defusedxml>=0.7',
+        'jinja2>=3.1',
+        'mcap>=1.2',
+        'numpy>=1.26',
+        'pin>=3.2',
+        'protobuf>=4.25',
+        'pyyaml>=6.0',
+        'rich>=13.7',
+        'rosbags>=0.11',
+        'scipy>=1.11',
+        'threadpoolctl>=3.1',
+        'typer>=0.12',
+    ],
+    extras_require={
+        # oma_msgs is built from ./oma_msgs, see the Makefile.
+        'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
+        'test': [
+            'h5py>=3.10',
+            'hypothesis>=6.100',
+            'mypy>=1.13',
+            'pytest>=8.0',
+            'pytest-timeout>=2.3',
+            'pytest-xdist>=3.5',
+            'ruff>=0.8',
+            'types-pyyaml',
+            'types-protobuf',
+            'types-defusedxml',
+        ],
+        'bench': ['pyOMA-2>=1.4', 'koma-python>=1.3'],
+        # Pictures of docs/: make reproduce.
+        'docs': ['matplotlib>=3.8'],
+    },
+    zip_safe=False,
+    maintainer='Autonomous Modal Analysis maintainers',
+    maintainer_email='maintainers@autonomous-modal-analysis.dev',
+    description='A robot identifies its own natural frequencies, damping ratios and mode shapes.',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'ama = autonomous_modal_analysis.cli:main',
+            'abb_emulator = robot_bridge.emulator.emulator_node:main',
+            'excitation_planner = excitation_planner.planner_node:main',
+            'oma_identifier = oma_identifier.identifier_node:main',
+            'robot_bridge = robot_bridge.bridge_node:main',
+            'replay = robot_bridge.replay_node:main',
+        ],
+    },
+)
