@@ -1,0 +1,219 @@
+"""A channel is one axis of one sensor; a sensor layout is all channels and where they sit."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+import math
+
+from modal_core.errors import LayoutError
+
+ACCELERATION = 'm/s^2'
+ANGULAR_VELOCITY = 'rad/s'
+AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One sensor axis.
+
+    Parameters
+    ----------
+    name : str
+        Unique name, for example ``elbow.x``.
+    frame_id : str
+        Link the sensor is fixed to; empty when unknown.
+    direction : (3,) tuple
+        Unit vector of the sensitive axis in the frame.
+    position_m : (3,) tuple [m]
+        Place of the sensor in the frame.
+    unit : str
+        SI unit of the samples.
+    """
+
+    name: str
+    frame_id: str = ''
+    direction: Vector = AXES['x']
+    position_m: Vector = (0.0, 0.0, 0.0)
+    unit: str = ACCELERATION
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """One device with one or more axes; the YAML layout lists these.
+
+    Parameters
+    ----------
+    name : str
+        Unique name; channels are called ``<name>.<axis>``.
+    frame_id : str
+        Link the device is fixed to.
+    position_m : (3,) tuple [m]
+        Place of the device in the frame.
+    axes : tuple of str
+        Sensitive axes, out of x, y, z.
+    rotation_quaternion : (4,) tuple
+        Rotation from sensor axes to the frame as (x, y, z, w).
+    topic : str
+        Topic of a per-sample device; empty for channels of an AccelerationBlock.
+    """
+
+    name: str
+    frame_id: str
+    position_m: Vector = (0.0, 0.0, 0.0)
+    axes: tuple[str, ...] = ('x', 'y', 'z')
+    rotation_quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    topic: str = ''
+
+    def channels(self) -> tuple[Channel, ...]:
+        """Return one channel per sensitive axis."""
+        return tuple(
+            Channel(
+                name=f'{self.name}.{axis}',
+                frame_id=self.frame_id,
+                direction=rotate(self.rotation_quaternion, AXES[axis]),
+                position_m=self.position_m,
+            )
+            for axis in self.axes
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class SensorLayout:
+    """All sensors of one cell.
+
+    Parameters
+    ----------
+    sensors : tuple of Sensor
+        In the order their channels appear.
+    name : str
+        What to call the layout, usually its file.
+    """
+
+    sensors: tuple[Sensor, ...]
+    name: str = ''
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """All channels, sensor after sensor."""
+        return tuple(channel for sensor in self.sensors for channel in sensor.channels())
+
+    def __iter__(self) -> Iterator[Sensor]:
+        """Iterate over the sensors."""
+        return iter(self.sensors)
+
+    def channel(self, name: str) -> Channel:
+        """Return the channel of this name.
+
+        Raises
+        ------
+        LayoutError
+            There is none.
+        """
+        for channel in self.channels:
+            if channel.name == name:
+                return channel
+        raise LayoutError('unknown channel', where=self.name, found=name)
+
+    def check_links(self, links: Iterable[str], robot: str) -> None:
+        """Refuse a sensor on a link the robot does not have.
+
+        Raises
+        ------
+        LayoutError
+            Naming sensor, link and the links there are.
+        """
+        known = tuple(links)
+        for sensor in self.sensors:
+            if sensor.frame_id not in known:
+                raise LayoutError(
+                    f'sensor {sensor.name} sits on an unknown link',
+                    where=self.name,
+                    found=sensor.frame_id,
+                    expected=f'a link of {robot}: {", ".join(known)}',
+                )
+
+    @classmethod
+    def from_mapping(cls, data: object, name: str = '') -> 'SensorLayout':
+        """Build a layout from a parsed YAML mapping with a ``sensors`` list.
+
+        Raises
+        ------
+        LayoutError
+            Naming the sensor and field that is missing, unknown or malformed.
+        """
+        entries = data.get('sensors') if isinstance(data, Mapping) else None
+        if not isinstance(entries, list) or not entries:
+            raise LayoutError('no sensors', where=name, expected='a non-empty list "sensors"')
+        sensors = tuple(_sensor(entry, index, name) for index, entry in enumerate(entries))
+        names = [sensor.name for sensor in sensors]
+        for sensor_name in names:
+            if names.count(sensor_name) > 1:
+                raise LayoutError('sensor named twice', where=name, found=sensor_name)
+        return cls(sensors=sensors, name=name)
+
+
+def rotate(quaternion: tuple[float, float, float, float], vector: Vector) -> Vector:
+    """Rotate a vector by a unit quaternion (x, y, z, w)."""
+    x, y, z, w = quaternion
+    vx, vy, vz = vector
+    # v + 2 q x (q x v + w v)
+    cx, cy, cz = y * vz - z * vy + w * vx, z * vx - x * vz + w * vy, x * vy - y * vx + w * vz
+    return (
+        vx + 2.0 * (y * cz - z * cy),
+        vy + 2.0 * (z * cx - x * cz),
+        vz + 2.0 * (x * cy - y * cx),
+    )
+
+
+FIELDS = ('name', 'frame_id', 'position_m', 'axes', 'rotation_quaternion', 'topic')
+
+
+def _sensor(entry: object, index: int, where: str) -> Sensor:
+    field_of = f'{where}: sensors[{index}]'
+    if not isinstance(entry, Mapping):
+        raise LayoutError('not a mapping', where=field_of, found=repr(entry))
+    for key in entry:
+        if key not in FIELDS:
+            raise LayoutError(
+                'unknown field', where=field_of, found=key, expected=', '.join(FIELDS)
+            )
+    for key in ('name', 'frame_id'):
+        if not isinstance(entry.get(key), str) or not entry[key]:
+            raise LayoutError(f'{key} missing', where=field_of, expected='a non-empty text')
+    position = _numbers(entry.get('position_m', (0.0, 0.0, 0.0)), 3, f'{field_of}.position_m')
+    quaternion = _numbers(
+        entry.get('rotation_quaternion', (0.0, 0.0, 0.0, 1.0)),
+        4,
+        f'{field_of}.rotation_quaternion',
+    )
+    norm = math.hypot(*quaternion)
+    if not math.isclose(norm, 1.0, abs_tol=1e-3):
+        raise LayoutError(
+            'not a unit quaternion', where=f'{field_of}.rotation_quaternion', found=f'norm {norm}'
+        )
+    axes = tuple(entry.get('axes', ('x', 'y', 'z')))
+    if not axes or len(set(axes)) != len(axes) or any(axis not in AXES for axis in axes):
+        raise LayoutError('bad axes', where=f'{field_of}.axes', found=axes, expected='of x, y, z')
+    return Sensor(
+        name=entry['name'],
+        frame_id=entry['frame_id'],
+        position_m=(position[0], position[1], position[2]),
+        axes=axes,
+        rotation_quaternion=(
+            quaternion[0] / norm,
+            quaternion[1] / norm,
+            quaternion[2] / norm,
+            quaternion[3] / norm,
+        ),
+        topic=str(entry.get('topic', '')),
+    )
+
+
+def _numbers(value: object, count: int, where: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(item) for item in value)  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        numbers = ()
+    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+        raise LayoutError('bad vector', where=where, found=value, expected=f'{count} numbers')
+    return numbers

@@ -1,0 +1,87 @@
+"""Identified modes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """One mode of vibration with its standard deviations.
+
+    Parameters
+    ----------
+    frequency_hz : float [Hz]
+        Undamped natural frequency.
+    damping_ratio : float
+        Fraction of critical damping.
+    shape : (n_channels,) complex array
+        Mode shape, largest entry 1 + 0i.
+    frequency_std_hz, damping_ratio_std : float [Hz], [-]
+        NaN when not estimated.
+    mpc : float
+        Modal phase collinearity, 0..1.
+    mpd : float [rad]
+        Mean phase deviation.
+    harmonic : bool
+        A line of a machine or drive, not a mode of the structure.
+    id : int
+        Stays the same over windows; 0 before tracking.
+    """
+
+    frequency_hz: float
+    damping_ratio: float
+    shape: NDArray[np.complex128]
+    frequency_std_hz: float = math.nan
+    damping_ratio_std: float = math.nan
+    mpc: float = math.nan
+    mpd: float = math.nan
+    harmonic: bool = False
+    id: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class ModeSet:
+    """The modes of one window or one recording, by frequency.
+
+    Parameters
+    ----------
+    modes : tuple of Mode
+        Sorted by natural frequency.
+    channel_names : tuple of str
+        Entries of the mode shapes.
+    method : str
+        How they were identified, for example ``ssi_cov``.
+    """
+
+    modes: tuple[Mode, ...]
+    channel_names: tuple[str, ...]
+    method: str = 'ssi_cov'
+
+    def __iter__(self) -> Iterator[Mode]:
+        """Iterate by frequency."""
+        return iter(self.modes)
+
+    def __len__(self) -> int:
+        """Return the number of modes."""
+        return len(self.modes)
+
+    @property
+    def frequency_hz(self) -> NDArray[np.float64]:
+        """Natural frequencies [Hz]."""
+        return np.array([mode.frequency_hz for mode in self.modes])
+
+    @property
+    def damping_ratio(self) -> NDArray[np.float64]:
+        """Damping ratios."""
+        return np.array([mode.damping_ratio for mode in self.modes])
+
+    @property
+    def shapes(self) -> NDArray[np.complex128]:
+        """Mode shapes as columns, (n_channels, n_modes)."""
+        if not self.modes:
+            return np.empty((len(self.channel_names), 0), dtype=complex)
+        return np.column_stack([mode.shape for mode in self.modes])

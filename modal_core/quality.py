@@ -1,0 +1,59 @@
+"""What is known about the health of a window of data."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelQuality:
+    """Health of one channel in one window.
+
+    Parameters
+    ----------
+    name : str
+        Channel.
+    n_interpolated, n_lost, n_duplicates, n_reordered : int
+        Samples filled in across short gaps; never received; dropped as repeats; put back in order.
+    measured_rate_hz : float [Hz]
+        From the stamps.
+    jitter_std_s : float [s]
+        Scatter of the stamps about a uniform grid.
+    rms : float [m/s²]
+        Of the signal without its mean.
+    excluded : bool
+        Took no part in the identification.
+    flags : tuple of str
+        What was found: ``flatline``, ``clipping``, ``not_finite``, ``gap``, ...
+    """
+
+    name: str
+    n_interpolated: int = 0
+    n_lost: int = 0
+    n_duplicates: int = 0
+    n_reordered: int = 0
+    measured_rate_hz: float = 0.0
+    jitter_std_s: float = 0.0
+    rms: float = 0.0
+    excluded: bool = False
+    flags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class DataQuality:
+    """Health of one window.
+
+    Parameters
+    ----------
+    identifiable : bool
+        False: no mode may be published from it.
+    reason : str
+        Why not; empty when identifiable.
+    flags : tuple of str
+        Of the window as a whole: ``degraded``, ``partial``, ``rate_change``, ``clock_jump``, ...
+    channels : tuple of ChannelQuality
+        One per channel that was expected.
+    """
+
+    identifiable: bool = True
+    reason: str = ''
+    flags: tuple[str, ...] = ()
+    channels: tuple[ChannelQuality, ...] = ()

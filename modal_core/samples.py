@@ -1,0 +1,68 @@
+"""Samples of several channels on one uniform time grid."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import Channel
+from modal_core.errors import LayoutError
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """A uniformly sampled stretch of responses.
+
+    Parameters
+    ----------
+    acceleration : (n_samples, n_channels) array [m/s²]
+        Finite everywhere.
+    sample_rate_hz : float [Hz]
+        Rate of the grid.
+    channels : tuple of Channel
+        One per column.
+    start_ns : int [ns]
+        Time of the first row.
+    """
+
+    acceleration: NDArray[np.float64]
+    sample_rate_hz: float
+    channels: tuple[Channel, ...]
+    start_ns: int = 0
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the stretch, samples over rate [s]."""
+        return len(self.acceleration) / self.sample_rate_hz
+
+    @property
+    def end_ns(self) -> int:
+        """Time just after the last row [ns]."""
+        return self.start_ns + round(self.duration_s * NANOSECONDS_PER_SECOND)
+
+    @property
+    def channel_names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(channel.name for channel in self.channels)
+
+    def select(self, names: Sequence[str]) -> 'Samples':
+        """Return the named channels, in that order.
+
+        Raises
+        ------
+        LayoutError
+            A name is not among the channels.
+        """
+        have = self.channel_names
+        for name in names:
+            if name not in have:
+                raise LayoutError('unknown channel', found=name, expected=', '.join(have))
+        columns = [have.index(name) for name in names]
+        return Samples(
+            acceleration=self.acceleration[:, columns],
+            sample_rate_hz=self.sample_rate_hz,
+            channels=tuple(self.channels[column] for column in columns),
+            start_ns=self.start_ns,
+        )

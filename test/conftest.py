@@ -1,0 +1,48 @@
+"""Fixtures every room's tests share."""
+
+from collections.abc import Iterator
+import os
+from pathlib import Path
+
+import pytest
+
+# Two BLAS threads make small LAPACK calls ten times slower than one.
+for variable in ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS'):
+    os.environ[variable] = '1'
+os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
+
+DATA = Path(
+    os.environ.get('AMA_TEST_DATA', Path(__file__).resolve().parents[2] / 'shared' / 'data')
+)
+
+
+@pytest.fixture
+def data_path():
+    """Return a function that finds a measured data set or skips the test."""
+
+    def find(*parts: str) -> Path:
+        path = DATA.joinpath(*parts)
+        if not path.exists():
+            pytest.skip(
+                f'measured data {"/".join(parts)} is not in {DATA};'
+                ' set AMA_TEST_DATA to the folder that has it'
+            )
+        return path
+
+    return find
+
+
+@pytest.fixture
+def ros_context() -> Iterator[object]:
+    """Yield an own rclpy context in a ROS domain of this test process."""
+    rclpy = pytest.importorskip('rclpy')
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=ros_domain())
+    yield context
+    rclpy.try_shutdown(context=context)
+
+
+def ros_domain() -> int:
+    """Return a ROS domain id for this process, apart from others on the machine."""
+    return 1 + os.getpid() % 100
