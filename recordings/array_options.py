@@ -1,0 +1,113 @@
+"""What a plain array does not say itself: rate, unit, channels; from sidecar or options."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from pathlib import Path
+
+from modal_core.errors import RecordingError, SettingsError
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.yaml_file import load_yaml
+
+FIELDS = ('sample_rate_hz', 'unit', 'channels', 'start_time_s')
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayOptions:
+    """How to read a plain array.
+
+    Parameters
+    ----------
+    sample_rate_hz : float [Hz] or None
+        Rate of the rows; None: from a time column.
+    unit : str or None
+        Unit of the values; None: not stated.
+    channels : tuple of str or None
+        Name of each column, time column left out; None: from the file.
+    start_ns : int [ns]
+        Time of the first row.
+    """
+
+    sample_rate_hz: float | None = None
+    unit: str | None = None
+    channels: tuple[str, ...] | None = None
+    start_ns: int = 0
+
+
+def sidecar_of(path: Path) -> Path:
+    """Return where the sidecar of an array file would be."""
+    return path.with_name(f'{path.name}.yaml')
+
+
+def array_options(
+    path: Path,
+    sample_rate_hz: float | None = None,
+    unit: str | None = None,
+    channels: Sequence[str] | None = None,
+) -> ArrayOptions:
+    """Return the sidecar's statements, overridden by the options given.
+
+    Raises
+    ------
+    RecordingError
+        The sidecar is malformed, or a value is out of range; names the file and field.
+    """
+    sidecar = sidecar_of(path)
+    data: dict[str, object] = {}
+    if sidecar.exists():
+        try:
+            data = load_yaml(sidecar)
+        except SettingsError as error:
+            raise RecordingError(error.what, where=error.where, found=error.found) from error
+    for key in data:
+        if key not in FIELDS:
+            raise RecordingError(
+                'unknown field', where=f'{sidecar}: {key}', expected=', '.join(FIELDS)
+            )
+    rate = sample_rate_hz if sample_rate_hz is not None else data.get('sample_rate_hz')
+    names = channels if channels is not None else data.get('channels')
+    stated = unit if unit is not None else data.get('unit')
+    if stated is not None and not isinstance(stated, str):
+        raise RecordingError('not a text', where=f'{sidecar}: unit', found=stated)
+    return ArrayOptions(
+        sample_rate_hz=None if rate is None else _rate(rate, path),
+        unit=stated,
+        channels=None if names is None else _names(names, path),
+        start_ns=_start(data.get('start_time_s', 0.0), sidecar),
+    )
+
+
+def _rate(value: object, path: Path) -> float:
+    try:
+        rate = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        rate = math.nan
+    if not math.isfinite(rate) or not 1e-3 <= rate <= 1e7:
+        raise RecordingError(
+            'bad rate', where=f'{path}: sample_rate_hz', found=value, expected='0.001 to 1e7 Hz'
+        )
+    return rate
+
+
+def _names(value: object, path: Path) -> tuple[str, ...]:
+    where = f'{path}: channels'
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise RecordingError('not a list', where=where, found=value, expected='a list of names')
+    names = tuple(str(name).strip() for name in value)
+    if '' in names or len(set(names)) != len(names):
+        raise RecordingError(
+            'names empty or repeated', where=where, found=', '.join(names), expected='unique names'
+        )
+    return names
+
+
+def _start(value: object, sidecar: Path) -> int:
+    try:
+        seconds = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        seconds = math.nan
+    if not math.isfinite(seconds) or not 0.0 <= seconds < 4e9:
+        raise RecordingError(
+            'bad time', where=f'{sidecar}: start_time_s', found=value, expected='0 to 4e9 s'
+        )
+    return round(seconds * NANOSECONDS_PER_SECOND)

@@ -1,0 +1,103 @@
+"""Read a rosbag2 folder: several files in a row, also when its metadata is missing."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+import re
+
+from modal_core.errors import RecordingError
+from recordings.bag_file import BagFile
+from recordings.mcap_file import McapFile
+from recordings.raw_message import MessageFile, RawMessage, TopicEntry
+
+
+class FileSequence:
+    """Several files of one recording, read one after the other.
+
+    Parameters
+    ----------
+    files : sequence of MessageFile
+        In the order they were recorded.
+    lost : tuple of str
+        What could not be opened.
+    """
+
+    kind = 'rosbag2'
+    ros1 = False
+
+    def __init__(self, files: Sequence[MessageFile], lost: tuple[str, ...] = ()) -> None:
+        self.files = tuple(files)
+        self.lost = lost
+
+    def topics(self) -> tuple[TopicEntry, ...]:
+        """Return the topics of all files, counts added."""
+        entries: dict[str, TopicEntry] = {}
+        for file in self.files:
+            for entry in file.topics():
+                before = entries.get(entry.name)
+                n_messages = (entry.n_messages or 0) + (before.n_messages or 0 if before else 0)
+                entries[entry.name] = TopicEntry(
+                    entry.name, entry.message_type, entry.definition, n_messages
+                )
+        return tuple(entries[name] for name in sorted(entries))
+
+    def messages(self, topics: frozenset[str] | None = None) -> Iterator[RawMessage]:
+        """Yield the messages of all files."""
+        for file in self.files:
+            yield from file.messages(topics)
+
+    def damage(self) -> tuple[str, ...]:
+        """Return what the last full pass could not read."""
+        return (*self.lost, *(statement for file in self.files for statement in file.damage()))
+
+
+def open_folder(path: Path) -> MessageFile:
+    """Open a rosbag2 folder.
+
+    Raises
+    ------
+    RecordingError
+        No recording in it, or none that can be opened.
+    """
+    kinds: tuple[tuple[str, type[McapFile] | type[BagFile]], ...] = (
+        ('*.mcap', McapFile),
+        ('*.db3', BagFile),
+    )
+    whole = (path / 'metadata.yaml').exists()
+    for pattern, kind in kinds:
+        parts = sorted(
+            (part for part in path.glob(pattern) if _inside(part, path)), key=_natural_order
+        )
+        if not parts:
+            continue
+        if whole and kind is BagFile:
+            break
+        return _open_parts(parts, kind)
+    if whole:
+        return BagFile(path)
+    raise RecordingError(
+        'no recording in this folder',
+        where=path,
+        expected='metadata.yaml with .mcap or .db3 files',
+    )
+
+
+def _open_parts(parts: Sequence[Path], kind: type[McapFile] | type[BagFile]) -> FileSequence:
+    files: list[MessageFile] = []
+    errors: list[RecordingError] = []
+    for part in parts:
+        try:
+            files.append(kind(part))
+        except RecordingError as error:
+            errors.append(error)
+    if not files:
+        raise errors[0]
+    return FileSequence(files, tuple(str(error) for error in errors))
+
+
+def _inside(part: Path, folder: Path) -> bool:
+    """Refuse links that lead out of the folder."""
+    return part.resolve().is_relative_to(folder.resolve())
+
+
+def _natural_order(path: Path) -> tuple[object, ...]:
+    return tuple(int(word) if word.isdigit() else word for word in re.split(r'(\d+)', path.name))

@@ -1,0 +1,60 @@
+"""What every recording of messages yields before decoding."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+
+class RawMessage(NamedTuple):
+    """One serialised message.
+
+    Parameters
+    ----------
+    topic, message_type : str
+        As recorded; the type in ROS 2 form (``package/msg/Name``).
+    log_time_ns : int [ns]
+        When it was recorded.
+    data : bytes
+        As serialised.
+    """
+
+    topic: str
+    message_type: str
+    log_time_ns: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class TopicEntry:
+    """A topic named in a recording.
+
+    Parameters
+    ----------
+    name, message_type : str
+        As recorded; the type in ROS 2 form.
+    definition : str
+        Message definition stored with it (ros2msg), empty when there is none.
+    n_messages : int or None
+        As the file's own index says.
+    """
+
+    name: str
+    message_type: str
+    definition: str = ''
+    n_messages: int | None = None
+
+
+class MessageFile(Protocol):
+    """A file or folder of serialised messages."""
+
+    kind: str
+    ros1: bool
+
+    def topics(self) -> tuple[TopicEntry, ...]:
+        """Return the topics it names."""
+
+    def messages(self, topics: frozenset[str] | None = None) -> Iterator[RawMessage]:
+        """Yield the messages of these topics (None: all) in log order."""
+
+    def damage(self) -> tuple[str, ...]:
+        """Return what the last full pass could not read."""

@@ -1,0 +1,93 @@
+"""Message definitions, without ROS: the standard ones from rosbags, ours from their .msg files."""
+
+from functools import cache, lru_cache
+import os
+from pathlib import Path
+import sys
+
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
+from rosbags.typesys.store import Typestore
+
+from modal_core.errors import RecordingError
+
+PACKAGE = 'oma_msgs'
+SEPARATOR = '=' * 80
+
+
+@cache
+def typestore() -> Typestore:
+    """Return the types of ROS 2 Jazzy and of oma_msgs.
+
+    Raises
+    ------
+    RecordingError
+        The .msg files of oma_msgs are neither in the source tree nor installed.
+    """
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types = {}
+    for file in sorted(definitions_folder().glob('*.msg')):
+        text = file.read_text(encoding='utf-8')
+        types.update(get_types_from_msg(text, f'{PACKAGE}/msg/{file.stem}'))
+    store.register(types)
+    return store
+
+
+@lru_cache(maxsize=256)
+def definition(message_type: str) -> str:
+    """Return the full definition of a message type in ros2msg form.
+
+    Raises
+    ------
+    RecordingError
+        Unknown type.
+    """
+    try:
+        return typestore().generate_msgdef(message_type, ros_version=2)[0]
+    except (TypesysError, KeyError) as error:
+        raise RecordingError('unknown message type', found=message_type) from error
+
+
+def differing_field(message_type: str, stored: str) -> str:
+    """Compare the fields of a stored definition with ours.
+
+    Returns
+    -------
+    str
+        The first field that differs, as ``found ... expected ...``; empty when they agree.
+    """
+    ours, theirs = _fields(definition(message_type)), _fields(stored)
+    for mine, other in zip(ours, theirs, strict=False):
+        if mine != other:
+            return f'found "{other}", expected "{mine}"'
+    if len(ours) != len(theirs):
+        longer = ours if len(ours) > len(theirs) else theirs
+        verb = 'missing' if longer is ours else 'unexpected'
+        return f'{verb} "{longer[min(len(ours), len(theirs))]}"'
+    return ''
+
+
+def definitions_folder() -> Path:
+    """Return the folder of the oma_msgs .msg files.
+
+    Raises
+    ------
+    RecordingError
+        It is nowhere to be found.
+    """
+    here = Path(__file__).resolve()
+    installed = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    prefixes = [Path(sys.prefix), *map(Path, filter(None, installed)), *here.parents]
+    places = [
+        here.parents[1] / PACKAGE / 'msg',
+        *(prefix / 'share' / PACKAGE / 'msg' for prefix in prefixes),
+    ]
+    for place in places:
+        if place.is_dir():
+            return place
+    raise RecordingError('message definitions not found', where=PACKAGE, expected=places[0])
+
+
+def _fields(text: str) -> list[str]:
+    main = text.split(SEPARATOR, maxsplit=1)[0]
+    lines = (line.split('#', maxsplit=1)[0] for line in main.splitlines())
+    return [' '.join(line.split()) for line in lines if line.strip() and '=' not in line]
