@@ -1,0 +1,77 @@
+"""Takes over refined modes where the likelihood describes the data, and only there.
+
+The refinement is more precise than the subspace estimate when its model holds: modes under forces
+that are white around them.  Where the spectrum says otherwise, or where the two estimates differ
+by more than their deviations allow (Hausman's test: an efficient against a consistent estimator),
+the subspace estimate stands.
+
+References
+----------
+Hausman (1978), doi:10.2307/1913827.
+"""
+
+from dataclasses import replace
+import math
+
+import numpy as np
+
+from modal_core.mode import Mode, ModeSet
+from modal_core.samples import Samples
+from oma_identifier.refinement import Outcome, refine
+
+LARGEST_MISFIT = 1.1
+"""Mean square of the whitened residual; 1 where the model holds."""
+HOPELESS_MISFIT = 1.2
+"""From here on a second pass would hardly bring the misfit below the largest."""
+FARTHEST = 4.0
+"""Standard deviations of the difference."""
+
+
+def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> ModeSet:
+    """Return the modes, more precise where that is safe.
+
+    Parameters
+    ----------
+    samples : Samples
+        What the modes were identified from.
+    modes, harmonics : ModeSet
+        From the subspace identification; the shapes stay as they are.
+    """
+    if not len(modes):
+        return modes
+    try:
+        refinement = refine(samples, modes, harmonics, HOPELESS_MISFIT)
+    except np.linalg.LinAlgError:
+        return modes
+    adopted = []
+    for plain, refined, outcome, misfit in zip(
+        modes, refinement.modes, refinement.outcomes, refinement.misfit, strict=True
+    ):
+        fits = outcome is Outcome.REFINED and misfit <= LARGEST_MISFIT
+        adopted.append(_merged(plain, refined) if fits and _agree(plain, refined) else plain)
+    adopted.sort(key=lambda mode: mode.frequency_hz)
+    return replace(modes, modes=tuple(adopted))
+
+
+def _agree(plain: Mode, refined: Mode) -> bool:
+    """Tell whether the estimates differ by no more than chance; False for a deviation of NaN."""
+    f_step = plain.frequency_hz - refined.frequency_hz
+    d_step = plain.damping_ratio - refined.damping_ratio
+    f_spread = _spread(plain.frequency_std_hz, refined.frequency_std_hz)
+    d_spread = _spread(plain.damping_ratio_std, refined.damping_ratio_std)
+    return abs(f_step) <= FARTHEST * f_spread and abs(d_step) <= FARTHEST * d_spread
+
+
+def _spread(plain_std: float, refined_std: float) -> float:
+    """Return √(var(plain) - var(refined)), the deviation of the difference, or half of plain."""
+    return math.sqrt(max(plain_std**2 - refined_std**2, (0.5 * plain_std) ** 2))
+
+
+def _merged(plain: Mode, refined: Mode) -> Mode:
+    return replace(
+        plain,
+        frequency_hz=refined.frequency_hz,
+        frequency_std_hz=refined.frequency_std_hz,
+        damping_ratio=refined.damping_ratio,
+        damping_ratio_std=refined.damping_ratio_std,
+    )

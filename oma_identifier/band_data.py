@@ -1,0 +1,308 @@
+"""From the spectra of all channels to the few numbers the likelihood of one band needs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.whittle import accelerance, BandData, BandModel, SlopePrior
+
+HALF_WIDTHS = 8.0
+"""Reach of a band on both sides of a mode, in half-power half-widths."""
+LEAST_HALF_WIDTHS = 2.0
+MOST_MODES = 4
+"""Modes estimated jointly; a longer chain of overlapping bands is narrowed until it breaks."""
+MOST_TAILS, FEW_TAILS = 9, 4
+"""Beside a group, with few channels and with many."""
+LOWEST_SHARE = 0.3
+"""A band does not reach below this share of its lowest natural frequency."""
+LINES_PER_HALF_WIDTH = 4.0
+LINES_PER_DISTANCE = 6.0
+"""Averaging over the width of a peak/4 or its distance/6 loses no information on the peak."""
+FEW_CHANNELS = 8
+"""So few channels are not reduced: all modes are in the model."""
+LEAST_VISIBLE = 0.3
+"""Least length a unit shape keeps across the shapes of the other modes."""
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Spectra:
+    """Discrete Fourier transforms of all channels.
+
+    Parameters
+    ----------
+    frequency_hz : (n_frequencies,) array [Hz]
+        Uniform from 0.
+    values : (n_frequencies, n_channels) complex array
+        Scaled by one over the square root of the number of samples.
+    """
+
+    frequency_hz: Real
+    values: Complex
+
+    @property
+    def spacing_hz(self) -> float:
+        """Distance of neighbouring frequencies [Hz]."""
+        return float(self.frequency_hz[1])
+
+
+@dataclass(frozen=True, slots=True)
+class StartModes:
+    """Poles and shapes a refinement starts from.
+
+    Parameters
+    ----------
+    frequency_hz, damping_ratio : (n_modes,) array [Hz], [-]
+        Natural frequencies and damping ratios.
+    shapes : (n_channels, n_modes) complex array
+        Of unit length.
+    """
+
+    frequency_hz: Real
+    damping_ratio: Real
+    shapes: Complex
+
+    @property
+    def half_width_hz(self) -> Real:
+        """Half-power half-widths ζf [Hz]."""
+        return self.frequency_hz * self.damping_ratio
+
+
+@dataclass(frozen=True, slots=True)
+class ReducedBand:
+    """One band in few coordinates.
+
+    Parameters
+    ----------
+    data : BandData
+        In the reduced coordinates.
+    model : BandModel
+        To start from; the free modes are those of the group.
+    project : (n_channels, n_reduced) array
+        Reduced value = projectᵀ · channel values.
+    back : (n_channels, n_reduced) array
+        A shape in channels = back · reduced shape, but for what was projected out.
+    projected_out : (n_channels, n_channels) array
+        Part of a shape in channels along the shapes of the other modes.
+    """
+
+    data: BandData
+    model: BandModel
+    project: Real
+    back: Real
+    projected_out: Real
+
+
+def group_modes(start: StartModes, reach: float = HALF_WIDTHS) -> list[list[int]]:
+    """Group modes whose bands overlap; narrow the bands of groups that are too large."""
+    return _grouped(start, [int(mode) for mode in np.argsort(start.frequency_hz)], reach)
+
+
+def _grouped(start: StartModes, modes: list[int], reach: float) -> list[list[int]]:
+    low = start.frequency_hz - reach * start.half_width_hz
+    high = start.frequency_hz + reach * start.half_width_hz
+    groups: list[list[int]] = []
+    for mode in modes:
+        if groups and low[mode] < max(high[other] for other in groups[-1]):
+            groups[-1].append(mode)
+        else:
+            groups.append([mode])
+    result: list[list[int]] = []
+    for group in groups:
+        if len(group) > MOST_MODES and reach > LEAST_HALF_WIDTHS:
+            result += _grouped(start, group, 0.8 * reach)
+        else:
+            result.append(group)
+    return result
+
+
+def band_lines(
+    spectra: Spectra, start: StartModes, group: list[int], usable: NDArray[np.bool_]
+) -> NDArray[np.intp]:
+    """Return the usable frequencies around a group of modes."""
+    reach = HALF_WIDTHS * start.half_width_hz[group]
+    low = np.min(start.frequency_hz[group] - reach)
+    low = max(low, LOWEST_SHARE * start.frequency_hz[group[0]])
+    high = np.max(start.frequency_hz[group] + reach)
+    frequency = spectra.frequency_hz
+    return np.flatnonzero(usable & (frequency >= low) & (frequency <= high))
+
+
+def reduce_band(
+    spectra: Spectra,
+    start: StartModes,
+    group: list[int],
+    lines: NDArray[np.intp],
+    slope: SlopePrior,
+) -> ReducedBand:
+    """Whiten, project and average one band.
+
+    Channels are scaled to equal noise.  With more channels than modes, what other modes contribute
+    is projected out; otherwise they become tails of the model.
+    """
+    values = spectra.values[lines]
+    scale = _noise_scale(values)
+    scaled = values * scale
+    shapes = _unit(start.shapes * scale[:, None])
+    others = [mode for mode in range(len(start.frequency_hz)) if mode not in group]
+    free, tails = _free_of(shapes, group, others), list[int]()
+    if free is None:
+        most = MOST_TAILS if len(scale) <= FEW_CHANNELS else FEW_TAILS
+        free, tails = np.eye(len(scale)), _largest(spectra, start, group, others, most)
+    covariance = _real_covariance(scaled @ free)
+    kept = free.shape[1]
+    if kept > FEW_CHANNELS:
+        kept = min(kept, len(group) + len(tails) + 1)
+    basis = free
+    if kept < free.shape[1]:
+        basis = free @ np.linalg.eigh(covariance)[1][:, ::-1][:, :kept]
+    included = [*group, *tails]
+    reduced = scaled @ basis
+    n_noise = (free.shape[1] - kept) * len(lines)
+    rest = np.sum(np.abs(scaled @ free) ** 2) - np.sum(np.abs(reduced) ** 2)
+    noise = float(rest / n_noise) if n_noise else 0.3
+    data = averages_from(
+        spectra.frequency_hz[lines],
+        reduced,
+        start.frequency_hz[group],
+        start.half_width_hz[group],
+        n_noise,
+        noise,
+    )
+    inside = basis.T @ shapes[:, included]
+    force = _force_levels(spectra, start, included, scale, free @ free.T)
+    model = BandModel(
+        start.frequency_hz[included],
+        start.damping_ratio[included],
+        _unit(inside),
+        np.diag(force).astype(complex),
+        np.full(kept, noise),
+        len(group),
+        one_noise=False,
+        reference_hz=float(np.exp(np.mean(np.log(start.frequency_hz[group])))),
+        slope=slope.mean,
+        slope_prior=slope,
+    )
+    along = (np.eye(len(scale)) - free @ free.T) * scale / scale[:, None]
+    return ReducedBand(data, model, scale[:, None] * basis, basis / scale[:, None], along)
+
+
+def _noise_scale(values: Complex) -> Real:
+    """Return 1/σ per channel, σ² what the other channels do not explain of it."""
+    covariance = _real_covariance(values)
+    power = np.diag(covariance)
+    root = np.sqrt(power)
+    # The ridge also bounds the scales of channels that are exact copies of others.
+    correlation = covariance / np.outer(root, root) + 1e-7 * np.eye(len(root))
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(correlation))) / root)
+
+
+def _real_covariance(values: Complex) -> Real:
+    return np.asarray((values.T @ values.conj()).real / len(values))
+
+
+def _unit(shapes: Complex) -> Complex:
+    return np.asarray(shapes / np.linalg.norm(shapes, axis=0))
+
+
+def _free_of(shapes: Complex, group: list[int], others: list[int]) -> Real | None:
+    """Return a basis across the shapes of the others; None where that is not the way."""
+    n_channels = len(shapes)
+    if not others or n_channels <= FEW_CHANNELS:
+        return None
+    blocked = np.concatenate([shapes[:, others].real, shapes[:, others].imag], axis=1)
+    left, values, _ = np.linalg.svd(blocked, full_matrices=True)
+    rank = min(int(np.count_nonzero(values > 0.1 * values[0])), 2 * len(others))
+    free = left[:, rank:]
+    if free.shape[1] < len(group) + 2:
+        return None
+    visible = np.linalg.svd(free.T @ shapes[:, group], compute_uv=False)
+    return free if visible[-1] > LEAST_VISIBLE else None
+
+
+def _largest(
+    spectra: Spectra, start: StartModes, group: list[int], others: list[int], most: int
+) -> list[int]:
+    """Return the modes that reach furthest into the band of a group."""
+    if len(others) <= most:
+        return others
+    centre = start.frequency_hz[group].mean()
+    level = _force_levels(spectra, start, others, np.ones(len(start.shapes)), None)
+    frequency, damping = start.frequency_hz[others], start.damping_ratio[others]
+    tail = level * np.abs(accelerance(np.array([centre]), frequency, damping)[0]) ** 2
+    return [others[index] for index in np.sort(np.argsort(tail)[::-1][:most])]
+
+
+def _force_levels(
+    spectra: Spectra, start: StartModes, modes: list[int], scale: Real, projector: Real | None
+) -> Real:
+    """Return the force density that each mode's own peak suggests, for its projected shape."""
+    levels = np.empty(len(modes))
+    shapes = start.shapes * scale[:, None]
+    shapes = _unit(shapes)
+    if projector is not None:
+        shapes = projector @ shapes
+    for index, mode in enumerate(modes):
+        width = max(start.half_width_hz[mode], 2.0 * spectra.spacing_hz)
+        first, last = np.searchsorted(
+            spectra.frequency_hz,
+            (start.frequency_hz[mode] - width, start.frequency_hz[mode] + width),
+        )
+        near = slice(max(1, int(first)), max(2, int(last)))
+        shape = shapes[:, mode]
+        length = np.linalg.norm(shape)
+        response = (spectra.values[near] * scale) @ shape.conj() / length
+        gain = accelerance(
+            spectra.frequency_hz[near], start.frequency_hz[[mode]], start.damping_ratio[[mode]]
+        )
+        levels[index] = np.mean(np.abs(response[:, None] / gain) ** 2)
+    return levels
+
+
+def averages_from(
+    frequency_hz: Real,
+    values: Complex,
+    centres_hz: Real,
+    half_widths_hz: Real,
+    n_noise: int = 0,
+    noise: float = 1.0,
+) -> BandData:
+    """Average the periodograms of a band, finely at its peaks and coarsely beside them.
+
+    Parameters
+    ----------
+    frequency_hz : (n_lines,) array [Hz]
+        Usable frequencies of the band.
+    values : (n_lines, n_channels) complex array
+        Discrete Fourier transforms there.
+    centres_hz, half_widths_hz : (n_modes,) array [Hz]
+        Peaks and their half-power half-widths.
+    n_noise, noise : int, float
+        Number and mean square of values that hold noise alone.
+    """
+    first = _first_of_averages(frequency_hz, centres_hz, half_widths_hz)
+    count = np.diff(np.append(first, len(frequency_hz))).astype(float)
+    products = values[:, :, None] * values[:, None, :].conj()
+    periodogram = np.add.reduceat(products, first, axis=0) / count[:, None, None]
+    mean_hz = np.add.reduceat(frequency_hz, first) / count
+    return BandData(mean_hz, periodogram, count, float(n_noise), noise)
+
+
+def _first_of_averages(
+    frequency_hz: Real, centres_hz: Real, half_widths_hz: Real
+) -> NDArray[np.intp]:
+    """Return where each average starts: narrow at the peaks, wider away from them."""
+    spacing = frequency_hz[1] - frequency_hz[0]
+    distance = np.abs(frequency_hz[:, None] - centres_hz)
+    width = np.maximum(
+        half_widths_hz / LINES_PER_HALF_WIDTH, (distance - half_widths_hz) / LINES_PER_DISTANCE
+    ).min(axis=1)
+    count = np.maximum(1, (width / spacing).astype(int))
+    first, at = [], 0
+    while at < len(frequency_hz):
+        first.append(at)
+        at += int(count[at])
+    return np.array(first)

@@ -1,0 +1,96 @@
+"""Frequency bands: one block Hankel matrix sees about two octaves well, so the band is split.
+
+A Hankel matrix of p block rows spans p samples.  At 100 Hz and 20 block rows that is less than
+half a period of a 1.9 Hz mode, so each quarter of the frequency axis is identified from data
+decimated to match.  The split follows from rate and length alone; no knob is needed.
+"""
+
+from dataclasses import dataclass
+import math
+
+from modal_core.errors import IdentificationError
+from oma_identifier.settings import IdentificationSettings
+
+STEP = 4
+"""Decimation from one band to the next below."""
+UPPER, UPPER_UNDECIMATED, LOWER = 0.4, 0.45, 0.09
+"""Accepted poles lie within these fractions of the band's sample rate."""
+HIGH_PASS = 0.03
+"""Corner of a band's high-pass filter as a fraction of its sample rate."""
+PERIODS = 30.0
+"""Least number of periods in the record for a frequency to be identified."""
+RATE_RATIO = 1000.0
+"""Largest ratio of sample rate to identified frequency without an explicit setting."""
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """One frequency band.
+
+    Parameters
+    ----------
+    factors : tuple of int
+        Decimation stages from the sample rate to the band's own rate.
+    sample_rate_hz : float [Hz]
+        Rate after decimation.
+    low_hz, high_hz : float [Hz]
+        Poles outside are left to another band.
+    high_pass_hz : float [Hz]
+        Corner of the filter that removes drift, gravity, rigid motion and lower bands.
+    """
+
+    factors: tuple[int, ...]
+    sample_rate_hz: float
+    low_hz: float
+    high_hz: float
+    high_pass_hz: float
+
+
+def plan_bands(
+    sample_rate_hz: float, duration_s: float, settings: IdentificationSettings
+) -> tuple[Band, ...]:
+    """Split the analysed band, highest first.
+
+    Raises
+    ------
+    IdentificationError
+        The record is too short, or too slow, for the frequencies asked for.
+    """
+    low = settings.min_frequency_hz or 0.0
+    low = max(low, PERIODS / duration_s)
+    if settings.min_frequency_hz is None:
+        low = max(low, sample_rate_hz / RATE_RATIO)
+    high = UPPER_UNDECIMATED * sample_rate_hz
+    if settings.max_frequency_hz is not None:
+        high = min(high, settings.max_frequency_hz)
+    if low >= high:
+        raise IdentificationError(
+            f'{duration_s:.3g} s at {sample_rate_hz:.4g} Hz are too short',
+            found=f'lowest identifiable frequency {low:.3g} Hz',
+            expected=f'< {high:.3g} Hz',
+        )
+    return tuple(_split(sample_rate_hz, low, high))
+
+
+def _split(sample_rate_hz: float, low: float, high: float) -> list[Band]:
+    factors = tuple(_stages(int(UPPER * sample_rate_hz / high)))
+    rate = sample_rate_hz / math.prod(factors)
+    bands: list[Band] = []
+    while True:
+        top = min(high, (UPPER if factors else UPPER_UNDECIMATED) * rate)
+        bottom = max(low, LOWER * rate)
+        last = low >= LOWER * rate
+        corner = max(HIGH_PASS * rate, 0.5 * bottom) if last else HIGH_PASS * rate
+        bands.append(Band(factors, rate, bottom, top, corner))
+        if last:
+            return bands
+        factors, rate = (*factors, STEP), rate / STEP
+
+
+def _stages(factor: int) -> list[int]:
+    """Split a decimation factor into stages of at most 10; their product may fall short of it."""
+    stages: list[int] = []
+    while factor > 10:
+        stages.append(8)
+        factor //= 8
+    return [*stages, factor] if factor > 1 else stages

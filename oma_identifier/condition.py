@@ -1,0 +1,114 @@
+"""Conditioning of one band: drift removal and anti-aliased decimation, block after block.
+
+All channels pass the same causal filters.  A filter common to all channels multiplies the whole
+spectrum by one number per frequency, so it moves no pole of the structure and no mode shape; its
+own poles are overdamped and never taken for modes.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, firwin, kaiser_beta, sosfilt, sosfilt_zi, upfirdn
+
+from oma_identifier.bands import Band
+
+PASS, STOP = 0.4, 0.6
+"""Edges of the decimation filter over the new rate; what aliases lands above ``PASS``."""
+ATTENUATION_DB = 70.0
+HIGH_PASS_ORDER = 4
+
+
+class Decimator:
+    """Streaming anti-aliased decimation by an integer.
+
+    Parameters
+    ----------
+    factor : int
+        Output rate is input rate over this.
+    """
+
+    def __init__(self, factor: int) -> None:
+        self.factor = factor
+        # Kaiser: length for the attenuation and transition width (Oppenheim & Schafer, 7.76)
+        width = 2.0 * math.pi * (STOP - PASS) / factor
+        n_taps = math.ceil((ATTENUATION_DB - 8.0) / (2.285 * width)) | 1
+        self.taps = firwin(
+            n_taps,
+            (PASS + STOP) / factor,
+            window=('kaiser', kaiser_beta(ATTENUATION_DB)),
+        )
+        self._past: NDArray[np.float64] | None = None
+
+    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Filter and decimate the next rows.
+
+        Parameters
+        ----------
+        rows : (n_samples, n_channels) array
+            Continues what was passed before.
+
+        Returns
+        -------
+        (n_decimated, n_channels) array
+            As many rows as are complete now; the first comes half a filter after the start.
+        """
+        data = rows if self._past is None else np.concatenate([self._past, rows])
+        n_out = max(0, (len(data) - len(self.taps)) // self.factor + 1)
+        self._past = data[n_out * self.factor :].copy()
+        if n_out == 0:
+            return np.empty((0, rows.shape[1]))
+        used = data[: (n_out - 1) * self.factor + len(self.taps)]
+        # upfirdn starts before the data: output m sees input m * factor and the taps before it,
+        # so pad the front until the first full overlap falls on a multiple of the factor.
+        lead = -(len(self.taps) - 1) % self.factor
+        padded = np.concatenate([np.zeros((lead, used.shape[1])), used])
+        filtered = upfirdn(self.taps, padded, up=1, down=self.factor, axis=0)
+        first = (lead + len(self.taps) - 1) // self.factor
+        return np.asarray(filtered[first : first + n_out])
+
+
+class HighPass:
+    """Streaming high-pass filter that removes gravity, drift and rigid motion.
+
+    Parameters
+    ----------
+    corner_hz, sample_rate_hz : float [Hz]
+        Corner and rate.
+    """
+
+    def __init__(self, corner_hz: float, sample_rate_hz: float) -> None:
+        self._sections = butter(
+            HIGH_PASS_ORDER, corner_hz, 'highpass', fs=sample_rate_hz, output='sos'
+        )
+        self._state: NDArray[np.float64] | None = None
+
+    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Filter the next rows, (n_samples, n_channels) in and out."""
+        if len(rows) == 0:
+            return rows
+        if self._state is None:
+            # Start as if the first row had been there for ever: gravity leaves no step.
+            self._state = sosfilt_zi(self._sections)[:, :, np.newaxis] * rows[0]
+        filtered, self._state = sosfilt(self._sections, rows, axis=0, zi=self._state)
+        return np.asarray(filtered)
+
+
+class BandConditioner:
+    """The filters of one band in a row.
+
+    Parameters
+    ----------
+    band : Band
+        Which rate and which corner.
+    """
+
+    def __init__(self, band: Band) -> None:
+        self._decimators = [Decimator(factor) for factor in band.factors]
+        self._high_pass = HighPass(band.high_pass_hz, band.sample_rate_hz)
+
+    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Condition the next rows, (n_samples, n_channels) to (n_decimated, n_channels)."""
+        for decimator in self._decimators:
+            rows = decimator(rows)
+        return self._high_pass(rows)

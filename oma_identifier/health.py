@@ -1,0 +1,109 @@
+"""Health of the channels of one window: what is wrong with the samples, and who is left out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.quality import ChannelQuality
+
+CLIPPED_SHARE = 1e-3
+"""Share of samples at the very same extreme value that only a limit can cause."""
+CLIPPED_AT_LEAST = 8
+FLAT_SHARE = 0.1
+"""Share of the window without any change of value."""
+IMPULSIVE_KURTOSIS = 30.0
+GAIN_SUSPICION = 50.0
+"""Times the median root mean square of its neighbours, or one over it."""
+POLARITY_COHERENCE = 0.98
+EXCLUDING = ('lost', 'not_finite', 'flatline', 'clipping', 'missing')
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelHealth:
+    """Signal figures of one channel.
+
+    Parameters
+    ----------
+    flags : tuple of str
+        What was found.
+    rms : float [m/s²]
+        Without the mean.
+    """
+
+    flags: tuple[str, ...]
+    rms: float
+
+
+def examine(signal: NDArray[np.float64]) -> ChannelHealth:
+    """Look at one channel of a window.
+
+    Parameters
+    ----------
+    signal : (n_samples,) array [m/s²]
+        Finite.
+    """
+    deviation = signal - signal.mean()
+    power = float(np.mean(deviation**2))
+    rms = float(np.sqrt(power))
+    if power <= 1e-24 * (1.0 + float(np.abs(signal).max()) ** 2):
+        return ChannelHealth(('flatline',), rms)
+    flags = []
+    if np.count_nonzero(np.diff(signal) == 0.0) and _longest_still(signal) > FLAT_SHARE:
+        flags.append('flatline')
+    if is_clipped(signal):
+        flags.append('clipping')
+    if float(np.mean(deviation**4)) / power**2 > IMPULSIVE_KURTOSIS:
+        flags.append('impulsive')
+    return ChannelHealth(tuple(flags), rms)
+
+
+def is_clipped(signal: NDArray[np.float64]) -> bool:
+    """Tell whether a channel runs into a limit: many samples in a row at one extreme value."""
+    count = 0
+    for extreme in (signal.max(), signal.min()):
+        at_limit = signal == extreme
+        # A coarse converter repeats values everywhere; a limit repeats only its own, in runs.
+        count += int(np.count_nonzero(at_limit[1:] & at_limit[:-1]))
+    if count < max(CLIPPED_AT_LEAST, CLIPPED_SHARE * len(signal)):
+        return False
+    middle = np.median(signal)
+    usual = int(np.count_nonzero(signal == middle))
+    return count > usual
+
+
+def _longest_still(signal: NDArray[np.float64]) -> float:
+    changes = np.flatnonzero(np.diff(signal) != 0.0)
+    edges = np.concatenate([[-1], changes, [len(signal) - 1]])
+    return float(np.diff(edges).max()) / len(signal)
+
+
+def compare(
+    values: NDArray[np.float64], qualities: Sequence[ChannelQuality]
+) -> list[ChannelQuality]:
+    """Flag channels whose gain or polarity does not fit their neighbours.
+
+    These are suspicions for a person to check; nothing is corrected or excluded.
+
+    Parameters
+    ----------
+    values : (n_samples, n_channels) array [m/s²]
+        Healthy channels.
+    qualities : sequence of ChannelQuality
+        One per column.
+    """
+    if values.shape[1] < 3:
+        return list(qualities)
+    rms = np.array([quality.rms for quality in qualities])
+    correlation = np.atleast_2d(np.corrcoef(values[:: max(1, len(values) // 4096)].T))
+    checked = []
+    for index, quality in enumerate(qualities):
+        flags = list(quality.flags)
+        others = float(np.median(np.delete(rms, index)))
+        if rms[index] > GAIN_SUSPICION * others or rms[index] * GAIN_SUSPICION < others:
+            flags.append('gain_suspicion')
+        if np.nanmin(np.delete(correlation[index], index)) < -POLARITY_COHERENCE:
+            flags.append('polarity_suspicion')
+        checked.append(replace(quality, flags=tuple(flags)))
+    return checked

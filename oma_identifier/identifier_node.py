@@ -1,0 +1,394 @@
+"""The identifier as a ROS node: samples in, modal parameters out after each window."""
+
+from collections.abc import Sequence
+import json
+from pathlib import Path
+import sys
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+import rclpy
+from rclpy.callback_groups import CallbackGroup
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.subscription import Subscription
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from modal_core.atomic_file import atomic_path, write_text
+from modal_core.errors import ModalAnalysisError, SettingsError
+from modal_core.measurements import Measurement
+from oma_identifier.node_parameters import (
+    load_layout_file,
+    NodeParameter,
+    PARAMETERS,
+    SETTINGS,
+    settings_from,
+)
+from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.result import WindowResult
+from oma_identifier.robot_motion import load_robot_motion
+from oma_identifier.ros_messages import (
+    MESSAGE_CLASSES,
+    modal_parameters,
+    mode_shape_markers,
+    stabilisation_diagram,
+)
+from oma_identifier.topic_intake import in_order, TopicIntake
+from oma_identifier.tracking import ModeTracker
+from oma_identifier.worker import IdentificationWorker, Job
+from oma_msgs.msg import ModalParameters, StabilisationDiagram
+from recordings.decode import BLOCK, JOINT_STATE
+
+POLL_PERIOD_S = 0.05
+DISCOVERY_PERIOD_S = 0.25
+DIAGNOSTICS_PERIOD_S = 1.0
+SAMPLE_DEPTH = 8000
+BLOCK_DEPTH = 1024
+FINISH_TIMEOUT_S = 60.0
+LATCHED = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+LARGEST_CHECKPOINT_BYTES = 50_000_000
+
+
+class PolledGroup(CallbackGroup):
+    """Keeps subscriptions out of the executor's wait set: a timer drains them in batches."""
+
+    def can_execute(self, entity: Any) -> bool:
+        """Never."""
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Never."""
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        """Nothing was begun."""
+
+
+class IdentifierNode(Node):
+    """Buffers responses and publishes modal parameters after each window."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('oma_identifier', **options)
+        for parameter in PARAMETERS:
+            self.declare_parameter(parameter.name, _default(parameter), _descriptor(parameter))
+        self.layout = load_layout_file(self._value('layout_file'))
+        robot = self._value('robot')
+        self.robot = load_robot_motion(robot) if robot else None
+        if self.robot is not None and self.layout is not None:
+            self.layout.check_links(self.robot.link_names, robot)
+        self.intake = TopicIntake()
+        self.problems: dict[str, str] = {}
+        self.pipeline = IdentificationPipeline(
+            settings_from(self._settings()), self.layout, self._load_tracker(), self.robot
+        )
+        self._polled = PolledGroup()
+        self._subscriptions_of: dict[str, tuple[str, Subscription]] = {}
+        self._last_result: WindowResult | None = None
+        self._worker = IdentificationWorker(self._publish, self._window_failed)
+        self._make_interfaces()
+        self._publish_last()
+
+    def _make_interfaces(self) -> None:
+        self._modal = self.create_publisher(ModalParameters, '~/modal_parameters', LATCHED)
+        self._diagram = self.create_publisher(
+            StabilisationDiagram, '~/stabilisation_diagram', LATCHED
+        )
+        self._shapes = self.create_publisher(MarkerArray, '~/mode_shapes', LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_service(Trigger, '~/finish', self._on_finish)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+        self.create_timer(POLL_PERIOD_S, self._poll)
+        self.create_timer(DISCOVERY_PERIOD_S, self._discover)
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
+
+    def _value(self, name: str) -> Any:
+        return self.get_parameter(name).value
+
+    def _settings(self) -> dict[str, object]:
+        return {parameter.name: self._value(parameter.name) for parameter in SETTINGS}
+
+    # -- input -----------------------------------------------------------------------------
+
+    def _discover(self) -> None:
+        """Subscribe to topics of responses that have appeared, and to the joint states."""
+        named = {self.resolve_topic_name(topic) for topic in self._value('topics') if topic}
+        joints = self.resolve_topic_name(self._value('joint_states_topic'))
+        for topic, types in self.get_topic_names_and_types():
+            if topic in self._subscriptions_of:
+                continue
+            message_type = next((name for name in types if name in MESSAGE_CLASSES), None)
+            if message_type is None:
+                continue
+            wanted = (
+                topic == joints if message_type == JOINT_STATE else not named or topic in named
+            )
+            if wanted:
+                self._subscribe(topic, message_type)
+
+    def _subscribe(self, topic: str, message_type: str) -> None:
+        publishers = self.get_publishers_info_by_topic(topic)
+        if not publishers:
+            return
+        # A reliable subscription hears nothing from a best-effort publisher.
+        reliable = all(
+            info.qos_profile.reliability == ReliabilityPolicy.RELIABLE for info in publishers
+        )
+        profile = QoSProfile(
+            depth=BLOCK_DEPTH if message_type == BLOCK else SAMPLE_DEPTH,
+            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        )
+        subscription = self.create_subscription(
+            MESSAGE_CLASSES[message_type],
+            topic,
+            lambda _: None,
+            profile,
+            callback_group=self._polled,
+            raw=True,
+        )
+        self._subscriptions_of[topic] = (message_type, subscription)
+        if message_type != JOINT_STATE:
+            self.pipeline.buffer.expect(topic)
+        self.get_logger().info(f'listening to {topic} ({message_type})')
+
+    def _poll(self) -> None:
+        """Drain all topics, decode, and hand complete windows to the worker."""
+        found: list[Measurement] = []
+        # Joint states first, so that they are there when a window closes.
+        for topic, (message_type, subscription) in sorted(
+            self._subscriptions_of.items(), key=lambda item: item[1][0] != JOINT_STATE
+        ):
+            raws = _take_all(subscription, MESSAGE_CLASSES[message_type])
+            found += self.intake.decode(raws, message_type, topic)
+        # A late poll holds seconds of every topic: side by side again, as they came.
+        for measurement in in_order(found):
+            self.pipeline.add(measurement)
+        for window in self.pipeline.windows():
+            if not self._worker.submit(Job(self.pipeline, window)):
+                self.get_logger().warning(
+                    f'window {window.index} skipped: identification cannot keep up',
+                    throttle_duration_sec=10.0,
+                )
+
+    def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Flush the samples that are held, identify the partial last window, begin anew."""
+        self._poll()
+        before = self._worker.n_done
+        for window in self.pipeline.finish():
+            self._worker.submit(Job(self.pipeline, window), may_skip=False)
+        response.success = self._worker.wait_idle(FINISH_TIMEOUT_S)
+        response.message = f'{self._worker.n_done - before} windows identified'
+        return response
+
+    # -- output ----------------------------------------------------------------------------
+
+    def _publish(self, result: WindowResult) -> None:
+        base_frame = self._value('base_frame')
+        self._last_result = result
+        message = modal_parameters(result, base_frame, self._worker.n_skipped)
+        self._modal.publish(message)
+        self._diagram.publish(stabilisation_diagram(result, base_frame))
+        self._shapes.publish(mode_shape_markers(result, self.pipeline.buffer.channels))
+        self._save(message)
+
+    def _window_failed(self, reason: str) -> None:
+        self.problems['WINDOW_FAILED'] = reason
+        self.get_logger().error(reason)
+
+    def _publish_diagnostics(self) -> None:
+        message = DiagnosticArray()
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.status = [self._status(code, text) for code, text in self._findings()]
+        if not message.status:
+            message.status = [self._status('OK', 'healthy')]
+        self._diagnostics.publish(message)
+
+    def _findings(self) -> list[tuple[str, str]]:
+        found = list(self.problems.items())
+        for topic, count in self.intake.n_refused.items():
+            reason = self.intake.last_refusal[topic]
+            found.append(('MESSAGE_REFUSED', f'{count} of {topic}: {reason}'))
+        if not self.intake.n_messages:
+            found.append(('NO_DATA', 'no samples received yet'))
+        if self._worker.n_skipped:
+            found.append(('WINDOW_SKIPPED', f'{self._worker.n_skipped} windows skipped'))
+        for reason, count in self.pipeline.buffer.counters.reasons.items():
+            found.append((reason.upper(), f'{count} times'))
+        result = self._last_result
+        if result is not None and not result.quality.identifiable:
+            found.append(('NOT_IDENTIFIABLE', result.quality.reason))
+        if result is not None:
+            excluded = [c for c in result.quality.channels if c.excluded]
+            for channel in excluded:
+                flags = ', '.join(channel.flags)
+                found.append(('CHANNEL_EXCLUDED', f'{channel.name}: {flags}'))
+        full_names = [
+            f'{namespace.rstrip("/")}/{name}'
+            for name, namespace in self.get_node_names_and_namespaces()
+        ]
+        if full_names.count(self.get_fully_qualified_name()) > 1:
+            found.append(('NAME_CLASH', 'another node has the same name'))
+        return found
+
+    def _status(self, code: str, text: str) -> DiagnosticStatus:
+        levels = {'OK': DiagnosticStatus.OK, 'WINDOW_FAILED': DiagnosticStatus.ERROR}
+        levels |= {'NAME_CLASH': DiagnosticStatus.ERROR, 'NO_DATA': DiagnosticStatus.STALE}
+        counts = self.intake.n_messages.items()
+        return DiagnosticStatus(
+            level=levels.get(code, DiagnosticStatus.WARN),
+            name=f'{self.get_name()}: {code}',
+            message=text,
+            hardware_id=self.get_fully_qualified_name(),
+            values=[
+                KeyValue(key='code', value=code),
+                KeyValue(key='windows', value=str(self._worker.n_done)),
+                *(KeyValue(key=f'messages {topic}', value=str(count)) for topic, count in counts),
+            ],
+        )
+
+    # -- parameters and checkpoint ---------------------------------------------------------
+
+    def _check_parameters(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        values = self._settings()
+        values.update({p.name: p.value for p in parameters if p.name in values})
+        try:
+            settings_from(values)
+        except SettingsError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply_parameters(self, parameters: Sequence[Parameter]) -> None:
+        """Begin anew with the new settings; the modes keep their ids."""
+        if not {parameter.name for parameter in parameters} & set(self._settings()):
+            return
+        self.pipeline = IdentificationPipeline(
+            settings_from(self._settings()), self.layout, self.pipeline.tracker, self.robot
+        )
+        for topic, (message_type, _) in self._subscriptions_of.items():
+            if message_type != JOINT_STATE:
+                self.pipeline.buffer.expect(topic)
+
+    def _load_tracker(self) -> ModeTracker | None:
+        name = self._value('checkpoint_file')
+        path = Path(name)
+        if not name or not path.exists():
+            return None
+        try:
+            if path.stat().st_size > LARGEST_CHECKPOINT_BYTES:
+                raise SettingsError('file too large', where=path)
+            return ModeTracker.from_json(json.loads(path.read_text(encoding='utf-8')))
+        except (OSError, ValueError, SettingsError) as error:
+            self.problems['CHECKPOINT'] = f'{path} not used: {error}'
+            self.get_logger().warning(self.problems['CHECKPOINT'])
+            return None
+
+    def _publish_last(self) -> None:
+        """Serve the last result again: a restarted publisher has nothing for late joiners."""
+        path = self._last_file()
+        if path is None or not path.exists():
+            return
+        try:
+            if path.stat().st_size > LARGEST_CHECKPOINT_BYTES:
+                raise ValueError('file too large')
+            self._modal.publish(deserialize_message(path.read_bytes(), ModalParameters))
+        except (OSError, ValueError, rclpy_implementation.RCLError, RuntimeError) as error:
+            self.problems['CHECKPOINT'] = f'{path} not used: {error}'
+            self.get_logger().warning(self.problems['CHECKPOINT'])
+
+    def _last_file(self) -> Path | None:
+        name = self._value('checkpoint_file')
+        return Path(f'{name}.last') if name else None
+
+    def _save(self, message: ModalParameters) -> None:
+        """Keep ids and the last result for the next start, each whole or not at all."""
+        name, last = self._value('checkpoint_file'), self._last_file()
+        if last is None:
+            return
+        try:
+            write_text(Path(name), json.dumps(self.pipeline.tracker.to_json()))
+            with atomic_path(last) as temporary:
+                temporary.write_bytes(serialize_message(message))
+            self.problems.pop('CHECKPOINT', None)
+        except OSError as error:
+            self.problems['CHECKPOINT'] = f'{name} not written: {error}'
+
+    def destroy_node(self) -> None:
+        """Stop the worker, then the node."""
+        self._worker.stop(5.0)
+        super().destroy_node()
+
+
+def _take_all(subscription: Subscription, message_class: type) -> list[bytes]:
+    raws = []
+    with subscription.handle:
+        while True:
+            taken = subscription.handle.take_message(message_class, True)
+            if taken is None:
+                return raws
+            raws.append(taken[0])
+
+
+def _default(parameter: NodeParameter) -> Any:
+    value = parameter.default
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(
+        description=parameter.description, read_only=parameter.read_only
+    )
+    if parameter.low is None or parameter.high is None:
+        return descriptor
+    descriptor.additional_constraints = f'{parameter.low:g} to {parameter.high:g}'
+    if isinstance(parameter.default, int):
+        descriptor.integer_range = [
+            IntegerRange(from_value=int(parameter.low), to_value=int(parameter.high), step=1)
+        ]
+    else:
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=parameter.low, to_value=parameter.high)
+        ]
+    return descriptor
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    node: IdentifierNode | None = None
+    try:
+        rclpy.init(args=args)
+        node = IdentifierNode()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except rclpy_implementation.RCLError:
+        # Told to stop while it was still starting.
+        if rclpy.ok():
+            raise
+    except (ModalAnalysisError, ParameterException) as error:
+        sys.stderr.write(f'oma_identifier: {error}\n')
+        return 2
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

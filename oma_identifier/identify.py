@@ -1,0 +1,323 @@
+"""Identification of a stretch of samples: bands, poles, selection, modes."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from modal_core.channel import Channel
+from modal_core.errors import IdentificationError
+from modal_core.indicators import mpc, mpd, normalise
+from modal_core.mode import Mode, ModeSet
+from modal_core.poles import PoleStatus, PoleTable
+from modal_core.quality import DataQuality
+from modal_core.samples import Samples
+from oma_identifier.adopt import adopt_refined
+from oma_identifier.band_stream import BandCovariance, BandStream
+from oma_identifier.bands import plan_bands
+from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
+from oma_identifier.output_covariance import WhenFull
+from oma_identifier.result import WindowResult
+from oma_identifier.robot_signals import never, PeakTest
+from oma_identifier.selection import (
+    BandSelection,
+    select_in_band,
+    SelectedPole,
+    without_repeats,
+)
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.spectrum import singular_value_spectrum
+from oma_identifier.ssi_poles import identify_band
+
+FEW_ROWS = 1000
+NO_MODE = 'no mode stands out from the noise'
+LineTest = Callable[[float], Line | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """Modes and poles of one stretch.
+
+    Parameters
+    ----------
+    modes, harmonics : ModeSet
+        Of the structure; of machines and drives.
+    poles : PoleTable
+        All poles; ``mode_id`` is the position in ``modes``, counted from 1.
+    """
+
+    modes: ModeSet
+    harmonics: ModeSet
+    poles: PoleTable
+
+
+def identify_samples(
+    samples: Samples,
+    settings: IdentificationSettings | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> WindowResult:
+    """Identify the modes of one uniformly sampled stretch.
+
+    Parameters
+    ----------
+    samples : Samples
+        Responses to excitation that nobody measured; at least some tens of periods.
+    settings : IdentificationSettings or None
+        None: the defaults.
+    progress : callable or None
+        Called with the share of the work done.
+
+    Returns
+    -------
+    WindowResult
+        Without modes, and saying why, when the stretch cannot be identified.
+
+    Raises
+    ------
+    IdentificationError
+        The stretch is too short for the band asked for.
+    """
+    settings = settings or IdentificationSettings()
+    check_samples(samples)
+    bands = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)
+    sources = []
+    with threadpool_limits(limits=1):
+        for done, band in enumerate(bands):
+            stream = BandStream(band, settings, samples.duration_s, WhenFull.JOIN)
+            stream.add(samples.acceleration)
+            sources.append(stream.result())
+            if progress is not None:
+                progress((done + 1) / len(bands))
+        found = identify_bands(
+            sources, samples.channels, settings, lambda hz: line_at(samples, hz)
+        )
+        if settings.refines:
+            modes = adopt_refined(samples, found.modes, found.harmonics)
+            found = replace(found, modes=modes)
+        spectrum = singular_value_spectrum(samples, bands[0].high_hz)
+    return WindowResult(
+        index=-1,
+        start_ns=samples.start_ns,
+        end_ns=samples.end_ns,
+        modes=found.modes,
+        harmonics=found.harmonics,
+        poles=found.poles,
+        spectrum=spectrum,
+        quality=explain(DataQuality(), found),
+    )
+
+
+def check_samples(samples: Samples) -> None:
+    """Refuse samples that break the contract of :class:`Samples`.
+
+    Raises
+    ------
+    IdentificationError
+        Naming the channel that is not finite, or that nothing moves.
+    """
+    data = samples.acceleration
+    # A sum over time is finite when all its samples are, and costs one pass.
+    with np.errstate(invalid='ignore', over='ignore'):
+        finite = np.isfinite(np.ones(len(data)) @ data)
+    if not finite.all():
+        name = samples.channel_names[int(np.argmin(finite))]
+        raise IdentificationError('not finite', where=name, expected='finite samples')
+    if not (data[:FEW_ROWS] != data[:1]).any() and not (data != data[:1]).any():
+        raise IdentificationError('no channel moves', expected='responses to some excitation')
+
+
+def explain(quality: DataQuality, found: Identified) -> DataQuality:
+    """Return the quality with the reason why there is no mode, when there is none."""
+    if len(found.modes) or not quality.identifiable:
+        return quality
+    return replace(quality, identifiable=False, reason=NO_MODE)
+
+
+def identify_bands(
+    sources: Sequence[BandCovariance | None],
+    channels: Sequence[Channel],
+    settings: IdentificationSettings,
+    test_line: LineTest,
+    explains: PeakTest = never,
+) -> Identified:
+    """Solve every band, select the modes and sort out the harmonics.
+
+    Parameters
+    ----------
+    sources : sequence of BandCovariance or None
+        None where a band has too little data.
+    channels : sequence of Channel
+        Of the covariances.
+    settings : IdentificationSettings
+        Orders and limits.
+    test_line : callable
+        Frequency [Hz] to the line there, None where nothing can be said.
+    explains : callable
+        Tells a peak that motion of the robot explains from a mode.
+    """
+    selections = []
+    for source in sources:
+        band = None if source is None else identify_band(source, settings)
+        if band is not None:
+            selections.append(select_in_band(band, settings))
+    names = tuple(channel.name for channel in channels)
+    poles = without_repeats([pole for each in selections for pole in each.selected])
+    lines = _lines(selections, poles, test_line)
+    kept = [
+        pole
+        for pole in poles
+        if not _on_line(pole, lines)
+        and not explains(
+            pole.frequency_hz, pole.damping_ratio * pole.frequency_hz, pole.physical_shape
+        )
+    ]
+    modes = ModeSet(tuple(_mode(pole) for pole in kept), names, settings.method)
+    harmonics = ModeSet(tuple(harmonic(line) for line in lines), names, settings.method)
+    return Identified(modes, harmonics, _table(selections, kept, lines, len(names)))
+
+
+def _lines(
+    selections: Sequence[BandSelection], poles: Sequence[SelectedPole], test_line: LineTest
+) -> list[Line]:
+    """Test every frequency where poles are hardly damped."""
+    suspects = [
+        _Suspect(pole.frequency_hz, CHANCE)
+        for pole in poles
+        if pole.damping_ratio < 2.0 * SUSPECT_DAMPING
+    ]
+    for each in selections:
+        suspects += _undamped(each)
+    lines: list[Line] = []
+    for suspect in sorted(suspects, key=lambda suspect: suspect.frequency_hz):
+        line = test_line(suspect.frequency_hz)
+        if line is not None and line.chance < suspect.chance and not _known(line, lines):
+            lines.append(line)
+    return lines
+
+
+@dataclass(frozen=True, slots=True)
+class _Suspect:
+    frequency_hz: float
+    chance: float
+
+
+def _undamped(selection: BandSelection) -> list[_Suspect]:
+    """Return the frequencies where poles with hardly any damping repeat over the orders."""
+    poles, band = selection.band.poles, selection.band.source.band
+    frequency, damping = poles.frequency_hz, np.abs(poles.damping_ratio)
+    bare = np.flatnonzero(
+        (damping < SUSPECT_DAMPING) & (frequency > band.low_hz) & (frequency < band.high_hz)
+    )
+    if len(bare) == 0:
+        return []
+    bare = bare[np.argsort(frequency[bare])]
+    breaks = np.flatnonzero(np.diff(frequency[bare]) > 0.002 * frequency[bare[:-1]]) + 1
+    least = max(3, selection.band.n_orders // 6)
+    resolution_hz = 0.5 / selection.band.source.covariance.duration_s
+    suspects = []
+    for run in np.split(bare, breaks):
+        if len(run) < least:
+            continue
+        width_hz = float(np.median(damping[run] * frequency[run]))
+        chance = CHANCE_SHARP if width_hz < resolution_hz else CHANCE
+        suspects.append(_Suspect(float(np.median(frequency[run])), chance))
+    return suspects
+
+
+def with_lines(found: Identified, lines: Sequence[Mode]) -> Identified:
+    """Return what was found with further harmonics, by frequency."""
+    if not lines:
+        return found
+    merged = sorted((*found.harmonics, *lines), key=lambda line: line.frequency_hz)
+    return replace(found, harmonics=replace(found.harmonics, modes=tuple(merged)))
+
+
+def _known(line: Line, lines: Sequence[Line]) -> bool:
+    return any(
+        math.isclose(line.frequency_hz, other.frequency_hz, rel_tol=0.003) for other in lines
+    )
+
+
+def _on_line(pole: SelectedPole, lines: Sequence[Line]) -> bool:
+    """Tell whether a pole is the image of a line: as sharp as one and at its place."""
+    reach = max(2.0 * SUSPECT_DAMPING, pole.damping_ratio)
+    return pole.damping_ratio < 2.0 * SUSPECT_DAMPING and any(
+        abs(line.frequency_hz / pole.frequency_hz - 1.0) < reach for line in lines
+    )
+
+
+def _mode(pole: SelectedPole) -> Mode:
+    shape = normalise(pole.physical_shape)
+    return Mode(
+        frequency_hz=pole.frequency_hz,
+        damping_ratio=pole.damping_ratio,
+        shape=shape,
+        frequency_std_hz=pole.deviation.frequency_std_hz,
+        damping_ratio_std=pole.deviation.damping_ratio_std,
+        mpc=float(mpc(pole.shape[:, None])[0]),
+        mpd=float(mpd(pole.shape[:, None])[0]),
+    )
+
+
+def harmonic(line: Line) -> Mode:
+    """Return a line as a mode without damping, marked harmonic."""
+    shape = normalise(line.shape)
+    return Mode(
+        frequency_hz=line.frequency_hz,
+        damping_ratio=0.0,
+        shape=shape,
+        mpc=float(mpc(shape[:, None])[0]),
+        mpd=float(mpd(shape[:, None])[0]),
+        harmonic=True,
+    )
+
+
+def _table(
+    selections: Sequence[BandSelection],
+    kept: Sequence[SelectedPole],
+    lines: Sequence[Line],
+    n_channels: int,
+) -> PoleTable:
+    """Join the poles of all bands; poles outside a band's own range are left to its neighbour."""
+    orders, poles, shapes, status, ids = [], [], [], [], []
+    for each in selections:
+        table = each.band.poles
+        verdict = each.status.copy()
+        mode_id = np.zeros(len(verdict), dtype=np.int64)
+        verdict[verdict == PoleStatus.KEPT] = PoleStatus.CLUSTER_OUTLIER
+        for number, pole in enumerate(kept, start=1):
+            if pole.band is each.band:
+                mode_id[pole.cluster.members] = number
+                verdict[pole.cluster.members] = PoleStatus.KEPT
+        for line in lines:
+            near = np.abs(table.frequency_hz / line.frequency_hz - 1.0) < SUSPECT_DAMPING
+            near &= np.abs(table.damping_ratio) < 2.0 * SUSPECT_DAMPING
+            verdict[near & (mode_id == 0)] = PoleStatus.HARMONIC
+        inside = verdict != PoleStatus.OUT_OF_BAND
+        orders.append(table.model_order[inside])
+        poles.append(table.pole[inside])
+        shapes.append(table.shape[:, inside] * each.band.source.scale[:, None])
+        status.append(verdict[inside])
+        ids.append(mode_id[inside])
+    if not selections:
+        return no_poles(n_channels)
+    return PoleTable(
+        np.concatenate(orders),
+        np.concatenate(poles),
+        np.concatenate(shapes, axis=1),
+        np.concatenate(status),
+        np.concatenate(ids),
+    )
+
+
+def no_poles(n_channels: int) -> PoleTable:
+    """Return an empty table."""
+    return PoleTable(
+        np.empty(0, dtype=np.int64),
+        np.empty(0, dtype=complex),
+        np.empty((n_channels, 0), dtype=complex),
+        np.empty(0, dtype=np.uint8),
+        np.empty(0, dtype=np.int64),
+    )

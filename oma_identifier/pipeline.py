@@ -1,0 +1,201 @@
+"""Measurements in, tracked modes out: the data path of the identifier, read top to bottom.
+
+The same object serves the node, the command line and the model gap.  It reads no clock: time
+comes with the samples.
+
+    measurements → SampleBuffer → Window → RobotSignals (rigid motion and drive lines removed)
+      → RecordStreams (condition, output covariance per band)
+      → identify_bands (block Hankel, poles per model order, stabilise, cluster, select with σ)
+      → adopt_refined (maximum likelihood where it holds)
+      → ModeTracker → WindowResult
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from modal_core.channel import Channel, SensorLayout
+from modal_core.errors import IdentificationError
+from modal_core.measurements import Measurement
+from modal_core.mode import ModeSet
+from modal_core.quality import DataQuality
+from modal_core.window import Window
+from oma_identifier.adopt import adopt_refined
+from oma_identifier.harmonics import line_at
+from oma_identifier.identify import (
+    check_samples,
+    explain,
+    Identified,
+    identify_bands,
+    no_poles,
+    with_lines,
+)
+from oma_identifier.kept_record import KeptRecord
+from oma_identifier.methods import identify_by
+from oma_identifier.output_covariance import WhenFull
+from oma_identifier.record_streams import RecordStreams
+from oma_identifier.result import WindowResult
+from oma_identifier.robot_motion import RobotMotion
+from oma_identifier.robot_signals import RobotSignals, with_flags
+from oma_identifier.sample_buffer import SampleBuffer
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.spectrum import (
+    empty_spectrum,
+    singular_value_spectrum,
+    SingularValueSpectrum,
+    SlidingSpectrum,
+)
+from oma_identifier.tracking import ModeTracker, TrackedModes
+from oma_identifier.whole_record import WholeRecord
+
+
+class IdentificationPipeline:
+    """Identifies window after window and keeps the ids of the modes.
+
+    Parameters
+    ----------
+    settings : IdentificationSettings or None
+        None: the defaults.
+    layout : SensorLayout or None
+        The sensors to expect; None: whatever arrives.
+    tracker : ModeTracker or None
+        From a checkpoint; None: ids start at 1.
+    robot : RobotMotion or None
+        Model that predicts rigid motion and lines of the drives from joint states; None: slow
+        motion is filtered, and large motion recognised by its size.
+    """
+
+    def __init__(
+        self,
+        settings: IdentificationSettings | None = None,
+        layout: SensorLayout | None = None,
+        tracker: ModeTracker | None = None,
+        robot: RobotMotion | None = None,
+    ) -> None:
+        self.settings = settings or IdentificationSettings()
+        self.tracker = tracker or ModeTracker()
+        self.last_tracked: TrackedModes | None = None
+        self._buffer = SampleBuffer(self.settings, layout)
+        self._clean = RobotSignals(robot)
+        self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
+        self._record = WholeRecord(self.settings)
+        self._spectra = SlidingSpectrum(self.settings.max_frequency_hz)
+        method = self.settings.method
+        self._kept = None if method == 'ssi_cov' else KeptRecord(method)
+
+    @property
+    def buffer(self) -> SampleBuffer:
+        """The sample buffer, for its counters."""
+        return self._buffer
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """All channels that are expected or have been seen."""
+        return self._buffer.channels
+
+    def add(self, measurement: Measurement) -> None:
+        """Take in samples or joint states, in order of arrival."""
+        self._buffer.add(measurement)
+
+    def windows(self) -> Iterator[Window]:
+        """Yield the windows that are complete."""
+        yield from self._buffer.windows()
+
+    def finish(self) -> Iterator[Window]:
+        """Yield what is left at the end of a record, the last window being partial."""
+        yield from self._buffer.finish()
+
+    def identify(self, window: Window) -> WindowResult:
+        """Identify the modes of one window.
+
+        A window whose start follows from the last one costs only its new samples.  A window that
+        cannot be identified gives no mode; its quality says why.
+        """
+        if not window.quality.identifiable:
+            return self._without_modes(window, window.quality)
+        try:
+            with threadpool_limits(limits=1):
+                return self._identify(window)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            quality = replace(window.quality, identifiable=False, reason=str(error))
+            return self._without_modes(window, quality)
+
+    def _identify(self, window: Window) -> WindowResult:
+        cleaned = self._clean(window)
+        samples = cleaned.samples
+        check_samples(samples)
+        spectrum = self._spectra.of(samples)
+        if self._kept is not None:
+            return self._by_method(replace(window, samples=samples), spectrum)
+        self._newest.add(samples)
+        found = identify_bands(
+            self._newest.results(),
+            samples.channels,
+            self.settings,
+            lambda frequency_hz: line_at(samples, frequency_hz),
+            cleaned.explains,
+        )
+        found = with_lines(found, cleaned.lines)
+        window = replace(window, quality=with_flags(window.quality, cleaned))
+        self._record.add(samples, found, spectrum, window.quality, cleaned.explains)
+        if self.settings.refines:
+            modes = adopt_refined(samples, found.modes, found.harmonics)
+            found = replace(found, modes=modes)
+        self.last_tracked = self.tracker.update(found.modes, window.pose)
+        return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
+
+    def _by_method(self, window: Window, spectrum: SingularValueSpectrum) -> WindowResult:
+        """Identify a window by a method that has nothing to carry over from the last one."""
+        if self._kept is not None:
+            self._kept.add(window.samples)
+        by_method = identify_by(self.settings.method, window.samples, self.settings)
+        self.last_tracked = self.tracker.update(by_method.modes, window.pose)
+        none = ModeSet((), window.samples.channel_names, self.settings.method)
+        found = Identified(self.last_tracked.modes, none, by_method.poles)
+        return _result(window, found, spectrum)
+
+    def _whole_by_method(self, kept: KeptRecord) -> WindowResult:
+        samples = kept.samples()
+        by_method = identify_by(self.settings.method, samples, self.settings)
+        none = ModeSet((), samples.channel_names, self.settings.method)
+        spectrum = singular_value_spectrum(samples, self.settings.max_frequency_hz)
+        window = Window(-1, samples)
+        return _result(window, Identified(by_method.modes, none, by_method.poles), spectrum)
+
+    def _without_modes(self, window: Window, quality: DataQuality) -> WindowResult:
+        self.last_tracked = self.tracker.update(ModeSet((), window.samples.channel_names))
+        none = ModeSet((), window.samples.channel_names, self.settings.method)
+        found = Identified(none, none, no_poles(len(window.samples.channels)))
+        return _result(replace(window, quality=quality), found, empty_spectrum())
+
+    def whole(self) -> WindowResult:
+        """Identify everything seen so far as one record.
+
+        Memory does not grow with the record: its covariances are kept, not its samples.  Methods
+        other than ``ssi_cov`` keep the samples, up to a bound.
+
+        Raises
+        ------
+        IdentificationError
+            No window could be identified yet.
+        """
+        with threadpool_limits(limits=1):
+            kept = self._kept
+            result = self._record.identify() if kept is None else self._whole_by_method(kept)
+        return replace(result, modes=self.tracker.label(result.modes))
+
+
+def _result(window: Window, found: Identified, spectrum: SingularValueSpectrum) -> WindowResult:
+    return WindowResult(
+        index=window.index,
+        start_ns=window.samples.start_ns,
+        end_ns=window.samples.end_ns,
+        modes=found.modes,
+        harmonics=found.harmonics,
+        poles=found.poles,
+        spectrum=spectrum,
+        quality=explain(window.quality, found),
+        pose=window.pose,
+    )

@@ -1,0 +1,88 @@
+"""The bands of one continuous record, fed with windows that overlap."""
+
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.samples import Samples
+from oma_identifier.band_stream import BandCovariance, BandStream
+from oma_identifier.bands import plan_bands
+from oma_identifier.output_covariance import WhenFull
+from oma_identifier.settings import IdentificationSettings
+
+
+class RecordStreams:
+    """Block covariances of all bands of a record, each sample counted once.
+
+    Parameters
+    ----------
+    settings : IdentificationSettings
+        Band, orders and window length.
+    when_full : WhenFull
+        RETIRE for the newest window, JOIN for the whole record.
+    """
+
+    def __init__(self, settings: IdentificationSettings, when_full: WhenFull) -> None:
+        self._settings = settings
+        self._when_full = when_full
+        self._streams: list[BandStream] = []
+        self._last: Samples | None = None
+
+    def add(self, samples: Samples) -> None:
+        """Add what is new in a window.
+
+        Where it does not continue the last one, a sliding window starts again; a whole record
+        goes on after the gap.
+        """
+        first = 0
+        if self._last is not None and self._continues(samples):
+            passed_ns = self._last.end_ns - samples.start_ns
+            first = round(passed_ns * samples.sample_rate_hz / NANOSECONDS_PER_SECOND)
+        elif self._goes_on(samples):
+            for stream in self._streams:
+                stream.interrupt()
+        else:
+            self._start(samples)
+        for stream in self._streams:
+            stream.add(samples.acceleration[first:])
+        self._last = Samples(
+            samples.acceleration[:0], samples.sample_rate_hz, samples.channels, samples.end_ns
+        )
+
+    def _same_grid(self, samples: Samples) -> bool:
+        last = self._last
+        return (
+            last is not None
+            and samples.channels == last.channels
+            and samples.sample_rate_hz == last.sample_rate_hz
+        )
+
+    def _continues(self, samples: Samples) -> bool:
+        last = self._last
+        return (
+            last is not None
+            and self._same_grid(samples)
+            and samples.start_ns <= last.start_ns <= samples.end_ns
+        )
+
+    def _goes_on(self, samples: Samples) -> bool:
+        last = self._last
+        return (
+            last is not None
+            and self._when_full is WhenFull.JOIN
+            and self._same_grid(samples)
+            and samples.start_ns > last.start_ns
+        )
+
+    def _start(self, samples: Samples) -> None:
+        window_s = self._settings.window_s
+        # The length of the whole record is not known yet: plan for an endless one.
+        duration_s = min(window_s, samples.duration_s)
+        if self._when_full is WhenFull.JOIN:
+            duration_s = float('inf')
+        bands = plan_bands(samples.sample_rate_hz, duration_s, self._settings)
+        span_s = min(window_s, samples.duration_s)
+        self._streams = [
+            BandStream(band, self._settings, span_s, self._when_full) for band in bands
+        ]
+
+    def results(self) -> list[BandCovariance | None]:
+        """Return the covariances of all bands so far."""
+        return [stream.result() for stream in self._streams]

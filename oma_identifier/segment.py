@@ -1,0 +1,158 @@
+"""The common grid of one uninterrupted stretch of data, and the rows on it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from oma_identifier.lattice import GridRows
+from oma_identifier.source import Source
+from oma_identifier.source_stream import REORDER_NS
+
+STRETCH_S = 0.5
+FEWEST_ROWS = 256
+WAIT_NS = 5 * NANOSECONDS_PER_SECOND
+"""Data time a silent source is waited for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Rows of all sources from one grid index on.
+
+    Parameters
+    ----------
+    first_row : int
+        Grid index of the first row.
+    rows : dict of str to GridRows
+        By source.
+    """
+
+    first_row: int
+    rows: dict[str, GridRows]
+
+    @property
+    def n_rows(self) -> int:
+        """Rows of the stretch."""
+        return len(next(iter(self.rows.values())).lost)
+
+
+@dataclass
+class Segment:
+    """Turns ordered samples into stretches of grid rows.
+
+    Parameters
+    ----------
+    start_ns : int [ns]
+        Time of row 0.
+    sample_rate_hz : float [Hz]
+        Rate of the grid.
+    reference : Source
+        Its clock is the grid's when it counts its samples.
+    window_rows, hop_rows : int
+        Length of a window, and from one to the next.
+    """
+
+    start_ns: int
+    sample_rate_hz: float
+    reference: Source
+    window_rows: int
+    hop_rows: int
+    n_rows: int = 0
+    stretches: list[Stretch] = field(default_factory=list)
+    next_window: int = 0
+    drift_ns: float = 0.0
+
+    @property
+    def step_ns(self) -> float:
+        """Step of the grid [ns]."""
+        return NANOSECONDS_PER_SECOND / self.sample_rate_hz
+
+    def time_ns(self, row: int) -> int:
+        """Return the time of a row [ns]."""
+        return self.start_ns + round(self.drift_ns + row * self.step_ns)
+
+    def label_ns(self, row: int) -> int:
+        """Return the time of a row by the grid's own clock [ns]."""
+        return self.start_ns + round(row * self.step_ns)
+
+    @property
+    def next_end(self) -> int:
+        """Row just after the next stretch: a round number, or the end of the next window."""
+        stretch = max(FEWEST_ROWS, round(STRETCH_S * self.sample_rate_hz))
+        end = (self.n_rows // stretch + 1) * stretch
+        window_end = self.next_window * self.hop_rows + self.window_rows
+        return min(end, window_end) if window_end > self.n_rows else end
+
+    def ready(self, sources: Sequence[Source], *, closing: bool) -> bool:
+        """Tell whether the samples of the next stretch are there."""
+        end_ns = self.time_ns(self.next_end)
+        if closing:
+            return self.rows_left(sources) >= self.next_end - self.n_rows
+        newest = max(source.stream.newest_ns for source in sources)
+        # Samples may come late by a second; only the end of a window is not kept waiting, as
+        # long as nothing has ever come out of order.
+        due_ns = end_ns + REORDER_NS
+        if not any(source.stream.disordered for source in sources):
+            window_end = self.next_window * self.hop_rows + self.window_rows
+            due_ns = max(end_ns, min(due_ns, self.time_ns(window_end)))
+        if newest < due_ns:
+            return False
+        return all(
+            source.stream.newest_ns >= due_ns + source.margin_ns(self.step_ns)
+            or source.stream.newest_ns < newest - WAIT_NS - source.margin_ns(self.step_ns)
+            for source in sources
+        )
+
+    def rows_left(self, sources: Sequence[Source]) -> int:
+        """Return the rows that can still be made of the samples there are."""
+        newest = max(source.stream.newest_ns for source in sources)
+        live = [
+            source.stream.newest_ns
+            for source in sources
+            if source.stream.newest_ns > newest - WAIT_NS
+        ]
+        end_ns = min(live) + self.step_ns / 2.0
+        return max(0, math.floor((end_ns - self.time_ns(self.n_rows)) / self.step_ns) + 1)
+
+    def advance(self, sources: Sequence[Source], end: int) -> Stretch:
+        """Make the rows up to ``end`` and return them."""
+        self._follow_reference(end)
+        n_rows = end - self.n_rows
+        start = self.time_ns(self.n_rows)
+        rows = {source.name: source.on_grid(start, n_rows, self.step_ns) for source in sources}
+        stretch = Stretch(self.n_rows, rows)
+        self.stretches.append(stretch)
+        self.n_rows = end
+        for source in sources:
+            keep = source.margin_ns(self.step_ns) + round(200 * source.period_ns)
+            source.stream.forget(self.time_ns(end) - keep)
+            source.stream.sealed_ns = self.time_ns(end)
+        return stretch
+
+    def _follow_reference(self, end: int) -> None:
+        """Lead the grid along the clock of a reference that counts its samples."""
+        if self.reference.clock is None:
+            return
+        start, stop = self.time_ns(self.n_rows), self.time_ns(end)
+        stamps = self.reference.stream.samples().stamp_ns
+        first, last = np.searchsorted(stamps, [start - self.step_ns / 2, stop])
+        if last - first < 2:
+            return
+        beside = (stamps[first:last] - start) / self.step_ns
+        offset = float(np.median(beside - np.rint(beside)))
+        if abs(offset) < 0.45:
+            self.drift_ns += offset * self.step_ns
+
+    def silent(self, stretch: Stretch) -> NDArray[np.bool_]:
+        """Return the rows for which no source has a sample."""
+        return np.asarray(np.all([rows.lost for rows in stretch.rows.values()], axis=0))
+
+    def forget(self) -> None:
+        """Drop rows before the next window."""
+        first = self.next_window * self.hop_rows
+        self.stretches = [
+            stretch for stretch in self.stretches if stretch.first_row + stretch.n_rows > first
+        ]

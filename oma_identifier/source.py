@@ -1,0 +1,228 @@
+"""One sensor or recorder: its channels, its samples in order, and its place on the grid."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import Channel, SensorLayout
+from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
+from oma_identifier.block_clock import BlockClock
+from oma_identifier.lattice import GridRows, make_lattice, margin_ns, on_grid
+from oma_identifier.source_stream import OrderedSamples, SourceStream
+
+RATE_CHANGE = 0.1
+"""Share by which the rate of the stamps must change to count as another rate."""
+FEWEST_FOR_RATE = 20
+LEARN_NS = NANOSECONDS_PER_SECOND
+
+
+@dataclass
+class Source:
+    """One source of responses.
+
+    Parameters
+    ----------
+    name : str
+        Topic.
+    channels : tuple of Channel
+        One per column that is used.
+    columns : tuple of int
+        Columns of the samples that are used.
+    stream : SourceStream
+        Its samples in order.
+    clock : BlockClock or None
+        For a source that counts its samples.
+    period_ns : float [ns]
+        Step between samples; 0 until it is known.
+    jitter_std_s, phase : float
+        Of the newest stretch: scatter of the stamps [s], lattice beside the grid [steps].
+    """
+
+    name: str
+    channels: tuple[Channel, ...]
+    columns: tuple[int, ...]
+    stream: SourceStream
+    clock: BlockClock | None = None
+    period_ns: float = 0.0
+    jitter_std_s: float = 0.0
+    rate_changed: bool = False
+    flags: set[str] = field(default_factory=set)
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second."""
+        return NANOSECONDS_PER_SECOND / self.period_ns if self.period_ns else 0.0
+
+    @property
+    def measured_rate_hz(self) -> float:
+        """Samples per second, by the stamps."""
+        return self.clock.measured_rate_hz if self.clock else self.rate_hz
+
+    def add_stamped(self, samples: StampedSamples) -> None:
+        """Take in per-sample messages."""
+        self.stream.add(samples.stamp_ns, samples.acceleration[:, self.columns])
+
+    def add_block(self, block: SampleBlock) -> None:
+        """Take in a block; one with another rate or a new clock is marked."""
+        if self.clock is None:
+            return
+        if block.sample_rate_hz != self.clock.sample_rate_hz:
+            self.clock = BlockClock(block.sample_rate_hz)
+            self.period_ns = NANOSECONDS_PER_SECOND / block.sample_rate_hz
+            self.rate_changed = True
+        times = self.clock.times(block)
+        if times.n_repeated:
+            self.stream.events.duplicates += [block.stamp_ns] * times.n_repeated
+            return
+        if times.restarted:
+            self.flags.add('clock_jump')
+        self.stream.add(
+            times.stamp_ns, np.asarray(block.acceleration[:, self.columns], dtype=np.float64)
+        )
+
+    def restart(self) -> None:
+        """Go on with what came after the clock jumped back."""
+        later = self.stream.jumped
+        events = self.stream.events
+        self.stream = SourceStream(len(self.channels))
+        self.stream.events = events
+        for part in later:
+            self.stream.add(part.stamp_ns, part.values)
+
+    def learn_period(self) -> None:
+        """Take the step from the stamps held, when enough are there."""
+        if self.clock is not None:
+            self.period_ns = NANOSECONDS_PER_SECOND / self.clock.sample_rate_hz
+            return
+        stamps = self.stream.samples().stamp_ns
+        if len(stamps) >= 4:
+            # Of the first second only: how much more has arrived must not matter.
+            self.period_ns = _mean_step(
+                stamps[: max(4, int(np.searchsorted(stamps, stamps[0] + LEARN_NS)))]
+            )
+
+    def on_grid(self, start_ns: int, n_rows: int, step_ns: float) -> GridRows:
+        """Return the samples at ``n_rows`` times of the common grid.
+
+        Parameters
+        ----------
+        start_ns : int [ns]
+            Time of the first row.
+        n_rows : int
+            Rows.
+        step_ns : float [ns]
+            Step of the grid.
+        """
+        grid_ns = step_ns * np.arange(n_rows, dtype=np.float64)
+        samples = self._near(start_ns, int(grid_ns[-1]), step_ns)
+        self._follow_rate(samples, start_ns, start_ns + int(grid_ns[-1]))
+        lattice = make_lattice(samples, start_ns, self.period_ns, uniform=self.clock is not None)
+        if lattice is None:
+            return _nothing(n_rows, len(self.channels))
+        self.jitter_std_s = lattice.jitter_std_s
+        return on_grid(lattice, grid_ns, self.cutoff(step_ns))
+
+    def cutoff(self, step_ns: float) -> float:
+        """Return the pass band on a grid, as a share of the source's own."""
+        ratio = self.period_ns / step_ns
+        # Clocks of the same nominal rate differ a little; that is not another rate.
+        return 1.0 if ratio > 0.99 else ratio
+
+    def margin_ns(self, step_ns: float) -> int:
+        """Return how much later than the grid samples must be there [ns]."""
+        if self.clock is not None and self.cutoff(step_ns) >= 1.0:
+            same = abs(self.period_ns / step_ns - 1.0) < 1e-9
+            if same:
+                return int(self.period_ns)
+        return margin_ns(self.period_ns, self.cutoff(step_ns))
+
+    def _near(self, start_ns: int, length_ns: int, step_ns: float) -> OrderedSamples:
+        held = self.stream.samples()
+        # Not one sample more to the right than was waited for: how many more have arrived by
+        # chance must not matter.
+        margin = margin_ns(self.period_ns, self.cutoff(step_ns))
+        before = start_ns - margin - int(40 * self.period_ns)
+        after = start_ns + length_ns + self.margin_ns(step_ns)
+        first, last = np.searchsorted(held.stamp_ns, [before, after])
+        return OrderedSamples(held.stamp_ns[first:last], held.values[first:last])
+
+    def _follow_rate(self, samples: OrderedSamples, start_ns: int, end_ns: int) -> None:
+        if self.clock is not None:
+            return
+        inside = samples.stamp_ns[(samples.stamp_ns >= start_ns) & (samples.stamp_ns <= end_ns)]
+        if len(inside) < FEWEST_FOR_RATE:
+            return
+        step = float(np.median(np.diff(inside)))
+        if abs(step / self.period_ns - 1.0) > RATE_CHANGE:
+            self.period_ns = _mean_step(inside)
+            self.rate_changed = True
+
+
+def make_source(
+    measurement: StampedSamples | SampleBlock, layout: SensorLayout | None
+) -> Source | None:
+    """Return a new source for a measurement; None when the layout knows none of its channels."""
+    if isinstance(measurement, SampleBlock):
+        names = measurement.channel_names
+        clock = BlockClock(measurement.sample_rate_hz)
+        given = [_channel_of_block(name, layout) for name in names]
+    else:
+        clock = None
+        given = _channels_of_sensor(measurement, layout)
+    columns = tuple(index for index, channel in enumerate(given) if channel is not None)
+    channels = tuple(channel for channel in given if channel is not None)
+    if not channels:
+        return None
+    source = Source(
+        name=measurement.source,
+        channels=channels,
+        columns=columns,
+        stream=SourceStream(len(channels)),
+        clock=clock,
+    )
+    if clock is not None:
+        source.period_ns = NANOSECONDS_PER_SECOND / clock.sample_rate_hz
+    return source
+
+
+def _channel_of_block(name: str, layout: SensorLayout | None) -> Channel | None:
+    if layout is None:
+        return Channel(name=name)
+    return next((channel for channel in layout.channels if channel.name == name), None)
+
+
+def _channels_of_sensor(
+    samples: StampedSamples, layout: SensorLayout | None
+) -> list[Channel | None]:
+    if samples.channel_names:
+        return [_channel_of_block(name, layout) for name in samples.channel_names]
+    plain = samples.source.strip('/')
+    axes = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
+    if layout is None:
+        return [
+            Channel(name=f'{plain}.{axis}', frame_id=samples.frame_id, direction=direction)
+            for axis, direction in axes.items()
+        ]
+    for sensor in layout:
+        topic = sensor.topic.strip('/')
+        if topic and (plain == topic or plain.endswith(f'/{topic}')):
+            by_axis = dict(zip(sensor.axes, sensor.channels(), strict=True))
+            return [by_axis.get(axis) for axis in axes]
+    return [None, None, None]
+
+
+def _mean_step(stamps: NDArray[np.int64]) -> float:
+    """Return the mean step between neighbours, gaps left out [ns]."""
+    steps = np.diff(stamps)
+    typical = float(np.median(steps))
+    return float(np.mean(steps[steps < 1.5 * typical]))
+
+
+def _nothing(n_rows: int, n_channels: int) -> GridRows:
+    return GridRows(
+        values=np.zeros((n_rows, n_channels)),
+        lost=np.ones(n_rows, dtype=bool),
+        filled=np.zeros(n_rows, dtype=bool),
+        bad=np.zeros((n_rows, n_channels), dtype=bool),
+    )

@@ -1,0 +1,109 @@
+"""Singular values of the cross-spectral density: the background of a stabilisation diagram."""
+
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft
+from scipy.signal.windows import hann
+
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.samples import Samples
+
+N_VALUES = 3
+LONGEST_SEGMENT_S = 60.0
+FEWEST_SEGMENTS = 8
+REFRESHED = 1.0 / 16.0
+"""Share of a window that is new when its spectrum is made again."""
+
+
+@dataclass(frozen=True, slots=True)
+class SingularValueSpectrum:
+    """Largest singular values of the cross-spectral density.
+
+    Parameters
+    ----------
+    frequency_hz : (n_frequencies,) array [Hz]
+        Without 0.
+    singular_value : (n_frequencies, n_values) array [(m/s²)²/Hz]
+        Falling along axis 1, one-sided density.
+    """
+
+    frequency_hz: NDArray[np.float64]
+    singular_value: NDArray[np.float64]
+
+
+def singular_value_spectrum(
+    samples: Samples, max_frequency_hz: float | None = None, n_values: int = N_VALUES
+) -> SingularValueSpectrum:
+    """Return the singular values of Welch's estimate with half-overlapping Hann segments.
+
+    Parameters
+    ----------
+    samples : Samples
+        Of any length from 16 rows.
+    max_frequency_hz : float [Hz] or None
+        Where to stop; None: at half the sample rate.
+    n_values : int
+        How many singular values.
+
+    References
+    ----------
+    Welch (1967), doi:10.1109/TAU.1967.1161901;
+    Brincker, Zhang and Andersen (2001), doi:10.1088/0964-1726/10/3/303 (singular values).
+    """
+    rate, data = samples.sample_rate_hz, samples.acceleration
+    length = max(16, int(min(LONGEST_SEGMENT_S * rate, 2 * len(data) / (FEWEST_SEGMENTS + 1))))
+    length = min(next_fast_len(length, real=True), len(data))
+    taper = hann(length, sym=False)
+    scale = 2.0 / (rate * np.sum(taper**2))
+    frequency = np.fft.rfftfreq(length, 1.0 / rate)
+    keep = (frequency > 0.0) & (frequency <= (max_frequency_hz or rate))
+    starts = range(0, len(data) - length + 1, max(1, length // 2))
+    # Single precision and channels as rows: half the time, and a picture needs no more.
+    rows = np.ascontiguousarray(data.T, dtype=np.float32)
+    rows -= rows.mean(axis=1, keepdims=True)
+    shorter = taper.astype(np.float32)
+    lines = np.array(
+        [rfft(rows[:, start : start + length] * shorter, axis=1)[:, keep] for start in starts]
+    )
+    # Singular values of the density matrix: those of its square root, the segments' lines.
+    root = lines.transpose(2, 1, 0) if data.shape[1] <= len(starts) else lines.transpose(2, 0, 1)
+    root = root * np.float32(math.sqrt(scale / len(starts)))
+    values = np.linalg.eigvalsh(root @ root.conj().transpose(0, 2, 1)).astype(np.float64)
+    falling: NDArray[np.float64] = np.maximum(values[:, ::-1][:, :n_values], 0.0)
+    return SingularValueSpectrum(np.asarray(frequency[keep], dtype=np.float64), falling)
+
+
+class SlidingSpectrum:
+    """Spectra of windows that overlap; one that hardly differs from the last is not made again.
+
+    Parameters
+    ----------
+    max_frequency_hz : float [Hz] or None
+        As for :func:`singular_value_spectrum`.
+    """
+
+    def __init__(self, max_frequency_hz: float | None = None) -> None:
+        self._max_frequency_hz = max_frequency_hz
+        self._of: Samples | None = None
+        self._last = empty_spectrum()
+
+    def of(self, samples: Samples) -> SingularValueSpectrum:
+        """Return the spectrum of a window, at most a sixteenth of a window old."""
+        if self._of is None or not self._nearly(self._of, samples):
+            self._last = singular_value_spectrum(samples, self._max_frequency_hz)
+            self._of = replace(samples, acceleration=samples.acceleration[:0])
+        return self._last
+
+    @staticmethod
+    def _nearly(first: Samples, second: Samples) -> bool:
+        same = first.channels == second.channels and first.sample_rate_hz == second.sample_rate_hz
+        passed_s = (second.start_ns - first.start_ns) / NANOSECONDS_PER_SECOND
+        return same and 0.0 < passed_s < REFRESHED * second.duration_s
+
+
+def empty_spectrum() -> SingularValueSpectrum:
+    """Return a spectrum without lines."""
+    return SingularValueSpectrum(np.empty(0), np.empty((0, N_VALUES)))

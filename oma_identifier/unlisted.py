@@ -1,0 +1,50 @@
+"""Shapes of strong modes that a list of modes lacks.
+
+A likelihood of listed modes is biased by what they leave unexplained.  Where channels outnumber
+modes, what is left after projecting out all listed shapes shows where an unlisted mode resonates,
+and the channels there show its shape.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.band_data import Spectra, StartModes
+
+MOST_UNLISTED = 4
+STANDS_OUT = 10.0
+"""Largest over median singular value of the residual spectrum, as powers."""
+LINES = 8
+ASSUMED_DAMPING = 0.02
+
+
+def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]) -> StartModes:
+    """Return the modes followed by stand-ins for strong modes that are missing.
+
+    They are rough and want refining with the others.
+    """
+    lines = np.flatnonzero(usable)
+    values = spectra.values[lines]
+    power = np.mean(np.abs(values) ** 2, axis=0)
+    frequency, damping, shapes = start.frequency_hz, start.damping_ratio, start.shapes
+    scale = 1.0 / np.sqrt(power)
+    for _ in range(MOST_UNLISTED):
+        n_channels, n_modes = shapes.shape
+        if n_channels < 2 * n_modes:
+            break
+        scaled = shapes * scale[:, None]
+        basis = np.linalg.svd(scaled, full_matrices=True)[0][:, n_modes:].conj()
+        # The whole spectrum at once: one strong direction of the residual is one mode.
+        residual = (values * scale) @ basis
+        covariance = residual.conj().T @ residual / len(residual)
+        levels, vectors = np.linalg.eigh(covariance)
+        if levels[-1] < STANDS_OUT * np.median(levels):
+            break
+        track = np.abs(residual @ vectors[:, -1]) ** 2
+        smooth = np.convolve(track, np.full(LINES, 1.0 / LINES), mode='same')
+        peak = int(np.argmax(smooth))
+        near = values[max(0, peak - LINES) : peak + LINES + 1] * scale
+        shape = np.linalg.eigh(near.T @ near.conj())[1][:, -1] / scale
+        shapes = np.column_stack([shapes, shape / np.linalg.norm(shape)])
+        frequency = np.append(frequency, spectra.frequency_hz[lines[peak]])
+        damping = np.append(damping, ASSUMED_DAMPING)
+    return StartModes(frequency, damping, shapes)

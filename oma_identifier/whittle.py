@@ -1,0 +1,416 @@
+"""The Whittle likelihood of a few modes in one frequency band, maximised by Fisher scoring.
+
+The discrete Fourier transforms F_k of all channels at the frequencies of a band are independent
+complex Gaussian vectors with covariance E_k = Φ H_k S H_kᴴ Φᴴ + diag s: mode shapes Φ,
+accelerances H_k, the cross spectral density S of the modal forces (a power of frequency over this
+band) and the noise s of each channel.
+Modes beside the band take part with fixed poles and shapes, since their tails are coherent with
+the forces of the band's own modes.
+
+References
+----------
+Au (2017), Operational Modal Analysis, Springer, doi:10.1007/978-981-10-4118-1, chapters 10, 12;
+Whittle (1953), Arkiv för Matematik 2, 423-434.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.whittle_information import Evaluated, gradient
+from oma_identifier.whittle_information import information as fisher_information
+
+CONVERGED_CHANGE = 0.01
+"""Change of the log-likelihood at which no parameter moves by more than 0.14 of its deviation."""
+NEARLY_UNDAMPED = 0.1
+HOPELESS_MISFIT, HOPELESS_GAIN, CHECKED_EVERY = 3.0, 0.8, 6
+"""A fit so bad that does not get better by this factor in so many steps is given up."""
+FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-6, 1e6
+NOISE_LOG_STD = 1.0
+LARGEST_LOG_STEP = (0.2, 0.7, 2.0)
+"""Of frequency, damping ratio and noise."""
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class BandData:
+    """Averaged periodograms of one band.
+
+    Parameters
+    ----------
+    frequency_hz : (n_lines,) array [Hz]
+        Mean frequency of each average.
+    periodogram : (n_lines, n_channels, n_channels) complex array
+        F Fᴴ averaged over neighbouring frequencies.
+    n_averaged : (n_lines,) array
+        Number of frequencies in each average.
+    n_noise : float
+        Number of further complex values that hold noise alone.
+    noise_power : float
+        Their mean squared magnitude.
+    """
+
+    frequency_hz: Real
+    periodogram: Complex
+    n_averaged: Real
+    n_noise: float
+    noise_power: float
+
+
+@dataclass(frozen=True, slots=True)
+class SlopePrior:
+    """A Gaussian prior on the exponent of the force density over frequency."""
+
+    mean: float = 0.0
+    std: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class BandModel:
+    """Modes of one band; the first ``n_free`` of them are estimated, the others are tails.
+
+    Parameters
+    ----------
+    frequency_hz, damping_ratio : (n_modes,) array [Hz], [-]
+        Natural frequencies and damping ratios.
+    shapes : (n_channels, n_modes) complex array
+        Of unit length.
+    force : (n_modes, n_modes) complex array
+        Cross spectral density of the modal forces, Hermitian.
+    noise : (n_channels,) array
+        Noise power of each channel.
+    n_free : int
+        Number of modes whose pole and shape are estimated.
+    one_noise : bool
+        All channels have the same noise.
+    reference_hz : float [Hz]
+        Frequency at which ``force`` holds.
+    slope : float
+        Elsewhere it holds times (f / reference)^slope: white over a band is too much to ask for.
+    slope_prior : SlopePrior
+        What is known about the slope from elsewhere.
+    """
+
+    frequency_hz: Real
+    damping_ratio: Real
+    shapes: Complex
+    force: Complex
+    noise: Real
+    n_free: int
+    one_noise: bool
+    reference_hz: float
+    slope: float = 0.0
+    slope_prior: 'SlopePrior' = field(default_factory=lambda: SlopePrior())
+
+
+@dataclass(frozen=True, slots=True)
+class BandFit:
+    """The maximum of the likelihood of one band.
+
+    Parameters
+    ----------
+    model : BandModel
+        At the maximum.
+    frequency_std, damping_ratio_std : (n_free,) array
+        Relative standard deviations from the Fisher information.
+    slope_std : float
+        Of the exponent of the force density.
+    converged : bool
+        A further step would be far below a standard deviation.
+    n_steps : int
+        Scoring steps taken.
+    misfit : float
+        Mean square of the whitened residual over what the model expects; 1 for a perfect model.
+    """
+
+    model: BandModel
+    frequency_std: Real
+    damping_ratio_std: Real
+    slope_std: float
+    converged: bool
+    n_steps: int
+    misfit: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Evaluation:
+    """One model against the data: likelihood, L⁻¹ of E_k = L Lᴴ, H, ΦH and L⁻¹(P - E)L⁻ᴴ."""
+
+    value: float
+    whitening: Complex
+    bare: Complex
+    gain: Complex
+    amplitude: Complex
+    residual: Complex
+
+
+@dataclass(frozen=True, slots=True)
+class _Quadratic:
+    """Fisher information and downhill gradient at one model."""
+
+    information: Real
+    gradient: Real
+
+
+@dataclass(frozen=True, slots=True)
+class _Prior:
+    """A weak Gaussian prior on the forces of tails and on the noise, where a band says nothing.
+
+    Far tails look alike within one band, so that their forces are not determined by its data, nor
+    is the noise of a channel that the modes drown.  The standard deviation of a force entry is the
+    geometric mean of the two force levels; that of the logarithm of the noise is NOISE_LOG_STD.
+    """
+
+    force: Complex
+    slope: float
+    noise: Real
+    weight: Real
+
+    @classmethod
+    def of(cls, start: BandModel) -> '_Prior':
+        level = np.diag(start.force).real
+        first, second = _pairs(len(level))
+        weight = np.where(second >= start.n_free, 1.0 / (level[first] * level[second]), 0.0)
+        weight[first != second] *= 2.0
+        n_noise = 1 if start.one_noise else len(start.noise)
+        noise = np.full(n_noise, NOISE_LOG_STD**-2)
+        slope = [start.slope_prior.std**-2]
+        return cls(
+            start.force,
+            start.slope_prior.mean,
+            start.noise[:n_noise],
+            np.concatenate([weight, weight[first != second], slope, noise]),
+        )
+
+    def offset(self, model: BandModel) -> Real:
+        """Return centre minus model, in the order of the last parameters."""
+        difference = self.force - model.force
+        first, second = _pairs(len(difference))
+        off = difference[first, second][first != second]
+        noise = np.log(self.noise / model.noise[: len(self.noise)])
+        slope = [self.slope - model.slope]
+        return np.concatenate([difference[first, second].real, off.imag, slope, noise])
+
+    def weighted(self, model: BandModel) -> tuple[Real, Real]:
+        """Return information and gradient, in the order of the last parameters."""
+        return self.weight, self.weight * self.offset(model)
+
+    def value(self, model: BandModel) -> float:
+        """Return the negative logarithm of the prior."""
+        return float(0.5 * np.sum(self.weight * self.offset(model) ** 2))
+
+
+def accelerance(frequency_hz: Real, natural_hz: Real, damping_ratio: Real) -> Complex:
+    """Return acceleration per modal force, 1 / (1 - β² - 2iζβ), β = f_n / f, lines × modes."""
+    beta = natural_hz / frequency_hz[:, None]
+    return np.asarray(1.0 / (1.0 - beta**2 - 2j * damping_ratio * beta))
+
+
+def _log_frequency(data: BandData, model: BandModel) -> Real:
+    return np.asarray(np.log(data.frequency_hz) - np.log(model.reference_hz))
+
+
+def fit_band(
+    data: BandData, start: BandModel, max_steps: int = 30, warm: BandModel | None = None
+) -> BandFit:
+    """Maximise the likelihood from a start near the maximum.
+
+    Levenberg-damped Fisher scoring: the information matrix needs no second derivative.
+
+    Parameters
+    ----------
+    data : BandData
+        Of one band.
+    start : BandModel
+        With shapes of unit length and a positive definite force; the prior is centred on it.
+    max_steps : int
+        Scoring steps, those rejected included.
+    warm : BandModel or None
+        Where to begin instead, of the same size.
+    """
+    # Far from the maximum numbers may overflow; such a step is rejected, not reported.
+    with np.errstate(over='ignore', invalid='ignore', divide='ignore'):
+        return _fit_band(data, start, max_steps, warm)
+
+
+def _fit_band(data: BandData, start: BandModel, max_steps: int, warm: BandModel | None) -> BandFit:
+    prior = _Prior.of(start)
+    model, damping, n_steps, converged = start, FIRST_DAMPING, 0, False
+    current = None if warm is None else _evaluate(data, warm, prior)
+    if current is not None and warm is not None:
+        model = warm
+    else:
+        current = _evaluate(data, start, prior)
+    if current is None:
+        unknown = np.full(start.n_free, np.nan)
+        return BandFit(start, unknown, unknown, np.nan, False, 0, np.inf)
+    quadratic = _quadratic(data, model, prior, current)
+    misfit = np.inf
+    while n_steps < max_steps and damping < LARGEST_DAMPING and not converged:
+        n_steps += 1
+        if n_steps % CHECKED_EVERY == 0:
+            before, misfit = misfit, _misfit(data, current)
+            if misfit > max(HOPELESS_MISFIT, HOPELESS_GAIN * before):
+                break
+        candidate = _moved(model, _step(quadratic, damping))
+        trial = _evaluate(data, candidate, prior)
+        if trial is not None and damping < NEARLY_UNDAMPED:
+            converged = abs(trial.value - current.value) < CONVERGED_CHANGE
+        if trial is None or trial.value > current.value:
+            damping *= 10.0
+            continue
+        damping = max(damping / 4.0, LEAST_DAMPING)
+        model, current = candidate, trial
+        quadratic = _quadratic(data, model, prior, current)
+    deviation = _deviations(quadratic.information)
+    poles = deviation[: start.n_free * 2 * len(model.shapes)].reshape(start.n_free, -1)
+    slope_std = float(deviation[start.n_free * 2 * len(model.shapes) + len(start.force) ** 2])
+    misfit = _misfit(data, current)
+    return BandFit(model, poles[:, 0], poles[:, 1], slope_std, converged, n_steps, misfit)
+
+
+def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | None:
+    """Return None where the model is no covariance."""
+    # Written so that a parameter that is no number is refused as well.
+    if not (np.all(model.damping_ratio > 1e-5) and np.all(model.damping_ratio < 0.9)):
+        return None
+    bare = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
+    gain = bare * np.exp(0.5 * model.slope * _log_frequency(data, model))[:, None]
+    amplitude = model.shapes * gain[:, None, :]
+    identity = np.eye(len(model.shapes))
+    covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
+    covariance += np.diag(model.noise)
+    if not np.isfinite(covariance).all():
+        return None
+    try:
+        factor = np.linalg.cholesky(covariance)
+        whitening = np.asarray(np.linalg.inv(factor))
+    except np.linalg.LinAlgError:
+        return None
+    white: Complex = whitening @ data.periodogram @ whitening.conj().transpose(0, 2, 1)
+    logarithm = 2.0 * np.sum(np.log(np.einsum('kii->ki', factor).real), axis=1)
+    value = np.sum(data.n_averaged * (logarithm + np.einsum('kii->k', white).real))
+    if model.one_noise:
+        power = model.noise[0]
+        value += data.n_noise * (np.log(power) + data.noise_power / power)
+    value += prior.value(model)
+    if not np.isfinite(value):
+        return None
+    return _Evaluation(
+        float(value),
+        whitening,
+        bare,
+        gain,
+        amplitude,
+        np.asarray(white - identity),
+    )
+
+
+def _quadratic(data: BandData, model: BandModel, prior: _Prior, at: _Evaluation) -> _Quadratic:
+    evaluated = _evaluated(data, model, at)
+    information = fisher_information(evaluated, model.one_noise)
+    downhill = gradient(evaluated, model.one_noise)
+    if model.one_noise:
+        information[-1, -1] += data.n_noise
+        downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
+    weight, pull = prior.weighted(model)
+    last = np.arange(len(downhill) - len(weight), len(downhill))
+    information[last, last] += weight
+    downhill[last] += pull
+    return _Quadratic(information, downhill)
+
+
+def _evaluated(data: BandData, model: BandModel, at: _Evaluation) -> Evaluated:
+    free = slice(0, model.n_free)
+    beta = model.frequency_hz[free] / data.frequency_hz[:, None]
+    by_damping = at.bare[:, free] * 2j * model.damping_ratio[free] * beta
+    back = at.whitening.conj().transpose(0, 2, 1)
+    return Evaluated(
+        count=data.n_averaged,
+        amplitude=at.amplitude,
+        response=at.amplitude @ model.force[:, free],
+        precision=np.asarray(back @ at.whitening),
+        residual=np.asarray(back @ at.residual @ at.whitening),
+        excess=np.einsum('kii->k', at.residual).real,
+        gain=at.gain[:, free],
+        by_frequency=at.bare[:, free] * 2.0 * beta**2 + by_damping,
+        by_damping=by_damping,
+        log_frequency=_log_frequency(data, model),
+        noise=model.noise,
+        across=np.array([_across(shape) for shape in model.shapes.T[free]]),
+    )
+
+
+def _across(shape: Complex) -> Complex:
+    """Return an orthonormal basis of the directions across a shape."""
+    return np.asarray(np.linalg.qr(shape[:, None], mode='complete')[0][:, 1:])
+
+
+def _pairs(n_modes: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return rows and columns of the diagonal and upper triangle, row by row."""
+    return np.triu_indices(n_modes)
+
+
+def _step(quadratic: _Quadratic, damping: float) -> Real:
+    scale = np.sqrt(np.diag(quadratic.information))
+    scaled = quadratic.information / np.outer(scale, scale)
+    scaled[np.diag_indices_from(scaled)] += damping
+    try:
+        return np.asarray(np.linalg.solve(scaled, quadratic.gradient / scale) / scale)
+    except np.linalg.LinAlgError:
+        return np.full(len(scale), np.nan)
+
+
+def _moved(model: BandModel, step: Real) -> BandModel:
+    """Return the model after a step in the parameters of :func:`gradient`."""
+    frequency, damping = model.frequency_hz.copy(), model.damping_ratio.copy()
+    shapes = model.shapes.copy()
+    length = np.ones(len(frequency))
+    poles = step[: model.n_free * 2 * len(shapes)].reshape(model.n_free, -1)
+    for mode, part in enumerate(poles):
+        frequency[mode] *= np.exp(np.clip(part[0], -LARGEST_LOG_STEP[0], LARGEST_LOG_STEP[0]))
+        damping[mode] *= np.exp(np.clip(part[1], -LARGEST_LOG_STEP[1], LARGEST_LOG_STEP[1]))
+        shapes[:, mode] += _across(model.shapes[:, mode]) @ (part[2::2] + 1j * part[3::2])
+        length[mode] = np.linalg.norm(shapes[:, mode])
+    end = poles.size + len(frequency) ** 2
+    force = _force(model.force, step[poles.size : end]) * np.outer(length, length)
+    noise = model.noise * np.exp(
+        np.clip(step[end + 1 :], -LARGEST_LOG_STEP[2], LARGEST_LOG_STEP[2])
+    )
+    return replace(
+        model,
+        frequency_hz=frequency,
+        damping_ratio=damping,
+        shapes=shapes / length,
+        force=force,
+        noise=noise,
+        slope=model.slope + float(step[end]),
+    )
+
+
+def _force(force: Complex, step: Real) -> Complex:
+    first, second = _pairs(len(force))
+    off = first != second
+    change = np.zeros_like(force)
+    change[first, second] = step[: len(first)]
+    change[first[off], second[off]] += 1j * step[len(first) :]
+    return np.asarray(force + change + np.triu(change, 1).conj().T)
+
+
+def _deviations(information: Real) -> Real:
+    """Return the standard deviations; NaN where the information is no number."""
+    scale = np.sqrt(np.diag(information))
+    if not (np.isfinite(information).all() and np.all(scale > 0.0)):
+        return np.full(len(scale), np.nan)
+    covariance = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-12, hermitian=True)
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0)) / scale)
+
+
+def _misfit(data: BandData, at: _Evaluation) -> float:
+    """Return Σ n |residual|² over its expectation; a white Wishart average has E = r²/n."""
+    squares = np.sum(np.abs(at.residual) ** 2, axis=(1, 2))
+    n_channels = at.residual.shape[1]
+    return float(np.sum(data.n_averaged * squares) / (len(squares) * n_channels**2))

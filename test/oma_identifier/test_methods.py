@@ -1,0 +1,279 @@
+"""Every method finds the modes of a known plant, by name, with the same types."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from benchmarks.plant import Plant, simulate
+from modal_core.channel import Channel
+from modal_core.errors import IdentificationError, LayoutError, SettingsError
+from modal_core.indicators import mac
+from modal_core.mode import Mode, ModeSet
+from modal_core.samples import Samples
+from oma_identifier.csi import csi
+from oma_identifier.fdd import efdd, fdd
+from oma_identifier.half_spectra import half_spectra, HalfSpectra, segment_covariance
+from oma_identifier.hankel_gram import HankelGram
+from oma_identifier.merging import merge_covariances, merge_modes
+from oma_identifier.methods import identify_by, METHODS
+from oma_identifier.plscf import NormalEquations
+from oma_identifier.ssi_data import ssi_data
+
+RATE_HZ = 128.0
+SEED = 17
+
+
+def plant() -> Plant:
+    generator = np.random.default_rng(SEED)
+    return Plant(
+        frequency_hz=np.array([8.0, 14.0, 15.5, 27.0, 40.0]),
+        damping_ratio=np.array([0.025, 0.02, 0.015, 0.02, 0.012]),
+        shapes=generator.standard_normal((6, 5)),
+        participation=generator.standard_normal((5, 4)),
+    )
+
+
+@pytest.fixture(scope='module')
+def samples() -> Samples:
+    return simulate(plant(), np.random.default_rng(SEED), 120.0, RATE_HZ)
+
+
+def law(truth: Plant, duration_s: float) -> np.ndarray:
+    product = 2.0 * np.pi * truth.frequency_hz * truth.damping_ratio * duration_s
+    return np.array([truth.damping_ratio / np.sqrt(product), 1.0 / np.sqrt(product)])
+
+
+def assert_found(modes: ModeSet, truth: Plant, samples: Samples, factor: float) -> None:
+    """Every true mode is there, within so many times the law; nothing else is."""
+    limit = law(truth, samples.duration_s)
+    for index, frequency in enumerate(truth.frequency_hz):
+        near = min(modes, key=lambda mode: abs(mode.frequency_hz - frequency))
+        assert abs(near.frequency_hz / frequency - 1.0) < factor * limit[0, index], frequency
+        error = abs(near.damping_ratio / truth.damping_ratio[index] - 1.0)
+        assert error < factor * limit[1, index], (frequency, near.damping_ratio)
+        assert mac(near.shape, truth.shapes[:, index])[0, 0] > 0.98, frequency
+    assert len(modes) == len(truth.frequency_hz), modes.frequency_hz
+
+
+@pytest.mark.parametrize('method', ['ssi_cov', 'ssi_data', 'plscf'])
+def test_parametric_methods_find_exactly_the_modes(method, samples):
+    result = identify_by(method, samples)
+    assert_found(result.modes, plant(), samples, 5.0)
+    assert result.modes.method == method
+    kept = result.poles.mode_id > 0
+    assert set(result.poles.mode_id[kept]) == set(range(1, len(result.modes) + 1))
+    for number, mode in enumerate(result.modes, start=1):
+        frequency = np.median(result.poles.frequency_hz[result.poles.mode_id == number])
+        assert abs(frequency / mode.frequency_hz - 1.0) < 0.01
+
+
+def test_fdd_finds_peaks_and_efdd_their_damping_without_leakage(samples):
+    truth = plant()
+    assert all(np.isnan(mode.damping_ratio) for mode in fdd(samples))
+    found = efdd(samples)
+    limit = law(truth, samples.duration_s)
+    errors = []
+    for mode in found:
+        index = int(np.argmin(np.abs(truth.frequency_hz - mode.frequency_hz)))
+        assert abs(mode.frequency_hz / truth.frequency_hz[index] - 1.0) < 5.0 * limit[0, index]
+        errors.append(abs(mode.damping_ratio / truth.damping_ratio[index] - 1.0))
+    assert len(errors) >= 4
+    assert np.median(errors) < 0.15, errors
+
+
+def test_efdd_damping_is_not_biased_by_the_spectral_window():
+    """Short segments smear a Welch spectrum; the fit must not see them."""
+    single = Plant(
+        np.array([12.0]), np.array([0.01]), np.ones((2, 1)) * [[1.0], [0.4]], np.ones((1, 1))
+    )
+    errors = []
+    for seed in range(30):
+        found = efdd(
+            simulate(single, np.random.default_rng(seed), 60.0, 64.0, noise=0.02),
+            resolution_hz=0.25,  # as wide as the mode
+        )
+        errors += [mode.damping_ratio / 0.01 - 1.0 for mode in found if mode.frequency_hz > 10.0]
+    assert len(errors) >= 29
+    limit = 1.0 / np.sqrt(2.0 * np.pi * 12.0 * 0.01 * 60.0)
+    assert abs(np.mean(errors)) < 0.5 * limit, f'seeds 0..29: {np.mean(errors)}'
+    assert np.std(errors) < 1.6 * limit, f'seeds 0..29: {np.std(errors)}'
+
+
+def test_methods_are_refused_by_name(samples):
+    with pytest.raises(SettingsError, match='unknown method'):
+        identify_by('magic', samples)
+    with pytest.raises(SettingsError, match='known inputs'):
+        identify_by('csi', samples)
+    assert {'ssi_cov', 'ssi_data', 'plscf', 'csi', 'fdd', 'efdd'} == set(METHODS)
+
+
+def test_hankel_gram_equals_the_products_of_the_matrices_themselves():
+    generator = np.random.default_rng(SEED)
+    for n_channels, of in ((3, np.array([0, 2])), (12, np.arange(10))):
+        rows = generator.standard_normal((200, n_channels))
+        n_rows = 8
+        hankel = np.array([rows[t : t + 200 - n_rows + 1] for t in range(n_rows)])
+        gram = HankelGram(rows, rows[:, of], n_rows)
+        future = hankel[4:].transpose(0, 2, 1).reshape(4 * n_channels, -1)
+        past = hankel[:4][:, :, of].transpose(0, 2, 1).reshape(4 * len(of), -1)
+        np.testing.assert_allclose(
+            gram.product(range(4, 8), range(4)), future @ past.T, atol=1e-10
+        )
+        np.testing.assert_allclose(gram.gram(range(4), of), past @ past.T, atol=1e-10)
+
+
+def test_ssi_data_equals_the_projection_of_the_data_themselves(samples):
+    """Against the textbook: QR of the stacked block Hankel matrices of the record."""
+    rows = samples.acceleration[:2000] / samples.acceleration.std(axis=0)
+    rows = rows - rows.mean(axis=0)
+    references, block_rows, order = np.array([0, 3]), 10, 10
+    n_columns = len(rows) - 2 * block_rows + 1
+    stacked = [rows[t : t + n_columns, references].T for t in range(block_rows)]
+    stacked += [rows[t : t + n_columns].T for t in range(block_rows, 2 * block_rows)]
+    triangle = np.linalg.qr(np.concatenate(stacked).T, mode='r').T
+    n_past = block_rows * len(references)
+    left = np.linalg.svd(triangle[n_past:, :n_past], full_matrices=False)[0][:, :order]
+    transition = np.linalg.lstsq(left[:-6], left[6:], rcond=None)[0]
+    expected = np.linalg.eigvals(transition)
+    found = ssi_data(rows, references, block_rows, range(order, order + 1, 2))
+    expected = np.sort_complex(expected[expected.imag > 0.0])
+    np.testing.assert_allclose(np.sort_complex(found.eigenvalue), expected, rtol=1e-6)
+
+
+def test_segment_covariance_is_exact():
+    rows = np.random.default_rng(SEED).standard_normal((1000, 4))
+    found = segment_covariance(rows, np.array([1, 2]), 30)
+    for lag in (0, 1, 7, 30):
+        expected = rows[lag:].T @ rows[: len(rows) - lag][:, [1, 2]] / (len(rows) - lag)
+        np.testing.assert_allclose(found[lag], expected, atol=1e-12)
+
+
+def test_half_spectrum_of_a_decay_is_its_geometric_series():
+    spectra = half_spectra(
+        np.random.default_rng(SEED).standard_normal((500, 2)), np.array([0]), 50, 0.1, 0.3
+    )
+    assert np.all((spectra.angle >= 0.2 * np.pi - 1e-12) & (spectra.angle <= 0.6 * np.pi + 1e-12))
+    assert np.exp(-spectra.decay * 50) == pytest.approx(0.01)
+
+
+def test_plscf_is_exact_on_an_exact_rational_spectrum():
+    """Two modes, three outputs, two references: order 2 has four poles, and they are the truth."""
+    generator = np.random.default_rng(SEED)
+    poles = np.exp(np.array([-0.02 + 0.5j, -0.03 + 1.3j]))
+    shapes = generator.standard_normal((3, 2)) + 0.2j * generator.standard_normal((3, 2))
+    participation = generator.standard_normal((2, 2))
+    angle = np.linspace(0.1, 2.5, 200)
+    z = np.exp(1j * angle)
+    value = np.zeros((200, 3, 2), dtype=complex)
+    for pole, shape, row in zip(poles, shapes.T, participation, strict=True):
+        residue = np.outer(shape, row)
+        value += residue / (z - pole)[:, None, None]
+        value += residue.conj() / (z - pole.conj())[:, None, None]
+    found = NormalEquations(HalfSpectra(angle, value, 0.0), 2).solve(2)
+    for pole, shape in zip(poles, shapes.T, strict=True):
+        nearest = int(np.argmin(np.abs(found.eigenvalue - pole)))
+        assert abs(found.eigenvalue[nearest] - pole) < 1e-6
+        assert mac(found.shape[:, nearest], shape)[0, 0] > 1.0 - 1e-6
+
+
+def test_csi_uses_the_known_input_that_is_not_white():
+    """A tone in the known input is a false pole for SSI, and none for the combined method."""
+    generator = np.random.default_rng(SEED)
+    n, rate = 12000, 100.0
+    time = np.arange(n) / rate
+    known = lfilter([1.0], [1.0, -0.9], generator.standard_normal(n))
+    known += 3.0 * np.sin(2.0 * np.pi * 17.0 * time)
+    truth_hz, truth_damping = (9.0, 23.0), (0.02, 0.015)
+    unknown = 0.5 * generator.standard_normal(n)
+    response = np.zeros((n, 3))
+    for index, (frequency, damping) in enumerate(zip(truth_hz, truth_damping, strict=True)):
+        pole = 2 * np.pi * frequency * (-damping + 1j * np.sqrt(1 - damping**2)) / rate
+        z = np.exp(pole)
+        q = lfilter([0.0, z.imag], [1.0, -2.0 * z.real, abs(z) ** 2], known + unknown)
+        response += np.outer(q, [(1.0, 0.6, -0.4), (0.5, -1.0, 0.7)][index])
+    response += 0.02 * response.std(axis=0) * generator.standard_normal(response.shape)
+    response /= response.std(axis=0)
+    raw = csi(response, known[:, None], np.arange(3), 15, range(4, 5, 2))
+    pole = np.log(raw.eigenvalue) * rate
+    frequency = np.sort(np.abs(pole)) / 2 / np.pi
+    np.testing.assert_allclose(frequency, truth_hz, rtol=0.005)
+    damping = (-pole.real / np.abs(pole))[np.argsort(np.abs(pole))]
+    np.testing.assert_allclose(damping, truth_damping, rtol=0.2)
+    blind = ssi_data(response, np.arange(3), 15, range(4, 5, 2))
+    blind_hz = np.abs(np.log(blind.eigenvalue) * rate) / 2 / np.pi
+    # Without the input the tone takes the place of a mode.
+    assert np.min(np.abs(blind_hz - 17.0)) < 0.5
+
+
+def test_csi_refuses_inputs_that_do_not_fit():
+    rows = np.random.default_rng(SEED).standard_normal((500, 2))
+    with pytest.raises(IdentificationError, match='length'):
+        csi(rows, rows[:-1, :1], np.array([0]), 5, range(2, 5, 2))
+    with pytest.raises(IdentificationError, match='does not move'):
+        csi(rows, np.zeros((500, 1)), np.array([0]), 5, range(2, 5, 2))
+
+
+def roving_setups(duration_s: float = 120.0) -> list[Samples]:
+    """Return two set-ups with two references of a six-point plant, shaken differently hard."""
+    setups = []
+    for index, rows in enumerate(([0, 1, 2, 3], [0, 1, 4, 5])):
+        whole = simulate(plant(), np.random.default_rng(SEED + index), duration_s, RATE_HZ, 0.02)
+        gain = (1.0, 4.0)[index]
+        setups.append(
+            Samples(
+                gain * whole.acceleration[:, rows],
+                RATE_HZ,
+                tuple(Channel(name=f'p{row}') for row in rows),
+            )
+        )
+    return setups
+
+
+def test_merged_modes_have_one_shape_over_all_points():
+    truth = plant()
+    merged = merge_modes([identify_by('ssi_cov', setup).modes for setup in roving_setups()])
+    assert merged.channel_names == ('p0', 'p1', 'p2', 'p3', 'p4', 'p5')
+    assert len(merged) == 5
+    assert np.diag(mac(merged.shapes, truth.shapes)).min() > 0.98
+
+
+def test_merged_covariances_have_one_shape_over_all_points():
+    truth = plant()
+    merged = merge_covariances(roving_setups(), 20, range(20, 21, 2))
+    assert merged.channel_names == ('p0', 'p1', 'p2', 'p3', 'p4', 'p5')
+    pole = np.log(merged.poles.eigenvalue) * RATE_HZ
+    for index, frequency in enumerate(truth.frequency_hz):
+        similar = mac(merged.poles.shape, truth.shapes[:, index])[:, 0]
+        near = np.abs(np.abs(pole) / 2 / np.pi / frequency - 1.0) < 0.02
+        assert similar[near].max() > 0.97, frequency
+
+
+def test_merging_weighs_with_variances_and_needs_shared_channels():
+    first = ModeSet((Mode(10.0, 0.02, np.array([1.0, 0.5 + 0j]), 0.1, 0.001),), ('a', 'b'))
+    second = ModeSet((Mode(10.1, 0.02, np.array([-2.0, 4.0 + 0j]), 0.2, 0.001),), ('a', 'c'))
+    merged = merge_modes([first, second]).modes[0]
+    assert merged.frequency_hz == pytest.approx((10.0 / 0.01 + 10.1 / 0.04) / 125.0)
+    assert merged.frequency_std_hz == pytest.approx(125.0**-0.5)
+    # c is 4 where its reference is -2: twice the reference with the sign turned.
+    np.testing.assert_allclose(merged.shape / merged.shape[0], [1.0, 0.5, -2.0])
+    with pytest.raises(LayoutError, match='share no channel'):
+        merge_modes([first, replace(second, channel_names=('x', 'c'))])
+
+
+def test_merging_the_simulated_building(data_path):
+    exact = np.array(
+        [2.63186, 2.69173, 3.43042, 8.29742, 8.42882, 10.6272, 14.0053, 14.093, 17.5741]
+    )
+    setups = []
+    for number in (1, 2, 3):
+        rows = np.load(data_path('pyoma2_3SL_simulated', f'set{number}.npy'))
+        names = ['r0', 'r1', 'r2'] + [f's{number}.{column}' for column in range(7)]
+        setups.append(Samples(rows, 100.0, tuple(Channel(name) for name in names)))
+    merged = merge_modes([identify_by('ssi_cov', setup).modes for setup in setups])
+    assert len(merged.channel_names) == 24
+    for frequency in exact:
+        error = np.abs(merged.frequency_hz / frequency - 1.0).min()
+        # The integration of the simulation lowers its highest frequencies by half a per cent.
+        assert error < (0.003 if frequency < 12.0 else 0.01), frequency
