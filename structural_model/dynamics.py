@@ -1,0 +1,191 @@
+"""Mass, stiffness, loads and torques of the expanded arm at a pose, by pinocchio's algorithms."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+import pinocchio as pin
+
+from modal_core.errors import ModelError
+from structural_model.assembly import Assembly
+from structural_model.coupling import AxisMap
+from structural_model.limits import check_length
+from structural_model.matrices import StructuralMatrices
+from structural_model.spec import CompensatorSpec, ModelSpec
+
+Array = NDArray[np.float64]
+LARGEST_STEP_RAD = 1e-12
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Dynamics of one expanded arm; every q is (n_joints,) serial joint angles [rad].
+
+    Parameters
+    ----------
+    joint_names : tuple of str
+        Entries of q.
+    assembly : Assembly
+        The expanded arm.
+    spec : ModelSpec
+        Its gravity, compensators, damping and rotors.
+    axes : AxisMap
+        Rotors turn with controller axes.
+    """
+
+    joint_names: tuple[str, ...]
+    assembly: Assembly
+    spec: ModelSpec
+    axes: AxisMap
+
+    @property
+    def n_dof(self) -> int:
+        """Number of flexible degrees of freedom."""
+        return len(self.assembly.dof_names)
+
+    def position(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
+        """Return pinocchio's coordinate vector of a pose and a deflection."""
+        angles = check_length(q, self.joint_names)
+        if angles.ndim != 1:
+            raise ModelError(
+                'one pose is asked for', found=angles.shape, advice='use scan for many poses'
+            )
+        full = np.zeros(self.assembly.model.nq)
+        full[self.assembly.drives] = angles
+        if deflection is not None:
+            full[self.assembly.flexible] += np.asarray(deflection)[: len(self.assembly.flexible)]
+        return full
+
+    def mass(self, full: Array) -> Array:
+        """Return pinocchio's whole mass matrix, both triangles."""
+        upper = np.triu(pin.crba(self.assembly.model, self.assembly.data, full))
+        return np.asarray(upper + np.triu(upper, 1).T)
+
+    def matrices(self, q: ArrayLike, deflection: ArrayLike | None = None) -> StructuralMatrices:
+        """Return M, C and K, gravity and compensator stiffness included."""
+        assembly, damping = self.assembly, self.spec.damping
+        full = self.position(q, deflection)
+        places, count = assembly.flexible, len(assembly.flexible)
+        mass = np.zeros((self.n_dof, self.n_dof))
+        mass[:count, :count] = self.mass(full)[places[:, None], places]
+        motors = np.arange(count, self.n_dof)
+        mass[motors, motors] = assembly.motor_inertia
+        stiffness = assembly.stiffness.copy()
+        gravity = self._gravity_slope(full)[places[:, None], places]
+        stiffness[:count, :count] += 0.5 * (gravity + gravity.T)
+        for item in self.spec.compensators:
+            row = self._row(item)
+            if row is not None:
+                stiffness[row, row] += item.strength_nm * np.cos(self._turn(item, full))
+        return StructuralMatrices(
+            M=mass,
+            C=assembly.damping
+            + damping.mass_proportional_1_s * mass
+            + damping.stiffness_proportional_s * assembly.stiffness,
+            K=stiffness,
+            dof_names=assembly.dof_names,
+        )
+
+    def input_matrix(self, q: ArrayLike) -> Array:
+        """Return -M_r, (n_dof, n_joints)."""
+        assembly = self.assembly
+        matrix = np.zeros((self.n_dof, len(self.joint_names)))
+        mass = self.mass(self.position(q))
+        matrix[: len(assembly.flexible)] = -mass[assembly.flexible[:, None], assembly.drives]
+        return matrix
+
+    def gravity_coupling(self, q: ArrayLike) -> Array:
+        """Return the change of the gravity load on x per unit motor-side motion."""
+        assembly = self.assembly
+        full = self.position(q)
+        coupling = np.zeros((self.n_dof, len(self.joint_names)))
+        slope = self._gravity_slope(full)
+        coupling[: len(assembly.flexible)] = slope[assembly.flexible[:, None], assembly.drives]
+        for item in self.spec.compensators:
+            row, column = self._row(item), self.joint_names.index(item.joint)
+            if row is not None:
+                coupling[row, column] += item.strength_nm * np.cos(self._turn(item, full))
+        return coupling
+
+    def rigid_force(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+        """Return the load of a rigid motion on x, (n_samples, n_dof)."""
+        assembly = self.assembly
+        rows = [np.atleast_2d(check_length(part, self.joint_names)) for part in (q, qd, qdd)]
+        force = np.zeros((len(rows[0]), self.n_dof))
+        torque = self._inverse_dynamics(rows)
+        force[:, : len(assembly.flexible)] = -torque[:, assembly.flexible]
+        for item in self.spec.compensators:
+            row = self._row(item)
+            if row is not None:
+                turn = rows[0][:, self.joint_names.index(item.joint)] - item.phase_rad
+                force[:, row] -= item.strength_nm * np.sin(turn)
+        return force
+
+    def torque(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+        """Return serial joint torques of a rigid motion, (n_samples, n_joints) [N m]."""
+        rows = [np.atleast_2d(check_length(part, self.joint_names)) for part in (q, qd, qdd)]
+        T, drives = self.axes.matrix, [joint.drive for joint in self.spec.joints]
+        rotor = np.diag([drive.gear_ratio**2 * drive.rotor_inertia_kg_m2 for drive in drives])
+        torque = self._inverse_dynamics(rows)[:, self.assembly.drives]
+        torque = torque + rows[2] @ (T.T @ rotor @ T)
+        for item in self.spec.compensators:
+            column = self.joint_names.index(item.joint)
+            torque[:, column] += item.strength_nm * np.sin(rows[0][:, column] - item.phase_rad)
+        return np.asarray(torque)
+
+    def static_deflection(self, q: ArrayLike) -> Array:
+        """Return the deflection at which springs and gravity balance (Newton), (n_dof,).
+
+        Raises
+        ------
+        ModelError
+            There is none near zero.
+        """
+        deflection = np.zeros(self.n_dof)
+        for _ in range(30):
+            load = self._static_load(q, deflection) - self.assembly.stiffness @ deflection
+            step = np.linalg.solve(self.matrices(q, deflection).K, load)
+            deflection = deflection + step
+            if np.abs(step).max(initial=0.0) < LARGEST_STEP_RAD:
+                return deflection
+        raise ModelError('no static equilibrium found', found=np.asarray(q).tolist())
+
+    def _static_load(self, q: ArrayLike, deflection: Array) -> Array:
+        assembly = self.assembly
+        full = self.position(q, deflection)
+        gravity = pin.computeGeneralizedGravity(assembly.model, assembly.data, full)
+        load = np.zeros(self.n_dof)
+        load[: len(assembly.flexible)] = -gravity[assembly.flexible]
+        for item in self.spec.compensators:
+            row = self._row(item)
+            if row is not None:
+                load[row] -= item.strength_nm * np.sin(self._turn(item, full))
+        return load
+
+    def _inverse_dynamics(self, rows: list[Array]) -> Array:
+        assembly = self.assembly
+        model, data = assembly.model, assembly.data
+        full, rate, rise = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
+        torque = np.empty((len(rows[0]), model.nv))
+        for sample, (angle, speed, acceleration) in enumerate(zip(*rows, strict=True)):
+            full[assembly.drives] = angle
+            rate[assembly.drives], rise[assembly.drives] = speed, acceleration
+            torque[sample] = pin.rnea(model, data, full, rate, rise)
+        return torque
+
+    def _gravity_slope(self, full: Array) -> Array:
+        if not any(self.spec.gravity_m_s2):
+            return np.zeros((len(full), len(full)))
+        assembly = self.assembly
+        return np.asarray(
+            pin.computeGeneralizedGravityDerivatives(assembly.model, assembly.data, full)
+        )
+
+    def _row(self, item: CompensatorSpec) -> int | None:
+        name = f'{item.joint}/drive'
+        names = self.assembly.dof_names
+        return names.index(name) if name in names else None
+
+    def _turn(self, item: CompensatorSpec, full: Array) -> float:
+        place = self.assembly.drives[self.joint_names.index(item.joint)]
+        return float(full[place]) - item.phase_rad

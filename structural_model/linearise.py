@@ -1,0 +1,81 @@
+"""The linear system from motor accelerations and forces to sensor readings at one pose."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+import pinocchio as pin
+
+from modal_core.channel import ANGULAR_VELOCITY, Channel
+from structural_model import sensing
+from structural_model.dynamics import Dynamics
+from structural_model.response import StateSpace
+
+Array = NDArray[np.float64]
+
+
+def sensor_rows(dynamics: Dynamics, q: ArrayLike, channels: Sequence[Channel]) -> Array:
+    """Return channel motion per unit deflection, then per unit motor-side motion.
+
+    Returns
+    -------
+    (n_channels, n_dof + n_joints) array
+    """
+    return _rows(dynamics, q, channels, sensing.jacobian_rows)
+
+
+def gravity_rows(dynamics: Dynamics, q: ArrayLike, channels: Sequence[Channel]) -> Array:
+    """Return change of gravity readings per unit deflection, then per unit motor-side motion.
+
+    Returns
+    -------
+    (n_channels, n_dof + n_joints) array
+    """
+    return _rows(dynamics, q, channels, sensing.gravity_rows)
+
+
+def state_space(
+    dynamics: Dynamics, q: ArrayLike, channels: Sequence[Channel], forces: Sequence[Channel]
+) -> StateSpace:
+    """Return the system; see ``FlexibleJointModel.state_space``."""
+    matrices = dynamics.matrices(q)
+    size, joints = dynamics.n_dof, len(dynamics.joint_names)
+    half = size + joints
+    pushed = sensor_rows(dynamics, q, forces)[:, :size].T
+    push = np.hstack([dynamics.input_matrix(q), pushed])
+    blocks = np.hstack([-matrices.K, -dynamics.gravity_coupling(q), -matrices.C, push])
+    solved = np.linalg.solve(matrices.M, blocks)
+    A, B = np.zeros((2 * half, 2 * half)), np.zeros((2 * half, push.shape[1]))
+    A[:half, half:] = np.eye(half)
+    A[half : half + size, :half] = solved[:, :half]
+    A[half : half + size, half : half + size] = solved[:, half : half + size]
+    B[half : half + size] = solved[:, half + size :]
+    B[half + size :, :joints] = np.eye(joints)
+    motion = sensor_rows(dynamics, q, channels)
+    gyro = np.array([channel.unit == ANGULAR_VELOCITY for channel in channels], dtype=bool)
+    C, D = motion @ A[half:], motion @ B[half:]
+    C[:, :half] += gravity_rows(dynamics, q, channels)
+    C[gyro] = np.hstack([np.zeros_like(motion[gyro]), motion[gyro]])
+    D[gyro] = 0.0
+    return StateSpace(
+        A=A,
+        B=B,
+        C=C,
+        D=D,
+        input_names=(*dynamics.joint_names, *(channel.name for channel in forces)),
+        output_names=tuple(channel.name for channel in channels),
+    )
+
+
+def _rows(
+    dynamics: Dynamics, q: ArrayLike, channels: Sequence[Channel], kind: sensing.RowFunction
+) -> Array:
+    assembly = dynamics.assembly
+    count = len(assembly.flexible)
+    if not channels:
+        return np.zeros((0, dynamics.n_dof + len(dynamics.joint_names)))
+    pin.computeJointJacobians(assembly.model, assembly.data, dynamics.position(q))
+    columns = np.concatenate([assembly.flexible, assembly.drives])
+    found = kind(assembly, assembly.data, channels, columns)
+    motors = np.zeros((len(channels), dynamics.n_dof - count))
+    return np.hstack([found[:, :count], motors, found[:, count:]])

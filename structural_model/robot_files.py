@@ -1,0 +1,344 @@
+"""Read a robot's folder: robot.urdf, model.yaml, sensors.yaml."""
+
+from collections.abc import Mapping
+import dataclasses
+import math
+import os
+from pathlib import Path
+import re
+from typing import Any, get_args
+
+import numpy as np
+
+from modal_core.channel import SensorLayout
+from modal_core.errors import ModelError, SettingsError
+from modal_core.share import share_path
+from modal_core.yaml_file import load_yaml
+from structural_model.coupling import AxisCoupling, AxisMap
+from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.limits import RobotLimits
+from structural_model.spec import (
+    AbsorberSpec,
+    BaseSpec,
+    BeamSpec,
+    CompensatorSpec,
+    Drive,
+    HingeSpec,
+    JointSpec,
+    LinkSpec,
+    MassSpec,
+    MaterialDamping,
+    ModelSpec,
+    RodSpec,
+    Spring,
+    Vector,
+)
+from structural_model.urdf import load_urdf, RigidRobot
+
+# Numbers that may be infinite: no such degree of freedom, no such limit.
+ENDLESS = (
+    'stiffness', 'torsion_n_m2', 'axial_n', 'bending_n_m2[0]', 'bending_n_m2[1]', '_deg', '_deg_s',
+    '_deg_s2', '_deg_s3', 'effort_nm',
+)  # fmt: skip
+NAME = re.compile(r'[A-Za-z0-9_.-]+')
+TOP = (
+    'robot_name', 'description', 'sources', 'coupling', 'limits', 'poses_controller_deg',
+    'collision_ignore', 'joints', 'base', 'links', 'masses', 'hinges', 'beams', 'absorbers',
+    'rods', 'compensators', 'damping', 'gravity_m_s2', 'effects', 'fit',
+)  # fmt: skip
+LISTS: dict[str, type] = {
+    'links': LinkSpec,
+    'masses': MassSpec,
+    'hinges': HingeSpec,
+    'beams': BeamSpec,
+    'absorbers': AbsorberSpec,
+    'rods': RodSpec,
+    'compensators': CompensatorSpec,
+}
+LIMIT_FIELDS = (
+    'low_deg', 'high_deg', 'serial_low_deg', 'serial_high_deg', 'velocity_deg_s',
+    'acceleration_deg_s2', 'jerk_deg_s3', 'effort_nm',
+)  # fmt: skip
+
+
+def robot_folder(name_or_folder: str | Path) -> Path:
+    """Return the folder of a shipped robot by name, or the folder given.
+
+    Raises
+    ------
+    ModelError
+        Neither exists.
+    """
+    folder = Path(name_or_folder)
+    if os.path.isdir(folder):  # noqa: PTH112 - False, not an error, for names no folder can have
+        return folder
+    robots = share_path('config', 'robots')
+    known = sorted(item.name for item in robots.iterdir() if (item / 'model.yaml').exists())
+    text = str(name_or_folder)
+    if NAME.fullmatch(text) and text in known:
+        return robots / text
+    raise ModelError(
+        'unknown robot', found=text[:100], expected=f'a folder, or one of {", ".join(known)}'
+    )
+
+
+def load_robot(name_or_folder: str | Path) -> FlexibleJointModel:
+    """Read a robot by name (config/robots/<name>), from a folder, or from its model file.
+
+    Raises
+    ------
+    ModelError
+        A file is missing, malformed or contradicts another; the message names the field.
+    """
+    file = Path(name_or_folder)
+    if file.suffix in ('.yaml', '.yml') and file.is_file():
+        folder, where = file.parent, file
+    else:
+        folder = robot_folder(name_or_folder)
+        where = folder / 'model.yaml'
+    try:
+        data = load_yaml(where)
+    except SettingsError as error:
+        raise ModelError(
+            error.what,
+            where=error.where,
+            found=error.found,
+            expected=error.expected,
+            advice=error.advice,
+        ) from error
+    _known(data, TOP, str(where))
+    robot = load_urdf(folder / 'robot.urdf')
+    couplings = _list(data, 'coupling', str(where))
+    axes = AxisMap.build(
+        robot.joint_names,
+        [
+            _fill(AxisCoupling, item, f'{where}: coupling[{index}]')
+            for index, item in enumerate(couplings)
+        ],
+    )
+    return FlexibleJointModel(
+        robot=robot,
+        spec=_spec(data, robot, str(where)),
+        limits=_limits(data, robot, axes, str(where)),
+        poses_controller_rad=_poses(data, robot, str(where)),
+        collision_ignore=tuple(
+            _pair(item, robot, f'{where}: collision_ignore')
+            for item in _list(data, 'collision_ignore', str(where))
+        ),
+        name=str(data.get('robot_name', folder.name)),
+    )
+
+
+def load_layout(name_or_folder: str | Path, name: str = 'sensors') -> SensorLayout:
+    """Read a sensor layout ``<name>.yaml`` of a robot.
+
+    Raises
+    ------
+    ModelError
+        No such layout.
+    LayoutError
+        It is malformed.
+    """
+    folder = robot_folder(name_or_folder)
+    path = folder / f'{name}.yaml'
+    if not NAME.fullmatch(name) or not path.exists():
+        known = sorted(item.stem for item in folder.glob('sensors*.yaml'))
+        raise ModelError(
+            'unknown sensor layout', where=folder.name, found=name, expected=', '.join(known)
+        )
+    return SensorLayout.from_mapping(load_yaml(path), str(path))
+
+
+def _spec(data: Mapping[str, Any], robot: RigidRobot, where: str) -> ModelSpec:
+    joints = data.get('joints') or {}
+    if not isinstance(joints, Mapping):
+        raise ModelError('not a mapping of joints', where=f'{where}: joints')
+    for name in joints:
+        if name not in robot.joint_names:
+            raise ModelError(
+                'unknown joint',
+                where=f'{where}: joints',
+                found=name,
+                expected=', '.join(robot.joint_names),
+            )
+    parts: dict[str, Any] = {
+        key: tuple(
+            _fill(kind, item, f'{where}: {key}[{index}]')
+            for index, item in enumerate(_list(data, key, where))
+        )
+        for key, kind in LISTS.items()
+    }
+    base = data.get('base')
+    return ModelSpec(
+        joints=tuple(
+            _joint(name, joints.get(name) or {}, f'{where}: joints.{name}')
+            for name in robot.joint_names
+        ),
+        base=BaseSpec() if base is None else _fill(BaseSpec, base, f'{where}: base'),
+        damping=_fill(MaterialDamping, data.get('damping') or {}, f'{where}: damping'),
+        gravity_m_s2=_convert(
+            data.get('gravity_m_s2', [0.0, 0.0, -9.81]), Vector, f'{where}: gravity_m_s2'
+        ),
+        effects=tuple(str(item) for item in _list(data, 'effects', where)),
+        **parts,
+    )
+
+
+def _joint(name: str, item: object, where: str) -> JointSpec:
+    """Read a joint, which is flat in YAML: springs beside the gear's numbers."""
+    fields = ('drive', 'tilts', 'servo', 'gear_ratio', 'rotor_inertia_kg_m2')
+    mapping = _mapping(item, where)
+    _known(mapping, fields, where)
+    tilts = mapping.get('tilts', [{}, {}])
+    if not isinstance(tilts, list) or len(tilts) != 2:
+        raise ModelError('tilts are two springs', where=where, found=tilts)
+    return JointSpec(
+        name=name,
+        drive=Drive(
+            spring=_fill(Spring, mapping.get('drive') or {}, f'{where}.drive'),
+            gear_ratio=_number(mapping.get('gear_ratio', 1.0), f'{where}.gear_ratio'),
+            rotor_inertia_kg_m2=_number(
+                mapping.get('rotor_inertia_kg_m2', 0.0), f'{where}.rotor_inertia_kg_m2'
+            ),
+            servo=_fill(Spring, mapping.get('servo') or {}, f'{where}.servo'),
+        ),
+        tilts=(
+            _fill(Spring, tilts[0], f'{where}.tilts[0]'),
+            _fill(Spring, tilts[1], f'{where}.tilts[1]'),
+        ),
+    )
+
+
+def _fill(kind: type, item: object, where: str) -> Any:
+    """Build a spec dataclass from a YAML mapping, by its field types."""
+    mapping = _mapping(item, where)
+    fields = {field.name: field for field in dataclasses.fields(kind)}
+    _known(mapping, tuple(fields), where)
+    for name, field in fields.items():
+        if name not in mapping and field.default is dataclasses.MISSING:
+            raise ModelError(f'{name} missing', where=where)
+    values = {
+        name: _convert(value, fields[name].type, f'{where}.{name}')
+        for name, value in mapping.items()
+    }
+    return kind(**values)
+
+
+def _convert(value: object, kind: Any, where: str) -> Any:
+    """Turn a YAML value into what a field is declared to be."""
+    inner = get_args(kind)
+    if kind is Spring:
+        return _fill(Spring, value, where)
+    if kind is bool:
+        if not isinstance(value, bool):
+            raise ModelError('not true or false', where=where, found=value)
+        return value
+    if kind is int:
+        return int(_number(value, where))
+    if kind is float:
+        return _number(value, where)
+    if inner and inner[-1] is Ellipsis:  # weights of a rod: joint to number
+        return tuple((name, _number(item, where)) for name, item in _mapping(value, where).items())
+    if inner:
+        if not isinstance(value, list) or len(value) != len(inner):
+            raise ModelError('wrong length', where=where, found=value, expected=len(inner))
+        return tuple(_convert(item, inner[0], f'{where}[{n}]') for n, item in enumerate(value))
+    if not isinstance(value, str):
+        raise ModelError('not a text', where=where, found=value)
+    return value
+
+
+def _number(value: object, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ModelError('not a number', where=where, found=value)
+    try:
+        number = float(value)  # PyYAML reads 1e6 as text
+    except ValueError as error:
+        raise ModelError('not a number', where=where, found=str(value)[:60]) from error
+    if math.isnan(number) or (math.isinf(number) and not where.endswith(ENDLESS)):
+        raise ModelError('not a finite number', where=where, found=value)
+    return number
+
+
+def _limits(data: Mapping[str, Any], robot: RigidRobot, axes: AxisMap, where: str) -> RobotLimits:
+    given = _mapping(data.get('limits') or {}, f'{where}: limits')
+    rows = []
+    for joint in robot.joints:
+        place = f'{where}: limits.{joint.name}'
+        item = _mapping(given.get(joint.name) or {}, place)
+        _known(item, LIMIT_FIELDS, place)
+        low, high = math.degrees(joint.low), math.degrees(joint.high)
+        coupled = bool(
+            np.any(np.delete(axes.matrix[robot.joints.index(joint)], robot.joints.index(joint)))
+        )
+        defaults = {
+            'low_deg': -math.inf if coupled else low,
+            'high_deg': math.inf if coupled else high,
+            'serial_low_deg': low,
+            'serial_high_deg': high,
+            'velocity_deg_s': math.degrees(joint.velocity),
+            'acceleration_deg_s2': math.inf,
+            'jerk_deg_s3': math.inf,
+            'effort_nm': joint.effort,
+        }
+        row = [
+            _number(item[key], f'{place}.{key}') if key in item else defaults[key]
+            for key in LIMIT_FIELDS
+        ]
+        if not (row[0] < row[1] and row[2] < row[3] and min(row[4:]) > 0.0):
+            raise ModelError('limits are empty', where=place, found=row)
+        rows.append(row)
+    table = np.array(rows)
+    angles = np.deg2rad(table[:, :7])
+    return RobotLimits(
+        joint_names=robot.joint_names,
+        axes=axes,
+        controller_low=angles[:, 0],
+        controller_high=angles[:, 1],
+        position_low=angles[:, 2],
+        position_high=angles[:, 3],
+        velocity=angles[:, 4],
+        acceleration=angles[:, 5],
+        jerk=angles[:, 6],
+        effort=table[:, 7],
+    )
+
+
+def _poses(data: Mapping[str, Any], robot: RigidRobot, where: str) -> dict[str, tuple[float, ...]]:
+    poses = {}
+    for name, item in _mapping(data.get('poses_controller_deg') or {}, where).items():
+        place = f'{where}: poses_controller_deg.{name}'
+        if not isinstance(item, list) or len(item) != len(robot.joints):
+            raise ModelError('bad pose', where=place, expected=f'{len(robot.joints)} angles')
+        poses[str(name)] = tuple(math.radians(_number(angle, place)) for angle in item)
+    return poses
+
+
+def _pair(item: object, robot: RigidRobot, where: str) -> tuple[str, str]:
+    if not isinstance(item, list) or len(item) != 2:
+        raise ModelError('not a pair of links', where=where, found=item)
+    for name in item:
+        if name not in robot.link_names:
+            raise ModelError(
+                'unknown link', where=where, found=name, expected=', '.join(robot.link_names)
+            )
+    return str(item[0]), str(item[1])
+
+
+def _mapping(item: object, where: str) -> Mapping[str, Any]:
+    if not isinstance(item, Mapping):
+        raise ModelError('not a mapping', where=where, found=str(item)[:60])
+    return item
+
+
+def _list(data: Mapping[str, Any], key: str, where: str) -> list[Any]:
+    items = data.get(key) or []
+    if not isinstance(items, list):
+        raise ModelError('not a list', where=f'{where}: {key}', found=type(items).__name__)
+    return items
+
+
+def _known(mapping: Mapping[str, Any], allowed: tuple[str, ...], where: str) -> None:
+    for key in mapping:
+        if key not in allowed:
+            raise ModelError('unknown field', where=where, found=key, expected=', '.join(allowed))

@@ -1,0 +1,107 @@
+"""Write a model as a robot folder again, with the effects it contains."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from modal_core.atomic_file import atomic_path, write_text
+from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.spec import JointSpec, RodSpec
+
+LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators')
+
+
+def save_robot(model: FlexibleJointModel, folder: Path, note: str = '') -> None:
+    """Write ``robot.urdf`` and ``model.yaml``; ``load_robot(folder)`` gives the same model.
+
+    Parameters
+    ----------
+    model : FlexibleJointModel
+        What to write.
+    folder : Path
+        Made when missing; the two files are replaced.
+    note : str
+        First line of the file, as a comment.
+    """
+    with atomic_path(folder / 'robot.urdf') as path:
+        path.write_bytes(model.robot.text)
+    heading = f'# {" ".join(note.split())}\n' if note else ''
+    body = yaml.safe_dump(model_mapping(model), sort_keys=False, default_flow_style=None)
+    write_text(folder / 'model.yaml', heading + body)
+
+
+def model_mapping(model: FlexibleJointModel) -> dict[str, Any]:
+    """Return the content of ``model.yaml``."""
+    spec = model.spec
+    mapping: dict[str, Any] = {
+        'robot_name': model.robot_name,
+        'coupling': _coupling(model),
+        'limits': _limits(model),
+        'poses_controller_deg': {
+            name: [float(angle) for angle in np.rad2deg(pose)]
+            for name, pose in model.poses_controller_rad.items()
+        },
+        'collision_ignore': [list(pair) for pair in model.collision_ignore],
+        'gravity_m_s2': list(spec.gravity_m_s2),
+        'effects': list(spec.effects),
+        'joints': {joint.name: _joint(joint) for joint in spec.joints},
+        'base': _plain(spec.base),
+        'damping': _plain(spec.damping),
+    }
+    for name in LISTS:
+        mapping[name] = [_plain(item) for item in getattr(spec, name)]
+    mapping['rods'] = [_rod(item) for item in spec.rods]
+    return mapping
+
+
+def _joint(joint: JointSpec) -> dict[str, Any]:
+    return {
+        'drive': _plain(joint.drive.spring),
+        'tilts': [_plain(tilt) for tilt in joint.tilts],
+        'servo': _plain(joint.drive.servo),
+        'gear_ratio': joint.drive.gear_ratio,
+        'rotor_inertia_kg_m2': joint.drive.rotor_inertia_kg_m2,
+    }
+
+
+def _rod(rod: RodSpec) -> dict[str, Any]:
+    return {'name': rod.name, 'weights': dict(rod.weights), 'spring': _plain(rod.spring)}
+
+
+def _plain(item: Any) -> Any:
+    if dataclasses.is_dataclass(item):
+        return {
+            field.name: _plain(getattr(item, field.name)) for field in dataclasses.fields(item)
+        }
+    return [_plain(part) for part in item] if isinstance(item, tuple) else item
+
+
+def _coupling(model: FlexibleJointModel) -> list[dict[str, Any]]:
+    names, extra = model.joint_names, model.axes.matrix - np.eye(model.n_joints)
+    return [
+        {'axis': names[row], 'added': names[column], 'factor': float(extra[row, column])}
+        for row, column in np.argwhere(extra)
+    ]
+
+
+def _limits(model: FlexibleJointModel) -> dict[str, dict[str, float]]:
+    limits = model.limits
+    angles = {
+        'low_deg': limits.controller_low,
+        'high_deg': limits.controller_high,
+        'serial_low_deg': limits.position_low,
+        'serial_high_deg': limits.position_high,
+        'velocity_deg_s': limits.velocity,
+        'acceleration_deg_s2': limits.acceleration,
+        'jerk_deg_s3': limits.jerk,
+    }
+    return {
+        name: {
+            **{key: float(np.rad2deg(value[row])) for key, value in angles.items()},
+            'effort_nm': float(limits.effort[row]),
+        }
+        for row, name in enumerate(model.joint_names)
+    }

@@ -1,0 +1,362 @@
+"""Read a URDF that may come from anywhere: no entities, no missing inertias, one clear error."""
+
+from dataclasses import dataclass
+import math
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError, tostring
+
+from defusedxml.common import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+import numpy as np
+import pinocchio as pin
+
+from modal_core.errors import ModelError
+
+LARGEST_FILE_BYTES = 5_000_000
+MOVING = ('revolute', 'continuous', 'prismatic')
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A moving joint as the URDF describes it.
+
+    Parameters
+    ----------
+    name : str
+        Joint name.
+    axis : (3,) tuple
+        Unit vector in the joint frame.
+    prismatic : bool
+        Slides instead of turning.
+    low, high : float [rad] or [m]
+        Range; infinite for a continuous joint.
+    velocity, effort : float [rad/s], [N m]
+        Limits.
+    """
+
+    name: str
+    axis: Vector
+    prismatic: bool
+    low: float
+    high: float
+    velocity: float
+    effort: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A capsule, sphere (zero length) or box fixed to a link.
+
+    Parameters
+    ----------
+    link : str
+        Link it is fixed to.
+    rotation : (3, 3) array
+        Axes of the shape in the link frame; a capsule lies along its z.
+    position : (3,) array [m]
+        Centre in the link frame.
+    radius, length : float [m]
+        Of a capsule, length without the round ends; of a box 0.
+    box : (3,) tuple [m] or None
+        Edge lengths of a box.
+    """
+
+    link: str
+    rotation: np.ndarray
+    position: np.ndarray
+    radius: float
+    length: float
+    box: Vector | None = None
+
+
+@dataclass(frozen=True)
+class RigidRobot:
+    """The rigid arm: what the URDF says.
+
+    Parameters
+    ----------
+    name : str
+        Robot name.
+    joints : tuple of Joint
+        In pinocchio's order.
+    link_names : tuple of str
+        All links.
+    shapes : tuple of Shape
+        From the collision elements.
+    model : pinocchio.Model
+        One degree of freedom per joint.
+    text : bytes
+        The URDF itself.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    link_names: tuple[str, ...]
+    shapes: tuple[Shape, ...]
+    model: pin.Model
+    text: bytes = b''
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Moving joints in order."""
+        return tuple(joint.name for joint in self.joints)
+
+
+def load_urdf(path: Path) -> RigidRobot:
+    """Read a URDF file.
+
+    Raises
+    ------
+    ModelError
+        The file is missing, too large, not XML, carries entities, or is not a usable robot: a link
+        that moves without inertia, an inertia that no body can have, an unsupported joint type.
+    """
+    try:
+        if path.stat().st_size > LARGEST_FILE_BYTES:
+            raise ModelError(
+                'URDF too large', where=path, expected=f'<= {LARGEST_FILE_BYTES} bytes'
+            )
+        text = path.read_bytes()
+    except OSError as error:
+        raise ModelError(f'URDF cannot be read: {error.strerror}', where=path) from error
+    return parse_urdf(text, str(path))
+
+
+def parse_urdf(text: bytes, where: str) -> RigidRobot:
+    """Parse URDF text; see ``load_urdf``."""
+    try:
+        root = fromstring(text, forbid_dtd=True)
+    except DefusedXmlException as error:
+        raise ModelError('URDF carries a DTD or entities, refused', where=where) from error
+    except (ParseError, ValueError) as error:
+        raise ModelError(f'URDF is not XML: {error}', where=where) from error
+    if root.tag != 'robot':
+        raise ModelError('not a URDF', where=where, found=f'<{root.tag}>', expected='<robot>')
+    joints = _joints(root, where)
+    _check_tree(root, where)
+    _check_inertias(root, where)
+    shapes = _shapes(root, where)
+    model = _pinocchio_model(root, where)
+    names = list(model.names)[1:]
+    missing = sorted(set(joints) - set(names))
+    if missing or len(names) != len(joints):
+        raise ModelError('URDF is not one tree', where=where, found=missing or names)
+    return RigidRobot(
+        name=root.get('name', Path(where).parent.name),
+        joints=tuple(joints[name] for name in names),
+        link_names=tuple(link.get('name', '') for link in root.findall('link')),
+        shapes=shapes,
+        model=model,
+        text=text,
+    )
+
+
+def numbers(text: str | None, count: int, default: tuple[float, ...], where: str) -> np.ndarray:
+    """Return ``count`` finite numbers of an attribute, or the default when it is absent."""
+    if text is None:
+        return np.array(default)
+    try:
+        values = np.array([float(word) for word in text.split()])
+    except ValueError:
+        values = np.array([])
+    if len(values) != count or not np.isfinite(values).all():
+        raise ModelError('bad numbers', where=where, found=text[:80], expected=f'{count} numbers')
+    return values
+
+
+def _joints(root: Element, where: str) -> dict[str, Joint]:
+    joints: dict[str, Joint] = {}
+    for element in root.findall('joint'):
+        name, kind = element.get('name', ''), element.get('type', '')
+        place = f'{where}: joint {name}'
+        if kind == 'fixed':
+            continue
+        if kind not in MOVING or element.find('mimic') is not None:
+            raise ModelError(
+                'unsupported joint',
+                where=place,
+                found=kind if element.find('mimic') is None else 'mimic',
+                expected=', '.join((*MOVING, 'fixed')),
+            )
+        if name in joints:
+            raise ModelError('joint named twice', where=place)
+        joints[name] = _joint(element, name, kind, place)
+    if not joints:
+        raise ModelError('URDF has no moving joint', where=where)
+    return joints
+
+
+def _joint(element: Element, name: str, kind: str, where: str) -> Joint:
+    axis_element = element.find('axis')
+    text = None if axis_element is None else axis_element.get('xyz')
+    axis = numbers(text, 3, (1.0, 0.0, 0.0), where)
+    norm = float(np.linalg.norm(axis))
+    if norm < 1e-9:
+        raise ModelError('joint axis is zero', where=where)
+    limit = element.find('limit')
+    attributes = {} if limit is None else limit.attrib
+    if limit is None and kind != 'continuous':
+        raise ModelError('joint has no limit', where=where)
+
+    def value(key: str, default: float) -> float:
+        return float(numbers(attributes.get(key), 1, (default,), f'{where}: limit {key}')[0])
+
+    low, high = value('lower', -math.inf), value('upper', math.inf)
+    if kind == 'continuous':
+        low, high = -math.inf, math.inf
+    if not low < high:
+        raise ModelError('joint range is empty', where=where, found=f'{low} to {high}')
+    x, y, z = (float(part) for part in axis / norm)
+    return Joint(
+        name=name,
+        axis=(x, y, z),
+        prismatic=kind == 'prismatic',
+        low=low,
+        high=high,
+        velocity=value('velocity', math.inf),
+        effort=value('effort', math.inf),
+    )
+
+
+def _check_tree(root: Element, where: str) -> None:
+    """Every joint joins two known links, and every link but one hangs on one joint."""
+    links = [link.get('name', '') for link in root.findall('link')]
+    for name in links:
+        if links.count(name) > 1 or not name:
+            raise ModelError('link named twice or not at all', where=where, found=name)
+    children = []
+    for joint in root.findall('joint'):
+        for role in ('parent', 'child'):
+            if _link(joint, role) not in links:
+                raise ModelError(
+                    f'{role} of a joint is not a link',
+                    where=f'{where}: joint {joint.get("name")}',
+                    found=_link(joint, role),
+                )
+        children.append(_link(joint, 'child'))
+    roots = [name for name in links if name not in children]
+    twice = [name for name in set(children) if children.count(name) > 1]
+    if len(roots) != 1 or twice:
+        raise ModelError(
+            'URDF is not one tree',
+            where=where,
+            found=f'roots {roots[:5]}, links on two joints {twice[:5]}',
+            expected='one root, every other link on one joint',
+        )
+
+
+def _check_inertias(root: Element, where: str) -> None:
+    """Every moving link needs an inertia a body can have (a fixed tool frame needs none)."""
+    moved = {
+        _link(joint, 'child') for joint in root.findall('joint') if joint.get('type') in MOVING
+    }
+    for link in root.findall('link'):
+        name = link.get('name', '')
+        place = f'{where}: link {name}'
+        inertial = link.find('inertial')
+        if inertial is None:
+            if name in moved:
+                raise ModelError(
+                    'link without inertia',
+                    where=place,
+                    expected='<inertial> with mass and inertia',
+                )
+            continue
+        _check_inertia(inertial, place)
+
+
+def _link(joint: Element, role: str) -> str:
+    element = joint.find(role)
+    return '' if element is None else element.get('link', '')
+
+
+def _check_inertia(inertial: Element, where: str) -> None:
+    mass_element, tensor = inertial.find('mass'), inertial.find('inertia')
+    if mass_element is None or tensor is None:
+        raise ModelError('inertial without mass or inertia', where=where)
+    mass = float(numbers(mass_element.get('value'), 1, (0.0,), f'{where}: mass')[0])
+    if mass <= 0.0:
+        raise ModelError('mass is not positive', where=where, found=f'{mass} kg')
+    entry = {
+        key: float(numbers(tensor.get(key), 1, (0.0,), f'{where}: {key}')[0])
+        for key in ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
+    }
+    matrix = np.array(
+        [
+            [entry['ixx'], entry['ixy'], entry['ixz']],
+            [entry['ixy'], entry['iyy'], entry['iyz']],
+            [entry['ixz'], entry['iyz'], entry['izz']],
+        ]
+    )
+    principal = np.linalg.eigvalsh(matrix)
+    if principal[0] <= 0.0 or principal[0] + principal[1] < principal[2] * (1.0 - 1e-3):
+        raise ModelError(
+            'inertia no body can have',
+            where=where,
+            found=f'principal moments {np.round(principal, 6).tolist()} kg m²',
+            expected='positive, each at most the sum of the other two',
+        )
+
+
+def _pinocchio_model(root: Element, where: str) -> pin.Model:
+    for joint in root.findall('joint'):
+        if joint.get('type') == 'continuous':  # pinocchio would use cos, sin as two coordinates
+            joint.set('type', 'revolute')
+            limit = joint.find('limit')
+            if limit is None:
+                limit = Element('limit')
+                joint.append(limit)
+            limit.attrib.update({'lower': '-1e6', 'upper': '1e6'})
+            limit.attrib.setdefault('effort', '1e12')
+            limit.attrib.setdefault('velocity', '1e12')
+    for link in root.findall('link'):  # read already, and nothing pinocchio needs
+        for part in ('visual', 'collision'):
+            for element in link.findall(part):
+                link.remove(element)
+    try:
+        return pin.buildModelFromXML(tostring(root, encoding='unicode'))
+    except (ValueError, RuntimeError) as error:
+        raise ModelError(f'URDF refused: {error}', where=where) from error
+
+
+def _shapes(root: Element, where: str) -> tuple[Shape, ...]:
+    shapes = []
+    for link in root.findall('link'):
+        name = link.get('name', '')
+        for element in link.findall('collision'):
+            shape = _shape(element, name, f'{where}: collision of {name}')
+            if shape is not None:
+                shapes.append(shape)
+    return tuple(shapes)
+
+
+def _size(text: str | None, where: str) -> float:
+    value = float(numbers(text, 1, (0.0,), where)[0])
+    if value <= 0.0:
+        raise ModelError('size is not positive', where=where, found=value)
+    return value
+
+
+def _shape(element: Element, link: str, where: str) -> Shape | None:
+    origin = element.find('origin')
+    attributes = {} if origin is None else origin.attrib
+    position = numbers(attributes.get('xyz'), 3, (0.0, 0.0, 0.0), where)
+    roll_pitch_yaw = numbers(attributes.get('rpy'), 3, (0.0, 0.0, 0.0), where)
+    rotation = pin.rpy.rpyToMatrix(*roll_pitch_yaw)
+    cylinder = element.find('geometry/cylinder')
+    sphere = element.find('geometry/sphere')
+    box = element.find('geometry/box')
+    if cylinder is not None:
+        radius = _size(cylinder.get('radius'), where)
+        length = _size(cylinder.get('length'), where)
+        return Shape(link, rotation, position, radius, length)
+    if sphere is not None:
+        radius = _size(sphere.get('radius'), where)
+        return Shape(link, rotation, position, radius, 0.0)
+    if box is not None:
+        x, y, z = (float(edge) for edge in numbers(box.get('size'), 3, (0.0, 0.0, 0.0), where))
+        if min(x, y, z) <= 0.0:
+            raise ModelError('size is not positive', where=where, found=(x, y, z))
+        return Shape(link, rotation, position, 0.0, 0.0, (x, y, z))
+    return None  # meshes are for display only
