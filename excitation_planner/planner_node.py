@@ -1,0 +1,251 @@
+"""The planner as a ROS node: parameters in, a sealed plan out; nothing here moves a robot."""
+
+from collections.abc import Sequence
+from dataclasses import fields, MISSING
+import sys
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+import rclpy
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from excitation_planner.closed_loop import next_step, plan_next, Targets
+from excitation_planner.plan import ExcitationPlan
+from excitation_planner.planner import plan_excitation
+from excitation_planner.request import PlanRequest
+from excitation_planner.ros_messages import (
+    modes_from_message,
+    plan_to_message,
+    trajectory_message,
+)
+from modal_core.errors import ModalAnalysisError
+from oma_msgs.msg import ExcitationPlan as PlanMessage
+from oma_msgs.msg import ModalParameters
+from structural_model.robot_files import load_layout, load_robot
+
+LATCHED = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+DIAGNOSTICS_PERIOD_S = 1.0
+# rclpy has no empty list of a type: this stands for an empty one.
+EMPTY_TEXT = ['']
+
+
+class PlannerNode(Node):
+    """Plans on start, on request (``~/plan``) and, in closed loop, after each window."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('excitation_planner', **options)
+        self._declare()
+        self.model = load_robot(self.get_parameter('robot').value)
+        self.layout = load_layout(
+            self.get_parameter('robot').value, self.get_parameter('sensors').value
+        )
+        self.request = self._request({})
+        self.plan: ExcitationPlan | None = None
+        self.finished = False
+        self.last_error = ''
+        self.n_plans = self.n_refused = self.n_bad_messages = 0
+        self.add_on_set_parameters_callback(self._accept)
+        self.plans = self.create_publisher(PlanMessage, '~/excitation_plan', LATCHED)
+        self.trajectories = self.create_publisher(JointTrajectory, '~/joint_trajectory', LATCHED)
+        self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        group = MutuallyExclusiveCallbackGroup()
+        self.create_service(Trigger, '~/plan', self._on_plan, callback_group=group)
+        self.create_subscription(
+            ModalParameters,
+            'oma_identifier/modal_parameters',
+            self._on_modes,
+            LATCHED,
+            callback_group=group,
+        )
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
+        if self.get_parameter('plan_on_start').value:
+            self._plan_again(self.request)
+
+    # -- parameters ----------------------------------------------------------------------------
+
+    def _declare(self) -> None:
+        for name, value, text in (
+            ('robot', 'irb6660_205_190', 'robot of config/robots, or its folder'),
+            ('sensors', 'sensors', 'sensor layout of the robot'),
+        ):
+            self.declare_parameter(
+                name, value, ParameterDescriptor(description=text, read_only=True)
+            )
+        for name, value, text in (
+            ('plan_on_start', True, 'plan as soon as the node is up'),
+            ('closed_loop', False, 'plan the next window after each modal_parameters'),
+            ('start_pose', '', 'named pose to start at; empty: start_position, or the first pose'),
+            ('target_frequency_std_ratio', 0.002, 'closed loop stops when every σ_f/f is below'),
+            ('target_damping_ratio_std_ratio', 0.1, 'closed loop stops when every σ_ζ/ζ is below'),
+            ('longest_window_s', 300.0, 'closed loop: no window gets longer [s]'),
+        ):
+            self.declare_parameter(name, value, _descriptor(text, (1e-6, 3600.0), value))
+        for item in fields(PlanRequest):
+            value = item.default if item.default is not MISSING else ()
+            text, span = item.metadata['description'], item.metadata.get('range')
+            if isinstance(value, tuple):
+                # An empty list has no type on the wire: declare the type, not a value.
+                kind = (
+                    Parameter.Type.STRING_ARRAY
+                    if item.name == 'joints'
+                    else Parameter.Type.DOUBLE_ARRAY
+                )
+                self.declare_parameter(item.name, kind, _descriptor(text, None, value))
+            else:
+                self.declare_parameter(item.name, value, _descriptor(text, span, value))
+
+    def _request(self, changes: dict[str, Any]) -> PlanRequest:
+        """Build the request from the parameters, some of them about to change."""
+        values: dict[str, Any] = {}
+        for item in fields(PlanRequest):
+            value = changes.get(item.name)
+            if value is None:
+                value = self.get_parameter_or(item.name, Parameter(item.name)).value
+            if value is None:
+                continue
+            values[item.name] = tuple(value) if isinstance(item.default, tuple) else value
+        pose = changes.get('start_pose', self.get_parameter('start_pose').value)
+        if pose:
+            values['start_position'] = tuple(float(angle) for angle in self.model.pose(pose))
+        return PlanRequest(**values)
+
+    def _accept(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        """Refuse parameters that do not make a request; keep the old ones."""
+        try:
+            request = self._request({item.name: item.value for item in parameters})
+        except ModalAnalysisError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self.request, self.finished = request, False
+        return SetParametersResult(successful=True)
+
+    # -- planning ------------------------------------------------------------------------------
+
+    def _on_plan(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.finished = False
+        plan = self._plan_again(self.request)
+        response.success = plan is not None
+        response.message = plan.plan_hash if plan is not None else self.last_error
+        return response
+
+    def _on_modes(self, message: ModalParameters) -> None:
+        """Plan the next window, if the loop is closed and not yet at its end."""
+        if not self.get_parameter('closed_loop').value or self.finished or self.plan is None:
+            return
+        try:
+            modes = modes_from_message(message)
+        except ModalAnalysisError as error:
+            self.n_bad_messages += 1
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
+        targets = Targets(
+            frequency_std_ratio=self.get_parameter('target_frequency_std_ratio').value,
+            damping_ratio_std_ratio=self.get_parameter('target_damping_ratio_std_ratio').value,
+            longest_s=self.get_parameter('longest_window_s').value,
+        )
+        step = next_step(self.request, modes, targets)
+        self.get_logger().info(step.reason)
+        self.finished = step.done
+        if not step.done:
+            self.request = step.request
+            self._plan_again(step.request, give_way=True)
+
+    def _plan_again(self, request: PlanRequest, give_way: bool = False) -> ExcitationPlan | None:
+        make = plan_next if give_way else plan_excitation
+        try:
+            plan = make(self.model, self.layout, request)
+        except ModalAnalysisError as error:
+            self.n_refused += 1
+            self.last_error = str(error)
+            self.get_logger().error(self.last_error)
+            return None
+        self.plan, self.last_error = plan, ''
+        self.n_plans += 1
+        stamp = self.get_clock().now().to_msg()
+        message, trajectory = plan_to_message(plan), trajectory_message(plan)
+        message.header.stamp = trajectory.header.stamp = stamp
+        self.plans.publish(message)
+        self.trajectories.publish(trajectory)
+        self.get_logger().info(f'plan {plan.plan_hash[:12]} of {plan.duration_s:g} s published')
+        for notice in plan.prediction.notices if plan.prediction else ():
+            self.get_logger().warning(notice)
+        return plan
+
+    def _publish_diagnostics(self) -> None:
+        array = DiagnosticArray()
+        array.header.stamp = self.get_clock().now().to_msg()
+        status = DiagnosticStatus(name=f'{self.get_fully_qualified_name()}: plan', hardware_id='')
+        status.level, status.message = DiagnosticStatus.OK, 'PLAN_READY'
+        if self.last_error:
+            status.level, status.message = (
+                DiagnosticStatus.ERROR,
+                f'PLAN_REFUSED {self.last_error}',
+            )
+        elif self.plan is None:
+            status.level, status.message = DiagnosticStatus.WARN, 'NO_PLAN'
+        values = {
+            'plan_hash': self.plan.plan_hash if self.plan else '',
+            'plans': self.n_plans,
+            'refused': self.n_refused,
+            'bad_messages': self.n_bad_messages,
+            'closed_loop_finished': self.finished,
+        }
+        status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+        array.status = [status]
+        self.diagnostics.publish(array)
+
+
+def _descriptor(text: str, span: tuple[float, float] | None, value: Any) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(description=text)
+    if span is not None and isinstance(value, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(span[0]), to_value=float(span[1]))
+        ]
+    elif span is not None and isinstance(value, int) and not isinstance(value, bool):
+        descriptor.integer_range = [
+            IntegerRange(from_value=int(span[0]), to_value=int(span[1]), step=1)
+        ]
+    return descriptor
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Run the node until it is stopped."""
+    rclpy.init(args=args)
+    node = None
+    try:
+        node = PlannerNode()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except rclpy_implementation.RCLError:
+        # Told to stop while it was still starting.
+        if rclpy.ok():
+            raise
+    except (ModalAnalysisError, ParameterException) as error:
+        sys.stderr.write(f'excitation_planner: {error}\n')
+        raise SystemExit(2) from error
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,44 @@
+"""What the planner foresees of a plan, in more detail than the message carries."""
+
+from dataclasses import dataclass
+
+from excitation_planner.limits import Envelope
+from excitation_planner.participation import ModeForecast
+from excitation_planner.spectrum import PredictedSpectrum, Whiteness
+from excitation_planner.torque_projection import TorqueProjection
+
+
+@dataclass(frozen=True, slots=True)
+class PlanPrediction:
+    """Forecast of one plan.
+
+    Parameters
+    ----------
+    spectrum : PredictedSpectrum
+        Of the joint accelerations.
+    whiteness : tuple of Whiteness or None
+        Per joint in the excited band; None for a joint that does not move.
+    flatness_db : float [dB]
+        Largest over smallest density in the excited band.
+    projection : TorqueProjection
+        D(τ) at the start pose.
+    modes : tuple of ModeForecast
+        Every model mode up to the asked frequency, also those that would be missed.
+    envelope : Envelope
+        Largest use of every limit.
+    notices : tuple of str
+        What a person should know before releasing the plan.
+    """
+
+    spectrum: PredictedSpectrum
+    whiteness: tuple[Whiteness | None, ...]
+    flatness_db: float
+    projection: TorqueProjection
+    modes: tuple[ModeForecast, ...]
+    envelope: Envelope
+    notices: tuple[str, ...] = ()
+
+    @property
+    def missed(self) -> tuple[ModeForecast, ...]:
+        """Modes the plan would not show at the given sensors."""
+        return tuple(mode for mode in self.modes if mode.missed)

@@ -1,0 +1,224 @@
+"""What a person may ask of the planner, with the range of every number."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, Field, field, fields
+import math
+from typing import Any
+
+from excitation_planner.limits import HIGHEST_PATH_HZ
+from excitation_planner.plan import BAND_LIMITED_NOISE, SIGNALS
+from modal_core.errors import SettingsError
+
+
+def _number(default: float, low: float, high: float, description: str) -> Any:
+    return field(default=default, metadata={'range': (low, high), 'description': description})
+
+
+def _plain(default: Any, description: str) -> Any:
+    return field(default=default, metadata={'description': description})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanRequest:
+    """One request; every field has its unit and range in its metadata.
+
+    Raises
+    ------
+    SettingsError
+        Naming the field, what was given and what it may be.
+    """
+
+    seed: int = field(
+        default=1, metadata={'range': (0, 2**63 - 1), 'description': 'seed of all random numbers'}
+    )
+    signal: str = _plain(BAND_LIMITED_NOISE, 'random_pulses or band_limited_noise')
+    joints: tuple[str, ...] = _plain((), 'joints that move; empty: all')
+    start_position: tuple[float, ...] = _plain(
+        (), 'serial joint angles the plan starts at [rad]; empty: the first named pose'
+    )
+    joint_weights: tuple[float, ...] = _plain(
+        (), 'relative amplitude of each moving joint, 0..1; empty: all 1'
+    )
+    duration_s: float = _number(30.0, 2.0, 3600.0, 'length of the trajectory [s]')
+    sample_period_s: float = _number(0.004, 0.001, 0.02, 'spacing of the trajectory [s]')
+    band_low_hz: float = _number(5.0, 0.5, 100.0, 'lowest frequency of interest [Hz]')
+    band_high_hz: float = _number(60.0, 1.0, 500.0, 'highest frequency of interest [Hz]')
+    acceleration_rms: float = _number(
+        1.2, 0.0, 50.0, 'of each joint, band-limited noise [rad/s²]; times its weight'
+    )
+    fade_s: float = _number(1.0, 0.1, 30.0, 'fade at each end of band-limited noise [s]')
+    shape_frequency_hz: tuple[float, ...] = _plain(
+        (), 'frequencies at which shape_gain is given [Hz]'
+    )
+    shape_gain: tuple[float, ...] = _plain((), 'relative amplitude over frequency; empty: flat')
+    half_range: float = _number(
+        0.0, 0.0, 0.6, 'random pulses stay within this of the start [rad]; 0: what is allowed'
+    )
+    frequency_tolerance: float = _number(
+        0.02, 0.0, 1.0, 'largest relative change of a natural frequency over the motion'
+    )
+    enforce_tolerance: bool = _plain(True, 'refuse a motion whose range breaks the tolerance')
+    interval_low_s: float = _number(0.02, 0.0, 10.0, 'shortest pause between pulses [s]')
+    interval_high_s: float = _number(1.0, 0.0, 10.0, 'longest pause between pulses [s]')
+    acceleration_low: float = _number(
+        0.2, 0.02, 1.0, 'least part of the acceleration limit a pulse uses'
+    )
+    acceleration_high: float = _number(
+        0.8, 0.02, 1.0, 'greatest part of the acceleration limit a pulse uses'
+    )
+    ramp_low_s: float = _number(0.05, 0.0, 1.0, 'shortest build-up of acceleration [s]; 0: step')
+    ramp_high_s: float = _number(0.15, 0.0, 1.0, 'longest build-up of acceleration [s]; 0: step')
+    speed_low: float = _number(0.3, 0.001, 1.0, 'least part of the speed limits a pulse uses')
+    speed_high: float = _number(0.9, 0.001, 1.0, 'greatest part of the speed limits a pulse uses')
+    synchronised: bool = _plain(True, 'joints start and stop together, as MoveAbsJ does')
+    noise_density: float = _number(1e-3, 1e-9, 10.0, 'of the accelerometers [m/s²/sqrt(Hz)]')
+    point_speed_m_s: float = _number(0.25, 0.001, 5.0, 'no point of the arm is faster [m/s]')
+    box_m: tuple[float, ...] = _plain(
+        (), 'two corners in the base frame the arm stays in [m]; empty: none'
+    )
+    clearance_m: float = _number(0.01, 0.0, 1.0, 'least distance between links [m]')
+    require_full_rank: bool = _plain(True, 'refuse torques that do not span space')
+
+    def __post_init__(self) -> None:
+        """Check every field against its range and against the others."""
+        for item in fields(self):
+            _check_type(item, getattr(self, item.name))
+            _check_range(item, getattr(self, item.name))
+        if self.signal not in SIGNALS:
+            raise SettingsError(
+                'unknown signal', where='signal', found=self.signal, expected=' or '.join(SIGNALS)
+            )
+        for low, high in (
+            ('interval_low_s', 'interval_high_s'),
+            ('acceleration_low', 'acceleration_high'),
+            ('ramp_low_s', 'ramp_high_s'),
+            ('speed_low', 'speed_high'),
+            ('band_low_hz', 'band_high_hz'),
+        ):
+            if getattr(self, low) > getattr(self, high):
+                raise SettingsError(
+                    f'above {high}',
+                    where=low,
+                    found=getattr(self, low),
+                    expected=f'<= {getattr(self, high)}',
+                )
+        self._check_path()
+        self._check_lists()
+
+    def _check_path(self) -> None:
+        """Refuse a band the way to the robot cannot carry."""
+        if self.band_low_hz == self.band_high_hz:
+            raise SettingsError('the band is empty', where='band_high_hz', found=self.band_high_hz)
+        highest = min(HIGHEST_PATH_HZ, 0.4 / self.sample_period_s)
+        if self.band_high_hz > highest:
+            raise SettingsError(
+                'above what the path to the robot can excite',
+                where='band_high_hz',
+                found=f'{self.band_high_hz:g} Hz',
+                expected=f'<= {highest:g} Hz',
+                advice='servo, speed filter and 4 ms cycle leave nothing above it',
+            )
+        if self.ramp_low_s == 0.0 < self.ramp_high_s:
+            raise SettingsError(
+                'must be above 0 when ramp_high_s is', where='ramp_low_s', found=self.ramp_low_s
+            )
+        if 2.0 * self.fade_s > 0.8 * self.duration_s:
+            raise SettingsError(
+                'leaves no steady part',
+                where='fade_s',
+                found=self.fade_s,
+                expected=f'<= {0.4 * self.duration_s:g} s',
+            )
+
+    def _check_lists(self) -> None:
+        if len(self.shape_gain) != len(self.shape_frequency_hz):
+            raise SettingsError(
+                'not one gain per frequency',
+                where='shape_gain',
+                found=len(self.shape_gain),
+                expected=len(self.shape_frequency_hz),
+            )
+        rising = all(
+            a < b
+            for a, b in zip(self.shape_frequency_hz, self.shape_frequency_hz[1:], strict=False)
+        )
+        if self.shape_gain and not (
+            rising
+            and min(self.shape_frequency_hz) > 0.0
+            and min(self.shape_gain) >= 0.0
+            and max(self.shape_gain) > 0.0
+        ):
+            raise SettingsError(
+                'needs rising positive frequencies and gains >= 0, not all 0', where='shape_gain'
+            )
+        if any(not 0.0 <= weight <= 1.0 for weight in self.joint_weights):
+            raise SettingsError(
+                'outside 0..1', where='joint_weights', found=list(self.joint_weights)
+            )
+        if self.box_m and (
+            len(self.box_m) != 6 or any(self.box_m[i] >= self.box_m[i + 3] for i in range(3))
+        ):
+            raise SettingsError(
+                'not two corners',
+                where='box_m',
+                found=list(self.box_m),
+                expected='x, y, z of the lower and x, y, z of the upper corner',
+            )
+
+    @property
+    def jerk_limited(self) -> bool:
+        """False when pulses step their acceleration, as in the paper."""
+        return self.signal == BAND_LIMITED_NOISE or self.ramp_low_s > 0.0
+
+    @classmethod
+    def from_mapping(cls, data: Mapping[str, object], where: str = '') -> 'PlanRequest':
+        """Build a request from parsed YAML.
+
+        Raises
+        ------
+        SettingsError
+            An unknown field, or a value that does not fit.
+        """
+        known = {item.name for item in fields(cls)}
+        values: dict[str, Any] = {}
+        for key, value in data.items():
+            if key not in known:
+                raise SettingsError(
+                    'unknown field', where=where, found=key, expected=', '.join(sorted(known))
+                )
+            values[key] = tuple(value) if isinstance(value, list) else value
+        return cls(**values)
+
+
+def _check_type(item: Field[Any], value: object) -> None:
+    default = item.default
+    good = isinstance(value, type(default)) and (
+        isinstance(default, bool) or not isinstance(value, bool)
+    )
+    if isinstance(default, float):
+        good = isinstance(value, int | float) and not isinstance(value, bool)
+        good = good and math.isfinite(value)  # type: ignore[arg-type]
+    if isinstance(default, tuple) and good:
+        kind = str if item.name == 'joints' else (int, float)
+        good = all(
+            isinstance(entry, kind)
+            and not isinstance(entry, bool)
+            and (isinstance(entry, str) or math.isfinite(entry))
+            for entry in value  # type: ignore[attr-defined]
+        )
+    if not good:
+        raise SettingsError(
+            'wrong kind of value',
+            where=item.name,
+            found=repr(value),
+            expected=item.metadata['description'],
+        )
+
+
+def _check_range(item: Field[Any], value: Any) -> None:
+    if 'range' in item.metadata:
+        low, high = item.metadata['range']
+        if not low <= value <= high:
+            raise SettingsError(
+                'out of range', where=item.name, found=value, expected=f'{low:g} to {high:g}'
+            )

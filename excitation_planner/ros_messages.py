@@ -1,0 +1,166 @@
+"""Plans to and from ROS messages; everything received is validated before it is used."""
+
+from array import array
+
+from builtin_interfaces.msg import Duration
+import numpy as np
+from numpy.typing import NDArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from excitation_planner.plan import check_plan, ExcitationPlan
+from modal_core.errors import MessageError, PlanError
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.mode import Mode, ModeSet
+from oma_msgs.msg import ExcitationPlan as PlanMessage
+from oma_msgs.msg import ModalParameters
+
+SCALARS = (
+    'plan_hash',
+    'seed',
+    'robot_name',
+    'signal',
+    'peak_point_speed',
+    'duration_s',
+    'band_low_hz',
+    'band_high_hz',
+    'torque_projection_rank',
+    'sample_period_s',
+)
+ARRAYS = (
+    'start_position',
+    'position_range',
+    'peak_velocity',
+    'peak_acceleration',
+    'mode_frequency_hz',
+    'mode_frequency_sensitivity',
+    'mode_signal_to_noise_db',
+)
+TABLES = ('position', 'velocity')
+MOST_JOINTS = 64
+# An hour at 1 kHz.
+MOST_SAMPLES = 3_600_001
+MOST_MODES = 500
+
+
+def plan_to_message(plan: ExcitationPlan) -> PlanMessage:
+    """Return the message of a plan; the header is the publisher's."""
+    message = PlanMessage(joint_names=list(plan.joint_names), n_samples=plan.n_samples)
+    for name in SCALARS:
+        setattr(message, name, getattr(plan, name))
+    for name in (*ARRAYS, *TABLES):
+        numbers = np.ascontiguousarray(getattr(plan, name), dtype=float)
+        setattr(message, name, array('d', numbers.tobytes()))
+    return message
+
+
+def plan_from_message(message: PlanMessage) -> ExcitationPlan:
+    """Return the plan of a message, its hash recomputed and compared.
+
+    Raises
+    ------
+    MessageError
+        Naming the field that is too long, does not fit the others, is not finite, or a hash that
+        is not the plan's.
+    """
+    n_joints, n_samples = len(message.joint_names), message.n_samples
+    for name, found, most in (
+        ('joint_names', n_joints, MOST_JOINTS),
+        ('n_samples', n_samples, MOST_SAMPLES),
+        ('mode_frequency_hz', len(message.mode_frequency_hz), MOST_MODES),
+    ):
+        if found > most:
+            raise MessageError('too long', where=name, found=found, expected=f'<= {most}')
+    for name in TABLES:
+        found = len(getattr(message, name))
+        if found != n_joints * n_samples:
+            raise MessageError(
+                'wrong length',
+                where=name,
+                found=found,
+                expected=f'{n_samples} samples x {n_joints} joints',
+            )
+    tables = {
+        name: _numbers(getattr(message, name)).reshape(n_samples, n_joints) for name in TABLES
+    }
+    plan = ExcitationPlan(
+        joint_names=tuple(message.joint_names),
+        **{name: getattr(message, name) for name in SCALARS},
+        **{name: _numbers(getattr(message, name)) for name in ARRAYS},
+        **tables,
+    )
+    try:
+        check_plan(plan)
+    except PlanError as error:
+        raise MessageError(
+            error.what,
+            where=f'ExcitationPlan.{error.where}',
+            found=error.found,
+            expected=error.expected,
+            advice=error.advice,
+        ) from error
+    return plan
+
+
+def trajectory_message(plan: ExcitationPlan) -> JointTrajectory:
+    """Return the plan as a trajectory for controllers that take one."""
+    points = []
+    acceleration = plan.trajectory.acceleration
+    for row in range(plan.n_samples):
+        time_ns = round(row * plan.sample_period_s * NANOSECONDS_PER_SECOND)
+        points.append(
+            JointTrajectoryPoint(
+                positions=plan.position[row].tolist(),
+                velocities=plan.velocity[row].tolist(),
+                accelerations=acceleration[row].tolist(),
+                time_from_start=Duration(
+                    sec=time_ns // NANOSECONDS_PER_SECOND,
+                    nanosec=time_ns % NANOSECONDS_PER_SECOND,
+                ),
+            )
+        )
+    return JointTrajectory(joint_names=list(plan.joint_names), points=points)
+
+
+def modes_from_message(message: ModalParameters) -> ModeSet:
+    """Return the identified modes of a window, harmonics left out.
+
+    Raises
+    ------
+    MessageError
+        A frequency, damping ratio or shape that cannot be.
+    """
+    modes = []
+    for index, mode in enumerate(message.modes):
+        where = f'ModalParameters.modes[{index}]'
+        if not (np.isfinite(mode.frequency_hz) and mode.frequency_hz > 0.0):
+            raise MessageError('bad frequency', where=where, found=mode.frequency_hz)
+        if not (np.isfinite(mode.damping_ratio) and abs(mode.damping_ratio) < 1.0):
+            raise MessageError('bad damping ratio', where=where, found=mode.damping_ratio)
+        lengths, expected = (
+            {len(mode.shape_real), len(mode.shape_imag)},
+            len(message.channel_names),
+        )
+        if lengths != {expected}:
+            raise MessageError('bad shape', where=where, found=max(lengths), expected=expected)
+        shape = _numbers(mode.shape_real) + 1j * _numbers(mode.shape_imag)
+        if not np.all(np.isfinite(shape)):
+            raise MessageError('shape is not finite', where=where)
+        if not mode.harmonic:
+            modes.append(
+                Mode(
+                    frequency_hz=mode.frequency_hz,
+                    damping_ratio=mode.damping_ratio,
+                    shape=shape,
+                    frequency_std_hz=mode.frequency_std_hz,
+                    damping_ratio_std=mode.damping_ratio_std,
+                    mpc=mode.mpc,
+                    mpd=mode.mpd,
+                    id=mode.id,
+                )
+            )
+    ordered = sorted(modes, key=lambda mode: mode.frequency_hz)
+    return ModeSet(tuple(ordered), tuple(message.channel_names), message.method)
+
+
+def _numbers(values: object) -> NDArray[np.float64]:
+    return np.array(values, dtype=float)

@@ -1,0 +1,172 @@
+"""The planner on real rclpy: latched plan, service, parameters, closed loop, bad input."""
+
+import time
+
+import numpy as np
+import pytest
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from excitation_planner.plan import plan_hash
+from excitation_planner.planner_node import LATCHED, PlannerNode
+from excitation_planner.ros_messages import plan_from_message
+from modal_core.errors import MessageError
+from oma_msgs.msg import ExcitationPlan as PlanMessage
+from oma_msgs.msg import ModalParameters, Mode
+
+pytestmark = pytest.mark.node
+
+
+class Cell:
+    """A planner and a node that listens to it."""
+
+    def __init__(self, context, **parameters):
+        self.executor = SingleThreadedExecutor(context=context)
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        self.planner = PlannerNode(context=context, parameter_overrides=overrides)
+        # Later than the first plan: what it gets is what the publisher latched.
+        self.user = Node('user', context=context)
+        self.plans, self.trajectories = [], []
+        self.user.create_subscription(
+            PlanMessage, '/excitation_planner/excitation_plan', self.plans.append, LATCHED
+        )
+        self.user.create_subscription(
+            JointTrajectory,
+            '/excitation_planner/joint_trajectory',
+            self.trajectories.append,
+            LATCHED,
+        )
+        self.modes = self.user.create_publisher(
+            ModalParameters, '/oma_identifier/modal_parameters', LATCHED
+        )
+        self.client = self.user.create_client(Trigger, '/excitation_planner/plan')
+        for node in (self.planner, self.user):
+            self.executor.add_node(node)
+
+    def until(self, condition, patience_s=20.0):
+        deadline = time.monotonic() + patience_s
+        while not condition() and time.monotonic() < deadline:
+            self.executor.spin_once(timeout_sec=0.1)
+        assert condition()
+
+
+@pytest.fixture
+def cell(ros_context):
+    made = []
+
+    def make(**parameters):
+        made.append(Cell(ros_context, **{'duration_s': 4.0, **parameters}))
+        return made[-1]
+
+    yield make
+    for item in made:
+        item.executor.shutdown()
+        item.planner.destroy_node()
+        item.user.destroy_node()
+
+
+def test_late_joiner_gets_the_plan_and_can_recompute_its_hash(cell):
+    here = cell()
+    here.until(lambda: here.plans and here.trajectories)
+    plan = plan_from_message(here.plans[0])
+    assert plan_hash(plan) == here.planner.plan.plan_hash
+    assert np.array_equal(plan.position, here.planner.plan.position)
+    points = here.trajectories[0].points
+    assert len(points) == plan.n_samples
+    assert points[-1].time_from_start.sec == 4
+    assert np.allclose(points[500].positions, plan.position[500], atol=0.0)
+
+
+def test_service_plans_anew_after_a_parameter_change(cell):
+    here = cell()
+    here.until(lambda: here.plans and here.client.service_is_ready())
+    result = here.planner.set_parameters([Parameter('seed', value=9)])
+    assert result[0].successful
+    future = here.client.call_async(Trigger.Request())
+    here.until(lambda: future.done() and len(here.plans) == 2)
+    assert future.result().success
+    assert future.result().message == here.plans[1].plan_hash != here.plans[0].plan_hash
+    assert here.plans[1].seed == 9
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'word'),
+    [
+        ('duration_s', 1.0, 'duration_s'),
+        ('signal', 'sweep', 'sweep'),
+        ('band_high_hz', 80.0, '60 Hz'),
+    ],
+)
+def test_bad_parameters_are_refused_and_the_old_kept(cell, name, value, word):
+    here = cell()
+    before = here.planner.request
+    result = here.planner.set_parameters([Parameter(name, value=value)])[0]
+    assert not result.successful
+    assert word in result.reason
+    assert here.planner.request == before
+
+
+def test_a_refused_plan_is_said_and_not_published(cell):
+    here = cell(acceleration_rms=20.0)
+    here.until(lambda: here.client.service_is_ready())
+    future = here.client.call_async(Trigger.Request())
+    here.until(future.done)
+    assert not future.result().success
+    assert 'breaks its limit' in future.result().message
+    assert not here.plans
+
+
+def identified(std_hz):
+    shape = [1.0, 0.5]
+    mode = Mode(frequency_hz=20.0, frequency_std_hz=std_hz, damping_ratio=0.02)
+    mode.damping_ratio_std = 0.0005
+    mode.shape_real, mode.shape_imag = shape, [0.0, 0.0]
+    return ModalParameters(channel_names=['a.x', 'a.y'], modes=[mode], method='ssi_cov')
+
+
+def test_closed_loop_plans_on_until_the_target_is_met(cell):
+    here = cell(closed_loop=True, longest_window_s=16.0)
+    here.until(lambda: here.plans)
+    here.modes.publish(identified(std_hz=0.2))
+    here.until(lambda: len(here.plans) == 2)
+    assert here.plans[1].duration_s == 8.0
+    assert here.plans[1].seed == 2
+    here.modes.publish(identified(std_hz=0.01))
+    here.until(lambda: here.planner.finished)
+    assert len(here.plans) == 2
+
+
+def test_bad_modal_parameters_are_counted_not_used(cell):
+    here = cell(closed_loop=True)
+    here.until(lambda: here.plans)
+    message = identified(std_hz=0.2)
+    message.modes[0].shape_real = [1.0]
+    here.modes.publish(message)
+    here.until(lambda: here.planner.n_bad_messages == 1)
+    assert len(here.plans) == 1
+
+
+def test_tampered_messages_are_refused_by_field(cell):
+    here = cell()
+    here.until(lambda: here.plans)
+    message = here.plans[0]
+    for field, value, word in (
+        ('n_samples', message.n_samples + 1, 'position'),
+        ('peak_point_speed', 0.5, 'plan_hash'),
+        ('joint_names', ['a'] * 1000, 'joint_names'),
+        ('signal', 'sweep', 'signal'),
+    ):
+        kept = getattr(message, field)
+        setattr(message, field, value)
+        with pytest.raises(MessageError, match=word):
+            plan_from_message(message)
+        setattr(message, field, kept)
+    velocity = message.velocity[600]
+    message.velocity[600] = float('nan')
+    with pytest.raises(MessageError, match='velocity: not finite'):
+        plan_from_message(message)
+    message.velocity[600] = velocity
+    plan_from_message(message)

@@ -1,0 +1,114 @@
+"""The RAPID module: what it says is what the plan says, in the documented subset."""
+
+import re
+
+import numpy as np
+import pytest
+
+from excitation_planner import plan_excitation, PlanRequest
+from excitation_planner.moves import moves_of
+from excitation_planner.rapid import rapid_module, RapidOptions, write_rapid
+from modal_core.errors import PlanError
+from structural_model import load_robot
+
+STATEMENTS = (
+    r'MODULE \w+', 'ENDMODULE', r'PROC main\(\)', 'ENDPROC', 'ERROR', 'ENDFOR',
+    r'FOR i FROM 1 TO nMoves DO', r'CONST (num|robjoint|jointtarget|egm_minmax) .*;',
+    r'VAR (jointtarget|speeddata|egmident) .*;', r'MotionSup\\On;',
+    r'(AccSet|VelSet) [^,]+,[^,]+;',
+    r'MoveAbsJ \w+\\NoEOffs,\w+,fine,tool0;', r'WaitTime [^;]+;',
+    r'\w+\.(robax|v_tcp|v_ori):=\w+\{i\};',
+    r'EGM(Reset|GetId|StreamStop) \w+;', r'EGMSetupUC ROB_1,.*;', r'EGMStreamStart .*;',
+    r'EGMActJoint .*;', r'EGMRunJoint \w+,EGM_STOP_HOLD.*;', r'TPWrite ".*"\\Num:=ERRNO;',
+    'StopMove;', 'EXIT;',
+)  # fmt: skip
+
+
+@pytest.fixture(scope='module')
+def robot():
+    return load_robot('irb6660_205_190')
+
+
+@pytest.fixture(scope='module')
+def pulses(robot):
+    return plan_excitation(robot, None, PlanRequest(signal='random_pulses', duration_s=20.0))
+
+
+def statements(text):
+    """Join data over several lines, drop comments."""
+    bare = '\n'.join(line for line in text.splitlines() if not line.strip().startswith('!'))
+    for line in re.sub(r',\n\s*|\[\n\s*', lambda m: m.group(0).rstrip()[0], bare).splitlines():
+        if line.strip():
+            yield line.strip()
+
+
+def numbers(text, name):
+    inside = re.search(rf'{name}\{{(\d+)\}}:=\[(.*?)\];', text, re.DOTALL)
+    values = [float(v) for v in re.findall(r'-?[\d.]+', inside.group(2))]
+    return int(inside.group(1)), np.array(values)
+
+
+def test_only_the_documented_subset_is_used(robot, pulses):
+    noise = plan_excitation(robot, None, PlanRequest(duration_s=4.0))
+    for text in (rapid_module(pulses, robot), rapid_module(noise, robot)):
+        for line in statements(text):
+            assert any(re.fullmatch(pattern, line) for pattern in STATEMENTS), line
+        assert 'Rand' not in text
+        assert '\\Conc' not in text
+
+
+def test_numbers_are_the_plans_in_controller_degrees(robot, pulses):
+    text = rapid_module(pulses, robot)
+    count, flat = numbers(text, 'aTarget')
+    targets = flat.reshape(count, 6)
+    assert targets[-1] == pytest.approx([0, 45, -10, 90, -90, 0], abs=1e-4), 'ends at P1'
+    for move, target in zip(moves_of(pulses, robot), targets, strict=True):
+        end = round((move.start_s + move.duration_s) / pulses.sample_period_s)
+        expected = np.rad2deg(robot.to_controller(pulses.position[end]))
+        assert target == pytest.approx(expected, abs=1e-4)
+    for name, low, high in (('aAcc', 20, 100), ('aRamp', 10, 100), ('aSpeed', 0.1, 250)):
+        n_values, values = numbers(text, name)
+        assert n_values == count == len(values)
+        assert np.all((values >= low) & (values <= high))
+    pauses = numbers(text, 'aPause')[1]
+    total = sum(m.duration_s for m in moves_of(pulses, robot)) + np.sum(pauses)
+    assert total == pytest.approx(pulses.duration_s, abs=0.02)
+
+
+def test_header_and_safety(robot, pulses):
+    text = rapid_module(pulses, robot)
+    assert f'plan_hash {pulses.plan_hash}' in text
+    assert f'seed {pulses.seed}' in text
+    order = [text.index(word) for word in ('MotionSup\\On', 'AccSet 20,20', 'MoveAbsJ jStart')]
+    assert order == sorted(order)
+    assert text.index('AccSet 100,100', text.index('ENDFOR')) < text.index('ERROR')
+    handler = text[text.index('  ERROR') :]
+    for word in ('StopMove', 'AccSet 100,100', 'EGMReset', 'EXIT'):
+        assert word in handler
+    assert '\\CommTimeout:=0.1' in text
+    assert 'EGM' not in rapid_module(pulses, robot, RapidOptions(stream=False))
+
+
+def test_same_plan_same_module(robot, pulses, tmp_path):
+    write_rapid(tmp_path / 'out.mod', pulses, robot)
+    assert (tmp_path / 'out.mod').read_text() == rapid_module(pulses, robot)
+
+
+def test_guidance_module_leaves_room_for_the_plan(robot):
+    plan = plan_excitation(robot, None, PlanRequest(duration_s=4.0))
+    text = rapid_module(plan, robot)
+    speed = float(re.search(r'MaxSpeedDeviation:=([\d.]+)', text).group(1))
+    deviation = float(re.search(r'MaxPosDeviation:=([\d.]+)', text).group(1))
+    assert speed > np.rad2deg(np.max(np.abs(robot.to_controller(plan.velocity))))
+    axis = np.rad2deg(robot.to_controller(plan.position))
+    assert deviation > np.max(np.abs(axis - axis[0]))
+    assert float(re.search(r'CondTime:=([\d.]+)', text).group(1)) > plan.duration_s
+
+
+def test_other_robot_and_bad_name_are_refused(robot, pulses):
+    generic = load_robot('generic_arm_6')
+    if generic.joint_names != robot.joint_names:
+        with pytest.raises(PlanError, match='another robot'):
+            rapid_module(pulses, generic)
+    with pytest.raises(PlanError, match='module name'):
+        rapid_module(pulses, robot, RapidOptions(module_name='a b'))
