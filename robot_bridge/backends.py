@@ -1,0 +1,85 @@
+"""Which backend a name stands for."""
+
+from dataclasses import dataclass, field
+from ipaddress import ip_address
+from pathlib import Path
+
+from modal_core.errors import BridgeError
+from robot_bridge.backend import Backend
+from robot_bridge.guidance_backend import GuidanceBackend
+from robot_bridge.operator_flow import FlowSettings, OperatorFlow
+from robot_bridge.rapid_backend import RapidBackend
+from robot_bridge.rws_client import RwsClient
+from robot_bridge.stream_flow import StreamFlow
+from structural_model.flexible_joint_model import FlexibleJointModel
+
+BACKENDS = ('abb_egm', 'abb_rapid', 'emulator')
+METHODS = ('egm', 'rapid')
+
+
+@dataclass(frozen=True, slots=True)
+class BackendSettings:
+    """What a backend is made from.
+
+    Parameters
+    ----------
+    name : str
+        One of ``BACKENDS``.
+    method : str
+        Of the emulator: ``egm`` or ``rapid``.
+    guidance_enabled : bool
+        Let EGM guidance move a real arm.
+    controller_address : str
+        The only host listened to.
+    rapid_file : Path
+        Where the module of a plan goes.
+    rws_address, rws_user, rws_password : str
+        Web services that load, start and stop programs; no address: by hand.
+    flow : FlowSettings
+        Limits of the operator flow.
+    """
+
+    name: str = 'emulator'
+    method: str = 'egm'
+    guidance_enabled: bool = False
+    controller_address: str = '127.0.0.1'
+    rapid_file: Path = Path('AmaExcitation.mod')
+    rws_address: str = ''
+    rws_user: str = ''
+    rws_password: str = field(default='', repr=False)
+    flow: FlowSettings = field(default_factory=FlowSettings)
+
+
+def make_backend(settings: BackendSettings, model: FlexibleJointModel) -> Backend:
+    """Return the backend of a name.
+
+    Raises
+    ------
+    BridgeError
+        Unknown name or method, or guidance of a real arm that is not enabled.
+    """
+    name, method = settings.name, settings.method
+    if name == 'replay':
+        raise BridgeError('recordings are played by a node of their own', advice='start replay')
+    if name not in BACKENDS:
+        raise BridgeError('unknown backend', found=name, expected=', '.join(BACKENDS))
+    if method not in METHODS:
+        raise BridgeError('unknown method', found=method, expected=', '.join(METHODS))
+    if name == 'abb_rapid' or (name == 'emulator' and method == 'rapid'):
+        control = None
+        if settings.rws_address:
+            control = RwsClient(settings.rws_address, settings.rws_user, settings.rws_password)
+        flow = StreamFlow(settings.flow)
+        return RapidBackend(name, flow, model, settings.rapid_file, control)
+    # Calling a real controller an emulator must not be the way around the question.
+    emulated = name == 'emulator' and is_loopback(settings.controller_address)
+    enabled = settings.guidance_enabled or emulated
+    return GuidanceBackend(name, OperatorFlow(settings.flow), enabled)
+
+
+def is_loopback(address: str) -> bool:
+    """Tell whether an address is of this machine only."""
+    try:
+        return ip_address(address).is_loopback
+    except ValueError:
+        return False

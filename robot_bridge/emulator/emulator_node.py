@@ -1,0 +1,401 @@
+"""The emulated cell as a ROS node: ABB controller on UDP, accelerometers on topics."""
+
+from collections.abc import Sequence
+import contextlib
+from dataclasses import fields
+import math
+from pathlib import Path
+import queue
+import sys
+import threading
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+import numpy as np
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Imu
+from std_srvs.srv import SetBool, Trigger
+
+from modal_core.errors import BridgeError, ModalAnalysisError, SettingsError
+from oma_msgs.msg import AccelerationBlock, ModalParameters
+from oma_msgs.srv import InjectFault
+from robot_bridge.egm_link import ask_for_real_time
+from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide, SensorBlock
+from robot_bridge.emulator.controller import ControllerSettings
+from robot_bridge.emulator.fault_desk import Fault, FaultDesk
+from robot_bridge.emulator.gear_torque import GearSettings
+from robot_bridge.emulator.guidance_law import GuidanceSettings
+from robot_bridge.emulator.link_faults import LinkFaults
+from robot_bridge.emulator.program_task import ProgramTask
+from robot_bridge.emulator.recorder import Recorder
+from robot_bridge.emulator.ros_messages import (
+    block_messages,
+    imu_messages,
+    status_message,
+    truth_message,
+)
+from robot_bridge.emulator.rws_server import RwsServer
+from robot_bridge.emulator.rws_station import Station
+from robot_bridge.emulator.sensors import SensorSettings
+from robot_bridge.emulator.servo import ServoSettings
+from robot_bridge.emulator.udp_client import UdpClient
+from structural_model.robot_files import load_layout, load_robot
+
+NANOSECONDS = 1_000_000_000
+RCLError = rclpy_implementation.RCLError
+BLOCKS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
+SAMPLES = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+POSE_MOVED_RAD = 2e-3
+CATCH_UP_S = 0.002
+LATEST_S = 1.0
+GROUPS = (
+    ('servo', ServoSettings),
+    ('gears', GearSettings),
+    ('sensors', SensorSettings),
+    ('controller', ControllerSettings),
+    ('guidance', GuidanceSettings),
+)
+
+
+class EmulatorNode(Node):
+    """Runs the controller in one thread and the arm in another, both in real time."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('abb_emulator', **options)
+        declare = self._declare
+        declare('robot', 'irb6660_205_190', 'robot of config/robots, or its folder')
+        declare('sensors_file', 'sensors', 'sensor layout of the robot')
+        declare('start_pose', 'P1', 'named pose the arm stands at')
+        declare('start_controller_deg', [math.nan], 'or its controller angles [deg]')
+        declare('sample_rate_hz', 2048.0, 'of the accelerometers [Hz]')
+        declare('block_samples', 64, 'rows per acceleration_block')
+        declare('seed', 1, 'of noise, bias and link faults')
+        declare('sensor_address', '127.0.0.1', 'host that answers EGM (Remote Address)')
+        declare('sensor_port', 6510, 'its port')
+        declare('local_address', '127.0.0.1', 'interface the controller sends from')
+        declare('start_program', True, 'run the program at once; guidance when the sensor answers')
+        declare('module', '', 'RAPID module to run; none is EGM guidance', live=True)
+        declare('speed_ratio', 1.0, "operator's speed ratio, 0..1", live=True)
+        declare('automatic', True, 'operating mode at the beginning; else manual')
+        declare('faults', [''], 'at the beginning: name[:value[:duration_s[:target]]]')
+        declare('rws.port', 0, 'TCP port of Robot Web Services; 0 has none')
+        declare('rws.address', '127.0.0.1', 'interface it listens on')
+        declare('rws.user', 'Default User', 'account')
+        declare('rws.password', 'robotics', 'of the account')
+        for group, kind in GROUPS:
+            for item in fields(kind):
+                default = getattr(kind(), item.name)
+                if isinstance(default, tuple):
+                    default = list(default)
+                declare(f'{group}.{item.name}', default, f'{kind.__name__}.{item.name}')
+        value = self._value
+        self.model = load_robot(value('robot'))
+        self.layout = load_layout(value('robot'), value('sensors_file'))
+        self.settings = CellSettings(
+            sample_rate_hz=value('sample_rate_hz'),
+            block_samples=value('block_samples'),
+            seed=value('seed'),
+            controller=self._group('controller', ControllerSettings),
+            servo=self._group('servo', ServoSettings),
+            gears=self._group('gears', GearSettings),
+            sensors=self._group('sensors', SensorSettings),
+        )
+        self.guidance = self._group('guidance', GuidanceSettings)
+        start_deg = np.array(value('start_controller_deg'), float)
+        if not np.isfinite(start_deg).all() or len(start_deg) != self.model.n_joints:
+            start_deg = np.degrees(self.model.to_controller(self.model.pose(value('start_pose'))))
+        self.faults = LinkFaults(np.random.default_rng(self.settings.seed + 1))
+        self.client = UdpClient(
+            (value('sensor_address'), value('sensor_port')), self.faults, value('local_address')
+        )
+        self.start_ns = time.time_ns()
+        self.motors = MotorSide(
+            self.model, start_deg, self.client, self.settings, self.start_ns / NANOSECONDS
+        )
+        self.recorder = Recorder.of(self.layout)
+        self.names = [channel.name for channel in self.recorder.channels]
+        self.arm = ArmSide(self.model, self.recorder.channels, start_deg, self.settings)
+        self._lock = threading.Lock()
+        controller = self.motors.controller
+        self.task = ProgramTask(
+            controller, self.guidance, np.random.default_rng(self.settings.seed + 2)
+        )
+        self.desk = FaultDesk(controller, self.faults, self.arm.sensors, tuple(self.names))
+        for text in value('faults'):
+            if text:
+                self.desk.put(Fault.from_text(text))
+        controller.set_automatic(value('automatic'))
+        if not controller.set_speed_ratio(value('speed_ratio')):
+            raise SettingsError(
+                'out of range', where='speed_ratio', found=value('speed_ratio'), expected='0..1'
+            )
+        if value('module'):
+            self.task.load_file(Path(value('module')))
+        self.rws: RwsServer | None = None
+        if value('rws.port'):
+            self.rws = RwsServer(
+                Station(controller, self.task, self._lock), value('rws.address'),
+                value('rws.port'), value('rws.user'), value('rws.password'),
+            )  # fmt: skip
+        self.n_late = self.n_slips = 0
+        self.plant_s = self.plant_of_s = 0.0
+        self._to_arm: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._closing = threading.Event()
+        self._truth_pose = np.full(self.model.n_joints, math.inf)
+        self.blocks = self.create_publisher(AccelerationBlock, 'acceleration_block', BLOCKS)
+        self.truth = self.create_publisher(ModalParameters, '~/true_modes', LATCHED)
+        self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        for name, action in (
+            ('start_program', self._start_program),
+            ('stop_program', self._stop_program),
+            ('reset_program', self._reset_program),
+            ('load_module', self._load_module),
+            ('emergency_stop', self._emergency_stop),
+            ('motors_on', self._motors_on),
+        ):
+            self.create_service(Trigger, f'~/{name}', action)
+        self.create_service(SetBool, '~/automatic', self._automatic)
+        self.create_service(InjectFault, '~/inject_fault', self._inject_fault)
+        self.imus = [
+            self.create_publisher(Imu, port.topic, SAMPLES) for port in self.recorder.imus
+        ]
+        self.add_on_set_parameters_callback(self._on_parameters)
+        self.create_timer(0.5, self._publish_truth)
+        self.create_timer(1.0, self._publish_diagnostics)
+        if value('start_program'):
+            self.task.start()
+        self._threads = [
+            threading.Thread(target=self._run_motors, name='controller', daemon=True),
+            threading.Thread(target=self._run_arm, name='arm', daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    # -- parameters ----------------------------------------------------------------------------
+
+    def _declare(self, name: str, default: Any, text: str, live: bool = False) -> None:
+        self.declare_parameter(
+            name, default, ParameterDescriptor(description=text, read_only=not live)
+        )
+
+    def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            if parameter.name == 'speed_ratio':
+                with self._lock:
+                    if not self.motors.controller.set_speed_ratio(float(parameter.value)):
+                        reason = 'speed_ratio must be above 0 and at most 1'
+                        return SetParametersResult(successful=False, reason=reason)
+        return SetParametersResult(successful=True)
+
+    def _value(self, name: str) -> Any:
+        return self.get_parameter(name).value
+
+    def _group(self, group: str, kind: Any) -> Any:
+        values = {}
+        for item in fields(kind):
+            found = self._value(f'{group}.{item.name}')
+            values[item.name] = found if isinstance(found, (int, float, str)) else tuple(found)
+        return kind(**values)
+
+    # -- threads -------------------------------------------------------------------------------
+
+    def _run_motors(self) -> None:
+        """Run the controller's cycles at their times; when late, run faster, never skip."""
+        ask_for_real_time(30)
+        cycle_s = self.settings.controller.cycle_s
+        due_s = time.perf_counter()
+        while not self._closing.is_set():
+            with self._lock:
+                self.desk.tick(cycle_s)
+                motion = self.motors.cycle()
+            self._to_arm.put(motion)
+            due_s += cycle_s
+            wait_s = due_s - time.perf_counter()
+            if wait_s < -LATEST_S:
+                due_s = time.perf_counter()
+                self.n_slips += 1
+            elif wait_s < 0.0:
+                self.n_late += 1
+                # The sensor's answer to the last message must have time to arrive: a real
+                # controller is never late, and reads one answer in each cycle.
+                wait_s = CATCH_UP_S
+            time.sleep(max(wait_s, 0.0))
+
+    def _run_arm(self) -> None:
+        while not self._closing.is_set():
+            motion = self._to_arm.get()
+            if motion is None:
+                return
+            begin_s = time.thread_time()
+            blocks = self.arm.take(motion)
+            self.plant_s += time.thread_time() - begin_s
+            self.plant_of_s += len(motion[0]) / self.settings.sample_rate_hz
+            for block in blocks:
+                self._publish_block(block)
+
+    def _publish_block(self, block: SensorBlock) -> None:
+        rate_hz, n_recorded = self.settings.sample_rate_hz, self.recorder.n_recorded
+        if n_recorded:
+            recorded = SensorBlock(block.first_index, block.acceleration[:, :n_recorded])
+            names = self.names[:n_recorded]
+            for message in block_messages(recorded, names, rate_hz, self.start_ns):
+                self._publish(self.blocks, message)
+        for port, publisher in zip(self.recorder.imus, self.imus, strict=True):
+            for message in imu_messages(
+                block, port.columns, port.frame_id, rate_hz, self.start_ns
+            ):
+                self._publish(publisher, message)
+
+    def _publish(self, publisher: Any, message: Any) -> None:
+        if self.context.ok() and not self._closing.is_set():
+            with contextlib.suppress(RCLError):  # the context may end between the two
+                publisher.publish(message)
+
+    # -- operator ------------------------------------------------------------------------------
+
+    def _start_program(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            response.success = self.task.start()
+        response.message = 'running' if response.success else 'motors off or already running'
+        return response
+
+    def _stop_program(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            self.task.stop()
+        response.success = True
+        return response
+
+    def _reset_program(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            response.success = self.task.reset()
+        response.message = 'at main' if response.success else 'program is running'
+        return response
+
+    def _load_module(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        try:
+            with self._lock:
+                module = self.task.load_file(Path(self._value('module')))
+        except BridgeError as error:
+            response.message = str(error)
+            return response
+        response.success, response.message = True, f'module {module.name} loaded'
+        return response
+
+    def _automatic(self, request: Any, response: SetBool.Response) -> SetBool.Response:
+        with self._lock:
+            self.motors.controller.set_automatic(request.data)
+        response.success = True
+        response.message = 'automatic' if request.data else 'manual, reduced speed'
+        return response
+
+    def _inject_fault(self, request: Any, response: InjectFault.Response) -> InjectFault.Response:
+        fault = Fault(request.fault, request.value, request.duration_s, request.target)
+        try:
+            with self._lock:
+                response.message = self.desk.put(fault)
+            response.accepted = True
+        except BridgeError as error:
+            response.message = str(error)
+        return response
+
+    def _emergency_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            self.motors.controller.emergency_stop()
+        response.success = True
+        return response
+
+    def _motors_on(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            self.motors.controller.release_emergency_stop()
+            response.success = self.motors.controller.switch_motors_on()
+        return response
+
+    # -- reports -------------------------------------------------------------------------------
+
+    def _publish_truth(self) -> None:
+        """Publish the true modes of the pose, at every channel, whenever it has moved."""
+        pose = self.arm.pose
+        if np.max(np.abs(pose - self._truth_pose)) < POSE_MOVED_RAD:
+            return
+        self._truth_pose = pose.copy()
+        channels = self.layout.channels
+        message = truth_message(self.model, pose, channels, self.settings.sample_rate_hz)
+        message.header.stamp = self.get_clock().now().to_msg()
+        self.truth.publish(message)
+
+    def _publish_diagnostics(self) -> None:
+        controller = self.motors.controller
+        session = controller.session
+        values = {
+            'session': session.phase.name if session is not None else 'none',
+            'rapid_running': controller.running,
+            'queued_datagrams': self.client.n_queued,
+            'late_cycles': self.n_late,
+            'slips': self.n_slips,
+            'plant_real_time_factor': f'{self.plant_of_s / max(self.plant_s, 1e-9):.1f}',
+            'arm_backlog_cycles': self._to_arm.qsize(),
+            'automatic': controller.automatic,
+            'speed_ratio': controller.speed_ratio,
+            'faults': ', '.join(self.desk.active),
+            'last_event': controller.events[-1] if controller.events else '',
+        }
+        status = status_message(
+            f'{self.get_fully_qualified_name()}: controller',
+            'EMULATOR_RUNNING' if controller.motors_on else 'MOTORS_OFF',
+            not controller.motors_on,
+            values,
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self.get_clock().now().to_msg()
+        self.diagnostics.publish(message)
+
+    def destroy_node(self) -> None:
+        """Stop the threads, then the node."""
+        self._closing.set()
+        self._to_arm.put(None)
+        for thread in self._threads:
+            thread.join(timeout=2.0)
+        if self.rws is not None:
+            self.rws.close()
+        self.client.close()
+        super().destroy_node()
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Run the emulated cell until it is stopped."""
+    sys.setswitchinterval(0.0005)
+    rclpy.init(args=args)
+    node = None
+    try:
+        node = EmulatorNode()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except rclpy_implementation.RCLError:
+        # Told to stop while it was still starting.
+        if rclpy.ok():
+            raise
+    except (ModalAnalysisError, ParameterException) as error:
+        sys.stderr.write(f'abb_emulator: {error}\n')
+        raise SystemExit(2) from error
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()

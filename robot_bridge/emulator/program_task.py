@@ -1,0 +1,99 @@
+"""The task T_ROB1: which program is loaded, and where its pointer stands."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from modal_core.errors import BridgeError
+from robot_bridge.emulator.controller import Controller, Program
+from robot_bridge.emulator.guidance_law import GuidanceSettings
+from robot_bridge.emulator.guidance_program import guidance_program
+from robot_bridge.emulator.rapid_parser import parse_module
+from robot_bridge.emulator.rapid_program import RapidProgram
+from robot_bridge.emulator.rapid_syntax import Module
+
+LARGEST_BYTES = 8_000_000
+
+
+class ProgramTask:
+    """Loads, starts, stops and resets one program.
+
+    Parameters
+    ----------
+    controller : Controller
+        Executes it.
+    guidance : GuidanceSettings
+        Of the built-in program that is run while no module is loaded.
+    random : numpy.random.Generator
+        Program latency.
+    """
+
+    def __init__(
+        self, controller: Controller, guidance: GuidanceSettings, random: np.random.Generator
+    ) -> None:
+        self._controller, self._guidance, self._random = controller, guidance, random
+        self.module: Module | None = None
+
+    @property
+    def running(self) -> bool:
+        """The program is executed."""
+        return self._controller.running
+
+    def load(self, text: str) -> Module:
+        """Load a module in place of the one before; the program pointer goes to main.
+
+        Raises
+        ------
+        BridgeError
+            It is running, or the module has something that is not executed, by line.
+        """
+        if self.running:
+            raise BridgeError('a program is running', where='T_ROB1', advice='stop it first')
+        self.module = parse_module(text)
+        self.reset()
+        self._controller.note(f'module {self.module.name} loaded')
+        return self.module
+
+    def load_file(self, path: Path) -> Module:
+        """Load a .mod file.
+
+        Raises
+        ------
+        BridgeError
+            It cannot be read, or not be executed.
+        """
+        try:
+            if path.stat().st_size > LARGEST_BYTES:
+                raise BridgeError('module too large', where=path, expected=f'{LARGEST_BYTES} B')
+            text = path.read_text('utf-8-sig')
+        except (OSError, UnicodeDecodeError) as error:
+            raise BridgeError('cannot be read', where=path, found=error) from error
+        try:
+            return self.load(text)
+        except BridgeError as error:
+            raise BridgeError(
+                error.what, where=f'{path.name}, {error.where}', found=error.found,
+                expected=error.expected, advice=error.advice,
+            ) from error  # fmt: skip
+
+    def start(self, wait_for_sensor: bool = True) -> bool:
+        """Go on from the program pointer; False when motors are off or it runs already."""
+        if self.module is not None and self._controller.resume():
+            return True
+        return self._controller.start(self._new(wait_for_sensor))
+
+    def stop(self, reason: str = 'operator') -> None:
+        """Stop the program; it can be started again."""
+        self._controller.stop(reason)
+
+    def reset(self) -> bool:
+        """Move the program pointer to main; False while the program runs."""
+        return self._controller.reset_program()
+
+    def _new(self, wait_for_sensor: bool) -> Program:
+        if self.module is None:
+            return guidance_program(self._controller, self._guidance, wait_for_sensor)
+        made = RapidProgram(self.module, self._controller, self._guidance, self._random)
+        run: Callable[[], Program] = made.run
+        return run()

@@ -1,0 +1,185 @@
+"""What Robot Web Services read and change of the emulated controller."""
+
+from dataclasses import dataclass
+import re
+import threading
+
+from modal_core.errors import BridgeError
+from robot_bridge.emulator.controller import Controller
+from robot_bridge.emulator.program_task import LARGEST_BYTES, ProgramTask
+
+MOST_FILES = 32
+_NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}')
+_HOME = re.compile(r'/?(?:\$HOME|HOME:)/', re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """One resource: its RWS class, title and fields.
+
+    Parameters
+    ----------
+    kind, title : str
+        For example ``rap-execution`` and ``execution``.
+    fields : dict of str to str
+        RWS gives every value as text.
+    """
+
+    kind: str
+    title: str
+    fields: dict[str, str]
+
+
+class Station:
+    """Controller, task and the files of $HOME, which are held in memory and nowhere else.
+
+    Parameters
+    ----------
+    controller : Controller
+        Shown and operated.
+    task : ProgramTask
+        T_ROB1.
+    lock : threading.Lock
+        Held while either is touched.
+    """
+
+    def __init__(self, controller: Controller, task: ProgramTask, lock: threading.Lock) -> None:
+        self._controller, self._task, self._lock = controller, task, lock
+        self._files: dict[str, bytes] = {}
+
+    def resource(self, path: str) -> Resource | None:
+        """Return what is shown at a path; None when there is nothing."""
+        makers = {
+            '/rw/rapid/execution': self._execution,
+            '/rw/panel/ctrlstate': self._controller_state,
+            '/rw/panel/opmode': self._operating_mode,
+            '/rw/panel/speedratio': self._speed_ratio,
+            '/rw/motionsystem/mechunits/ROB_1/jointtarget': self._joint_target,
+        }
+        maker = makers.get(path)
+        if maker is None:
+            return None
+        with self._lock:
+            return maker()
+
+    def _execution(self) -> Resource:
+        state = 'running' if self._controller.running else 'stopped'
+        return Resource('rap-execution', 'execution', {'ctrlexecstate': state, 'cycle': 'once'})
+
+    def _controller_state(self) -> Resource:
+        controller = self._controller
+        state = 'motoron' if controller.motors_on else 'motoroff'
+        state = 'emergencystop' if controller.e_stopped else state
+        return Resource('pnl-ctrlstate', 'ctrlstate', {'ctrlstate': state})
+
+    def _operating_mode(self) -> Resource:
+        mode = 'AUTO' if self._controller.automatic else 'MANR'
+        return Resource('pnl-opmode', 'opmode', {'opmode': mode})
+
+    def _speed_ratio(self) -> Resource:
+        ratio = str(round(100.0 * self._controller.speed_ratio))
+        return Resource('pnl-speedratio', 'speedratio', {'speedratio': ratio})
+
+    def _joint_target(self) -> Resource:
+        angles = self._controller.measured_deg.tolist()
+        fields = {f'rax_{axis}': f'{angle:.6g}' for axis, angle in enumerate(angles, 1)}
+        fields |= {f'eax_{letter}': '9E9' for letter in 'abcdef'}
+        return Resource('ms-jointtarget', 'ROB_1', fields)
+
+    # -- files ---------------------------------------------------------------------------------
+
+    def store(self, path: str, data: bytes) -> bool:
+        """Keep a file; True when it is new.
+
+        Raises
+        ------
+        BridgeError
+            Not a plain name in $HOME, too large, or too many of them.
+        """
+        name = self._name(path)
+        new = name not in self._files
+        if len(data) > LARGEST_BYTES or (new and len(self._files) >= MOST_FILES):
+            raise BridgeError('no room', where=name)
+        self._files[name] = data
+        return new
+
+    def _name(self, path: str) -> str:
+        found = _HOME.match(path)
+        name = path[found.end() :] if found else ''
+        if not _NAME.fullmatch(name):
+            raise BridgeError('not a file of $HOME', found=path[:80])
+        return name
+
+    def load(self, path: str) -> None:
+        """Load a stored module (loadmod).
+
+        Raises
+        ------
+        BridgeError
+            No such file, a program running, or a module that is not executed, by line.
+        """
+        name = self._name(path)
+        if name not in self._files:
+            raise BridgeError('no such file', where='$HOME', found=name)
+        try:
+            text = self._files[name].decode('utf-8')
+        except UnicodeDecodeError as error:
+            raise BridgeError('not text', where=name) from error
+        with self._lock:
+            self._task.load(text)
+
+    # -- execution -----------------------------------------------------------------------------
+
+    def execute(self, action: str) -> None:
+        """Do ``resetpp``, ``start`` or ``stop``.
+
+        Raises
+        ------
+        BridgeError
+            Not now.
+        """
+        with self._lock:
+            if action == 'stop':
+                self._task.stop('RWS')
+            elif action == 'resetpp':
+                self._require(self._task.reset(), 'program is running')
+            elif action == 'start':
+                self._require(self._controller.automatic, 'not in automatic mode')
+                self._require(self._task.module is not None, 'no module loaded')
+                self._require(self._task.start(), 'motors off or already running')
+            else:
+                raise BridgeError('unknown action', found=action[:40])
+
+    def set_motors(self, state: str) -> None:
+        """Switch motors on or off (setctrlstate).
+
+        Raises
+        ------
+        BridgeError
+            Not now, or unknown.
+        """
+        with self._lock:
+            if state == 'motoroff':
+                self._controller.motors_off('RWS')
+            elif state == 'motoron':
+                self._require(self._controller.automatic, 'not in automatic mode')
+                self._require(self._controller.switch_motors_on(), 'emergency stop')
+            else:
+                raise BridgeError('unknown state', found=state[:40])
+
+    def set_speed_ratio(self, percent: str) -> None:
+        """Set the speed ratio in percent.
+
+        Raises
+        ------
+        BridgeError
+            Not 1 to 100.
+        """
+        ratio = int(percent) / 100.0 if percent.isdecimal() and len(percent) < 4 else 0.0
+        with self._lock:
+            self._require(self._controller.set_speed_ratio(ratio), 'not 1 to 100')
+
+    @staticmethod
+    def _require(right: bool, otherwise: str) -> None:
+        if not right:
+            raise BridgeError(otherwise)

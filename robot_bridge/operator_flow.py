@@ -1,0 +1,383 @@
+"""Who may move the arm, when, and what stops it: the bridge's state machine.
+
+Nothing moves without a plan, ``arm`` with the plan's hash, and ``start`` at the plan's start pose
+with the motors on.  Whatever goes wrong while moving ends in ABORTED: the motion slows down to
+standstill, the arm is held there, and only ``reset`` leaves the state.  Time comes in from
+outside.
+
+This is not a safety function (ISO 10218): the controller's limits, guards and e-stop stay in
+charge.
+"""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+import math
+import threading
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.errors import BridgeError
+from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.egm_messages import MCI_RUNNING
+from robot_bridge.plan_path import PlanPath
+from robot_bridge.plan_player import PlanPlayer, PlayerSettings, Reference
+from robot_bridge.session_check import Judgement, Verdict
+
+Array = NDArray[np.float64]
+LONGEST_ARM_S = 300.0
+
+
+class FlowState(IntEnum):
+    """States of the bridge; the numbers of oma_msgs/BridgeState."""
+
+    DISCONNECTED = 0
+    IDLE = 1
+    ARMED = 2
+    RUNNING = 3
+    STOPPING = 4
+    HOLDING = 5
+    ABORTED = 6
+
+
+@dataclass(frozen=True, slots=True)
+class FlowSettings:
+    """Limits of the operator flow.
+
+    Parameters
+    ----------
+    cycle_s : float [s]
+        Period of the controller.
+    link_timeout_s : float [s]
+        Silence after which the link counts as lost.
+    most_missed_cycles : int
+        Packets in a row that may be missing while moving.
+    heartbeat_timeout_s : float [s]
+        Silence of the operator's heartbeat that stops the motion; 0 asks for no heartbeat.
+    start_tolerance_deg : float [deg]
+        Largest distance of any axis from the start pose at ``start``.
+    max_following_error_deg : float [deg]
+        Largest distance of the measured from the wanted axis angle.
+    dry_run : bool
+        Go through everything and send nothing.
+    player : PlayerSettings
+        Ramps.
+    """
+
+    cycle_s: float = 0.004032
+    link_timeout_s: float = 0.012
+    most_missed_cycles: int = 3
+    heartbeat_timeout_s: float = 0.13
+    start_tolerance_deg: float = 0.2
+    max_following_error_deg: float = 2.0
+    dry_run: bool = True
+    player: PlayerSettings = field(default_factory=PlayerSettings)
+
+
+class OperatorFlow:
+    """The state machine; every method may be called from any thread.
+
+    Parameters
+    ----------
+    settings : FlowSettings
+        Limits.
+    """
+
+    def __init__(self, settings: FlowSettings) -> None:
+        self.settings = settings
+        self.state = FlowState.DISCONNECTED
+        self.reason = 'no feedback yet'
+        self.path: PlanPath | None = None
+        self.feedback: RobotFeedback | None = None
+        self.active, self.muted = True, False
+        self._lock = threading.RLock()
+        self._player: PlanPlayer | None = None
+        self._hold: Array | None = None
+        self._override = 1.0
+        self._armed_until_s = -math.inf
+        self._heartbeat_s = -math.inf
+        self._heard_s = -math.inf
+
+    # -- the operator --------------------------------------------------------------------------
+
+    def offer(self, path: PlanPath) -> None:
+        """Take a new plan in hand; a release of the plan before ends.
+
+        Raises
+        ------
+        BridgeError
+            The arm is moving.
+        """
+        with self._lock:
+            if self.state in (FlowState.RUNNING, FlowState.STOPPING):
+                raise BridgeError('a plan cannot be changed while it is played')
+            self.path = path
+            if self.state in (FlowState.ARMED, FlowState.HOLDING):
+                self._enter(FlowState.IDLE, 'a new plan arrived')
+
+    def arm(self, plan_hash: str, timeout_s: float, now_s: float) -> None:
+        """Release the plan with this hash for a while.
+
+        Raises
+        ------
+        BridgeError
+            No such plan, a bad time-out, no robot, or a latched abort.
+        """
+        with self._lock:
+            if self.path is None:
+                raise BridgeError('no plan to arm', advice='wait for the planner')
+            if plan_hash != self.path.plan_hash:
+                raise BridgeError(
+                    'plan_hash is not the hash of the plan in hand',
+                    found=plan_hash[:16] or 'nothing',
+                    expected=self.path.plan_hash[:16],
+                )
+            if not 0.0 < timeout_s <= LONGEST_ARM_S:
+                raise BridgeError(
+                    'bad timeout_s', found=timeout_s, expected=f'0..{LONGEST_ARM_S:g} s'
+                )
+            if not self.active:
+                raise BridgeError('the bridge is not active', advice='activate it first')
+            if not self._may_arm():
+                raise BridgeError(f'cannot arm while {self.state.name}', found=self.reason)
+            self._armed_until_s = now_s + timeout_s
+            self._enter(FlowState.ARMED, f'armed for {timeout_s:g} s')
+
+    def start(self, now_s: float) -> None:
+        """Begin to play the armed plan.
+
+        Raises
+        ------
+        BridgeError
+            Not armed, the heartbeat is missing, the session is not running, motors are off, or the
+            arm is not at the plan's start pose.
+        """
+        with self._lock:
+            self.poll(now_s)
+            if self.state != FlowState.ARMED:
+                raise BridgeError(f'not armed but {self.state.name}', found=self.reason)
+            path, feedback, hold = self.path, self.feedback, self._hold
+            if path is None or feedback is None or hold is None:
+                raise BridgeError('no plan or no feedback')
+            if self._heartbeat_lost(now_s):
+                raise BridgeError('no heartbeat of the operator', expected='>= 10 Hz')
+            blocked = None if self.settings.dry_run else _not_ready(feedback)
+            if blocked:
+                raise BridgeError(f'the controller is not ready: {blocked}')
+            for place in (np.array(feedback.joints_deg), hold):
+                distance = np.abs(place - path.start_deg)
+                if distance.max() > self.settings.start_tolerance_deg:
+                    axis = int(np.argmax(distance))
+                    raise BridgeError(
+                        f'axis {axis + 1} is not at the start pose of the plan',
+                        found=f'{place[axis]:.3f} deg',
+                        expected=f'{path.start_deg[axis]:.3f} +- '
+                        f'{self.settings.start_tolerance_deg:g} deg',
+                    )
+            self._player = PlanPlayer(path, hold, self.settings.player)
+            self._player.override_target = self._override
+            self._enter(FlowState.RUNNING, 'started by the operator')
+
+    def abort(self, reason: str) -> None:
+        """Slow down to standstill, hold, and latch; harmless at standstill."""
+        with self._lock:
+            if self.state != FlowState.ABORTED:
+                if self._player is not None:
+                    self._player.stop()
+                self._enter(FlowState.ABORTED, reason)
+
+    def reset(self) -> None:
+        """Leave a latched abort; the arm stays where it is and nothing is armed.
+
+        Raises
+        ------
+        BridgeError
+            Nothing to reset, or the arm has not come to rest.
+        """
+        with self._lock:
+            if self.state != FlowState.ABORTED:
+                raise BridgeError(f'nothing to reset while {self.state.name}')
+            if self.moving:
+                raise BridgeError('still slowing down')
+            self._player = None
+            self._enter(FlowState.IDLE, 'reset by the operator')
+
+    def activate(self) -> None:
+        """Let plans be released and packets be answered."""
+        with self._lock:
+            self.active, self.muted = True, False
+
+    def mute(self) -> None:
+        """Answer no more packets; only for an arm at rest."""
+        with self._lock:
+            self.muted = True
+
+    def deactivate(self) -> None:
+        """Stop what moves and release nothing more; still to be muted once the arm is at rest."""
+        with self._lock:
+            if self.state == FlowState.RUNNING:
+                self.abort('the bridge is being deactivated')
+            elif self.state == FlowState.ARMED:
+                self._enter(FlowState.IDLE, 'the bridge is being deactivated')
+            self.active = False
+
+    def heartbeat(self, now_s: float) -> None:
+        """Note that the operator holds to run."""
+        self._heartbeat_s = now_s
+
+    def set_speed_override(self, fraction: float) -> None:
+        """Scale amplitude, speed and acceleration of the motion; followed by a slow ramp.
+
+        Raises
+        ------
+        BridgeError
+            Not within 0..1.
+        """
+        if not 0.0 <= fraction <= 1.0:
+            raise BridgeError('bad speed_override', found=fraction, expected='0..1')
+        with self._lock:
+            self._override = fraction
+            if self._player is not None:
+                self._player.override_target = fraction
+
+    # -- the controller ------------------------------------------------------------------------
+
+    def on_feedback(
+        self, feedback: RobotFeedback, judgement: Judgement, now_s: float
+    ) -> Reference | None:
+        """Take one accepted packet and return the reference to reply, None for no reply."""
+        with self._lock:
+            # Not poll(): a late packet must still find the silence before it.
+            self._watch(now_s)
+            before, self.feedback, self._heard_s = self.feedback, feedback, now_s
+            self._watch_controller(feedback, judgement)
+            if self.state == FlowState.DISCONNECTED:
+                self._enter(FlowState.IDLE, 'the controller is heard')
+            fresh = before is None or judgement.verdict == Verdict.NEW_SESSION
+            fresh = fresh or self._pulled_away(feedback)
+            if fresh or feedback.mci_state != MCI_RUNNING or self._hold is None:
+                # Whatever the controller holds is what we ask for: no jump when guidance begins.
+                if not self.settings.dry_run or self._player is None:
+                    self._player = None
+                self._hold = np.array(feedback.planned_deg)
+            reference = self._reference(judgement.n_steps)
+            self._watch_following(feedback)
+            return None if self.settings.dry_run or self.muted else reference
+
+    def poll(self, now_s: float) -> None:
+        """Let time pass: link, heartbeat and release may run out."""
+        with self._lock:
+            self._watch(now_s)
+
+    @property
+    def connected(self) -> bool:
+        """The controller is heard."""
+        return self.feedback is not None and self._heard_s > -math.inf
+
+    @property
+    def moving(self) -> bool:
+        """A plan is played or the motion is slowing down."""
+        player = self._player
+        return player is not None and not player.at_rest
+
+    @property
+    def progress(self) -> float:
+        """Fraction of the plan played."""
+        player = self._player
+        if player is not None:
+            return player.progress
+        return 1.0 if self.state == FlowState.HOLDING else 0.0
+
+    @property
+    def speed_override(self) -> float:
+        """Fraction set by the operator."""
+        return self._override
+
+    @property
+    def reference_deg(self) -> Array | None:
+        """Axis angles wanted now, (6,) [deg]."""
+        player = self._player
+        return player.position_deg if player is not None else self._hold
+
+    # -- inside --------------------------------------------------------------------------------
+
+    def _reference(self, n_steps: int) -> Reference:
+        hold = self._hold
+        if hold is None:
+            raise BridgeError('no feedback')
+        player = self._player
+        if player is None:
+            return Reference(hold, np.zeros_like(hold))
+        for _ in range(min(n_steps, self.settings.most_missed_cycles + 1)):
+            reference = player.step(self.settings.cycle_s)
+        self._hold = player.position_deg
+        if player.at_rest and self.state == FlowState.RUNNING:
+            self._player = None
+            self._enter(FlowState.HOLDING, 'the plan is at its end')
+        return reference
+
+    def _watch(self, now_s: float) -> None:
+        if self._heard_s > -math.inf and now_s - self._heard_s > self.settings.link_timeout_s:
+            silence = now_s - self._heard_s
+            self._heard_s = -math.inf
+            if self.state in (FlowState.RUNNING, FlowState.ARMED):
+                self.abort(f'link lost: no feedback for {1e3 * silence:.0f} ms')
+            elif self.state != FlowState.ABORTED:
+                self._enter(FlowState.DISCONNECTED, 'no feedback')
+            self.feedback = None  # the next packet says where the arm is
+        if self.state == FlowState.ARMED and now_s > self._armed_until_s:
+            self._enter(FlowState.IDLE, 'the release timed out')
+        if self.state == FlowState.RUNNING and self._heartbeat_lost(now_s):
+            self.abort('the operator heartbeat is lost')
+
+    def _may_arm(self) -> bool:
+        return self.state in (FlowState.IDLE, FlowState.HOLDING, FlowState.ARMED)
+
+    def _heartbeat_lost(self, now_s: float) -> bool:
+        timeout_s = self.settings.heartbeat_timeout_s
+        return timeout_s > 0.0 and now_s - self._heartbeat_s > timeout_s
+
+    def _watch_controller(self, feedback: RobotFeedback, judgement: Judgement) -> None:
+        if self.state not in (FlowState.RUNNING, FlowState.ARMED):
+            return
+        if judgement.verdict == Verdict.NEW_SESSION:
+            self.abort(f'the session began anew: {judgement.reason}')
+        elif judgement.n_steps > self.settings.most_missed_cycles + 1:
+            self.abort(f'link lost: {judgement.n_steps - 1} packets missing')
+        elif self.state == FlowState.RUNNING and not self.settings.dry_run:
+            blocked = _not_ready(feedback)
+            if blocked:
+                self.abort(blocked)
+
+    def _watch_following(self, feedback: RobotFeedback) -> None:
+        if self.state != FlowState.RUNNING or self._hold is None or self.settings.dry_run:
+            return
+        error = np.abs(np.array(feedback.joints_deg) - self._hold)
+        if error.max() > self.settings.max_following_error_deg:
+            axis = int(np.argmax(error))
+            self.abort(f'axis {axis + 1} is {error[axis]:.2f} deg away from where it should be')
+
+    def _pulled_away(self, feedback: RobotFeedback) -> bool:
+        """Tell whether the controller stands elsewhere: asking it to come back is no hold."""
+        if self._hold is None or self.settings.dry_run:
+            return False
+        error = np.abs(np.array(feedback.planned_deg) - self._hold)
+        away = bool(error.max() > self.settings.max_following_error_deg)
+        if away and self.state in (FlowState.RUNNING, FlowState.ARMED):
+            axis = int(np.argmax(error))
+            self.abort(f'the controller stands {error[axis]:.2f} deg away on axis {axis + 1}')
+        return away
+
+    def _enter(self, state: FlowState, reason: str) -> None:
+        self.state, self.reason = state, reason
+
+
+def _not_ready(feedback: RobotFeedback) -> str:
+    """Return why the controller would not follow; empty when it would."""
+    if not feedback.motors_on:
+        return 'motors are off'
+    if feedback.mci_state != MCI_RUNNING:
+        return f'the EGM session is {feedback.mci_name}'
+    if not feedback.rapid_running:
+        return 'the RAPID program is not running'
+    return ''

@@ -1,0 +1,125 @@
+"""Turn a path into one reference per controller cycle: ramp-in, override, stop, hold."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_bridge.plan_path import PlanPath
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PlayerSettings:
+    """How a path is played.
+
+    Parameters
+    ----------
+    ramp_in_s : float [s]
+        Time over which the amplitude grows from nothing.
+    stop_ramp_s : float [s]
+        Time over which the motion slows down to standstill when it is stopped.
+    override_rate_per_s : float [1/s]
+        Fastest change of the speed override.
+    """
+
+    ramp_in_s: float = 1.0
+    stop_ramp_s: float = 0.05
+    override_rate_per_s: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """What is asked of the controller for one cycle.
+
+    Parameters
+    ----------
+    position_deg : (6,) array [deg]
+        Axis angles now.
+    speed_deg_s : (6,) array [deg/s]
+        Mean speed until the next cycle.
+    """
+
+    position_deg: Array
+    speed_deg_s: Array
+
+
+class PlanPlayer:
+    """Plays one path from where the arm stands.
+
+    The amplitude about the start pose is path x gain: the gain is the ramp-in times the speed
+    override, so that at half override every speed and acceleration is half and the spectrum keeps
+    its shape.  Stopping slows the time along the path down to nothing, so the axes come to rest
+    where they are and are not sent back.
+
+    Parameters
+    ----------
+    path : PlanPath
+        What to play.
+    hold_deg : (6,) array [deg]
+        Where the arm is held now; any small distance to the path's start is closed in the ramp-in.
+    settings : PlayerSettings
+        Ramps.
+    """
+
+    def __init__(self, path: PlanPath, hold_deg: Array, settings: PlayerSettings) -> None:
+        self._path = path
+        self._settings = settings
+        self._offset = np.asarray(hold_deg, float) - path.start_deg
+        self._time_s = 0.0
+        self._played_s = 0.0
+        self._pace = 1.0
+        self._override = 1.0
+        self._stopping = False
+        self.override_target = 1.0
+        self._position = np.array(hold_deg, float)
+
+    @property
+    def progress(self) -> float:
+        """Fraction of the path played."""
+        return min(self._time_s / self._path.duration_s, 1.0)
+
+    @property
+    def at_rest(self) -> bool:
+        """Nothing moves any more: stopped, or at the end."""
+        return self._pace <= 0.0 or self._time_s >= self._path.duration_s
+
+    @property
+    def position_deg(self) -> Array:
+        """Axis angles asked for last, (6,) [deg]."""
+        return self._position
+
+    def stop(self) -> None:
+        """Begin to slow down to standstill."""
+        self._stopping = True
+
+    def step(self, cycle_s: float) -> Reference:
+        """Return the reference of this cycle and move on to the next."""
+        here = self._position
+        if not self.at_rest:
+            self._advance(cycle_s)
+            self._position = self._blend()
+        return Reference(here, (self._position - here) / cycle_s)
+
+    def _advance(self, cycle_s: float) -> None:
+        if self._stopping:
+            self._pace = max(self._pace - cycle_s / self._settings.stop_ramp_s, 0.0)
+        else:
+            change = self._settings.override_rate_per_s * cycle_s
+            target = min(max(self.override_target, 0.0), 1.0)
+            self._override += min(max(target - self._override, -change), change)
+        self._time_s = min(self._time_s + self._pace * cycle_s, self._path.duration_s)
+        self._played_s += self._pace * cycle_s
+
+    def _blend(self) -> Array:
+        ramp = smooth_step(self._played_s / self._settings.ramp_in_s)
+        start = self._path.start_deg
+        moved = self._path.position(self._time_s) - start
+        return np.asarray(start + (1.0 - ramp) * self._offset + ramp * self._override * moved)
+
+
+def smooth_step(u: float) -> float:
+    """Return the quintic from 0 to 1 with no speed and no acceleration at its ends."""
+    u = min(max(u, 0.0), 1.0)
+    return u * u * u * (10.0 + u * (6.0 * u - 15.0))

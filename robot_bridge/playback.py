@@ -1,0 +1,168 @@
+"""A recording as serialised messages with the times they are due; no clock in it."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+import re
+
+from modal_core.errors import SettingsError
+from modal_core.measurements import JointSamples, Measurement, NANOSECONDS_PER_SECOND, SampleBlock
+from recordings.array_recording import ArrayRecording
+from recordings.encode import encode
+from recordings.open_recording import Recording
+from recordings.raw_message import RawMessage
+
+LARGEST_BLOCK_BYTES = 64_000
+BLOCK_TOPIC, JOINT_TOPIC = 'acceleration_block', '/joint_states'
+TOPIC = re.compile(r'[~/]?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
+
+
+@dataclass(frozen=True, slots=True)
+class PlaybackSettings:
+    """What of a recording is played, and how.
+
+    Parameters
+    ----------
+    rate : float
+        1 is as recorded; 2 twice as fast.
+    start_offset_s : float [s]
+        Skipped at the beginning.
+    loop : bool
+        Begin again at the end; the stamps jump back, as they were recorded.
+    remap : mapping
+        Recorded topic to the topic played on.
+    """
+
+    rate: float = 1.0
+    start_offset_s: float = 0.0
+    loop: bool = False
+    remap: Mapping[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be played."""
+        if not 0.0 < self.rate <= 1000.0:
+            raise SettingsError('bad rate', where='rate', found=self.rate, expected='0..1000')
+        if not 0.0 <= self.start_offset_s < 1e9:
+            raise SettingsError('bad offset', where='start_offset_s', found=self.start_offset_s)
+
+
+@dataclass(frozen=True, slots=True)
+class DueMessage:
+    """A message and when it is due.
+
+    Parameters
+    ----------
+    due_s : float [s]
+        After the beginning of playback.
+    recorded_ns : int [ns]
+        Log time in the recording.
+    topic, message_type : str
+        Where and what to publish.
+    data : bytes
+        Serialised, with its original stamps.
+    """
+
+    due_s: float
+    recorded_ns: int
+    topic: str
+    message_type: str
+    data: bytes
+
+
+def parse_remap(entries: list[str]) -> dict[str, str]:
+    """Return the mapping of ``old:=new`` entries.
+
+    Raises
+    ------
+    SettingsError
+        An entry is not of that form.
+    """
+    mapping = {}
+    for entry in entries:
+        if not entry:
+            continue
+        old, mark, new = entry.partition(':=')
+        if not mark or not old or not TOPIC.fullmatch(new):
+            raise SettingsError('bad remap', where='remap', found=entry, expected='old:=new')
+        mapping[old] = new
+    return mapping
+
+
+class Playback:
+    """Messages of one recording in the order and at the times they were recorded.
+
+    Parameters
+    ----------
+    recording : Recording
+        What to play.
+    settings : PlaybackSettings
+        How.
+    """
+
+    def __init__(self, recording: Recording, settings: PlaybackSettings) -> None:
+        self.recording, self.settings = recording, settings
+        self.n_loops = 0
+
+    def messages(self) -> Iterator[DueMessage]:
+        """Yield the messages; without end when looping."""
+        settings = self.settings
+        begin_s = 0.0
+        while True:
+            first_ns, last_s, found = None, 0.0, False
+            for raw in raw_messages(self.recording):
+                if first_ns is None:
+                    first_ns = raw.log_time_ns
+                offset_s = (raw.log_time_ns - first_ns) / NANOSECONDS_PER_SECOND
+                if offset_s < settings.start_offset_s:
+                    continue
+                found = True
+                # Log times that run backwards are due at once.
+                last_s = max(last_s, (offset_s - settings.start_offset_s) / settings.rate)
+                yield DueMessage(
+                    begin_s + last_s,
+                    raw.log_time_ns,
+                    (settings.remap or {}).get(raw.topic, raw.topic),
+                    raw.message_type,
+                    raw.data,
+                )
+            self.n_loops += 1
+            if not settings.loop or not found:
+                return
+            begin_s += last_s
+
+
+def raw_messages(recording: Recording) -> Iterator[RawMessage]:
+    """Yield a recording as serialised ROS 2 messages; other kinds are converted."""
+    if not isinstance(recording, ArrayRecording) and not recording.file.ros1:
+        yield from recording.messages()
+        return
+    for measurement in recording.measurements():
+        for part in _small(measurement):
+            yield from encode(part, _topic(part))
+
+
+def _topic(measurement: Measurement) -> str:
+    if isinstance(measurement, SampleBlock):
+        return measurement.source if measurement.source.startswith('/') else BLOCK_TOPIC
+    if isinstance(measurement, JointSamples):
+        return JOINT_TOPIC
+    if measurement.source.startswith('/'):
+        return measurement.source
+    return 'accel/' + re.sub(r'[^A-Za-z0-9_]', '_', measurement.source)
+
+
+def _small(measurement: Measurement) -> Iterator[Measurement]:
+    """Yield a block in parts that are not larger than a message should be."""
+    if not isinstance(measurement, SampleBlock):
+        yield measurement
+        return
+    rows = max(1, LARGEST_BLOCK_BYTES // (4 * len(measurement.channel_names)))
+    for first in range(0, len(measurement.acceleration), rows):
+        offset_ns = round(first * NANOSECONDS_PER_SECOND / measurement.sample_rate_hz)
+        yield SampleBlock(
+            source=measurement.source,
+            stamp_ns=measurement.stamp_ns + offset_ns,
+            first_index=measurement.first_index + first,
+            sample_rate_hz=measurement.sample_rate_hz,
+            channel_names=measurement.channel_names,
+            acceleration=measurement.acceleration[first : first + rows],
+        )

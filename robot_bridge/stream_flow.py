@@ -1,0 +1,135 @@
+"""Following a program of the controller by its position stream, without moving anything.
+
+The stream begins when the program has reached the start pose and ends with the program, so silence
+is no fault before it and after it.
+"""
+
+from collections.abc import Callable
+import math
+import threading
+
+import numpy as np
+
+from modal_core.errors import BridgeError
+from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.plan_player import Reference
+from robot_bridge.session_check import Judgement, Verdict
+
+LONGEST_WAIT_S = 120.0
+# Moves of a real controller are not exactly as long as planned.
+SHORTEST_PART = 0.9
+
+
+class StreamFlow(OperatorFlow):
+    """The operator flow of a program that runs in the controller.
+
+    Parameters
+    ----------
+    settings : FlowSettings
+        Limits.
+    """
+
+    def __init__(self, settings: FlowSettings) -> None:
+        super().__init__(settings)
+        self.stop_program: Callable[[], None] | None = None
+        self._began_s = math.inf
+        self._wait_until_s = math.inf
+        self._streamed_s = 0.0
+
+    def start(self, now_s: float) -> None:
+        """Expect the armed plan's program to run.
+
+        Raises
+        ------
+        BridgeError
+            Not armed, or no heartbeat.
+        """
+        with self._lock:
+            self.poll(now_s)
+            if self.state != FlowState.ARMED:
+                raise BridgeError(f'not armed but {self.state.name}', found=self.reason)
+            if self._heartbeat_lost(now_s):
+                raise BridgeError('no heartbeat of the operator', expected='>= 10 Hz')
+            self._began_s, self._streamed_s = math.inf, 0.0
+            self._wait_until_s = now_s + LONGEST_WAIT_S
+            self._enter(FlowState.RUNNING, 'waiting for the program: start it at the pendant')
+
+    def abort(self, reason: str) -> None:
+        """Latch, and have the program stopped if there is a way to."""
+        with self._lock:
+            expected = self.state == FlowState.RUNNING
+            super().abort(reason)
+        if expected and self.stop_program is not None:
+            # The network must not hold up the thread that listens.
+            threading.Thread(target=self.stop_program, name='stop_program', daemon=True).start()
+
+    def on_feedback(
+        self, feedback: RobotFeedback, judgement: Judgement, now_s: float
+    ) -> Reference | None:
+        """Take one packet of the stream; the reply is always None."""
+        with self._lock:
+            self._watch(now_s)
+            self.feedback, self._heard_s = feedback, now_s
+            self._hold = np.array(feedback.planned_deg)
+            if self.state == FlowState.DISCONNECTED:
+                self._enter(FlowState.IDLE, 'the stream is heard')
+            if self.state == FlowState.RUNNING:
+                self._follow(feedback, judgement, now_s)
+            return None
+
+    @property
+    def progress(self) -> float:
+        """Fraction of the plan's duration streamed."""
+        if self.state == FlowState.HOLDING:
+            return 1.0
+        duration_s = self.path.duration_s if self.path is not None else math.inf
+        return min(self._streamed_s / duration_s, 1.0)
+
+    def _follow(self, feedback: RobotFeedback, judgement: Judgement, now_s: float) -> None:
+        path = self.path
+        begins = self._began_s == math.inf
+        if path is None or (begins and not feedback.rapid_running):
+            return
+        if begins:
+            distance = np.abs(np.array(feedback.joints_deg) - path.start_deg)
+            if distance.max() > self.settings.start_tolerance_deg:
+                axis = int(np.argmax(distance)) + 1
+                self.abort(f'the program began with axis {axis} away from the start of the plan')
+                return
+            self._began_s = now_s
+            self._enter(FlowState.RUNNING, 'the program is running')
+        elif judgement.verdict == Verdict.NEW_SESSION:
+            self.abort(f'the session began anew: {judgement.reason}')
+        elif not feedback.motors_on:
+            self.abort('motors are off')
+        elif not feedback.rapid_running:
+            self._end('the program has stopped')
+        self._streamed_s = now_s - self._began_s
+
+    def _watch(self, now_s: float) -> None:
+        silence_s = now_s - self._heard_s
+        silent = self._heard_s > -math.inf and silence_s > self.settings.link_timeout_s
+        if silent:
+            self._heard_s, self.feedback = -math.inf, None
+            if self.state == FlowState.RUNNING and self._began_s < math.inf:
+                self._end(f'link lost: no feedback for {1e3 * silence_s:.0f} ms')
+            elif self.state in (FlowState.IDLE, FlowState.HOLDING):
+                self._enter(FlowState.DISCONNECTED, 'no stream: none is sent before the program')
+        if self.state == FlowState.ARMED and now_s > self._armed_until_s:
+            self._enter(FlowState.DISCONNECTED, 'the release timed out')
+        if self.state == FlowState.RUNNING and self._heartbeat_lost(now_s):
+            self.abort('the operator heartbeat is lost: stop the program at the pendant')
+        if self.state == FlowState.RUNNING and self._began_s == math.inf:
+            if now_s > self._wait_until_s:
+                self.abort('the program was not started in time')
+
+    def _end(self, reason: str) -> None:
+        """Take the stream's end for the program's end when it is about time for it."""
+        if self.progress >= SHORTEST_PART:
+            self._enter(FlowState.HOLDING, 'the program is at its end')
+        else:
+            self.abort(reason)
+
+    def _may_arm(self) -> bool:
+        return super()._may_arm() or self.state == FlowState.DISCONNECTED

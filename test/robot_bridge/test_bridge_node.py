@@ -1,0 +1,406 @@
+"""The bridge as a process, against a controller that shares no code with it."""
+
+import socket
+import time
+
+from hypothesis import given, HealthCheck, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+import yaml
+
+from modal_core.share import share_path
+
+pytestmark = pytest.mark.node
+DISCONNECTED, IDLE, ARMED, RUNNING, HOLDING, ABORTED = 0, 1, 2, 3, 5, 6
+STOP_S = 0.2
+
+
+class Rig:
+    """A bridge process, a strict peer and an operator."""
+
+    def __init__(self, peers, processes, operator, drivers, start_deg, **parameters):
+        self.port = drivers.free_port()
+        self.operator, self.start_deg = operator, start_deg
+        operator.states.clear()  # of the process before
+        self.process = processes(
+            'robot_bridge',
+            port=self.port,
+            **{
+                'dry_run': False,
+                'link_timeout_s': 0.5,
+                'heartbeat_timeout_s': 1.0,
+                **parameters,
+            },
+        )
+        self.peer = peers.StrictPeer(start_deg, ('127.0.0.1', self.port))
+
+    def ready(self):
+        """Be connected, with nothing latched, at the start pose, with a heartbeat."""
+        operator, peer = self.operator, self.peer
+        peer.state.update(motors=1, mci=3, rapid=2)
+        if peer._thread is None:
+            peer.start()
+        operator.hold().until_connected()
+        if operator.last.state in (ARMED, RUNNING):
+            operator.abort()
+            operator.until_state(ABORTED)
+        if operator.last.state == ABORTED:
+            operator.until(lambda: operator.reset().success)
+        self.drift_to(self.start_deg)
+        operator.until_state(IDLE if operator.last.state != HOLDING else HOLDING)
+        peer.n_silent = 0
+        return self
+
+    def drift_to(self, angles):
+        """Move the arm by hand, guidance stopped, slower than any axis can go."""
+        peer = self.peer
+        peer.state['mci'] = 2
+        time.sleep(0.05)
+        while (left := np.array(angles) - peer.joints_deg).any():
+            step = np.clip(left, -0.05, 0.05)
+            peer.joints_deg = list(np.array(peer.joints_deg) + step)
+            time.sleep(0.005)
+        time.sleep(0.05)
+        peer.state['mci'] = 3
+        time.sleep(0.1)
+
+    def running(self, message, tries=1):
+        """Be in motion, past the ramp-in.
+
+        A short heartbeat time-out may stop the motion on a busy machine, rightly: tries says how
+        often to begin again then.
+        """
+        operator = self.operator
+        for _ in range(tries):
+            self.ready()
+            operator.offer(message)
+            assert operator.arm(message.plan_hash).accepted
+            answer = operator.start()
+            if not answer.success and tries > 1:
+                continue
+            assert answer.success, answer.message
+            operator.until_state(RUNNING) if tries == 1 else time.sleep(0.2)
+            operator.until(
+                lambda: operator.last.progress > 0.2 or operator.last.state != RUNNING, 'progress'
+            )
+            if operator.last.state == RUNNING:
+                return self
+        pytest.fail(f'stopped: {operator.last.reason}')
+
+    def speeds(self):
+        """Return the largest speed asked for in each answered cycle so far [deg/s]."""
+        return np.array([max(map(abs, item[2])) for item in self.peer.history if item[2]])
+
+    def at_rest(self):
+        """Assert that the arm stands still, answered cycle by cycle, from here on."""
+        seen = len(self.peer.history)
+        self.operator.until(lambda: len(self.peer.history) > seen + 60, 'cycles')
+        places = np.array([item[1] for item in self.peer.history[seen:]])
+        assert np.ptp(places, axis=0).max() == 0.0
+
+
+@pytest.fixture(scope='module')
+def rig(peers, processes, operator, drivers, start_deg):
+    made = Rig(peers, processes, operator, drivers, start_deg)
+    yield made
+    made.peer.close()
+    assert 'Traceback' not in made.process.stop()
+
+
+@pytest.fixture
+def ready(rig):
+    yield rig.ready()
+    assert rig.peer.faults == []
+    assert rig.peer.n_silent == 0
+
+
+def test_nothing_starts_without_plan_arm_hash_and_time(ready, message):
+    operator = ready.operator
+    assert 'no plan' in operator.arm('0' * 64).message
+    assert 'not armed' in operator.start().message
+    operator.offer(message)
+    wrong = operator.arm('0' * 64)
+    assert not wrong.accepted and message.plan_hash[:16] in wrong.message
+    for timeout_s in (0.0, -1.0, 301.0, float('nan')):
+        assert 'timeout_s' in operator.arm(message.plan_hash, timeout_s).message
+    assert 'not armed' in operator.start().message
+    assert operator.arm(message.plan_hash, 0.2).accepted
+    operator.until_state(IDLE)
+    refused = operator.start()
+    assert not refused.success and 'timed out' in refused.message
+    assert not ready.speeds().any()
+
+
+def test_start_is_refused_without_heartbeat(ready, message):
+    operator = ready.operator
+    operator.offer(message)
+    operator.hold(False)
+    time.sleep(1.2)
+    assert operator.arm(message.plan_hash).accepted
+    refused = operator.start()
+    assert not refused.success and 'heartbeat' in refused.message
+    assert not ready.speeds().any()
+
+
+def test_start_is_refused_away_from_the_start_pose(ready, message):
+    operator = ready.operator
+    operator.offer(message)
+    ready.drift_to(ready.start_deg + np.array([0.0, 0.0, 0.5, 0.0, 0.0, 0.0]))
+    assert operator.arm(message.plan_hash).accepted
+    refused = operator.start()
+    assert not refused.success and 'axis 3' in refused.message
+    assert not ready.speeds().any()
+
+
+@pytest.mark.parametrize(
+    ('state', 'word'),
+    [({'motors': 2}, 'motors'), ({'mci': 2}, 'session'), ({'rapid': 1}, 'RAPID')],
+)
+def test_start_is_refused_when_the_controller_is_not_ready(ready, message, state, word):
+    operator = ready.operator
+    operator.offer(message)
+    assert operator.arm(message.plan_hash).accepted
+    ready.peer.state.update(state)
+    time.sleep(0.1)
+    refused = operator.start()
+    assert not refused.success and word in refused.message
+    assert not ready.speeds().any()
+
+
+def test_a_plan_is_played_as_planned_and_every_reply_is_strict(ready, message, plan, model):
+    operator, peer = ready.operator, ready.peer
+    operator.offer(message)
+    assert operator.arm(message.plan_hash).accepted
+    begin = len(peer.history)
+    assert operator.start().success
+    operator.until_state(HOLDING)
+    ready.at_rest()
+    cells = [item for item in peer.history[begin:] if item[2]]
+    found = np.array([item[1] for item in cells])
+    moving = np.flatnonzero([any(item[2]) for item in cells])
+    # The peer integrates position plus speed: it stands where the plan is at the cycle's end.
+    times = (np.arange(len(found)) - moving[0] + 1) * 0.004032
+    path = plan.trajectory.position_spline(np.clip(times, 0.0, plan.duration_s))
+    wanted = np.degrees([model.to_controller(row) for row in path])
+    after = (times > 1.1) & (times < plan.duration_s)
+    np.testing.assert_allclose(found[after], wanted[after], atol=1e-9)
+    assert abs(len(moving) * 0.004032 - plan.duration_s) < 0.05
+    # Radians and serial joints on the topic, motor-side degrees on the wire.
+    last = np.degrees(model.to_controller(operator.joints[-1].position))
+    np.testing.assert_allclose(last, peer.joints_deg, atol=1e-6)
+
+
+def test_abort_stops_latches_and_reset_moves_nothing(rig, message, record_property):
+    operator = rig.running(message).operator
+    before = len(rig.speeds())
+    assert operator.abort().success
+    operator.until_state(ABORTED)
+    rig.at_rest()
+    cycles = int(np.flatnonzero(rig.speeds()).max()) - before
+    record_property('abort_to_standstill_ms', 4.032 * cycles)
+    assert cycles < (0.05 + 0.1) / 0.004032
+    assert 'ABORTED' in operator.arm(message.plan_hash).message
+    assert not operator.start().success
+    assert operator.reset().success
+    operator.until_state(IDLE)
+    assert 'not armed' in operator.start().message
+    rig.at_rest()
+    assert rig.peer.faults == []
+
+
+@pytest.mark.parametrize('address', ['127.0.0.2', '127.0.0.3', '127.0.0.1'])
+def test_a_second_sender_latches(rig, message, address):
+    operator = rig.running(message).operator
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as spoof:
+        spoof.bind((address, 0))
+        spoof.settimeout(0.2)
+        spoof.sendto(rig.peer.packet(), rig.peer.bridge)
+        with pytest.raises(TimeoutError):
+            spoof.recv(100)
+    operator.until_state(ABORTED)
+    assert '_sender' in operator.last.reason and address in operator.last.reason
+    rig.at_rest()
+    assert rig.peer.faults == []
+
+
+def test_old_packets_get_no_answer_and_change_nothing(rig, message):
+    operator, peer = rig.running(message).operator, rig.peer
+    rejected = operator.last.n_rejected
+    peer.pause()
+    for seqno in (peer.seqno - 1, peer.seqno - 5, 1):
+        peer.socket.sendto(
+            peer.packet(seqno=seqno, tm=round(seqno * 4.032), joints=[0.0] * 6), peer.bridge
+        )
+    peer.socket.settimeout(0.1)
+    with pytest.raises(TimeoutError):
+        peer.socket.recv(4096)
+    peer.start()
+    operator.until(lambda: operator.last.n_rejected >= rejected + 3, 'rejected')
+    assert operator.last.state == RUNNING
+    assert peer.faults == []
+
+
+def test_a_jump_no_axis_can_make_latches(rig, message):
+    operator, peer = rig.running(message).operator, rig.peer
+    peer.pause()
+    peer.joints_deg[1] += 5.0
+    peer.expect_reply = False
+    peer.run(1)
+    peer.expect_reply = True
+    peer.start()
+    operator.until_state(ABORTED)
+    assert 'joint_jump' in operator.last.reason
+    # Held where it is now, not pulled back to where it was.
+    rig.at_rest()
+    assert peer.faults == []
+
+
+def test_a_stopped_controller_latches_and_is_never_resumed(rig, message):
+    operator, peer = rig.running(message).operator, rig.peer
+    peer.state.update(motors=2, mci=2, rapid=1)
+    operator.until_state(ABORTED)
+    peer.state.update(motors=1, mci=3, rapid=2)
+    rig.at_rest()
+    assert operator.last.state == ABORTED
+    assert 'motors' in operator.last.reason
+
+
+def test_a_silent_link_latches_and_is_never_resumed(rig, message):
+    operator, peer = rig.running(message).operator, rig.peer
+    peer.pause()
+    operator.until_state(ABORTED)
+    assert 'link lost' in operator.last.reason
+    peer.start()
+    operator.until_connected()
+    rig.at_rest()
+    assert operator.last.state == ABORTED
+    assert peer.faults == []
+
+
+def test_speed_override_is_ramped_and_bad_values_are_refused(rig, message):
+    from rcl_interfaces.msg import Parameter, ParameterValue
+    from rcl_interfaces.srv import SetParameters
+
+    operator = rig.running(message).operator
+
+    def override(value):
+        parameter = Parameter(
+            name='speed_override', value=ParameterValue(type=3, double_value=value)
+        )
+        return operator.call(
+            '/robot_bridge/set_parameters', SetParameters, parameters=[parameter]
+        ).results[0]
+
+    assert not override(1.5).successful
+    assert not override(float('nan')).successful
+    assert override(0.0).successful
+    operator.until(lambda: operator.last.speed_override == 0.0)
+    steps = np.abs(np.diff(rig.speeds()))
+    operator.until(lambda: operator.last.progress > 0.5, 'progress')
+    assert rig.speeds()[-20:].max() < 1e-9
+    assert steps.max() < 3.0
+    assert override(1.0).successful
+
+
+datagrams = st.one_of(
+    st.binary(max_size=400),
+    st.builds(
+        lambda cut, edits: ('edit', cut, edits),
+        st.integers(0, 400),
+        st.lists(st.tuples(st.integers(0, 400), st.integers(0, 255)), max_size=6),
+    ),
+)
+
+
+def test_fuzzed_datagrams_never_crash_nor_move(ready, peers):
+    operator, peer = ready.operator, ready.peer
+    ready.at_rest()
+    peer.pause()
+    place = list(peer.joints_deg)
+
+    @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(st.lists(datagrams, min_size=1, max_size=4))
+    def fuzz(batch):
+        for item in batch:
+            if isinstance(item, tuple):
+                data = bytearray(peer.packet())
+                for at, value in item[2]:
+                    data[at % len(data)] = value
+                item = bytes(data[: len(data) - item[1]])
+            peer.socket.sendto(item, peer.bridge)
+        time.sleep(0.002)
+
+    fuzz()
+    peer.socket.settimeout(0.1)
+    answers = []
+    try:
+        while True:
+            answers.append(peer.socket.recv(4096))
+    except TimeoutError:
+        pass
+    # What is still a complete packet may be answered, and then only with a place it was told.
+    replies = [peers.EgmSensor.FromString(answer) for answer in answers]
+    assert not any(any(reply.speedRef.joints.joints) for reply in replies)
+    assert ready.process.process.poll() is None
+    # The session starts anew, as a controller's does, and nothing moves.
+    time.sleep(0.6)
+    peer.seqno = peer.reply_seqno = 0
+    peer.reply_tm = None
+    peer.start()
+    operator.until_connected()
+    ready.at_rest()
+    assert peer.joints_deg == place
+
+
+def test_a_lost_heartbeat_stops_within_200_ms(
+    peers, processes, operator, drivers, start_deg, message, rig, record_property
+):
+    rig.peer.pause()
+    rig.process.stop()
+    # The heartbeat's time-out and the stop ramp of the shipped parameter file.
+    shipped = yaml.safe_load((share_path('config') / 'bridge.yaml').read_text())
+    timeout_s = shipped['/**']['ros__parameters']['heartbeat_timeout_s']
+    here = Rig(peers, processes, operator, drivers, start_deg, heartbeat_timeout_s=timeout_s)
+    try:
+        here.running(message, tries=10)
+        operator.hold(False)
+        released_s = operator.released_s
+        operator.until_state(ABORTED)
+        assert 'heartbeat' in operator.last.reason
+        here.at_rest()
+        moving = [item[0] for item in here.peer.history if item[2] and any(item[2])]
+        after = [item for item in here.peer.history if released_s < item[0] <= moving[-1]]
+        record_property('heartbeat_to_standstill_ms', 1e3 * (moving[-1] - released_s))
+        assert len(after) * peers.CYCLE_S <= STOP_S
+        operator.hold()
+        here.at_rest()
+        assert operator.last.state == ABORTED
+        assert here.peer.faults == []
+    finally:
+        here.peer.close()
+        here.process.stop()
+
+
+def test_dry_run_goes_through_everything_and_sends_nothing(
+    peers, processes, operator, drivers, start_deg, message, rig
+):
+    rig.peer.pause()
+    rig.process.stop()
+    here = Rig(peers, processes, operator, drivers, start_deg, dry_run=True)
+    here.peer.expect_reply = False
+    here.peer.patience_s = 0.0
+    try:
+        here.ready()
+        operator.offer(message)
+        assert operator.arm(message.plan_hash).accepted
+        assert operator.start().success
+        operator.until_state(RUNNING)
+        operator.until(lambda: operator.last.progress > 0.1, 'progress')
+        assert operator.last.dry_run
+        assert operator.last.n_sent == 0
+        assert operator.last.n_received > 50
+        assert here.peer.replies == []
+    finally:
+        here.peer.close()
+        here.process.stop()

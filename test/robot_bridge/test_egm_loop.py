@@ -1,0 +1,235 @@
+"""Bridge and emulated controller over real UDP, cycle by cycle: no clock decides the outcome."""
+
+import socket
+import time
+
+import numpy as np
+import pytest
+
+from excitation_planner.trajectory import Trajectory
+from modal_core.errors import BridgeError
+from robot_bridge.egm_link import EgmLink
+from robot_bridge.emulator.cell import CellSettings, MotorSide
+from robot_bridge.emulator.egm_session import Phase
+from robot_bridge.emulator.guidance_law import GuidanceSettings
+from robot_bridge.emulator.guidance_program import guidance_program
+from robot_bridge.emulator.link_faults import LinkFaults
+from robot_bridge.emulator.udp_client import UdpClient
+from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.plan_path import PlanPath
+from robot_bridge.session_check import SessionCheck, SessionLimits
+from structural_model import load_robot
+
+CYCLE_S = 0.004032
+GUIDANCE = GuidanceSettings(
+    low_pass_hz=100.0,
+    max_speed_deviation_deg_s=30.0,
+    window_low_deg=(-1e-3,) * 6,
+    window_high_deg=(1e-3,) * 6,
+    condition_time_s=1e6,
+    comm_timeout_s=0.1,
+)
+
+
+class Loop:
+    """An emulated controller and a bridge on loopback, in lockstep."""
+
+    def __init__(self, guidance=GUIDANCE, **flow):
+        self.model = load_robot('irb6660_205_190')
+        self.start_deg = np.degrees(self.model.to_controller(self.model.pose('P1')))
+        self.flow = OperatorFlow(
+            FlowSettings(
+                **{'dry_run': False, 'link_timeout_s': 1.0, 'heartbeat_timeout_s': 0.0, **flow}
+            )
+        )
+        self.packets = []
+        limits = SessionLimits(controller_address='127.0.0.1', silence_s=5.0)
+        self.link = EgmLink(
+            '127.0.0.1', 0, SessionCheck(limits),
+            lambda feedback, judgement, now_s, _: self.flow.on_feedback(
+                feedback, judgement, now_s
+            ),
+            self.flow.abort, self.flow.poll, self.packets.append,
+        )  # fmt: skip
+        self.faults = LinkFaults(np.random.default_rng(3))
+        client = UdpClient(self.link.address, self.faults, '127.0.0.1')
+        self.motors = MotorSide(self.model, self.start_deg, client, CellSettings())
+        self.controller = self.motors.controller
+        self.controller.start(guidance_program(self.controller, guidance, True))
+        self.link.start()
+        self.planned, self.measured = [], []
+
+    def close(self):
+        self.link.close()
+        self.controller.client.close()
+
+    def run(self, cycles, wait=True):
+        for _ in range(cycles):
+            before = self.link.n_received + self.link.check.counts['rejected']
+            self.motors.cycle()
+            self.planned.append(self.controller.planned_deg.copy())
+            self.measured.append(self.controller.measured_deg.copy())
+            session = self.controller.session
+            deadline = time.monotonic() + 2.0
+            while wait and session is not None and session.sending:
+                if self.link.n_received + self.link.check.counts['rejected'] > before:
+                    break
+                assert time.monotonic() < deadline, 'no answer from the bridge'
+                time.sleep(1e-5)
+            if wait:
+                time.sleep(2e-4)  # the reply leaves after the count
+        return self
+
+    def go(self, path):
+        self.flow.offer(path)
+        self.flow.arm(path.plan_hash, 30.0, time.monotonic())
+        self.flow.start(time.monotonic())
+        return self
+
+
+@pytest.fixture
+def loop():
+    loop = Loop()
+    yield loop
+    loop.close()
+
+
+def sine(loop, hz, amplitude_deg=0.05, duration_s=4.0):
+    t = np.arange(0.0, duration_s, 0.004)
+    speed = np.radians(amplitude_deg) * 2 * np.pi * hz * np.cos(2 * np.pi * hz * t)
+    speed *= np.clip(np.minimum(t, t[-1] - t) / 0.5, 0.0, 1.0)
+    velocity = np.zeros((len(t), 6))
+    velocity[:, 0] = speed
+    start = loop.model.pose('P1')
+    trajectory = Trajectory.from_velocity(start, velocity, 0.004)
+    return PlanPath.from_trajectory('sine', trajectory, loop.model.to_controller)
+
+
+def test_guidance_starts_without_a_jump_and_plays_the_plan(loop):
+    loop.run(20)
+    assert loop.controller.session.phase == Phase.RUNNING
+    assert loop.flow.state == FlowState.IDLE
+    np.testing.assert_allclose(loop.planned[-1], loop.start_deg, atol=1e-9)
+    loop.go(sine(loop, 5.0)).run(1100)
+    assert loop.flow.state == FlowState.HOLDING
+    travel = np.ptp(np.array(loop.measured), axis=0)
+    assert 0.09 < travel[0] < 0.11
+    assert travel[1:].max() < 1e-3
+    assert loop.link.n_received == loop.link.n_sent
+
+
+def test_one_reply_per_packet_and_no_queue_builds_up(loop):
+    loop.run(300)
+    assert loop.controller.client.n_queued <= 1
+    assert loop.link.n_sent == loop.link.n_received == 300
+    # The last reply waits for the next cycle.
+    assert loop.controller.client.n_received in (299, 300)
+
+
+@pytest.mark.parametrize('address', ['127.0.0.2', '127.0.0.3'])
+def test_a_second_sender_latches_and_the_arm_comes_to_rest(loop, address):
+    loop.run(20).go(sine(loop, 5.0)).run(400)
+    copy = next(p.data for p in reversed(loop.packets) if not p.sent)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as spoof:
+        spoof.bind((address, 0))
+        spoof.sendto(copy, loop.link.address)
+        for _ in range(200):
+            if loop.flow.state == FlowState.ABORTED:
+                break
+            time.sleep(0.005)
+    assert loop.flow.state == FlowState.ABORTED
+    assert 'foreign_sender' in loop.flow.reason
+    loop.run(120)
+    still = np.array(loop.planned)[-60:]
+    assert np.ptp(still, axis=0).max() < 2e-3
+
+
+def test_a_replayed_packet_gets_no_answer(loop):
+    loop.run(50)
+    sent = loop.link.n_sent
+    old = [p.data for p in loop.packets if not p.sent][10]
+    # From the controller's own port: only the sequence number gives it away.
+    loop.controller.client._socket.sendto(old, loop.link.address)
+    deadline = time.monotonic() + 2.0
+    while not loop.link.check.counts['out_of_order'] and time.monotonic() < deadline:
+        time.sleep(0.002)
+    assert loop.link.check.counts['out_of_order'] == 1
+    assert loop.link.n_sent == sent
+
+
+def test_fuzzed_datagrams_neither_move_nor_stop_the_bridge(loop):
+    random = np.random.default_rng(11)
+    loop.run(30)
+    good = [p.data for p in loop.packets if not p.sent][-1]
+    before = loop.link.check.counts['malformed']
+    for _ in range(300):
+        data = bytearray(good[: random.integers(0, len(good))])
+        for _ in range(3):
+            if data:
+                data[random.integers(len(data))] = random.integers(256)
+        loop.controller.client._socket.sendto(bytes(data), loop.link.address)
+        time.sleep(1e-4)
+    time.sleep(0.1)
+    assert loop.link.check.counts['malformed'] > before + 200
+    loop.run(30)
+    assert loop.flow.state == FlowState.IDLE
+    np.testing.assert_allclose(loop.planned[-1], loop.start_deg, atol=1e-9)
+
+
+def test_emulator_survives_fuzzed_replies(loop):
+    random = np.random.default_rng(12)
+    loop.run(30)
+    session = loop.controller.session
+    for _ in range(300):
+        session.hear(random.bytes(random.integers(0, 120)))
+    good = [p.data for p in loop.packets if p.sent][-1]
+    for _ in range(300):
+        data = bytearray(good)
+        data[random.integers(len(data))] = random.integers(256)
+        session.hear(bytes(data))
+    assert session.n_bad > 100
+    loop.run(5)
+
+
+def test_link_loss_ends_in_error_within_comm_timeout_and_nothing_resumes(loop):
+    loop.run(20).go(sine(loop, 10.0, amplitude_deg=0.1)).run(400)
+    loop.faults.sensor.drop = 1.0
+    lost = len(loop.planned)
+    loop.run(200)
+    assert loop.controller.session.phase == Phase.ERROR
+    planned = np.array(loop.planned)
+    moving = np.flatnonzero(np.abs(np.diff(planned[:, 0])) > 0)
+    # CommTimeout 0.1 s and the stop ramp 0.1 s.
+    assert (moving[-1] - lost) * CYCLE_S < 0.1 + 0.1 + 5 * CYCLE_S
+    assert loop.flow.state == FlowState.ABORTED
+    loop.faults.clear()
+    loop.run(100)
+    assert loop.controller.session.phase == Phase.ERROR
+    assert not loop.controller.running
+    assert np.ptp(np.array(loop.planned)[-100:], axis=0).max() == 0.0
+
+
+def test_emergency_stop_latches_on_both_sides(loop):
+    loop.run(20).go(sine(loop, 5.0)).run(400)
+    loop.controller.emergency_stop()
+    loop.run(60)
+    assert loop.flow.state == FlowState.ABORTED
+    assert not loop.controller.switch_motors_on()
+    with pytest.raises(BridgeError):
+        loop.flow.start(time.monotonic())
+    assert np.ptp(np.array(loop.planned)[-40:], axis=0).max() == 0.0
+
+
+def test_dropped_packets_are_counted_and_a_few_are_survived(loop):
+    loop.run(20).go(sine(loop, 5.0))
+    loop.faults.sensor.drop = 0.02
+    loop.run(600)
+    assert loop.flow.state == FlowState.RUNNING
+    assert loop.controller.session.phase == Phase.RUNNING
+
+
+def test_wildcard_addresses_are_refused():
+    check = SessionCheck(SessionLimits())
+    for address in ('0.0.0.0', '', '::'):
+        with pytest.raises(BridgeError, match='one interface'):
+            EgmLink(address, 0, check, lambda *_: None, lambda _: None, lambda _: None)

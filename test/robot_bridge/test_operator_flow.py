@@ -1,0 +1,251 @@
+"""Nothing moves by accident, and whatever fails ends in standstill."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from modal_core.errors import BridgeError
+from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.egm_messages import MCI_RUNNING, MCI_STOPPED
+from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.plan_path import PlanPath
+from robot_bridge.session_check import Judgement, Verdict
+
+CYCLE_S = 0.004032
+READY = RobotFeedback(
+    seqno=0, tm_ms=0, joints_deg=(10.0,) * 6, planned_deg=(10.0,) * 6, time_us=0,
+    motors_on=True, mci_state=MCI_RUNNING, rapid_running=True, converged=False,
+)  # fmt: skip
+
+
+def sweep(duration_s=4.0, amplitude_deg=0.5, hz=5.0):
+    """A sine about 10 deg as cubic pieces."""
+    from excitation_planner.trajectory import Trajectory
+
+    time = np.arange(0.0, duration_s, 0.004)
+    envelope = np.sin(np.pi * time / time[-1]) ** 2
+    speed = np.radians(amplitude_deg) * 2 * np.pi * hz * envelope * np.cos(2 * np.pi * hz * time)
+    speed[0] = speed[-1] = 0.0
+    trajectory = Trajectory.from_velocity(
+        np.full(6, np.radians(10.0)), np.tile(speed[:, None], 6), 0.004
+    )
+    return PlanPath.from_trajectory('abc123', trajectory, lambda q: q)
+
+
+class Rig:
+    """A flow and a controller that follows perfectly."""
+
+    def __init__(self, **changes):
+        settings = FlowSettings(**{'dry_run': False, **changes})
+        self.flow = OperatorFlow(settings)
+        self.now = 100.0
+        self.feedback = READY
+        self.positions = []
+        self.beating = True
+
+    def run(self, cycles, **changes):
+        for _ in range(cycles):
+            self.now += CYCLE_S
+            if self.beating:
+                self.flow.heartbeat(self.now)
+            new = self.feedback.seqno == 0
+            judgement = Judgement(Verdict.NEW_SESSION if new else Verdict.ACCEPT)
+            feedback = replace(self.feedback, **changes)
+            reference = self.flow.on_feedback(feedback, judgement, self.now)
+            position = self.feedback.planned_deg
+            if reference is not None and feedback.mci_state == MCI_RUNNING:
+                position = tuple(reference.position_deg + CYCLE_S * reference.speed_deg_s)
+            self.positions.append(position)
+            self.feedback = replace(
+                self.feedback,
+                seqno=self.feedback.seqno + 1,
+                joints_deg=position,
+                planned_deg=position,
+            )
+        return self
+
+    def go(self):
+        self.flow.offer(sweep())
+        self.flow.arm('abc123', 5.0, self.now)
+        self.flow.start(self.now)
+        return self
+
+    @property
+    def speed(self):
+        return np.abs(np.diff(np.array(self.positions), axis=0)).max(axis=1) / CYCLE_S
+
+
+def test_a_started_plan_is_played_to_its_end_and_back():
+    rig = Rig().run(3).go().run(1100)
+    assert rig.flow.state == FlowState.HOLDING
+    path = sweep()
+    np.testing.assert_allclose(rig.positions[-1], path.position(10.0), atol=1e-9)
+    times = np.arange(len(rig.positions)) * CYCLE_S
+    # After the ramp-in the positions are those of the plan, one cycle ahead.
+    index = 500
+    np.testing.assert_allclose(
+        rig.positions[index], path.position(times[index] - 2 * CYCLE_S), atol=2e-3
+    )
+
+
+def test_ramp_in_has_no_step_in_speed():
+    rig = Rig().run(3).go().run(300)
+    assert np.abs(np.diff(rig.speed)).max() < 2.5
+
+
+@pytest.mark.parametrize(
+    ('prepare', 'part'),
+    [
+        (lambda rig: None, 'no plan'),
+        (lambda rig: rig.flow.offer(replace(sweep(), plan_hash='other')), 'hash'),
+    ],
+)
+def test_arm_is_bound_to_the_plan(prepare, part):
+    rig = Rig().run(3)
+    prepare(rig)
+    with pytest.raises(BridgeError, match=part):
+        rig.flow.arm('abc123', 5.0, rig.now)
+
+
+@pytest.mark.parametrize('timeout_s', [0.0, -1.0, 301.0, float('nan'), float('inf')])
+def test_arm_needs_a_bounded_time_out(timeout_s):
+    rig = Rig().run(3)
+    rig.flow.offer(sweep())
+    with pytest.raises(BridgeError, match='timeout_s'):
+        rig.flow.arm('abc123', timeout_s, rig.now)
+
+
+def test_start_without_arm_and_after_the_time_out_is_refused():
+    rig = Rig().run(3)
+    rig.flow.offer(sweep())
+    with pytest.raises(BridgeError, match='not armed'):
+        rig.flow.start(rig.now)
+    rig.flow.arm('abc123', 0.1, rig.now)
+    rig.run(40)
+    with pytest.raises(BridgeError, match='not armed'):
+        rig.flow.start(rig.now)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'part'),
+    [
+        ({'motors_on': False}, 'motors'),
+        ({'mci_state': MCI_STOPPED}, 'session is stopped'),
+        ({'rapid_running': False}, 'RAPID'),
+        ({'joints_deg': (10.0, 11.0, 10.0, 10.0, 10.0, 10.0)}, 'axis 2'),
+    ],
+)
+def test_start_is_refused_when_the_controller_is_not_ready(changes, part):
+    rig = Rig().run(3)
+    rig.flow.offer(sweep())
+    rig.flow.arm('abc123', 5.0, rig.now)
+    rig.run(1, **changes)
+    rig.feedback = replace(rig.feedback, **changes)
+    with pytest.raises(BridgeError, match=part):
+        rig.flow.start(rig.now)
+
+
+def test_start_needs_the_heartbeat():
+    rig = Rig()
+    rig.beating = False
+    rig.run(3)
+    rig.flow.offer(sweep())
+    rig.flow.arm('abc123', 5.0, rig.now)
+    with pytest.raises(BridgeError, match='heartbeat'):
+        rig.flow.start(rig.now)
+
+
+def test_dry_run_sends_nothing():
+    rig = Rig(dry_run=True).run(3).go()
+    rig.now += CYCLE_S
+    rig.flow.heartbeat(rig.now)
+    reply = rig.flow.on_feedback(replace(rig.feedback), Judgement(Verdict.ACCEPT), rig.now)
+    assert reply is None
+    assert rig.flow.state == FlowState.RUNNING
+    assert rig.flow.progress > 0.0
+
+
+def stopped(rig, cycles=40):
+    """Assert that the arm comes to rest within the ramp and stays; return where."""
+    ramp = int(np.ceil(rig.flow.settings.player.stop_ramp_s / CYCLE_S)) + 2
+    rig.run(cycles)
+    assert rig.speed[-cycles + ramp :].max() == 0.0
+    assert rig.flow.state == FlowState.ABORTED
+    return rig.positions[-1]
+
+
+@pytest.mark.parametrize('when', [260, 333, 431, 600])
+def test_abort_ramps_to_hold_and_latches(when):
+    rig = Rig().run(3).go().run(when)
+    rig.flow.abort('test')
+    place = stopped(rig)
+    assert np.abs(np.array(place) - rig.positions[when]).max() < 16.0 * 0.06
+    rig.run(200)
+    assert rig.positions[-1] == place
+    with pytest.raises(BridgeError):
+        rig.flow.start(rig.now)
+    with pytest.raises(BridgeError, match='ABORTED'):
+        rig.flow.arm('abc123', 5.0, rig.now)
+    rig.flow.reset()
+    assert rig.flow.state == FlowState.IDLE
+
+
+def test_a_lost_heartbeat_stops_within_200_ms():
+    rig = Rig().run(3).go().run(400)
+    rig.beating = False
+    rig.run(60)
+    assert rig.flow.state == FlowState.ABORTED
+    assert rig.speed[403 + int(0.2 / CYCLE_S) + 1 :].max() == 0.0
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [{'motors_on': False, 'mci_state': MCI_STOPPED}, {'rapid_running': False}],
+)
+def test_a_controller_that_stops_is_never_resumed(changes):
+    rig = Rig().run(3).go().run(400)
+    rig.run(5, **changes)
+    assert rig.flow.state == FlowState.ABORTED
+    stopped(rig)
+
+
+def test_a_silent_link_latches_and_the_next_reply_holds_where_the_arm_is():
+    rig = Rig().run(3).go().run(400)
+    rig.now += 0.05
+    rig.flow.poll(rig.now)
+    assert rig.flow.state == FlowState.ABORTED
+    drifted = tuple(np.array(rig.feedback.planned_deg) + 0.3)
+    rig.feedback = replace(rig.feedback, planned_deg=drifted, joints_deg=drifted)
+    rig.run(50)
+    np.testing.assert_allclose(rig.positions[-1], drifted, atol=1e-12)
+    assert rig.flow.state == FlowState.ABORTED
+
+
+def test_a_restarted_session_latches():
+    rig = Rig().run(3).go().run(400)
+    rig.feedback = replace(rig.feedback, seqno=0)
+    rig.run(2)
+    assert rig.flow.state == FlowState.ABORTED
+
+
+def test_an_arm_that_does_not_follow_stops():
+    rig = Rig().run(3).go().run(400)
+    rig.run(1, joints_deg=(10.0, 10.0, 13.0, 10.0, 10.0, 10.0))
+    assert rig.flow.state == FlowState.ABORTED
+    assert 'axis 3' in rig.flow.reason
+
+
+def test_half_override_halves_the_amplitude():
+    full = np.ptp(np.array(Rig().run(3).go().run(1100).positions), axis=0)
+    rig = Rig().run(3)
+    rig.flow.set_speed_override(0.5)
+    rig.go()
+    half = np.ptp(np.array(rig.run(1100).positions), axis=0)
+    np.testing.assert_allclose(half, 0.5 * full, rtol=0.02)
+
+
+@pytest.mark.parametrize('fraction', [-0.1, 1.1, float('nan')])
+def test_override_outside_its_range_is_refused(fraction):
+    with pytest.raises(BridgeError):
+        Rig().flow.set_speed_override(fraction)

@@ -1,0 +1,74 @@
+"""Who is believed: sender, sequence, time, jumps."""
+
+from dataclasses import replace
+
+import pytest
+
+from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.session_check import SessionCheck, SessionLimits, Verdict
+
+HOME = ('127.0.0.1', 40000)
+FIRST = RobotFeedback(
+    seqno=10, tm_ms=1000, joints_deg=(0.0,) * 6, planned_deg=(0.0,) * 6, time_us=0,
+    motors_on=True, mci_state=3, rapid_running=True, converged=False,
+)  # fmt: skip
+
+
+@pytest.fixture
+def check():
+    check = SessionCheck(SessionLimits(controller_address='127.0.0.1'))
+    assert check.feedback(FIRST, HOME, 0.0).verdict == Verdict.NEW_SESSION
+    return check
+
+
+def after(n, **changes):
+    return replace(FIRST, seqno=FIRST.seqno + n, tm_ms=1000 + 4 * n, **changes)
+
+
+def test_the_next_packet_is_accepted_and_a_gap_is_counted(check):
+    assert check.feedback(after(1), HOME, 0.004).n_steps == 1
+    assert check.feedback(after(4), HOME, 0.016).n_steps == 3
+    assert check.counts['missed_cycles'] == 2
+
+
+@pytest.mark.parametrize(('step', 'code'), [(0, 'duplicate'), (-3, 'out_of_order')])
+def test_replayed_packets_are_ignored(check, step, code):
+    judgement = check.feedback(after(step), HOME, 0.004)
+    assert judgement.verdict == Verdict.IGNORE
+    assert judgement.reason == code
+
+
+def test_time_that_runs_back_is_ignored(check):
+    found = check.feedback(replace(after(1), tm_ms=500), HOME, 0.004)
+    assert found.reason == 'time_runs_back'
+
+
+def test_sequence_and_time_may_wrap(check):
+    late = replace(FIRST, seqno=2**32 - 1, tm_ms=2**32 - 2)
+    fresh = SessionCheck(SessionLimits())
+    fresh.feedback(late, HOME, 0.0)
+    wrapped = replace(FIRST, seqno=0, tm_ms=2)
+    assert fresh.feedback(wrapped, HOME, 0.004).verdict == Verdict.ACCEPT
+
+
+def test_a_session_that_starts_anew_is_seen(check):
+    restarted = replace(FIRST, seqno=0, tm_ms=2000)
+    assert check.feedback(restarted, HOME, 0.01).verdict == Verdict.NEW_SESSION
+
+
+def test_a_replayed_first_packet_is_no_new_session(check):
+    check.feedback(after(5), HOME, 0.02)
+    assert check.feedback(replace(FIRST, seqno=0, tm_ms=1000), HOME, 0.03).reason == 'out_of_order'
+
+
+def test_another_host_or_port_raises_the_alarm(check):
+    assert check.sender(('127.0.0.2', 40000), 0.01).verdict == Verdict.ALARM
+    assert check.sender(('127.0.0.1', 50000), 0.01).verdict == Verdict.ALARM
+    assert check.sender(HOME, 0.01).verdict == Verdict.ACCEPT
+
+
+def test_a_jump_no_axis_can_make_raises_the_alarm(check):
+    jump = after(1, joints_deg=(0.0, 2.0, 0.0, 0.0, 0.0, 0.0))
+    assert check.feedback(jump, HOME, 0.004).reason == 'joint_jump'
+    slow = after(2, joints_deg=(0.0, 2.5, 0.0, 0.0, 0.0, 0.0))
+    assert check.feedback(slow, HOME, 0.008).verdict == Verdict.ACCEPT
