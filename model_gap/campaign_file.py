@@ -1,0 +1,150 @@
+"""campaign.yaml: which recordings belong to a campaign, at which pose and level."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modal_core.errors import SettingsError
+from modal_core.yaml_file import load_yaml
+
+LISTS = ('recordings', 'records')
+FILES = ('file', 'path', 'recording', 'bag')
+LEVELS = ('level', 'amplitude', 'amplitude_level')
+HELDOUT = ('heldout', 'held_out')
+SUFFIXES = ('.mcap', '.db3', '.bag')
+
+
+@dataclass(frozen=True)
+class CampaignEntry:
+    """One recording of a campaign.
+
+    Parameters
+    ----------
+    path : Path
+        File or folder.
+    level : str
+        Amplitude level; empty when not said.
+    pose : tuple of float [rad] or None
+        As the campaign says; the recording's own joint states are what counts.
+    heldout : bool or None
+        None: the workflow decides.
+    """
+
+    path: Path
+    level: str = ''
+    pose: tuple[float, ...] | None = None
+    heldout: bool | None = None
+
+
+@dataclass(frozen=True)
+class CampaignFile:
+    """A parsed campaign.yaml, or what the folder holds when there is none.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the campaign.
+    entries : tuple of CampaignEntry
+        In order.
+    layout : mapping or Path or None
+        Sensor layout, when the campaign brings its own.
+    """
+
+    folder: Path
+    entries: tuple[CampaignEntry, ...]
+    layout: Any = None
+
+
+def read_campaign_file(folder: Path) -> CampaignFile:
+    """Read ``campaign.yaml``; without one every recording of the folder counts.
+
+    Raises
+    ------
+    SettingsError
+        The folder or a named file is missing, or a field is malformed.
+    """
+    if not folder.is_dir():
+        raise SettingsError('not a folder', where=folder, expected='a folder of recordings')
+    path = folder / 'campaign.yaml'
+    if not path.exists():
+        found = sorted(item for item in folder.iterdir() if _is_recording(item))
+        if not found:
+            raise SettingsError(
+                'no campaign.yaml and no recordings', where=folder, expected='.mcap or rosbag2'
+            )
+        return CampaignFile(folder, tuple(CampaignEntry(item) for item in found), _own(folder))
+    data = load_yaml(path)
+    items = next((data[key] for key in LISTS if key in data), None)
+    if not isinstance(items, list) or not items:
+        raise SettingsError('no recordings', where=path, expected='a list "recordings"')
+    entries = tuple(_entry(item, index, folder, path) for index, item in enumerate(items))
+    layout = data.get('sensors') or data.get('layout')
+    if isinstance(layout, str):
+        layout = _inside(folder, layout, f'{path}: layout')
+    elif isinstance(layout, list):
+        layout = {'sensors': layout}
+    return CampaignFile(folder, entries, layout if layout is not None else _own(folder))
+
+
+def _own(folder: Path) -> Path | None:
+    for name in ('sensors.yaml', 'layout.yaml'):
+        if (folder / name).exists():
+            return folder / name
+    return None
+
+
+def _is_recording(item: Path) -> bool:
+    if item.is_dir():
+        return (item / 'metadata.yaml').exists() or any(item.glob('*.mcap'))
+    return item.suffix in SUFFIXES
+
+
+def _inside(folder: Path, name: str, where: str) -> Path:
+    path = (folder / name).resolve()
+    if not path.exists():
+        raise SettingsError('file missing', where=where, found=name)
+    return path
+
+
+def _entry(item: object, index: int, folder: Path, path: Path) -> CampaignEntry:
+    where = f'{path}: recordings[{index}]'
+    if isinstance(item, str):
+        return CampaignEntry(_inside(folder, item, where))
+    if not isinstance(item, Mapping):
+        raise SettingsError('not a mapping', where=where, found=type(item).__name__)
+    name = next((item[key] for key in FILES if key in item), None)
+    if not isinstance(name, str):
+        raise SettingsError('file missing', where=where, expected='file: <recording>')
+    level = next((item[key] for key in LEVELS if key in item), '')
+    return CampaignEntry(
+        path=_inside(folder, name, where),
+        level=str(level),
+        pose=_pose(item, where),
+        heldout=_heldout(item, where),
+    )
+
+
+def _pose(item: Mapping[str, Any], where: str) -> tuple[float, ...] | None:
+    for key, factor in (('pose', 1.0), ('pose_rad', 1.0), ('pose_deg', np.pi / 180.0)):
+        value = item.get(key)
+        if isinstance(value, list):
+            try:
+                return tuple(float(angle) * factor for angle in value)
+            except (TypeError, ValueError) as error:
+                raise SettingsError('bad pose', where=where, found=value) from error
+    return None
+
+
+def _heldout(item: Mapping[str, Any], where: str) -> bool | None:
+    for key in HELDOUT:
+        if key in item:
+            if not isinstance(item[key], bool):
+                raise SettingsError('not true or false', where=f'{where}.{key}', found=item[key])
+            return bool(item[key])
+    part = item.get('part', item.get('split', item.get('set')))
+    if part is None:
+        return None
+    return str(part).lower().replace('-', '').replace('_', '') in ('heldout', 'test', 'validation')

@@ -1,0 +1,144 @@
+"""From evidence to a verdict: named, ambiguous, unexplained or none.
+
+Evidence alone is not enough: what is left over must be noise on records that took no part, the
+tolerances must stay ordinary, and no other explanation may be nearly as good.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from model_gap.search import Candidate, Search, Step
+
+# Calibrated on simulated campaigns, see docs/model_gap.md.
+EVIDENCE_TO_ADD = 12.0
+EVIDENCE_BETWEEN = 8.0
+# χ: gap over noise floor of 1.5, squared.
+EXPLAINED_MISFIT = 2.25
+NO_GAP_MISFIT = 1.7
+MOST_TOLERANCE = 4.5
+LEAST_FIT_POSES = 2
+
+
+class Verdict(Enum):
+    """What the search concludes."""
+
+    NAMED = 'named'
+    AMBIGUOUS = 'ambiguous'
+    UNEXPLAINED = 'unexplained'
+    NONE = 'none'
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A verdict and its reasons.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The conclusion.
+    accepted : tuple of Candidate
+        The effects, in the order they were found.
+    rivals : tuple of Candidate
+        Explanations that cannot be told from the accepted ones.
+    reasons : tuple of str
+        For people.
+    experiments : tuple of str
+        What to record next.
+    """
+
+    verdict: Verdict
+    accepted: tuple[Candidate, ...] = ()
+    rivals: tuple[Candidate, ...] = ()
+    reasons: tuple[str, ...] = field(default=())
+    experiments: tuple[str, ...] = field(default=())
+
+
+def worth_adding(step: Step) -> bool:
+    """Return whether the best candidate of a step earns its place."""
+    if not step.candidates:
+        return False
+    best = step.candidates[0]
+    held = best.heldout_misfit
+    agrees = not np.isfinite(held) or held < 1.03 * step.heldout_before
+    return best.gain >= EVIDENCE_TO_ADD and agrees
+
+
+def decide(search: Search) -> Decision:
+    """Judge the steps of a search."""
+    accepted = tuple(step.candidates[0] for step in search.steps if worth_adding(step))
+    limits = too_little(search)
+    if not accepted:
+        return _without_effects(search, limits)
+    final = accepted[-1]
+    misfit = _worst(final.fit.misfit, final.heldout_misfit)
+    stretched = float(np.abs(final.fit.hypothesis.tolerance_values).max(initial=0.0))
+    rivals = _rivals(search, accepted)
+    if misfit > EXPLAINED_MISFIT or stretched > MOST_TOLERANCE:
+        reason = (
+            f'the best explanation leaves {np.sqrt(misfit):.1f} times the noise'
+            if misfit > EXPLAINED_MISFIT
+            else f'the best explanation needs a tolerance {stretched:.1f} times its usual size'
+        )
+        return Decision(Verdict.UNEXPLAINED, (), accepted + rivals, (reason, *limits))
+    if rivals or limits:
+        return Decision(
+            Verdict.AMBIGUOUS,
+            accepted,
+            rivals,
+            (*(f'{item.effect!r} explains it nearly as well' for item in rivals), *limits),
+            experiments(accepted, rivals) + limits,
+        )
+    return Decision(Verdict.NAMED, accepted)
+
+
+def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
+    step = search.steps[0]
+    misfit = _worst(step.before.misfit, step.heldout_before)
+    if misfit <= NO_GAP_MISFIT:
+        reasons = ('what differs is noise and known tolerance', *limits)
+        return Decision(Verdict.NONE, reasons=reasons)
+    reason = f'{np.sqrt(misfit):.1f} times the noise remains and no effect explains it'
+    return Decision(Verdict.UNEXPLAINED, (), step.candidates[:3], (reason, *limits))
+
+
+def _worst(misfit: float, heldout: float) -> float:
+    return max(misfit, heldout) if np.isfinite(heldout) else misfit
+
+
+def _rivals(search: Search, accepted: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+    found = []
+    for step, best in zip(search.steps, accepted, strict=False):
+        for other in step.candidates[1:]:
+            close = best.gain - other.gain < EVIDENCE_BETWEEN
+            if close and other.effect.key != best.effect.key:
+                found.append(other)
+    return tuple(found)
+
+
+def too_little(search: Search) -> tuple[str, ...]:
+    """Return what the campaign lacks for a confident name."""
+    lacks = []
+    if len(search.fitting.poses) < LEAST_FIT_POSES:
+        lacks.append('only one pose was fitted: record at least three more, far apart')
+    if not search.heldout.records:
+        lacks.append('no pose was held out: record at least three poses')
+    if len({item.level for item in search.campaign.records}) < 2:
+        lacks.append('only one amplitude level: record a second one, half or twice as large')
+    return tuple(lacks)
+
+
+def experiments(accepted: tuple[Candidate, ...], rivals: tuple[Candidate, ...]) -> tuple[str, ...]:
+    """Return what would tell the rivals apart."""
+    found = []
+    for best in accepted:
+        for other in rivals:
+            text = best.effect.confused_with.get(other.effect.type) or (
+                other.effect.confused_with.get(best.effect.type)
+            )
+            if best.effect.type == other.effect.type:
+                text = 'poses that load the two places differently'
+            if text:
+                found.append(f'{best.effect!r} or {other.effect!r}: {text}')
+    return tuple(dict.fromkeys(found))

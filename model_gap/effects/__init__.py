@@ -1,0 +1,52 @@
+"""The catalogue: one file per effect, one explicit list."""
+
+from model_gap.effects.backlash import Backlash
+from model_gap.effects.base_compliance import BaseCompliance
+from model_gap.effects.command_delay import CommandDelay
+from model_gap.effects.coulomb_friction import CoulombFriction
+from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.joint_damping import JointDamping
+from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.link_flexibility import LinkFlexibility
+from model_gap.effects.payload import Payload
+from model_gap.effects.rod_spring import RodSpring
+from model_gap.effects.sensor_axis_swap import SensorAxisSwap
+from model_gap.effects.sensor_delay import SensorDelay
+from model_gap.effects.sensor_gain import SensorGain
+from model_gap.effects.sensor_mass import SensorMass
+from model_gap.effects.sensor_mount_resonance import SensorMountResonance
+from model_gap.effects.sensor_polarity import SensorPolarity
+from model_gap.effects.sensor_rotation import SensorRotation
+from model_gap.effects.servo_compliance import ServoCompliance
+from model_gap.effects.speed_dependent_stiffness import SpeedDependentStiffness
+from model_gap.effects.tonal_disturbance import TonalDisturbance
+from model_gap.effects.transmission_error import TransmissionError
+from model_gap.effects.tuned_mass import TunedMass
+
+CATALOGUE: tuple[type[Effect], ...] = (
+    Payload,
+    JointStiffness,
+    JointDamping,
+    BaseCompliance,
+    LinkFlexibility,
+    RodSpring,
+    ServoCompliance,
+    TunedMass,
+    CoulombFriction,
+    Backlash,
+    CubicStiffness,
+    SpeedDependentStiffness,
+    TransmissionError,
+    TonalDisturbance,
+    CommandDelay,
+    SensorGain,
+    SensorPolarity,
+    SensorAxisSwap,
+    SensorRotation,
+    SensorDelay,
+    SensorMountResonance,
+    SensorMass,
+)
+
+__all__ = ['CATALOGUE', 'Effect', 'EffectParameter', 'Scene']

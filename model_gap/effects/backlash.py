@@ -1,0 +1,46 @@
+"""Play in one gear, preloaded by gravity."""
+
+from collections.abc import Mapping, Sequence
+import dataclasses
+from typing import ClassVar
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.joint_law import BacklashLaw
+from model_gap.joint_vector import marked
+from model_gap.setup import JointForce, Setup
+
+
+class Backlash(Effect):
+    """τ = k·dz(e, b) about the twist under gravity."""
+
+    type = 'backlash'
+    equation = 'τ = k dz(e, b); dz(e, b) = sign(e) max(|e| - b, 0)'
+    source = 'dead zone; Nordin and Gutman (2002), doi:10.1016/S0005-1098(02)00047-X'
+    signature = 'frequency falls where the gravity load is small or the amplitude lifts the teeth'
+    amplitude_dependent = True
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'cubic_stiffness': 'a pose in which gravity loads the joint: preload closes the play',
+        'joint_stiffness': 'a pose in which gravity loads the joint: preload closes the play',
+        'coulomb_friction': 'a pose with gravity off the joint: play rattles, friction does not',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per flexible joint."""
+        return [cls(*place) for place in scene.joint_places]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return half the play, and how much of the computed gravity load is there."""
+        return (
+            EffectParameter('half_gap', 'rad', 1.5, 1e-7, 5e-3, neutral=3e-5, log=True),
+            EffectParameter('preload_share', '1', 0.5, 0.0, 2.0, neutral=1.0),
+        )
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Add the play."""
+        force = JointForce(marked(str(self.location), self.variant), BacklashLaw, tuple(values))
+        return dataclasses.replace(setup, forces=(*setup.forces, force))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return plays over a decade, fully and hardly preloaded."""
+        return [(b, share) for b in (1e-5, 5e-5, 2.5e-4) for share in (0.1, 0.5, 1.0)]

@@ -1,0 +1,53 @@
+"""Dry friction in one joint."""
+
+from collections.abc import Mapping, Sequence
+import dataclasses
+from typing import ClassVar
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.joint_law import FrictionLaw, JointFrictionLaw
+from model_gap.joint_vector import BETWEEN_LINKS, marked
+from model_gap.setup import JointForce, Setup
+
+WHOLE_JOINT = 'whole joint'
+
+
+class CoulombFriction(Effect):
+    """τ_c·sat(v/v₀), v the twist rate of the gear or the speed of the whole joint."""
+
+    type = 'coulomb_friction'
+    equation = "τ_f = τ_c sat(v/v_0), v = e' (in the gear) or q' + e' (between the links)"
+    source = 'Coulomb friction; Armstrong-Hélouvry et al. (1994), doi:10.1016/0005-1098(94)90209-7'
+    signature = 'damping falls as amplitude rises; sticks at low amplitude; odd harmonics'
+    amplitude_dependent = True
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'joint_damping': 'a third, lower amplitude level: viscous damping keeps its ratio',
+        'backlash': 'a pose with gravity off the joint: play rattles, friction does not',
+        'cubic_stiffness': 'a third, lower level: friction then damps more',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return two per flexible joint: in the gear, and on the whole joint."""
+        gear = [cls(*place) for place in scene.joint_places]
+        whole = [cls(joint, WHOLE_JOINT) for joint in scene.flexible_joints]
+        return gear + whole
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return level and transition speed."""
+        return (
+            EffectParameter('torque', 'N m', 1.5, 0.05, 5000.0, neutral=20.0, log=True),
+            EffectParameter('transition_speed', 'rad/s', 1.0, 2e-5, 0.1, neutral=1e-3, log=True),
+        )
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Add the torque."""
+        whole = self.variant == WHOLE_JOINT
+        place = marked(str(self.location), BETWEEN_LINKS if whole else self.variant)
+        law = JointFrictionLaw if whole else FrictionLaw
+        force = JointForce(place, law, tuple(values))
+        return dataclasses.replace(setup, forces=(*setup.forces, force))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return levels over two decades."""
+        return [(level, 1e-3) for level in (4.0, 15.0, 50.0, 160.0, 500.0)]

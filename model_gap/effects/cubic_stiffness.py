@@ -1,0 +1,43 @@
+"""The drive hardens or softens with its twist."""
+
+from collections.abc import Mapping, Sequence
+import dataclasses
+from typing import ClassVar
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.joint_law import CubicLaw
+from model_gap.joint_vector import marked
+from model_gap.setup import JointForce, Setup
+
+
+class CubicStiffness(Effect):
+    """τ = k e (1 + α e²)."""
+
+    type = 'cubic_stiffness'
+    equation = 'τ = k e (1 + α e²), k_eq = k (1 + 3 α σ_e²)'
+    source = 'Mohammadi; Kerschen et al. (2006), doi:10.1016/j.ymssp.2005.04.008'
+    signature = 'frequency moves with amplitude, damping does not; third harmonics'
+    amplitude_dependent = True
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'backlash': 'a third, larger level: play fades, a cubic spring grows',
+        'coulomb_friction': 'a third, lower level: friction then damps more',
+        'joint_stiffness': 'a second amplitude level: a linear spring keeps its frequency',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per flexible joint."""
+        return [cls(*place) for place in scene.joint_places]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return α."""
+        return (EffectParameter('alpha', '1/rad²', 3e6, -1e7, 1e9),)
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Add the cubic part."""
+        force = JointForce(marked(str(self.location), self.variant), CubicLaw, tuple(values))
+        return dataclasses.replace(setup, forces=(*setup.forces, force))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return hardening and softening."""
+        return [(alpha,) for alpha in (-5e5, 2e5, 1e6, 4e6, 2e7)]

@@ -1,0 +1,134 @@
+"""One physical effect of the catalogue: what it does to a setup, and what is known about it."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar
+
+import numpy as np
+
+from model_gap.joint_vector import BETWEEN_LINKS, is_coupled
+from model_gap.setup import Setup
+from structural_model import FlexibleJointModel
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One number of an effect; fitted on an inner scale x with value = from_inner(x).
+
+    Parameters
+    ----------
+    name, unit : str
+        As reported.
+    scale : float
+        Prior standard deviation on the inner scale: what is plausible.
+    low, high : float
+        Plausible range of the value.
+    neutral : float
+        Value at which the effect does nothing, at x = 0.
+    log : bool
+        value = neutral·exp(x) instead of neutral + x.
+    """
+
+    name: str
+    unit: str
+    scale: float
+    low: float
+    high: float
+    neutral: float = 0.0
+    log: bool = False
+
+    def value(self, inner: float) -> float:
+        """Return the value of an inner number, inside the plausible range."""
+        raw = self.neutral * np.exp(inner) if self.log else self.neutral + inner
+        return float(min(max(raw, self.low), self.high))
+
+    def inner(self, value: float) -> float:
+        """Return the inner number of a value."""
+        return float(np.log(value / self.neutral)) if self.log else float(value - self.neutral)
+
+    def slope(self, inner: float) -> float:
+        """Return d value / d inner."""
+        return self.value(inner) if self.log else 1.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What an effect may be attached to.
+
+    Parameters
+    ----------
+    model : FlexibleJointModel
+        Nominal arm.
+    sensors : tuple of str
+        Names of the sensors.
+    setup : Setup
+        Nominal setup.
+    lines_hz : tuple of float [Hz]
+        Lines seen in the recordings, strongest first.
+    """
+
+    model: FlexibleJointModel
+    sensors: tuple[str, ...]
+    setup: Setup
+    lines_hz: tuple[float, ...] = ()
+
+    @property
+    def flexible_joints(self) -> tuple[str, ...]:
+        """Joints with a drive compliance."""
+        return tuple(item.name for item in self.setup.spec.joints if not item.drive.spring.rigid)
+
+    @property
+    def joint_places(self) -> tuple[tuple[str, str], ...]:
+        """Flexible joints; those whose drive a rod couples also between their two links."""
+        coupled = [name for name in self.flexible_joints if is_coupled(self.model, name)]
+        return (
+            *((name, '') for name in self.flexible_joints),
+            *((name, BETWEEN_LINKS) for name in coupled),
+        )
+
+
+class Effect(ABC):
+    """A named effect at a location; immutable, without numbers of its own."""
+
+    type: ClassVar[str]
+    equation: ClassVar[str]
+    source: ClassVar[str]
+    signature: ClassVar[str]
+    # Other type to the experiment that separates the two.
+    confused_with: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    amplitude_dependent: ClassVar[bool] = False
+    moves_poles: ClassVar[bool] = True
+
+    def __init__(self, location: str | None = None, variant: str = '') -> None:
+        self.location = location
+        self.variant = variant
+
+    @classmethod
+    @abstractmethod
+    def instances(cls, scene: Scene) -> Sequence['Effect']:
+        """Return one effect per possible location."""
+
+    @abstractmethod
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return the parameters with units and ranges."""
+
+    @abstractmethod
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Return a setup that contains the effect."""
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return values to start the fit from: a coarse grid over the plausible range."""
+        grids = [np.linspace(item.low, item.high, 5) for item in self.parameters(scene)]
+        return [tuple(grid[1] for grid in grids), tuple(grid[3] for grid in grids)]
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Type and location."""
+        return self.type, self.location or ''
+
+    def __repr__(self) -> str:
+        """Return type at location."""
+        place = f' at {self.location}' if self.location else ''
+        return f'{self.type}{place}{self.variant}'

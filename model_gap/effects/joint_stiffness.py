@@ -1,0 +1,49 @@
+"""The drive of one joint is softer or stiffer than the model says."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.nuisance import change_drive
+from model_gap.setup import Setup
+from structural_model.spec import Spring
+
+
+class JointStiffness(Effect):
+    """k_j → f·k_j, the loss factor kept."""
+
+    type = 'joint_stiffness'
+    equation = 'k_j -> f k_j'
+    source = 'Do et al. (2022); Klimchik et al. (2015), doi:10.1016/j.rcim.2015.01.003'
+    signature = 'modes with strain energy in the joint shift, by their share; not by amplitude'
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'payload': 'a folded and an extended pose: a mass acts by its lever arm',
+        'base_compliance': 'turn joint 1 by 90°: the base axes stay, joint 2 turns with it',
+        'link_flexibility': 'turn the next joint by 90°: its axis leaves the bending plane',
+        'backlash': 'a second amplitude level: a spring keeps its frequency',
+        'cubic_stiffness': 'a second amplitude level: a linear spring keeps its frequency',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per flexible joint."""
+        return [cls(joint) for joint in scene.flexible_joints]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return the factor."""
+        return (EffectParameter('factor', '1', 0.7, 0.05, 5.0, neutral=1.0, log=True),)
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Scale the drive spring."""
+        factor = values[0]
+
+        def change(spring: Spring) -> Spring:
+            return Spring(spring.stiffness * factor, spring.damping * factor)
+
+        return setup.with_spec(change_drive(setup.spec, str(self.location), change))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return factors close enough together for a spectral fit."""
+        return [(float(f),) for f in np.exp(np.arange(-1.6, 0.95, 0.1)) if abs(f - 1.0) > 0.01]

@@ -1,0 +1,47 @@
+"""Two axes of a sensor are exchanged."""
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import ClassVar
+
+import numpy as np
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.sensor_effect import mixing_step, SensorEffect
+from model_gap.effects.sensor_gain import _axes
+from model_gap.setup import Setup
+
+
+class SensorAxisSwap(SensorEffect):
+    """(y_a, y_b) → (y_b, y_a)."""
+
+    type = 'sensor_axis_swap'
+    equation = '(y_a, y_b) -> (y_b, y_a)'
+    source = 'exchanged cables; Brandt (2011), Noise and Vibration Analysis, ch. 7'
+    signature = "two channels of one sensor carry each other's signal"
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'sensor_rotation': 'read static gravity in three poses'
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per pair of axes."""
+        return [
+            cls(f'sensor:{name}', first + second)
+            for name in scene.sensors
+            for first, second in combinations(_axes(scene, name), 2)
+        ]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return none."""
+        return ()
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Exchange the two channels."""
+        rows = self.rows(setup)
+        pair = [rows[self.variant[0]], rows[self.variant[1]]]
+        return setup.then_output(mixing_step(pair, np.array([[0.0, 1.0], [1.0, 0.0]])))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return the only case."""
+        return [()]

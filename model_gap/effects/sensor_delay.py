@@ -1,0 +1,49 @@
+"""One sensor's clock is late or early."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.effects.effect import EffectParameter, Scene
+from model_gap.effects.sensor_effect import SensorEffect
+from model_gap.setup import Filter, Setup
+from model_gap.spectra import Complex
+
+
+class SensorDelay(SensorEffect):
+    """y_s → y_s·e^{-iωτ}."""
+
+    type = 'sensor_delay'
+    equation = 'y_s -> y_s exp(-i ω τ)'
+    source = 'shift theorem; skew between recorders'
+    signature = 'phase of one sensor falls in proportion to frequency, amplitude kept'
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'sensor_mount_resonance': 'a tap near all sensors: a delay keeps the amplitude',
+        'command_delay': 'sensors of another recorder',
+    }
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return the delay."""
+        return (EffectParameter('delay', 's', 0.005, -0.03, 0.03),)
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Delay the sensor's channels."""
+        return setup.then_output(delay_step(values[0], list(self.rows(setup).values())))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return delays a fraction of the shortest period apart."""
+        return [(float(t),) for t in np.linspace(-0.02, 0.02, 21) if t]
+
+
+def delay_step(delay_s: float, rows: list[int] | None) -> Filter:
+    """Return a step that delays some rows, or all."""
+
+    def step(omega: NDArray[np.float64], spectra: Complex) -> Complex:
+        late = spectra.copy()
+        chosen = slice(None) if rows is None else rows
+        late[chosen] = late[chosen] * np.exp(-1j * omega * delay_s)
+        return late
+
+    return step

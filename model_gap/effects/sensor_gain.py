@@ -1,0 +1,53 @@
+"""One sensor, or one of its axes, has a wrong scale."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.sensor_effect import SensorEffect
+from model_gap.nuisance import gain_step
+from model_gap.setup import Setup
+
+
+class SensorGain(SensorEffect):
+    """y_s → g·y_s."""
+
+    type = 'sensor_gain'
+    equation = 'y_s -> g y_s'
+    source = 'calibration of accelerometers; ISO 16063-21'
+    signature = 'one sensor larger or smaller by the same factor at all frequencies and poses'
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'sensor_mount_resonance': 'a sharp tap: a resonance rises with frequency, a gain does not',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per sensor and one per axis."""
+        return [
+            cls(f'sensor:{name}', axis)
+            for name in scene.sensors
+            for axis in ('', *_axes(scene, name))
+        ]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return the gain."""
+        return (EffectParameter('gain', '1', 0.4, 0.02, 10.0, neutral=1.0, log=True),)
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Scale the channels."""
+        for axis, row in self.rows(setup).items():
+            if self.variant in ('', axis):
+                setup = setup.then_output(gain_step(row, values[0]))
+        return setup
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return a few factors; the fit is nearly linear."""
+        return [(0.3,), (0.8,), (1.25,), (3.0,)]
+
+
+def _axes(scene: Scene, sensor: str) -> list[str]:
+    return [
+        channel.name.rsplit('.', 1)[-1]
+        for channel in scene.setup.channels
+        if channel.name.rsplit('.', 1)[0] == sensor
+    ]

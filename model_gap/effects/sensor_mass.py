@@ -1,0 +1,39 @@
+"""A sensor is heavy enough to load the arm."""
+
+from collections.abc import Mapping, Sequence
+import dataclasses
+from typing import ClassVar
+
+from model_gap.effects.effect import EffectParameter, Scene
+from model_gap.effects.sensor_effect import SensorEffect
+from model_gap.setup import Setup
+from structural_model.spec import MassSpec
+
+
+class SensorMass(SensorEffect):
+    """M += m_s J_sᵀJ_s."""
+
+    type = 'sensor_mass'
+    equation = 'M += m_s J_sᵀJ_s'
+    source = 'mass loading; Ewins (2000), Modal Testing, sec. 3.4'
+    signature = 'modes that move the sensor fall slightly'
+    moves_poles = True
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'payload': 'move the sensor to the neighbouring link: the shift goes with it',
+        'joint_stiffness': 'take the sensor off and repeat',
+    }
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return the mass."""
+        return (EffectParameter('mass', 'kg', 1.0, 0.0, 5.0),)
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Fix the mass where the sensor is."""
+        row = next(iter(self.rows(setup).values()))
+        channel = setup.channels[row]
+        item = MassSpec(f'gap_{self.sensor}', channel.frame_id, values[0], channel.position_m)
+        return setup.with_spec(dataclasses.replace(setup.spec, masses=(*setup.spec.masses, item)))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return a few masses."""
+        return [(0.5,), (1.5,), (4.0,)]

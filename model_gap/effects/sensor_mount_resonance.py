@@ -1,0 +1,62 @@
+"""A sensor sits on a soft mount."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.sensor_effect import SensorEffect
+from model_gap.effects.sensor_gain import _axes
+from model_gap.setup import Filter, Setup
+from model_gap.spectra import Complex
+
+
+class SensorMountResonance(SensorEffect):
+    """y → y·(1 + 2iζr)/(1 - r² + 2iζr) with r = f/f_m: the base-excited mount."""
+
+    type = 'sensor_mount_resonance'
+    equation = 'y -> y (1 + 2iζr)/(1 - r² + 2iζr), r = f/f_m'
+    source = 'ISO 5348 (mechanical mounting of accelerometers)'
+    signature = 'amplitude of one sensor rises with f², with a small lag'
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'sensor_gain': 'a tap: a gain is the same at all frequencies',
+        'sensor_delay': 'a tap: a delay keeps the amplitude',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per sensor and one per axis."""
+        return [
+            cls(f'sensor:{name}', axis)
+            for name in scene.sensors
+            for axis in ('', *_axes(scene, name))
+        ]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return frequency and damping of the mount."""
+        return (
+            EffectParameter('frequency', 'Hz', 1.0, 20.0, 3000.0, neutral=150.0, log=True),
+            EffectParameter('damping_ratio', '1', 1.0, 0.003, 0.7, neutral=0.05, log=True),
+        )
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Filter the channels."""
+        rows = [row for axis, row in self.rows(setup).items() if self.variant in ('', axis)]
+        return setup.then_output(_mount(2.0 * np.pi * values[0], values[1], rows))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return frequencies from the band upwards."""
+        return [(float(f), 0.05) for f in (25, 32, 40, 50, 65, 80, 110, 160, 250, 400)]
+
+
+def _mount(resonance: float, damping: float, rows: list[int]) -> Filter:
+    def step(omega: NDArray[np.float64], spectra: Complex) -> Complex:
+        ratio = omega / resonance
+        lag = 2j * damping * ratio
+        found = spectra.copy()
+        found[rows] = found[rows] * (1.0 + lag) / (1.0 - ratio**2 + lag)
+        return found
+
+    return step

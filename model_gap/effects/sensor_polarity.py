@@ -1,0 +1,46 @@
+"""One axis of a sensor, or all of them, reads with the wrong sign."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.sensor_effect import SensorEffect
+from model_gap.effects.sensor_gain import _axes
+from model_gap.nuisance import gain_step
+from model_gap.setup import Setup
+
+
+class SensorPolarity(SensorEffect):
+    """y → -y."""
+
+    type = 'sensor_polarity'
+    equation = 'y -> -y'
+    source = 'wiring or mounting upside down; Brandt (2011), Noise and Vibration Analysis, ch. 7'
+    signature = 'one channel in antiphase with the model at every frequency and pose'
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'sensor_rotation': 'read static gravity in three poses'
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per axis and one per sensor."""
+        return [
+            cls(f'sensor:{name}', axis)
+            for name in scene.sensors
+            for axis in ('', *_axes(scene, name))
+        ]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return none: a sign has no size."""
+        return ()
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Turn the sign."""
+        for axis, row in self.rows(setup).items():
+            if self.variant in ('', axis):
+                setup = setup.then_output(gain_step(row, -1.0))
+        return setup
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return the only case."""
+        return [()]

@@ -1,0 +1,59 @@
+"""A sensor is mounted askew."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.sensor_effect import mixing_step, SensorEffect
+from model_gap.setup import Setup
+
+
+class SensorRotation(SensorEffect):
+    """y_s → R(r) y_s with a rotation vector r in the sensor's axes."""
+
+    type = 'sensor_rotation'
+    equation = 'y_s -> R(r) y_s'
+    source = 'rotation vector (Rodrigues); mounting error of tri-axial accelerometers'
+    signature = "one sensor's axes mix, in every pose alike; static gravity is turned too"
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'sensor_axis_swap': 'read static gravity in three poses',
+        'link_flexibility': 'a second sensor on the same link',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per tri-axial sensor."""
+        names = [channel.name.rsplit('.', 1)[0] for channel in scene.setup.channels]
+        return [cls(f'sensor:{name}') for name in scene.sensors if names.count(name) == 3]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return the rotation vector."""
+        return tuple(
+            EffectParameter(f'rotation_{axis}', 'rad', 0.4, -np.pi, np.pi) for axis in 'xyz'
+        )
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Mix the three channels."""
+        rows = list(self.rows(setup).values())
+        return setup.then_output(mixing_step(rows, rotation_matrix(np.array(values))))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return small and large turns about each axis."""
+        return [
+            tuple(angle if number == axis else 0.0 for number in range(3))
+            for axis in range(3)
+            for angle in (-2.2, -1.2, -0.4, 0.4, 1.2, 2.2)
+        ]
+
+
+def rotation_matrix(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation of a rotation vector (Rodrigues)."""
+    angle = float(np.linalg.norm(vector))
+    if angle < 1e-12:
+        return np.eye(3)
+    x, y, z = vector / angle
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * skew @ skew)

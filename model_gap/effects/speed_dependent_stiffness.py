@@ -1,0 +1,44 @@
+"""The drive's stiffness depends on how fast the joint turns."""
+
+from collections.abc import Mapping, Sequence
+import dataclasses
+from typing import ClassVar
+
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.joint_law import SpeedStiffnessLaw
+from model_gap.joint_vector import marked
+from model_gap.setup import JointForce, Setup
+
+
+class SpeedDependentStiffness(Effect):
+    """k_j(q') = k_j (1 + β|q'|)."""
+
+    type = 'speed_dependent_stiffness'
+    equation = "k_j(q') = k_j (1 + β |q'|)"
+    source = 'Tunc and Gonul (2021), doi:10.1016/j.cirp.2021.04.006'
+    signature = 'frequency differs between standstill and motion of one joint'
+    amplitude_dependent = True
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'joint_stiffness': 'the same pose at standstill and while the joint turns steadily',
+        'cubic_stiffness': 'the same pose at standstill and while the joint turns steadily',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per flexible joint."""
+        return [cls(*place) for place in scene.joint_places]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return β."""
+        return (EffectParameter('beta', 's/rad', 2.0, -30.0, 100.0),)
+
+    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+        """Add the change of stiffness."""
+        force = JointForce(
+            marked(str(self.location), self.variant), SpeedStiffnessLaw, tuple(values)
+        )
+        return dataclasses.replace(setup, forces=(*setup.forces, force))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return slower and faster springs."""
+        return [(beta,) for beta in (-4.0, -1.0, 1.0, 4.0)]

@@ -1,0 +1,170 @@
+"""Maximum a posteriori fit of effects and tolerances to complex spectra, and its evidence.
+
+The likelihood is tempered: bins of one record are correlated and the model is never exact, so the
+data count as ``EFFECTIVE_DATA`` independent pieces of unknown scale,
+-log L = N log χ with χ = mean |Y - Ŷ|²/σ².
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.errors import ModelError
+from model_gap.hypothesis import Hypothesis
+from model_gap.linearise import (
+    effect_columns,
+    misfit,
+    Rows,
+    tolerance_columns,
+    Weighting,
+)
+from model_gap.predict import Predictor
+
+Array = NDArray[np.float64]
+EFFECTIVE_DATA = 300.0
+TRIALS = (1.0, 0.4, 0.12)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted hypothesis.
+
+    Parameters
+    ----------
+    hypothesis : Hypothesis
+        At its most probable values.
+    misfit : float
+        χ on the records it was fitted to.
+    log_evidence : float
+        Tempered, by Laplace's method, up to a constant of the data.
+    covariance : (n_parameters, n_parameters) array
+        Of the inner parameters, tolerances marginalised.
+    """
+
+    hypothesis: Hypothesis
+    misfit: float
+    log_evidence: float
+    covariance: Array
+
+
+def objective(misfit_value: float, hypothesis: Hypothesis) -> float:
+    """Return minus the log posterior density, up to a constant."""
+    scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
+    prior = float(hypothesis.tolerance_values @ hypothesis.tolerance_values + scaled @ scaled)
+    return float(EFFECTIVE_DATA * np.log(misfit_value) + 0.5 * prior)
+
+
+def fit(
+    hypothesis: Hypothesis,
+    predictor: Predictor,
+    weighting: Weighting,
+    columns: Rows | None = None,
+    iterations: int = 8,
+    relinearise: int = 1,
+) -> Fit:
+    """Fit by damped Gauss-Newton steps.
+
+    Parameters
+    ----------
+    hypothesis : Hypothesis
+        Start.
+    predictor, weighting
+        Of the fitting records.
+    columns : array
+        Tolerance derivatives to begin with; computed when missing.
+    iterations : int
+        Most steps between two linearisations of the tolerances.
+    relinearise : int
+        How often the tolerance derivatives are computed anew.
+    """
+    if columns is None:
+        columns = tolerance_columns(hypothesis, predictor, weighting)
+    for round_number in range(relinearise + 1):
+        hypothesis = _descend(hypothesis, predictor, weighting, columns, iterations)
+        if round_number < relinearise:
+            columns = tolerance_columns(hypothesis, predictor, weighting)
+    return _summary(hypothesis, predictor, weighting, columns)
+
+
+def _descend(
+    hypothesis: Hypothesis,
+    predictor: Predictor,
+    weighting: Weighting,
+    columns: Rows,
+    iterations: int,
+) -> Hypothesis:
+    rows = weighting.rows(predictor.predict(hypothesis.setup()))
+    chi = misfit(weighting, rows)
+    best = objective(chi, hypothesis)
+    gram = np.asarray(columns @ columns.T, dtype=float)
+    for _ in range(iterations):
+        step = _step(hypothesis, predictor, weighting, columns, gram, rows, chi)
+        for trial in TRIALS:
+            moved = hypothesis.moved(
+                hypothesis.tolerance_values + trial * step[: len(columns)],
+                hypothesis.inner + trial * step[len(columns) :] * hypothesis.prior_scale,
+            )
+            try:
+                new_rows = weighting.rows(predictor.predict(moved.setup()))
+            except ModelError:
+                continue  # not a possible arm: a shorter step
+            new_chi = misfit(weighting, new_rows)
+            value = objective(new_chi, moved)
+            if value < best:
+                break
+        else:
+            return hypothesis
+        gain, best = best - value, value
+        hypothesis, rows, chi = moved, new_rows, new_chi
+        if gain < 0.3:
+            return hypothesis
+    return hypothesis
+
+
+def _step(
+    hypothesis: Hypothesis,
+    predictor: Predictor,
+    weighting: Weighting,
+    columns: Rows,
+    gram: Array,
+    rows: Rows,
+    chi: float,
+) -> Array:
+    """Return the Gauss-Newton step in prior standard deviations, tolerances first."""
+    extra = effect_columns(hypothesis, predictor, weighting, rows)
+    residual = weighting.measured - rows
+    hessian = posterior_hessian(columns, gram, extra, chi, weighting.count)
+    weight = EFFECTIVE_DATA / (weighting.count * chi) * 2.0
+    pull = np.r_[columns @ residual, extra @ residual].astype(float) * weight
+    scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
+    return np.asarray(np.linalg.solve(hessian, pull - np.r_[hypothesis.tolerance_values, scaled]))
+
+
+def posterior_hessian(columns: Rows, gram: Array, extra: Rows, chi: float, count: int) -> Array:
+    """Return minus the second derivative of the log posterior in prior standard deviations."""
+    weight = EFFECTIVE_DATA / (count * chi) * 2.0
+    cross = np.asarray(columns @ extra.T, dtype=float)
+    own = np.asarray(extra @ extra.T, dtype=float)
+    hessian = weight * np.block([[gram, cross], [cross.T, own]])
+    hessian[np.diag_indices_from(hessian)] += 1.0
+    return hessian
+
+
+def _summary(
+    hypothesis: Hypothesis, predictor: Predictor, weighting: Weighting, columns: Rows
+) -> Fit:
+    rows = weighting.rows(predictor.predict(hypothesis.setup()))
+    chi = misfit(weighting, rows)
+    extra = effect_columns(hypothesis, predictor, weighting, rows)
+    gram = np.asarray(columns @ columns.T, dtype=float)
+    hessian = posterior_hessian(columns, gram, extra, chi, weighting.count)
+    covariance = np.linalg.inv(hessian)[len(columns) :, len(columns) :]
+    scale = hypothesis.prior_scale
+    evidence = -objective(chi, hypothesis) - 0.5 * float(np.linalg.slogdet(hessian)[1])
+    return Fit(
+        hypothesis=hypothesis,
+        misfit=chi,
+        log_evidence=evidence,
+        covariance=covariance * np.outer(scale, scale),
+    )

@@ -1,0 +1,139 @@
+"""The result as gap.json: fixed keys first, what else is known after them."""
+
+from importlib.metadata import version
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modal_core.atomic_file import write_text
+from model_gap.find_gap import GapResult
+from model_gap.hypothesis import Hypothesis
+from model_gap.search import Candidate
+
+PACKAGES = ('autonomous_modal_analysis', 'numpy', 'scipy', 'pin')
+
+
+def gap_mapping(result: GapResult) -> dict[str, Any]:
+    """Return the content of gap.json as plain values."""
+    search, decision = result.search, result.decision
+    first = search.steps[0].before
+    return {
+        'verdict': decision.verdict.value,
+        'effects': found_effects(result),
+        'candidates': [
+            {'round': number, **_candidate(item)}
+            for number, step in enumerate(search.steps, start=1)
+            for item in step.candidates
+        ],
+        'where': [
+            {
+                'kind': item.kind,
+                'name': item.name,
+                'misfit_before': _number(item.before),
+                'misfit_after': _number(item.after),
+                'share': _number(item.share),
+            }
+            for item in result.where
+        ],
+        'gap_before': _number(result.gap_before),
+        'gap_after': _number(result.gap_after),
+        'gap_before_heldout': _number(result.gap_before_heldout),
+        'gap_after_heldout': _number(result.gap_after_heldout),
+        'noise_floor': _number(result.noise_floor),
+        'reasons': list(decision.reasons),
+        'next_experiments': list(decision.experiments),
+        'misfit_with_tolerances_only': _number(first.misfit),
+        'misfit_with_tolerances_only_heldout': _number(search.steps[0].heldout_before),
+        'screened': [
+            {
+                'type': item.effect.type,
+                'location': item.effect.location,
+                'variant': item.effect.variant,
+                'promised_gain': _number(item.gain),
+            }
+            for item in search.steps[0].trials[:40]
+        ],
+        'tolerances': _tolerances(result.final),
+        'excitation': search.campaign.excitation,
+        'notes': list(search.campaign.notes),
+        'band_hz': [search.settings.band.low_hz, search.settings.band.high_hz],
+        'lines_hz': list(search.scene.lines_hz),
+        'fitting': [item.record.name for item in search.fitting.records],
+        'heldout': [item.record.name for item in search.heldout.records],
+        'seed': result.seed,
+        'versions': {name: _version(name) for name in PACKAGES},
+    }
+
+
+def found_effects(result: GapResult) -> list[dict[str, Any]]:
+    """Return the effects that were accepted, at their final values."""
+    if result.decision.verdict.value not in ('named', 'ambiguous'):
+        return []
+    last = result.decision.accepted[-1] if result.decision.accepted else None
+    return [] if last is None else effects_of(last)
+
+
+def effects_of(candidate: Candidate) -> list[dict[str, Any]]:
+    """Return all effects of a candidate's hypothesis with values and standard deviations."""
+    hypothesis = candidate.fit.hypothesis
+    deviation = np.sqrt(np.maximum(np.diag(candidate.fit.covariance), 0.0))
+    found, place = [], 0
+    for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
+        parameters = {}
+        for item, value in zip(effect.parameters(hypothesis.scene), values, strict=True):
+            sigma = deviation[place] * abs(item.slope(float(hypothesis.inner[place])))
+            parameters[item.name] = {
+                'value': _number(value),
+                'sigma': _number(float(sigma)),
+                'unit': item.unit,
+            }
+            place += 1
+        found.append(
+            {
+                'type': effect.type,
+                'location': effect.location,
+                'variant': effect.variant,
+                'parameters': parameters,
+            }
+        )
+    return found
+
+
+def write_gap_json(result: GapResult, path: Path) -> None:
+    """Write gap.json, whole or not at all."""
+    text = json.dumps(gap_mapping(result), indent=2, allow_nan=False, ensure_ascii=False)
+    write_text(path, text + '\n')
+
+
+def _candidate(item: Candidate) -> dict[str, Any]:
+    effects = effects_of(item)
+    return {
+        **effects[-1],
+        'log_evidence_gain': _number(item.gain),
+        'misfit': _number(item.fit.misfit),
+        'misfit_heldout': _number(item.heldout_misfit),
+    }
+
+
+def _tolerances(hypothesis: Hypothesis) -> list[dict[str, Any]]:
+    """Return the tolerances that moved most, in standard deviations."""
+    values = hypothesis.tolerance_values
+    order = np.argsort(-np.abs(values))[:12]
+    return [
+        {'name': hypothesis.tolerances[place].name, 'deviations': _number(float(values[place]))}
+        for place in order
+    ]
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except ImportError:
+        return 'unknown'

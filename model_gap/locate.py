@@ -1,0 +1,140 @@
+"""Where the gap is: by pose, level, sensor and band, before and after."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import itertools
+
+import numpy as np
+
+from modal_core.channel import Channel
+from model_gap.hypothesis import Hypothesis
+from model_gap.predict import Predictor
+from model_gap.search import Search
+from model_gap.spectra import Complex
+
+BAND_EDGES_HZ = (3.0, 8.0, 12.0, 18.0, 26.0, 38.0, 60.0, 120.0)
+
+
+@dataclass(frozen=True)
+class Where:
+    """The gap of one part of the data.
+
+    Parameters
+    ----------
+    kind, name : str
+        ``pose``, ``level``, ``sensor``, ``band`` or ``record``.
+    before, after : float
+        χ with the nominal model, and with what was found.
+    share : float
+        Of the whole gap before.
+    """
+
+    kind: str
+    name: str
+    before: float
+    after: float
+    share: float
+
+
+def locate(search: Search, after: Hypothesis) -> tuple[Where, ...]:
+    """Return the table of places, the largest share of the gap first in every kind."""
+    parts = []
+    for predictor in (search.fitting, search.heldout):
+        if not predictor.records:
+            continue
+        before = _squares(predictor, search.nominal)
+        left = _squares(predictor, after)
+        parts += [
+            (item, one, two)
+            for item, one, two in zip(predictor.records, before, left, strict=True)
+        ]
+    channels = search.campaign.layout.channels
+    total = sum(float(one.sum()) for _, one, _ in parts)
+    table = []
+    for kind, names, pick in _kinds(search, channels):
+        for name in names:
+            chosen = [(pick(item, one, name), pick(item, two, name)) for item, one, two in parts]
+            count = sum(one.size for one, _ in chosen)
+            if not count:
+                continue
+            before_sum = sum(float(one.sum()) for one, _ in chosen)
+            after_sum = sum(float(two.sum()) for _, two in chosen)
+            table.append(
+                Where(kind, name, before_sum / count, after_sum / count, before_sum / total)
+            )
+    order = {kind: number for number, kind in enumerate(dict.fromkeys(w.kind for w in table))}
+    return tuple(sorted(table, key=lambda item: (order[item.kind], -item.share)))
+
+
+def _squares(predictor: Predictor, hypothesis: Hypothesis) -> list[np.ndarray]:
+    predicted = predictor.predict(hypothesis.setup())
+    return [
+        np.abs(item.measured - reading) ** 2 / item.noise_power[:, None]
+        for item, reading in zip(predictor.records, predicted, strict=True)
+    ]
+
+
+Pick = Callable[..., np.ndarray]
+
+
+def _kinds(search: Search, channels: Sequence[Channel]) -> list[tuple[str, list[str], Pick]]:
+    sensors = [channel.name.rsplit('.', 1)[0] for channel in channels]
+    empty = np.zeros((0, 0))
+
+    def by_record(item, squares, name):  # type: ignore[no-untyped-def]
+        return squares if item.record.name == name else empty
+
+    def by_level(item, squares, name):  # type: ignore[no-untyped-def]
+        return squares if item.record.level == name else empty
+
+    def by_sensor(item, squares, name):  # type: ignore[no-untyped-def]
+        return squares[[number for number, other in enumerate(sensors) if other == name]]
+
+    def by_band(item, squares, name):  # type: ignore[no-untyped-def]
+        low, high = (float(edge) for edge in name.removesuffix(' Hz').split('-'))
+        inside = (item.frequency_hz >= low) & (item.frequency_hz < high)
+        return squares[:, inside]
+
+    records = list(dict.fromkeys(item.name for item in search.campaign.records))
+    levels = list(dict.fromkeys(item.level for item in search.campaign.records))
+    bands = [f'{low:g}-{high:g} Hz' for low, high in itertools.pairwise(BAND_EDGES_HZ)]
+    return [
+        ('sensor', list(dict.fromkeys(sensors)), by_sensor),
+        ('band', bands, by_band),
+        ('level', levels, by_level),
+        ('record', records, by_record),
+    ]
+
+
+def gap_fraction(predictor: Predictor, hypothesis: Hypothesis) -> float:
+    """Return the gap as a fraction of the response, √(Σ|Y-Ŷ|²/σ² / Σ|Y|²/σ²)."""
+    if not predictor.records:
+        return float('nan')
+    residual = sum(float(part.sum()) for part in _squares(predictor, hypothesis))
+    return float(np.sqrt(residual / _response(predictor)))
+
+
+def noise_floor(predictor: Predictor) -> float:
+    """Return the gap that noise alone would make, as a fraction of the response."""
+    if not predictor.records:
+        return float('nan')
+    count = sum(item.measured.size for item in predictor.records)
+    return float(np.sqrt(count / _response(predictor)))
+
+
+def _response(predictor: Predictor) -> float:
+    return sum(
+        float(np.sum(np.abs(item.measured) ** 2 / item.noise_power[:, None]))
+        for item in predictor.records
+    )
+
+
+def measured_and_predicted(
+    predictor: Predictor, hypothesis: Hypothesis
+) -> list[tuple[Complex, Complex]]:
+    """Return measured and predicted spectra of every record."""
+    predicted = predictor.predict(hypothesis.setup())
+    return [
+        (item.measured, reading)
+        for item, reading in zip(predictor.records, predicted, strict=True)
+    ]

@@ -1,0 +1,169 @@
+"""The arm of a setup at one pose as a linear system in modal form."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+import scipy.linalg
+
+from modal_core.channel import Channel
+from modal_core.errors import ModelError
+from structural_model import FlexibleJointModel
+from structural_model.linearise import gravity_rows, sensor_rows
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+# Undamped modes above this follow at once; the band ends far below.
+FAST_1_S = 2.0 * np.pi * 320.0
+# Modes below this may still ring at the end of a record; e^-8 of it is forgotten.
+RINGING_1_S = 2.0 * np.pi * 60.0
+DECAYED = 8.0
+
+
+@dataclass(frozen=True)
+class PoseSystem:
+    """M x'' + C x' + K x = B a + P q, y = Ja x'' + Jg x + Ra a + Rg q at one pose.
+
+    Parameters
+    ----------
+    poles : (n_poles,) complex array [1/s]
+        Of the damped arm, up to well above the band.
+    shapes : (n, n_poles) complex array
+        Deflection part of the right eigenvectors.
+    drives : (n_poles, n) complex array
+        Modal force per force on a degree of freedom.
+    instant : (n, n) array
+        Compliance of the faster modes, which follow a force at once.
+    inertia_input, shift_input : (n, n_joints) array
+        B and P: force per motor acceleration, and per motor shift (gravity).
+    flexible, gravity : (n_channels, n) array
+        Ja and Jg.
+    rigid, rigid_gravity : (n_channels, n_joints) array
+        Ra and Rg.
+    dof_names : tuple of str
+        Rows.
+    """
+
+    poles: Complex
+    shapes: Complex
+    drives: Complex
+    instant: Array
+    inertia_input: Array
+    shift_input: Array
+    flexible: Array
+    gravity: Array
+    rigid: Array
+    rigid_gravity: Array
+    dof_names: tuple[str, ...]
+
+    def deflection(
+        self, omega: Array, force: Complex, end_state: Complex | None = None
+    ) -> Complex:
+        """Return deflection spectra (n, n_bins) under force spectra (n, n_bins).
+
+        ``end_state`` (n_poles,) is what the modes carry out of the record: a record that starts
+        at rest and ends in motion has (iω - λ)Z = G - z(T).
+        """
+        modal = self.drives @ force
+        if end_state is not None:
+            modal -= end_state[:, None]
+        modal /= 1j * omega - self.poles[:, None]
+        return np.asarray(self.shapes @ modal + self.instant @ force)
+
+    def end_state(self, acceleration: Array, period_s: float) -> Complex:
+        """Return the modes' state at the end of a motion that starts at rest, (n_poles,).
+
+        Parameters
+        ----------
+        acceleration : (n_samples, n_joints) array [rad/s²]
+            Of the motors; the last row is one period before the end.
+        period_s : float [s]
+            Between rows.
+        """
+        state = np.zeros(len(self.poles), dtype=complex)
+        slow = np.flatnonzero((self.poles.imag > 0.0) & (self.poles.imag < RINGING_1_S))
+        pull = self.drives[slow] @ self.inertia_input
+        for place, row in zip(slow, pull, strict=True):
+            pole = self.poles[place]
+            count = min(len(acceleration), int(DECAYED / (-pole.real * period_s + 1e-12)) + 1)
+            decay = np.exp(pole * period_s * np.arange(count, 0, -1))
+            state[place] = decay @ (acceleration[-count:] @ row) * period_s
+            twin = np.argmin(np.abs(self.poles - pole.conj()))
+            state[twin] = state[place].conj()
+        return state
+
+    def force(self, acceleration: Complex, shift: Complex) -> Complex:
+        """Return the force of the motor motion on the degrees of freedom, (n, n_bins)."""
+        return np.asarray(self.inertia_input @ acceleration + self.shift_input @ shift)
+
+    def reading(
+        self, omega: Array, deflection: Complex, acceleration: Complex, shift: Complex
+    ) -> Complex:
+        """Return what the channels read, (n_channels, n_bins)."""
+        return np.asarray(
+            self.flexible @ (-(omega**2) * deflection)
+            + self.gravity @ deflection
+            + self.rigid @ acceleration
+            + self.rigid_gravity @ shift
+        )
+
+
+def pose_system(
+    model: FlexibleJointModel, pose: Array, channels: tuple[Channel, ...]
+) -> PoseSystem:
+    """Linearise a model at a pose.
+
+    Raises
+    ------
+    ModelError
+        The pose or a channel does not fit the model.
+    """
+    matrices = model.matrices(pose)
+    try:
+        squared, basis = scipy.linalg.eigh(matrices.K, matrices.M, check_finite=False)
+    except np.linalg.LinAlgError as error:
+        raise ModelError('mass matrix is not positive definite') from error
+    if squared[0] <= 0.0:
+        raise ModelError('stiffness matrix is not positive definite')
+    fast = squared > FAST_1_S**2
+    instant = (basis[:, fast] / squared[fast]) @ basis[:, fast].T
+    kept = basis[:, ~fast]
+    size = kept.shape[1]
+    state = np.zeros((2 * size, 2 * size))
+    state[:size, size:] = np.eye(size)
+    state[size:, :size] = -np.diag(squared[~fast])
+    state[size:, size:] = -(kept.T @ matrices.C @ kept)
+    poles, right = np.linalg.eig(state)
+    left = np.linalg.inv(right)
+    rows = _channel_rows(model, pose, channels)
+    return PoseSystem(
+        poles=poles,
+        shapes=kept @ right[:size],
+        drives=left[:, size:] @ kept.T,
+        instant=instant,
+        inertia_input=model.input_matrix(pose),
+        shift_input=-model.gravity_coupling(pose),
+        **rows,
+        dof_names=model.dof_names,
+    )
+
+
+def with_channels(
+    system: PoseSystem, model: FlexibleJointModel, pose: Array, channels: tuple[Channel, ...]
+) -> PoseSystem:
+    """Return a system with other channels."""
+    return dataclasses.replace(system, **_channel_rows(model, pose, channels))  # type: ignore[arg-type]
+
+
+def _channel_rows(
+    model: FlexibleJointModel, pose: Array, channels: tuple[Channel, ...]
+) -> dict[str, Array]:
+    motion = sensor_rows(model.dynamics, pose, channels)
+    tilt = gravity_rows(model.dynamics, pose, channels)
+    return {
+        'flexible': motion[:, : model.n_dof],
+        'rigid': motion[:, model.n_dof :],
+        'gravity': tilt[:, : model.n_dof],
+        'rigid_gravity': tilt[:, model.n_dof :],
+    }

@@ -1,0 +1,38 @@
+"""Force of a gear's transmission error on the flexible degrees of freedom."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.joint_vector import axis_row, joint_spring, joint_vector
+from model_gap.pose_system import PoseSystem
+from model_gap.setup import Ripple
+from model_gap.spectra import RecordSpectra
+from structural_model import FlexibleJointModel, ModelSpec
+
+
+def ripple_force(
+    ripple: Ripple,
+    item: RecordSpectra,
+    model: FlexibleJointModel,
+    spec: ModelSpec,
+    system: PoseSystem,
+) -> NDArray[np.complex128]:
+    """Return w (k + iωc) θ_e(ω) with θ_e(t) = a sin(N q) + b cos(N q), (n_dof, 3 n_bins)."""
+    record = item.record
+    angle = (record.pose + record.motor_shift) @ axis_row(model, ripple.joint)
+    phase = ripple.order_per_rad * angle
+    twist = ripple.sine_rad * np.sin(phase) + ripple.cosine_rad * np.cos(phase)
+    spectrum = transform_at(twist - twist.mean(), item)
+    spring = joint_spring(spec, ripple.joint)
+    weight = joint_vector(model, ripple.joint, system.dof_names)
+    return np.outer(
+        weight, (spring.stiffness + 1j * item.omega.ravel() * spring.damping) * spectrum
+    )
+
+
+def transform_at(values: NDArray[np.float64], item: RecordSpectra) -> NDArray[np.complex128]:
+    """Return the scaled rectangular spectrum of a series at a record's triples, (3 n_bins,)."""
+    count = len(values)
+    spectrum = np.fft.rfft(values) / np.sqrt(count)
+    bins = np.rint(item.omega.ravel() / (2.0 * np.pi) * count / item.record.sample_rate_hz)
+    return np.asarray(spectrum[bins.astype(int)])

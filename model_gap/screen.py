@@ -1,0 +1,196 @@
+"""Try every candidate of the catalogue, coarsely: one simulation per starting value.
+
+A candidate's change of the spectra, d, is scaled by a free amplitude and tested against what is
+left of the residual when the tolerances may move as well: a score test along the secant, which is
+exact for small effects and finds large ones on a grid of starting values.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.errors import ModelError
+from model_gap.effects.effect import Effect
+from model_gap.fit import EFFECTIVE_DATA
+from model_gap.hypothesis import Hypothesis
+from model_gap.linearise import Rows, Weighting
+from model_gap.predict import Predictor
+from model_gap.setup import Setup
+from model_gap.spectra import Complex
+
+Array = NDArray[np.float64]
+LARGEST_AMPLITUDE = 1.3
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One candidate at its best starting value.
+
+    Parameters
+    ----------
+    effect : Effect
+        Candidate.
+    values : tuple of float
+        Start for a fit.
+    gain : float
+        Promised rise of the log posterior density.
+    base : Hypothesis
+        What it was added to.
+    """
+
+    effect: Effect
+    values: tuple[float, ...]
+    gain: float
+    base: Hypothesis
+
+
+@dataclass(frozen=True)
+class Projection:
+    """The residual of a base hypothesis and the directions tolerances can take it.
+
+    Parameters
+    ----------
+    base : Hypothesis
+        Whose residual it is.
+    rows, residual : (n_rows,) array
+        Prediction, and measured less prediction.
+    columns : (n_tolerances, n_rows) array
+        Tolerance derivatives.
+    gram, pull : array
+        Their products with themselves and with the residual.
+    count : int
+        Complex data.
+    """
+
+    base: Hypothesis
+    rows: Rows
+    residual: Rows
+    columns: Rows
+    gram: Array
+    pull: Array
+    count: int
+
+    @classmethod
+    def of(
+        cls, base: Hypothesis, predictor: Predictor, weighting: Weighting, columns: Rows
+    ) -> 'Projection':
+        """Project about a base hypothesis."""
+        rows = weighting.rows(predictor.predict(base.setup()))
+        residual = weighting.measured - rows
+        return cls(
+            base,
+            rows,
+            residual,
+            columns,
+            np.asarray(columns @ columns.T, dtype=float),
+            np.asarray(columns @ residual, dtype=float),
+            weighting.count,
+        )
+
+    def value(self, direction: Rows | None) -> tuple[float, float]:
+        """Return the best objective with a direction of free amplitude, and that amplitude."""
+        size = len(self.columns)
+        gram, pull = self.gram, self.pull
+        square = float(self.residual.astype(float) @ self.residual)
+        if direction is not None:
+            cross = np.asarray(self.columns @ direction, dtype=float)
+            own = float(direction.astype(float) @ direction)
+            gram = np.block([[gram, cross[:, None]], [cross[None, :], np.array([[own]])]])
+            pull = np.r_[pull, float(direction.astype(float) @ self.residual)]
+        prior = np.r_[np.ones(size), np.zeros(len(gram) - size)]
+        centre = np.r_[self.base.tolerance_values, np.zeros(len(gram) - size)]
+        chi = square / self.count
+        best = (np.inf, 0.0)
+        for _ in range(4):
+            weight = 2.0 * EFFECTIVE_DATA / (self.count * chi)
+            step = _clipped(weight * gram, prior, weight * pull - prior * centre, size)
+            left = square - 2.0 * step @ pull + step @ gram @ step
+            chi = max(float(left) / self.count, 0.3)
+            moved = (centre + step)[:size]
+            value = EFFECTIVE_DATA * np.log(chi) + 0.5 * float(moved @ moved)
+            if value < best[0]:
+                best = (float(value), float(step[size]) if len(step) > size else 0.0)
+        return best
+
+
+def _clipped(gram: Array, prior: Array, pull: Array, size: int) -> Array:
+    """Solve for the step; the amplitude, last, is held inside its range."""
+    hessian = gram + np.diag(prior)
+    hessian[np.diag_indices_from(hessian)] += 1e-12 * np.trace(hessian)
+    step = np.linalg.solve(hessian, pull)
+    if len(step) == size or 0.0 <= step[size] <= LARGEST_AMPLITUDE:
+        return np.asarray(step)
+    amplitude = float(np.clip(step[size], 0.0, LARGEST_AMPLITUDE))
+    rest = np.linalg.solve(hessian[:size, :size], pull[:size] - hessian[:size, size] * amplitude)
+    return np.asarray(np.r_[rest, amplitude])
+
+
+def screen(
+    candidates: Sequence[Effect],
+    projections: Sequence[Projection],
+    predictor: Predictor,
+    weighting: Weighting,
+) -> list[Trial]:
+    """Return every candidate at its best start, the most promising first.
+
+    Parameters
+    ----------
+    candidates : sequence of Effect
+        To try.
+    projections : sequence of Projection
+        Base hypotheses to add them to; the gain counts from the best of them.
+    predictor, weighting
+        Of the records to screen on.
+    """
+    reference = min(item.value(None)[0] for item in projections)
+    best: dict[int, Trial] = {}
+    for item in projections:
+        present = item.base.add_effects(item.base.tolerant_setup())
+        for number, values, spectra in _changes(candidates, item, present, predictor):
+            value, amplitude = item.value(weighting.rows(spectra) - item.rows)
+            gain = reference - value
+            if np.isfinite(gain) and (number not in best or gain > best[number].gain):
+                effect = candidates[number]
+                start = scaled(effect, values, amplitude, item.base)
+                best[number] = Trial(effect, start, gain, item.base)
+    return sorted(best.values(), key=lambda trial: -trial.gain)
+
+
+Change = tuple[int, tuple[float, ...], list[Complex]]
+
+
+def _changes(
+    candidates: Sequence[Effect], item: Projection, present: Setup, predictor: Predictor
+) -> Iterator[Change]:
+    """Yield candidate number, starting values and prediction, for every start."""
+    scene = item.base.scene
+    stepped: dict[str, list[tuple[int, tuple[float, ...], Setup]]] = {}
+    for number, effect in enumerate(candidates):
+        for start in effect.starts(scene):
+            values = tuple(start)
+            setup = effect.apply(present, values, scene)
+            if effect.amplitude_dependent:
+                stepped.setdefault(effect.type, []).append((number, values, setup))
+                continue
+            try:
+                yield number, values, predictor.predict(setup)
+            except ModelError:
+                continue  # not a possible arm
+    for entries in stepped.values():  # all joints and starts of a type in one pass
+        found = predictor.predict_many([setup for _, _, setup in entries])
+        for (number, values, _), spectra in zip(entries, found, strict=True):
+            yield number, values, spectra
+
+
+def scaled(
+    effect: Effect, values: Sequence[float], amplitude: float, base: Hypothesis
+) -> tuple[float, ...]:
+    """Return starting values with the first one's distance from neutral scaled."""
+    items = effect.parameters(base.scene)
+    if not items or 0.6 < amplitude < 1.4:
+        return tuple(values)
+    first = items[0]
+    inner = first.inner(values[0]) * max(amplitude, 0.02)
+    return (first.value(inner), *values[1:])

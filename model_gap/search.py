@@ -1,0 +1,301 @@
+"""Find the effects: fit tolerances, screen the catalogue, refine the best, repeat."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from model_gap.campaign import Campaign, GapRecord
+from model_gap.effects import CATALOGUE, Effect, Scene
+from model_gap.explicit_damping import explicit_damping
+from model_gap.fit import EFFECTIVE_DATA, Fit, fit
+from model_gap.hypothesis import Hypothesis
+from model_gap.linearise import misfit, tolerance_columns, Weighting
+from model_gap.lines import common_lines
+from model_gap.nuisance import nuisances, Tolerances
+from model_gap.predict import Predictor, SAME_POSE_RAD
+from model_gap.screen import Projection, screen, Trial
+from model_gap.setup import Setup
+from model_gap.spectra import Band, record_spectra, TARGET_BINS
+from structural_model import FlexibleJointModel
+
+SCREEN_BINS = 110
+MANY_CHANNELS = 15
+LEAST_BINS = 60
+SCREEN_POSES = 3
+SCREEN_S = 12.0
+ROUGH = 8
+ROUGH_PER_TYPE = 3
+REFINED = 4
+# Rough fits this far behind the best are not refined.
+HOPELESS = 150.0
+# Nor is what promised less than this share of the best in the screening.
+LEAST_PROMISE = 0.06
+# Tolerances this far out of their range, or a misfit this large, mean that the fit without an
+# effect is distorted: candidates are then tried on the nominal model.
+DISTORTED_TOLERANCE = 3.5
+DISTORTED_MISFIT = 4.0
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How a gap is searched for.
+
+    Parameters
+    ----------
+    band : Band
+        Where model and measurement are compared.
+    tolerances : Tolerances
+        Ordinary imperfection of the model.
+    catalogue : tuple of Effect types
+        What may be named.
+    most_effects : int
+        Stop after so many.
+    worth_adding : float
+        Least gain of log evidence for another effect.
+    """
+
+    band: Band = field(default_factory=Band)
+    tolerances: Tolerances = field(default_factory=Tolerances)
+    catalogue: tuple[type[Effect], ...] = CATALOGUE
+    most_effects: int = 3
+    worth_adding: float = 12.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A refined hypothesis with one effect more than the one before.
+
+    Parameters
+    ----------
+    effect : Effect
+        The effect that was added.
+    fit : Fit
+        On the fitting records.
+    gain : float
+        Log evidence less that of the hypothesis without it.
+    heldout_misfit : float
+        χ on the held-out records.
+    """
+
+    effect: Effect
+    fit: Fit
+    gain: float
+    heldout_misfit: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """One round of the search.
+
+    Parameters
+    ----------
+    before : Fit
+        The hypothesis the candidates were added to.
+    heldout_before : float
+        Its χ on the held-out records.
+    candidates : tuple of Candidate
+        Refined ones, best first.
+    trials : tuple of Trial
+        All screened ones, best first.
+    """
+
+    before: Fit
+    heldout_before: float
+    candidates: tuple[Candidate, ...]
+    trials: tuple[Trial, ...]
+
+
+@dataclass
+class Search:
+    """The data of a search and its steps so far.
+
+    Parameters
+    ----------
+    model : FlexibleJointModel
+        Nominal arm.
+    campaign : Campaign
+        Every record marked as held out or not.
+    settings : SearchSettings
+        How.
+    progress : callable
+        Takes the fraction done.
+    """
+
+    model: FlexibleJointModel
+    campaign: Campaign
+    settings: SearchSettings = field(default_factory=SearchSettings)
+    progress: Callable[[float], None] = lambda _: None
+    steps: list[Step] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Transform the records."""
+        setup = Setup(explicit_damping(self.model.spec), self.campaign.layout.channels)
+        names = tuple(sensor.name for sensor in self.campaign.layout)
+        self._n_channels = len(setup.channels)
+        lines = common_lines(self.campaign.records, self.settings.band)
+        self.scene = Scene(self.model, names, setup, lines)
+        self.tolerances = nuisances(setup, moving_links(self.model), self.settings.tolerances)
+        fitting = [record for record in self.campaign.records if not record.heldout]
+        heldout = [record for record in self.campaign.records if record.heldout]
+        self.fitting = self._predictor(fitting)
+        self.heldout = self._predictor(heldout)
+        short = [shortened(record, SCREEN_S) for record in fitting]
+        self.coarse = self._predictor(short, SCREEN_BINS)
+        self.screening = self._predictor(of_first_poses(short, SCREEN_POSES), SCREEN_BINS)
+        self.weighting = Weighting.of(self.fitting)
+        self.heldout_weighting = Weighting.of(self.heldout) if heldout else None
+        self.coarse_weighting = Weighting.of(self.coarse)
+        self.screening_weighting = Weighting.of(self.screening)
+
+    def _predictor(self, records: Sequence[GapRecord], bins: int = TARGET_BINS) -> Predictor:
+        band = self.settings.band
+        lines = self.scene.lines_hz
+        # Many channels say the same with fewer bins.
+        bins = max(LEAST_BINS, round(bins * min(1.0, MANY_CHANNELS / self._n_channels)))
+        spectra = [record_spectra(item, band, bins, lines) for item in records]
+        return Predictor(self.model, spectra)
+
+    @property
+    def nominal(self) -> Hypothesis:
+        """The model as it was given."""
+        return Hypothesis(
+            self.scene, self.tolerances, (), np.zeros(len(self.tolerances)), np.zeros(0)
+        )
+
+    def heldout_misfit(self, hypothesis: Hypothesis) -> float:
+        """Return χ on the held-out records, NaN without any."""
+        if self.heldout_weighting is None:
+            return float('nan')
+        rows = self.heldout_weighting.rows(self.heldout.predict(hypothesis.setup()))
+        return misfit(self.heldout_weighting, rows)
+
+    def run(self) -> list[Step]:
+        """Search until nothing more is worth adding."""
+        current = fit(self.nominal, self.fitting, self.weighting)
+        for number in range(self.settings.most_effects):
+            step = self._step(current)
+            self.steps.append(step)
+            self.progress((number + 1.0) / (self.settings.most_effects + 1.0))
+            if not step.candidates or step.candidates[0].gain < self.settings.worth_adding:
+                break
+            current = step.candidates[0].fit
+            if self._room_left(current) < self.settings.worth_adding:
+                break
+        self.progress(1.0)
+        return self.steps
+
+    def _room_left(self, current: Fit) -> float:
+        """Return what one more effect could gain at best: down to the noise, at no prior cost."""
+        values = current.hypothesis.tolerance_values
+        left = EFFECTIVE_DATA * np.log(max(current.misfit, 1.0))
+        return float(left + 0.5 * values @ values)
+
+    def _step(self, current: Fit) -> Step:
+        candidates = [
+            effect
+            for kind in self.settings.catalogue
+            for effect in kind.instances(self.scene)
+            if effect.key not in [item.key for item in current.hypothesis.effects]
+        ]
+        trials = self._screen(current, candidates)
+        refined = self._refine(current, chosen(trials))
+        return Step(
+            before=current,
+            heldout_before=self.heldout_misfit(current.hypothesis),
+            candidates=tuple(sorted(refined, key=lambda item: -item.gain)),
+            trials=tuple(trials),
+        )
+
+    def _screen(self, current: Fit, candidates: Sequence[Effect]) -> list[Trial]:
+        base = current.hypothesis
+        far = float(np.abs(base.tolerance_values).max(initial=0.0)) > DISTORTED_TOLERANCE
+        if not base.effects and (far or current.misfit > DISTORTED_MISFIT):
+            base = self.nominal
+        predictor, weighting = self.screening, self.screening_weighting
+        columns = tolerance_columns(base, predictor, weighting)
+        projection = Projection.of(base, predictor, weighting, columns)
+        return screen(candidates, [projection], predictor, weighting)
+
+    def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Candidate]:
+        if not trials:
+            return []
+        base = trials[0].base
+        shared = tolerance_columns(base, self.coarse, self.coarse_weighting)
+        rough = [
+            fit(
+                trial.base.with_effect(trial.effect, trial.values),
+                self.coarse,
+                self.coarse_weighting,
+                columns=shared,
+                iterations=6,
+                relinearise=0 if trial.effect.amplitude_dependent else 1,
+            )
+            for trial in trials
+        ]
+        rough.sort(key=lambda item: -item.log_evidence)
+        close = [item for item in rough if item.log_evidence > rough[0].log_evidence - HOPELESS]
+        found = []
+        for item in close[:REFINED]:
+            fine = fit(item.hypothesis, self.fitting, self.weighting, iterations=5, relinearise=0)
+            found.append(
+                Candidate(
+                    effect=fine.hypothesis.effects[-1],
+                    fit=fine,
+                    gain=fine.log_evidence - current.log_evidence,
+                    heldout_misfit=self.heldout_misfit(fine.hypothesis),
+                )
+            )
+        return found
+
+
+def chosen(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the trials worth a refined fit: the best, not too many of one type."""
+    found: list[Trial] = []
+    for trial in trials:
+        same = sum(item.effect.type == trial.effect.type for item in found)
+        promising = trial.gain > max(1.0, LEAST_PROMISE * trials[0].gain)
+        if same < ROUGH_PER_TYPE and promising:
+            found.append(trial)
+        if len(found) == ROUGH:
+            break
+    return found
+
+
+def shortened(record: GapRecord, seconds: float) -> GapRecord:
+    """Return the beginning of a record."""
+    count = min(len(record.acceleration), round(seconds * record.sample_rate_hz))
+    return replace(
+        record,
+        acceleration=record.acceleration[:count],
+        motor_acceleration=record.motor_acceleration[:count],
+        motor_velocity=record.motor_velocity[:count],
+        motor_shift=record.motor_shift[:count],
+    )
+
+
+def of_first_poses(records: Sequence[GapRecord], count: int) -> list[GapRecord]:
+    """Return the records of the first few poses, all their levels."""
+    poses: list[np.ndarray] = []
+    found = []
+    for record in records:
+        known = any(np.abs(pose - record.pose).max() < SAME_POSE_RAD for pose in poses)
+        if not known and len(poses) < count:
+            poses.append(record.pose)
+            known = True
+        if known:
+            found.append(record)
+    return found
+
+
+def moving_links(model: FlexibleJointModel) -> tuple[str, ...]:
+    """Return the links that move on their own and have mass."""
+    robot = model.robot
+    return tuple(
+        frame.name
+        for frame in robot.model.frames
+        if frame.type.name == 'BODY'
+        and frame.parentJoint > 0
+        and abs(frame.placement.translation).max() == 0.0
+        and robot.model.inertias[frame.parentJoint].mass > 0.0
+    )

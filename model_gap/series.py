@@ -1,0 +1,229 @@
+"""Uniform series out of the measurements of one recording."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import Channel, SensorLayout
+from modal_core.errors import RecordingError
+from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
+
+Array = NDArray[np.float64]
+LARGEST_GAP_STEPS = 1.5
+
+
+@dataclass(frozen=True)
+class Series:
+    """Samples on a uniform grid.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Columns.
+    start_s : float [s]
+        Time of the first row.
+    rate_hz : float [Hz]
+        Of the rows.
+    values : (n_samples, n_columns) array
+        Without gaps.
+    """
+
+    names: tuple[str, ...]
+    start_s: float
+    rate_hz: float
+    values: Array
+
+    @property
+    def end_s(self) -> float:
+        """Time of the last row [s]."""
+        return self.start_s + (len(self.values) - 1) / self.rate_hz
+
+
+@dataclass(frozen=True)
+class RawRecording:
+    """What one recording holds, as uniform series.
+
+    Parameters
+    ----------
+    accelerations : tuple of Series
+        One per recorder or sensor; columns named as channels.
+    position, velocity, effort : Series or None
+        Of the joints; velocity and effort None where not recorded.
+    unknown : tuple of str
+        Channels the layout does not have.
+    """
+
+    accelerations: tuple[Series, ...]
+    position: Series | None
+    velocity: Series | None
+    effort: Series | None
+    unknown: tuple[str, ...] = ()
+
+
+def gather(measurements: Iterable[Measurement], layout: SensorLayout, where: str) -> RawRecording:
+    """Collect a recording's measurements.
+
+    Raises
+    ------
+    RecordingError
+        It holds no acceleration of the layout.
+    """
+    blocks: dict[str, list[SampleBlock]] = {}
+    stamped: dict[str, list[StampedSamples]] = {}
+    joints: list[JointSamples] = []
+    for item in measurements:
+        if isinstance(item, SampleBlock):
+            blocks.setdefault(item.source, []).append(item)
+        elif isinstance(item, StampedSamples):
+            stamped.setdefault(item.source, []).append(item)
+        else:
+            joints.append(item)
+    unknown: list[str] = []
+    found = [_from_blocks(items, layout, unknown) for items in blocks.values()]
+    found += [_from_stamped(items, layout, unknown) for items in stamped.values()]
+    series = tuple(item for item in found if item is not None)
+    if not series:
+        raise RecordingError(
+            'no acceleration of the sensor layout',
+            where=where,
+            found=', '.join(unknown[:12]) or 'none',
+            expected=', '.join(channel.name for channel in layout.channels[:12]),
+        )
+    position, velocity, effort = _joints(joints)
+    return RawRecording(series, position, velocity, effort, tuple(unknown))
+
+
+def match_channel(name: str, layout: SensorLayout) -> Channel | None:
+    """Return the layout's channel of a recorded name, tolerant of separators and case."""
+    plain = _plain(name)
+    for channel in layout.channels:
+        if channel.name == name or _plain(channel.name) == plain:
+            return channel
+    return None
+
+
+def _plain(name: str) -> str:
+    text = name.lower().strip('/')
+    for mark in '/_- :':
+        text = text.replace(mark, '.')
+    return text
+
+
+def _from_blocks(
+    items: list[SampleBlock], layout: SensorLayout, unknown: list[str]
+) -> Series | None:
+    names = items[0].channel_names
+    matched = [match_channel(name, layout) for name in names]
+    unknown += [name for name, channel in zip(names, matched, strict=True) if channel is None]
+    columns = [number for number, channel in enumerate(matched) if channel is not None]
+    if not columns:
+        return None
+    items = [item for item in items if item.channel_names == names]
+    runs: list[list[SampleBlock]] = [[items[0]]]
+    for before, item in itertools.pairwise(items):
+        if item.first_index == before.first_index + len(before.acceleration):
+            runs[-1].append(item)
+        else:
+            runs.append([item])
+    run = max(runs, key=lambda blocks: sum(len(item.acceleration) for item in blocks))
+    values = np.concatenate([item.acceleration for item in run]).astype(float)[:, columns]
+    index = np.array([item.first_index - run[0].first_index for item in run], dtype=float)
+    stamps = np.array([item.stamp_ns for item in run], dtype=np.int64)
+    start, rate = _line(index, stamps, run[0].sample_rate_hz)
+    kept = tuple(channel.name for channel in matched if channel is not None)
+    return Series(kept, start, rate, values)
+
+
+def _line(index: Array, stamps: NDArray[np.int64], nominal_hz: float) -> tuple[float, float]:
+    """Return start and rate of stamps over sample numbers; the nominal rate when it fits."""
+    seconds = (stamps - stamps[0]) * 1e-9
+    rate = nominal_hz
+    if len(index) >= 8 and seconds[-1] > 0.0:
+        slope = float(np.polyfit(index, seconds, 1)[0])
+        if slope > 0.0 and abs(slope * nominal_hz - 1.0) > 2e-5:
+            rate = 1.0 / slope
+    offset = float(np.median(seconds - index / rate))
+    return stamps[0] * 1e-9 + offset, rate
+
+
+def _from_stamped(
+    items: list[StampedSamples], layout: SensorLayout, unknown: list[str]
+) -> Series | None:
+    first = items[0]
+    names = _stamped_names(first, layout)
+    if names is None:
+        unknown.append(first.source)
+        return None
+    stamps = np.concatenate([item.stamp_ns for item in items])
+    values = np.concatenate([item.acceleration for item in items])[:, : len(names)]
+    uniform = _uniform(stamps, values)
+    return None if uniform is None else Series(names, *uniform)
+
+
+def _stamped_names(item: StampedSamples, layout: SensorLayout) -> tuple[str, ...] | None:
+    if item.channel_names:
+        matched = [match_channel(name, layout) for name in item.channel_names]
+        if all(channel is not None for channel in matched):
+            return tuple(channel.name for channel in matched if channel is not None)
+    topic = item.source.strip('/')
+    for test in (
+        lambda sensor: sensor.topic.strip('/') == topic,
+        lambda sensor: _plain(sensor.name) == _plain(topic),
+        lambda sensor: _plain(sensor.name) in _plain(topic).split('.'),
+        lambda sensor: _plain(topic).endswith(_plain(sensor.name)),
+        lambda sensor: sensor.frame_id == item.frame_id,
+    ):
+        fitting = [sensor for sensor in layout if test(sensor)]
+        if len(fitting) == 1 and fitting[0].axes == ('x', 'y', 'z'):
+            return tuple(channel.name for channel in fitting[0].channels())
+    return None
+
+
+def _uniform(stamps: NDArray[np.int64], values: Array) -> tuple[float, float, Array] | None:
+    """Put stamped rows on a uniform grid; the longest stretch without gaps counts."""
+    order = np.argsort(stamps, kind='stable')
+    stamps, values = stamps[order], values[order]
+    keep = np.r_[True, np.diff(stamps) > 0]
+    stamps, values = stamps[keep], values[keep]
+    if len(stamps) < 16:
+        return None
+    step = float(np.median(np.diff(stamps)))
+    cuts = np.flatnonzero(np.diff(stamps) > LARGEST_GAP_STEPS * 2.0 * step) + 1
+    edges = [0, *cuts.tolist(), len(stamps)]
+    spans = list(itertools.pairwise(edges))
+    low, high = max(spans, key=lambda span: span[1] - span[0])
+    stamps, values = stamps[low:high], values[low:high]
+    seconds = (stamps - stamps[0]) * 1e-9
+    slope = float(np.polyfit(np.arange(len(seconds)), seconds, 1)[0])
+    ideal = np.arange(len(seconds)) * slope
+    offset = float(np.median(seconds - ideal))
+    if np.abs(seconds - ideal - offset).max() < 1.0 * slope:
+        return stamps[0] * 1e-9 + offset, 1.0 / slope, values
+    count = int(seconds[-1] / (step * 1e-9)) + 1
+    grid = np.arange(count) * step * 1e-9
+    even = np.column_stack([np.interp(grid, seconds, column) for column in values.T])
+    return stamps[0] * 1e-9, 1e9 / step, even
+
+
+def _joints(items: list[JointSamples]) -> tuple[Series | None, Series | None, Series | None]:
+    if not items:
+        return None, None, None
+    names = items[0].joint_names
+    items = [item for item in items if set(item.joint_names) == set(names)]
+    order = [[item.joint_names.index(name) for name in names] for item in items]
+    stamps = np.concatenate([item.stamp_ns for item in items])
+
+    def series(field: str) -> Series | None:
+        parts = [getattr(item, field) for item in items]
+        if any(len(part) != len(item.stamp_ns) for part, item in zip(parts, items, strict=True)):
+            return None
+        values = np.concatenate([part[:, o] for part, o in zip(parts, order, strict=True)])
+        if not np.isfinite(values).all():
+            return None
+        uniform = _uniform(stamps, values)
+        return None if uniform is None else Series(names, *uniform)
+
+    return series('position'), series('velocity'), series('effort')

@@ -1,0 +1,114 @@
+"""A hypothesis about the cell: the arm, its sensors, and what happens between them.
+
+Effects and tolerances change a :class:`Setup` and return a new one, so that any number of them
+compose in any order.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import Channel
+from model_gap.joint_law import JointLaw
+from structural_model import ModelSpec
+
+Spectrum = NDArray[np.complex128]
+# (omega (n_bins,), spectra (n_rows, n_bins)) -> (n_rows, n_bins)
+Filter = Callable[[NDArray[np.float64], Spectrum], Spectrum]
+
+
+@dataclass(frozen=True)
+class JointForce:
+    """A torque between motor and link of one joint that is not linear in the deflection.
+
+    Parameters
+    ----------
+    joint : str
+        Joint it acts in.
+    law : type of JointLaw
+        The torque as a function of twist, rate and motor speed.
+    values : tuple of float
+        Parameters of the law.
+    """
+
+    joint: str
+    law: type[JointLaw]
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Arm, sensors, and what lies between motion and reading.
+
+    Parameters
+    ----------
+    spec : ModelSpec
+        The arm.
+    channels : tuple of Channel
+        The sensor axes.
+    inputs, outputs : tuple of Filter
+        Applied in order to the motor accelerations and to the readings.
+    forces : tuple of JointForce
+        Nonlinear torques.
+    """
+
+    spec: ModelSpec
+    channels: tuple[Channel, ...]
+    inputs: tuple[Filter, ...] = ()
+    outputs: tuple[Filter, ...] = ()
+    forces: tuple[JointForce, ...] = ()
+    ripples: tuple['Ripple', ...] = ()
+    tones: tuple['Tone', ...] = ()
+
+    def with_spec(self, spec: ModelSpec) -> 'Setup':
+        """Return a copy with another arm."""
+        return replace(self, spec=spec)
+
+    def then_output(self, step: Filter) -> 'Setup':
+        """Return a copy with one more step behind the sensors."""
+        return replace(self, outputs=(*self.outputs, step))
+
+    def then_input(self, step: Filter) -> 'Setup':
+        """Return a copy with one more step before the motors."""
+        return replace(self, inputs=(*self.inputs, step))
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """Transmission error of one gear: a twist of its output that follows the motor angle.
+
+    Parameters
+    ----------
+    joint : str
+        Joint.
+    order_per_rad : float
+        Periods per radian of the joint, times 2π.
+    sine_rad, cosine_rad : float [rad]
+        Amplitudes.
+    """
+
+    joint: str
+    order_per_rad: float
+    sine_rad: float
+    cosine_rad: float
+
+
+@dataclass(frozen=True)
+class Tone:
+    """A steady sinusoidal force of unknown amplitude and phase in every record.
+
+    Parameters
+    ----------
+    frequency_hz : float [Hz]
+        Of the line.
+    place : str
+        Joint or link it acts on.
+    force : bool
+        A force on a link at its origin, in any direction, instead of a torque in a joint.
+    """
+
+    frequency_hz: float
+    place: str
+    force: bool = False

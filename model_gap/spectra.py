@@ -1,0 +1,149 @@
+"""From records to complex spectra with their noise: what model and measurement are compared on."""
+
+from dataclasses import dataclass
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.campaign import GapRecord
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+# A Hann window is this combination of neighbouring bins of the rectangular one.
+HANN = (-0.25, 0.5, -0.25)
+TARGET_BINS = 300
+COARSE_HZ = 240.0
+COARSE_S = 25.0
+
+
+@dataclass(frozen=True)
+class Band:
+    """Where model and measurement are compared.
+
+    Parameters
+    ----------
+    low_hz, high_hz : float [Hz]
+        Edges.
+    """
+
+    low_hz: float = 3.0
+    high_hz: float = 60.0
+
+
+@dataclass(frozen=True)
+class RecordSpectra:
+    """One record in the frequency domain, scaled to one-sided amplitude over the root of the band.
+
+    Parameters
+    ----------
+    record : GapRecord
+        Where it came from.
+    omega : (n_bins, 3) array [rad/s]
+        Each compared bin with its two neighbours.
+    motor_acceleration, motor_shift : (n_joints, n_bins, 3) complex array
+        Motor motion on the same bins, rectangular window.
+    measured : (n_channels, n_bins) complex array
+        Readings, Hann window.
+    noise_power : (n_channels,) array
+        Expected |noise|² of ``measured``.
+    coarse_acceleration : (n, n_joints) array [rad/s²]
+        Motor acceleration in time, every few samples, for what rings on after the record.
+    coarse_period_s : float [s]
+        Between its rows.
+    end_scale : float
+        From a modal state to its spectrum.
+    """
+
+    record: GapRecord
+    omega: Array
+    motor_acceleration: Complex
+    motor_shift: Complex
+    measured: Complex
+    noise_power: Array
+    coarse_acceleration: Array
+    coarse_period_s: float
+    end_scale: float
+
+    @property
+    def frequency_hz(self) -> Array:
+        """Centres of the compared bins [Hz]."""
+        return np.asarray(self.omega[:, 1] / (2.0 * np.pi))
+
+
+def hann(spectra: Complex) -> Complex:
+    """Combine triples of rectangular bins (..., 3) into one Hann bin each."""
+    return np.asarray(
+        HANN[0] * spectra[..., 0] + HANN[1] * spectra[..., 1] + HANN[2] * spectra[..., 2]
+    )
+
+
+def record_spectra(
+    record: GapRecord,
+    band: Band,
+    target_bins: int = TARGET_BINS,
+    lines_hz: tuple[float, ...] = (),
+) -> RecordSpectra:
+    """Transform a record.
+
+    Leakage: what still rings when the record ends is computed (``PoseSystem.end_state``); the Hann
+    window on both sides removes what remains of the ends.
+
+    References
+    ----------
+    Pintelon and Schoukens (2012), System Identification: A Frequency Domain Approach, sec. 2.6.
+    """
+    count = len(record.acceleration)
+    frequency = np.fft.rfftfreq(count, 1.0 / record.sample_rate_hz)
+    inside = np.flatnonzero((frequency >= band.low_hz) & (frequency <= band.high_hz))
+    step = max(1, len(inside) // target_bins)
+    bins = inside[::step]
+    for line in lines_hz:  # every bin of a line counts
+        near = round(line * count / record.sample_rate_hz)
+        bins = np.union1d(bins, np.arange(near - 3, near + 4))
+    triples = bins[:, None] + np.array([-1, 0, 1])
+    scale = 1.0 / np.sqrt(count)
+
+    def transform(values: Array) -> Complex:
+        return np.asarray(np.fft.rfft(values, axis=0) * scale)
+
+    stride = max(1, int(record.sample_rate_hz / COARSE_HZ))
+    first = max(0, int(count / stride - COARSE_S * record.sample_rate_hz / stride))
+    response = transform(record.acceleration - record.acceleration.mean(axis=0))
+    return RecordSpectra(
+        record=record,
+        omega=2.0 * np.pi * frequency[triples],
+        motor_acceleration=transform(record.motor_acceleration).T[:, triples],
+        motor_shift=transform(record.motor_shift).T[:, triples],
+        measured=hann(response.T[:, triples]),
+        noise_power=noise_power(response, np.asarray(frequency, dtype=float), band),
+        coarse_acceleration=record.motor_acceleration[count % stride :: stride][first:],
+        coarse_period_s=stride / record.sample_rate_hz,
+        end_scale=record.sample_rate_hz * scale,
+    )
+
+
+def noise_power(response: Complex, frequency: Array, band: Band) -> Array:
+    """Return the expected |noise|² of a Hann bin of every channel, from the quietest band above.
+
+    Parameters
+    ----------
+    response : (n_frequencies, n_channels) complex array
+        Rectangular window.
+    frequency : (n_frequencies,) array [Hz]
+        Of its rows.
+    band : Band
+        The compared band; noise is read above it.
+    """
+    full = np.arange(1, len(response) - 1)
+    power = np.abs(hann(response[full[:, None] + np.array([-1, 0, 1])].transpose(2, 0, 1))) ** 2
+    top = 0.92 * frequency[-1]
+    edges = np.linspace(min(band.high_hz * 1.1, 0.5 * top), top, 9)
+    floors = []
+    for low, high in itertools.pairwise(edges):
+        chosen = (frequency[full] >= low) & (frequency[full] < high)
+        if chosen.sum() >= 20:
+            # The median of an exponential variable is ln 2 times its mean: robust against lines.
+            floors.append(np.median(power[:, chosen], axis=1) / np.log(2.0))
+    floor = np.percentile(floors, 30.0, axis=0) if floors else np.median(power, axis=1)
+    return np.asarray(np.maximum(floor, 1e-6 * np.mean(power, axis=1)))

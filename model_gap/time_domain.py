@@ -1,0 +1,186 @@
+"""Nonlinear joint torques of every record: exact linear steps in modal form, implicit torque.
+
+The twist of a joint is that of the linear arm, found by Fourier transform, plus the response to
+the torque, stepped mode by mode.  Only torques come out; they enter the linear prediction as a
+further force, so that sensors, poses and leakage are treated as for any other force.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.joint_law import JointState
+from model_gap.joint_vector import axis_row, joint_spring, joint_vector
+from model_gap.pose_system import PoseSystem
+from model_gap.ripple import transform_at
+from model_gap.setup import JointForce, Setup
+from model_gap.spectra import RecordSpectra
+from structural_model import FlexibleJointModel
+
+Complex = NDArray[np.complex128]
+Array = NDArray[np.float64]
+STEPS_PER_S = 1000.0
+# Faster poles follow a torque at once.
+SLOW_POLE_1_S = 2.0 * np.pi * 220.0
+
+
+@dataclass(frozen=True)
+class JointPath:
+    """From torque to twist of one joint in one record, and what the linear arm does.
+
+    Parameters
+    ----------
+    poles, residues : (n_modes,) complex array
+        twist(s) = Re-sum residues/(s - poles) · force, one of each pair.
+    instant : float [rad/(N m)]
+        Compliance of the faster poles.
+    twist, rate, speed : (n_steps,) array
+        Linear twist, its rate, and the motor speed of the joint.
+    vector : (n_dof,) array
+        Twist per deflection.
+    stiffness, static_twist : float
+        Linear spring, and its twist under gravity.
+    """
+
+    poles: Complex
+    residues: Complex
+    instant: float
+    twist: Array
+    rate: Array
+    speed: Array
+    vector: Array
+    stiffness: float
+    static_twist: float
+
+
+def joint_path(
+    model: FlexibleJointModel, joint: str, item: RecordSpectra, system: PoseSystem, setup: Setup
+) -> JointPath:
+    """Prepare a joint of a record."""
+    vector = joint_vector(model, joint, system.dof_names)
+    spring = joint_spring(model.spec, joint)
+    residues = (vector @ system.shapes) * (system.drives @ vector)
+    upper = system.poles.imag > 0.0
+    slow = upper & (np.abs(system.poles) < SLOW_POLE_1_S)
+    quick = np.abs(system.poles) >= SLOW_POLE_1_S
+    instant = float(np.sum((-residues / system.poles)[quick].real))
+    instant += float(vector @ system.instant @ vector)
+    twist, rate = linear_twist(item, system, vector, setup)
+    record = item.record
+    speed = record.motor_velocity @ axis_row(model, joint)
+    gravity = model.rigid_force(
+        record.pose, np.zeros(len(record.pose)), np.zeros(len(record.pose))
+    )
+    static = float(vector @ np.linalg.solve(model.matrices(record.pose).K, gravity))
+    return JointPath(
+        poles=system.poles[slow],
+        residues=2.0 * residues[slow],
+        instant=instant,
+        twist=twist,
+        rate=rate,
+        speed=resampled(speed, record.sample_rate_hz, len(twist)),
+        vector=vector,
+        stiffness=spring.stiffness,
+        static_twist=static,
+    )
+
+
+def linear_twist(
+    item: RecordSpectra, system: PoseSystem, vector: Array, setup: Setup
+) -> tuple[Array, Array]:
+    """Return twist and rate of the linear arm at the steps; starts from rest."""
+    record = item.record
+    count = len(record.motor_acceleration)
+    padded = 2 * count  # the response must not wrap around
+    frequency = np.fft.rfftfreq(padded, 1.0 / record.sample_rate_hz)
+    omega = np.asarray(2.0 * np.pi * frequency, dtype=float)
+    acceleration = np.fft.rfft(record.motor_acceleration, padded, axis=0).T
+    shift = np.fft.rfft(record.motor_shift, padded, axis=0).T
+    for step in setup.inputs:
+        acceleration, shift = step(omega, acceleration), step(omega, shift)
+    force = system.force(acceleration, shift)
+    modal = (system.drives @ force) / (1j * omega - system.poles[:, None])
+    twist = (vector @ system.shapes) @ modal + (vector @ system.instant) @ force
+    steps = round(count / record.sample_rate_hz * STEPS_PER_S)
+    size = 2 * steps
+
+    def back(spectrum: Complex) -> Array:
+        wide = np.zeros(size // 2 + 1, dtype=complex)
+        keep = min(len(wide), len(spectrum))
+        wide[:keep] = spectrum[:keep]
+        return np.asarray(np.fft.irfft(wide, size)[:steps] * (size / padded))
+
+    return back(twist), back(1j * omega * twist)
+
+
+def resampled(values: Array, rate_hz: float, steps: int) -> Array:
+    """Return a series at the steps."""
+    times = np.arange(steps) / STEPS_PER_S
+    return np.asarray(np.interp(times, np.arange(len(values)) / rate_hz, values))
+
+
+def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Array:
+    """Step all lanes together; lane i is path i under law i, all laws of one kind.
+
+    Returns
+    -------
+    (n_lanes, n_steps) array [N m]
+        Torque of the law on the twist; the arm feels its negative.
+
+    References
+    ----------
+    Exact step of a modal state under a force linear between steps: Van Loan (1978),
+    doi:10.1109/TAC.1978.1101743.
+    """
+    kind = force[0].law
+    law = kind(
+        np.array([item.values for item in force], dtype=float).T,
+        np.array([item.stiffness for item in paths]),
+        np.array([item.static_twist for item in paths]),
+    )
+    period = 1.0 / STEPS_PER_S
+    size = max(len(item.poles) for item in paths)
+    poles, residues = np.full((len(paths), size), -1e3 + 0j), np.zeros((len(paths), size), complex)
+    for lane, item in enumerate(paths):
+        poles[lane, : len(item.poles)] = item.poles
+        residues[lane, : len(item.poles)] = item.residues
+    grow = np.exp(poles * period)
+    now = (grow - 1.0) / poles
+    change = (now / period - 1.0) / poles
+    instant = np.array([item.instant for item in paths])
+    give = np.sum(residues * change, axis=1).real + instant
+    rate_give = np.sum(residues * poles * change, axis=1).real
+    rate_give = np.maximum(rate_give, 1e-3 * give / period)
+    twist = np.array([item.twist for item in paths]).T.copy()
+    rate = np.array([item.rate for item in paths]).T.copy()
+    speed = np.array([item.speed for item in paths]).T.copy()
+    state = np.zeros_like(poles)
+    last = np.zeros(len(paths))
+    found = np.zeros_like(twist)
+    held = now - change
+    readout = np.array([residues, residues * poles])
+    for number in range(len(twist)):
+        state *= grow
+        state -= held * last[:, None]
+        free, free_rate = np.einsum('klm,lm->kl', readout, state).real
+        torque = law.torque(
+            JointState(
+                twist[number] + free, rate[number] + free_rate, give, rate_give, speed[number]
+            )
+        )
+        state -= change * torque[:, None]
+        found[number] = last = torque
+    return found.T
+
+
+def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Complex:
+    """Return the force on the degrees of freedom on a record's bins, (n_dof, 3 n_bins)."""
+    count = len(item.record.acceleration)
+    low = np.fft.rfft(torque - torque.mean())
+    wide = np.zeros(count // 2 + 1, dtype=complex)
+    keep = min(len(wide), len(low))
+    wide[:keep] = low[:keep]
+    series = np.fft.irfft(wide, count) * (count / len(torque))
+    return np.outer(-path.vector, transform_at(series, item))

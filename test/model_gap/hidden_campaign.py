@@ -1,0 +1,368 @@
+"""Campaigns with an effect hidden in them, made by the independent arm."""
+
+from dataclasses import dataclass
+import math
+
+from independent_arm import linearise, read_arm, respond
+import numpy as np
+
+SENSORS = (
+    ('frame', 'link_1', (0.20, 0.42, 0.05)),
+    ('lower_arm', 'link_2', (-0.10, -0.15, 0.68)),
+    ('elbow', 'link_3', (0.30, -0.15, 0.28)),
+    ('spindle', 'flange', (0.20, 0.0, 0.08)),
+)
+LEVELS = (0.35, 1.0)
+
+
+@dataclass
+class HiddenRecord:
+    name: str
+    pose: np.ndarray
+    level: int
+    heldout: bool
+    rate_hz: float
+    acceleration: np.ndarray
+    joint_rate_hz: float
+    position: np.ndarray
+    velocity: np.ndarray
+
+
+def poses(rng, count, centre=(0, 0.2, 0.1, 0.3, -0.6, 0.2), spread=(1.0, 0.5, 0.5, 1.2, 0.7, 1.5)):
+    return [np.array(centre) + np.array(spread) * rng.uniform(-1, 1, 6) for _ in range(count)]
+
+
+def excitation(rng, samples, rate, rms, joints=6, band=(2.0, 55.0), bias=None):
+    """Random accelerations of the motors and their positions, at rest at both ends."""
+    f = np.fft.rfftfreq(samples, 1 / rate)
+    shape = ((f > band[0]) & (f < band[1])) * 1.0
+    spectrum = shape[:, None] * np.exp(2j * np.pi * rng.random((len(f), joints)))
+    q = np.fft.irfft(spectrum / np.maximum(2 * np.pi * f, 1)[:, None] ** 2, samples, axis=0)
+    ramp = np.minimum(1, np.minimum(np.arange(samples), np.arange(samples)[::-1]) / (0.5 * rate))
+    smooth = (ramp**3 * (10 - 15 * ramp + 6 * ramp**2))[:, None]
+    q = q * smooth
+    F = np.fft.rfft(q, axis=0)
+    v = np.fft.irfft(2j * np.pi * f[:, None] * F, samples, axis=0)
+    a = np.fft.irfft(-((2 * np.pi * f[:, None]) ** 2) * F, samples, axis=0)
+    scale = rms / a.std(axis=0)
+    return a * scale, v * scale, q * scale
+
+
+def tolerances(rng, arm_links, names, size=1.0):
+    return {
+        'k': {name: 1 + 0.015 * size * rng.standard_normal() for name in names},
+        'c': {name: math.exp(0.08 * size * rng.standard_normal()) for name in names},
+        'links': {
+            link: {
+                'mass': 1 + 0.01 * size * rng.standard_normal(),
+                'com': 0.003 * size * rng.standard_normal(3),
+                'inertia': 1 + 0.02 * size * rng.standard_normal(),
+            }
+            for link in arm_links
+        },
+        'mass_scale': 1 + 0.01 * size * rng.standard_normal(),
+    }
+
+
+def make_campaign(
+    folder,
+    effects=(),
+    seed=0,
+    n_fit=5,
+    n_held=4,
+    duration=32.0,
+    noise=0.05,
+    sensors=SENSORS,
+    rms=(1.0,) * 6,
+    size=1.0,
+    levels=LEVELS,
+    velocity=True,
+):
+    """Return the records of a campaign with these effects in the plant."""
+    rng = np.random.default_rng(seed)
+    nominal = read_arm(folder)
+    names = [n for n in nominal.k if math.isfinite(nominal.k[n])]
+    extra = tolerances(rng, list(nominal.frames), names, size)
+    by = {}
+    for effect in effects:
+        by.setdefault(effect['type'], []).append(effect)
+        structural(effect, extra, nominal)
+    arm = read_arm(folder, extra)
+    places, gains = [], []
+    for _, link, position in sensors:
+        places.append(
+            (link, np.array(position) + 0.003 * size * rng.standard_normal(3), np.eye(3))
+        )
+        gains.append(1 + 0.007 * size * rng.standard_normal(3))
+    gains = np.concatenate(gains)
+    nonlinear = any(e['type'] in NONLINEAR for e in effects)
+    dt = 1 / 4000 if nonlinear else 1 / 1000
+    samples = int(duration / dt)
+    cases = [
+        (p, level, i >= n_fit)
+        for i, p in enumerate(poses(rng, n_fit + n_held))
+        for level in range(len(levels))
+    ]
+    motions = [
+        excitation(rng, samples, 1 / dt, levels[level] * np.array(rms)) for _, level, _ in cases
+    ]
+    a, v, q = (np.array([m[i] for m in motions]) for i in range(3))
+    reported_q, reported_v = q.copy(), v.copy()
+    f = np.fft.rfftfreq(samples, dt)
+    for e in by.get('command_delay', []):
+        shift = np.exp(-2j * np.pi * f * e['delay'])[None, :, None]
+        a, v, q = (
+            np.fft.irfft(np.fft.rfft(s, axis=1) * shift, samples, axis=1) for s in (a, v, q)
+        )
+    systems = []
+    for pose, _, _ in cases:
+        systems.append(linearise(arm, pose, places))
+    if by.get('transmission_error'):
+        a, q = transmission(by['transmission_error'], systems, cases, arm, a, v, q, dt)
+    local = local_forces(effects, systems, cases, arm, v, dt, rng)
+    y, _x, _xv = respond(systems, a, q, dt, local)
+    y = sensor_faults(by, y, sensors, dt)
+    records = []
+    keep, joint_keep = round(1 / dt / 500), round(1 / dt / 250)
+    for r, (pose, level, held) in enumerate(cases):
+        acc = y[r] * gains
+        acc = decimated(acc, keep)
+        acc = acc + noise * acc.std(axis=0) * rng.standard_normal(acc.shape)
+        for e in by.get('clipping', []):
+            limit = e['at'] * acc.std()
+            acc = np.clip(acc, -limit, limit)
+        records.append(
+            HiddenRecord(
+                f'p{r // len(levels)}_l{level}',
+                pose,
+                level,
+                held,
+                500.0,
+                acc,
+                250.0,
+                pose + decimated(reported_q[r], joint_keep),
+                decimated(reported_v[r], joint_keep),
+            )
+        )
+    return records
+
+
+def decimated(x, keep):
+    f = np.fft.rfft(x, axis=0)
+    n = len(x)
+    limit = int(0.45 * n / keep)
+    f[limit:] = 0
+    return np.fft.irfft(f, n, axis=0)[::keep]
+
+
+NONLINEAR = {
+    'coulomb_friction',
+    'backlash',
+    'cubic_stiffness',
+    'speed_dependent_stiffness',
+    'hysteresis',
+    'end_stop',
+    'drifting_stiffness',
+    'tonal_disturbance',
+}
+
+
+def structural(e, extra, arm):
+    """Effects that change the linear plant."""
+    kind = e['type']
+    if kind == 'payload':
+        extra.setdefault('masses', []).append(
+            {
+                'effect': 1,
+                'link': e['link'],
+                'mass_kg': e['mass'],
+                'position_m': e['com'],
+                'gyration_m': e.get('gyration', (0.05, 0.05, 0.05)),
+            }
+        )
+    elif kind == 'joint_stiffness':
+        extra['k'][f'{e["joint"]}/drive'] *= e['factor']
+    elif kind == 'joint_damping':
+        extra['c'][f'{e["joint"]}/drive'] *= e['factor']
+    elif kind == 'base_compliance':
+        c = e['compliance']
+        extra['base'] = {
+            'rx': (1 / c, e.get('loss', 4e-4) / c),
+            'ry': (1 / c, e.get('loss', 4e-4) / c),
+        }
+    elif kind == 'link_flexibility':
+        extra['hinge'] = {
+            'link': e['link'],
+            'at': e['at'],
+            'axis': e['axis'],
+            'k': 1 / e['compliance'],
+            'c': 4e-4 / e['compliance'],
+        }
+    elif kind == 'tuned_mass':
+        extra.setdefault('absorbers', []).append(
+            {
+                'link': e['link'],
+                'position_m': e['at'],
+                'axis': e['axis'],
+                'mass': e['mass'],
+                'f': e['f'],
+                'zeta': e['zeta'],
+            }
+        )
+    elif kind == 'rod_spring':
+        extra.setdefault('rods', []).append((e['weights'], e['k'], 3e-4 * e['k']))
+    elif kind == 'sensor_mass':
+        _name, link, place = next(s for s in SENSORS if s[0] == e['sensor'])
+        extra.setdefault('masses', []).append(
+            {'effect': 1, 'link': link, 'mass_kg': e['mass'], 'position_m': place}
+        )
+
+
+def transmission(items, systems, cases, arm, a, v, q, dt):
+    raise NotImplementedError
+
+
+def local_forces(effects, systems, cases, arm, v, dt, rng):
+    """Explicit nonlinear or time-varying forces on the dofs."""
+    terms = []
+    n = len(systems[0].M)
+    place = {name: i for i, name in enumerate(systems[0].names)}
+    load = np.array([s.load for s in systems])
+    joint = {name: i for i, name in enumerate(arm.joints)}
+    duration = v.shape[1] * dt
+    for e in effects:
+        kind = e['type']
+        if kind not in NONLINEAR:
+            continue
+        if kind == 'tonal_disturbance':
+            # torque at a joint's deflection, or force at a link along an axis
+            i, w, T = place[f'{e["joint"]}/drive'], 2 * np.pi * e['f'], e['torque']
+            phase = rng.uniform(0, 2 * np.pi, len(systems))
+            terms.append(
+                (i, lambda t, x, xv, w=w, T=T, phase=phase: T * np.cos(w * t * dt + phase))
+            )
+            continue
+        i = place[f'{e["joint"]}/drive']
+        j = joint[e['joint']]
+        k = arm.k[f'{e["joint"]}/drive']
+        if kind == 'coulomb_friction':
+            tc, v0 = e['torque'], e['v0']
+            if e.get('total', False):
+                terms.append(
+                    (
+                        i,
+                        lambda t, x, xv, i=i, tc=tc, v0=v0, j=j: (
+                            -tc * np.tanh((xv[:, i] + v[:, t, j]) / v0)
+                        ),
+                    )
+                )
+            else:
+                terms.append((i, lambda t, x, xv, i=i, tc=tc, v0=v0: -tc * np.tanh(xv[:, i] / v0)))
+        elif kind == 'cubic_stiffness':
+            al = e['alpha']
+            terms.append((i, lambda t, x, xv, i=i, k=k, al=al: -k * al * x[:, i] ** 3))
+        elif kind == 'backlash':
+            b, share = e['gap'], e.get('preload', 1.0)
+            x0 = share * load[:, i] / k
+
+            def play(z, b=b):
+                return np.sign(z) * np.maximum(np.abs(z) - b, 0)
+
+            # static position inside the toothed contact under gravity load
+            rest = x0 + b * np.sign(x0)
+            terms.append(
+                (
+                    i,
+                    lambda t, x, xv, i=i, k=k, rest=rest, x0=x0, play=play: (
+                        k * x[:, i] - k * (play(x[:, i] + rest) - x0)
+                    ),
+                )
+            )
+        elif kind == 'speed_dependent_stiffness':
+            beta = e['beta']
+            terms.append(
+                (
+                    i,
+                    lambda t, x, xv, i=i, k=k, beta=beta, j=j: (
+                        -k * beta * np.abs(v[:, t, j]) * x[:, i]
+                    ),
+                )
+            )
+        elif kind == 'drifting_stiffness':
+            r = e['rate']
+            terms.append((i, lambda t, x, xv, i=i, k=k, r=r: k * r * t * dt / duration * x[:, i]))
+        elif kind == 'end_stop':
+            gap, ks = e['gap'], e['k']
+            terms.append(
+                (
+                    i,
+                    lambda t, x, xv, i=i, gap=gap, ks=ks: (
+                        -ks * np.sign(x[:, i]) * np.maximum(np.abs(x[:, i]) - gap, 0)
+                    ),
+                )
+            )
+        elif kind == 'hysteresis':
+            kh, limit = e['share'] * k, e['limit']
+            state = {'s': np.zeros(len(systems)), 'x': np.zeros(len(systems))}
+
+            def force(t, x, xv, i=i, kh=kh, limit=limit, state=state):
+                state['s'] = np.clip(state['s'] + x[:, i] - state['x'], -limit, limit)
+                state['x'] = x[:, i].copy()
+                return -kh * state['s'] + 0.0
+
+            terms.append((i, force))
+    if not terms:
+        return None
+
+    def local(t, x, xv):
+        out = np.zeros((len(x), n))
+        for i, term in terms:
+            out[:, i] += term(t, x, xv)
+        return out
+
+    return local
+
+
+def sensor_faults(by, y, sensors, dt):
+    names = [s[0] for s in sensors]
+    f = np.fft.rfftfreq(y.shape[1], dt)
+
+    def columns(e):
+        s = names.index(e['sensor'])
+        return slice(3 * s, 3 * s + 3)
+
+    for e in by.get('sensor_gain', []):
+        c = columns(e)
+        axis = e.get('axis')
+        if axis is None:
+            y[:, :, c] *= e['gain']
+        else:
+            y[:, :, c.start + axis] *= e['gain']
+    for e in by.get('sensor_polarity', []):
+        y[:, :, columns(e).start + e['axis']] *= -1
+    for e in by.get('sensor_axis_swap', []):
+        s = columns(e).start
+        i, j = s + e['axes'][0], s + e['axes'][1]
+        y[:, :, [i, j]] = y[:, :, [j, i]]
+    for e in by.get('sensor_rotation', []):
+        from independent_arm import turn
+
+        axis = np.array(e['axis'], float)
+        R = turn(axis / np.linalg.norm(axis), e['angle'])
+        c = columns(e)
+        y[:, :, c] = y[:, :, c] @ R.T
+    for e in by.get('sensor_delay', []):
+        c = columns(e)
+        Y = np.fft.rfft(y[:, :, c], axis=1) * np.exp(-2j * np.pi * f * e['delay'])[None, :, None]
+        y[:, :, c] = np.fft.irfft(Y, y.shape[1], axis=1)
+    for e in by.get('sensor_mount_resonance', []):
+        c = columns(e)
+        r = f / e['f']
+        H = (
+            (1 + 2j * e['zeta'] * r) / (1 - r**2 + 2j * e['zeta'] * r)
+            if e.get('base', False)
+            else 1 / (1 - r**2 + 2j * e['zeta'] * r)
+        )
+        Y = np.fft.rfft(y[:, :, c], axis=1) * H[None, :, None]
+        y[:, :, c] = np.fft.irfft(Y, y.shape[1], axis=1)
+    return y

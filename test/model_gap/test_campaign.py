@@ -1,0 +1,147 @@
+"""Reading campaigns: what is accepted, and what is said about what is missing."""
+
+from dataclasses import replace
+
+from hidden_campaign import make_campaign, SENSORS
+import numpy as np
+import pytest
+from write_campaign import write_campaign
+import yaml
+
+from modal_core.errors import ModalAnalysisError, RecordingError, SettingsError
+from modal_core.measurements import JointSamples, StampedSamples
+from modal_core.share import share_path
+from model_gap.campaign_file import read_campaign_file
+from model_gap.read_campaign import read_campaign
+from model_gap.resample import at_times
+from model_gap.series import gather
+from model_gap.split import pose_groups, split
+
+ROBOT = share_path('config', 'robots', 'irb6660_205_190')
+SHORT = {'n_fit': 2, 'n_held': 1, 'duration': 6.0}
+
+
+@pytest.fixture(scope='module')
+def records():
+    return make_campaign(ROBOT, (), 4, **SHORT)
+
+
+@pytest.fixture
+def folder(tmp_path, records, robot):
+    write_campaign(tmp_path, records, robot.joint_names, SENSORS)
+    return tmp_path
+
+
+def test_motion_comes_back(folder, records, robot):
+    campaign = read_campaign(folder, robot)
+    assert campaign.excitation == 'joint velocities'
+    assert len(campaign.records) == len(records)
+    for record, truth in zip(campaign.records, records, strict=True):
+        assert np.abs(record.pose - truth.pose).max() < 1e-3
+        assert record.acceleration.shape[1] == 12
+        assert record.heldout is truth.heldout
+        rate = truth.joint_rate_hz
+        times = np.arange(len(record.motor_velocity)) / record.sample_rate_hz
+        told = np.column_stack(
+            [
+                np.interp(times, np.arange(len(truth.velocity)) / rate, column)
+                for column in truth.velocity.T
+            ]
+        )
+        inside = slice(200, -200)
+        error = np.linalg.norm((record.motor_velocity - told)[inside]) / np.linalg.norm(told)
+        assert error < 0.1
+
+
+def test_recordings_without_campaign_file(folder, robot):
+    (folder / 'campaign.yaml').unlink()
+    campaign = read_campaign(folder, robot)
+    assert len(campaign.records) == 6
+    assert len({record.level for record in campaign.records}) == 2
+    divided = split(campaign, np.random.default_rng(0))
+    groups = pose_groups(divided)
+    for group in set(groups):
+        marks = {
+            record.heldout
+            for record, own in zip(divided.records, groups, strict=True)
+            if own == group
+        }
+        assert len(marks) == 1, 'a pose is wholly fitted or wholly held out'
+    assert {record.heldout for record in divided.records} == {True, False}
+
+
+def test_missing_joint_states_are_named(tmp_path, records, robot):
+    empty = [replace(records[0], position=np.zeros((0, 6)), velocity=np.zeros((0, 6)))]
+    write_campaign(tmp_path, empty, robot.joint_names, SENSORS)
+    with pytest.raises(RecordingError, match='joint states'):
+        read_campaign(tmp_path, robot)
+
+
+def test_other_robot_is_refused(tmp_path, records, robot):
+    write_campaign(tmp_path, records[:1], ('a', 'b', 'c', 'd', 'e', 'f'), SENSORS)
+    with pytest.raises(RecordingError, match='another robot'):
+        read_campaign(tmp_path, robot)
+
+
+def test_different_sensors_keep_what_is_common(tmp_path, records, robot):
+    write_campaign(tmp_path / 'all', records[:1], robot.joint_names, SENSORS)
+    fewer = [replace(records[1], acceleration=records[1].acceleration[:, :9])]
+    write_campaign(tmp_path / 'few', fewer, robot.joint_names, SENSORS[:3])
+    layout = yaml.safe_load((tmp_path / 'all' / 'sensors.yaml').read_text())
+    entries = [{'file': 'all/p0_l0.mcap'}, {'file': 'few/p0_l1.mcap'}]
+    (tmp_path / 'campaign.yaml').write_text(
+        yaml.safe_dump({'recordings': entries, 'sensors': layout['sensors']})
+    )
+    campaign = read_campaign(tmp_path, robot)
+    assert len(campaign.layout.channels) == 9
+    assert any('left out' in note for note in campaign.notes)
+
+
+@pytest.mark.parametrize(
+    ('text', 'told'),
+    [
+        ('recordings: []', 'no recordings'),
+        ('recordings: [{level: 1}]', 'file missing'),
+        ('recordings: [{file: nowhere.mcap}]', 'file missing'),
+        ('recordings: [7]', 'not a mapping'),
+        ('recordings: [{file: p0_l0.mcap, pose: [a]}]', 'bad pose'),
+        ('recordings: [{file: p0_l0.mcap, heldout: maybe}]', 'not true or false'),
+        ('nothing: here', 'no recordings'),
+    ],
+)
+def test_bad_campaign_file_is_one_clear_line(folder, text, told):
+    (folder / 'campaign.yaml').write_text(text)
+    with pytest.raises(SettingsError, match=told) as caught:
+        read_campaign_file(folder)
+    assert '\n' not in str(caught.value)
+
+
+def test_missing_folder(tmp_path, robot):
+    with pytest.raises(ModalAnalysisError, match='not a folder'):
+        read_campaign(tmp_path / 'nowhere', robot)
+
+
+def test_per_sample_messages_find_their_sensor(layout, rng):
+    stamps = 10**18 + np.arange(0, 4000) * 4_000_000
+    values = rng.standard_normal((4000, 3))
+    measurements = [
+        StampedSamples('/accel/elbow', 'link_3', stamps, values),
+        JointSamples(stamps, ('a', 'b'), np.zeros((4000, 2)), np.full((4000, 2), np.nan)),
+    ]
+    raw = gather(measurements, layout, 'test')
+    assert raw.accelerations[0].names == ('elbow.x', 'elbow.y', 'elbow.z')
+    assert raw.accelerations[0].rate_hz == pytest.approx(250.0)
+    assert raw.velocity is None
+    assert raw.position is not None
+
+
+@pytest.mark.parametrize('order', [0, 1, 2])
+def test_resampling_and_derivatives_against_sines(order):
+    rate, frequencies = 250.0, np.array([4.0, 17.0, 45.0])
+    time = np.arange(1500) / rate
+    values = np.sin(2 * np.pi * time[:, None] * frequencies)
+    wanted = 0.7 + np.arange(2000) * 0.002113
+    omega = 2 * np.pi * frequencies
+    exact = omega**order * np.sin(wanted[:, None] * omega + order * np.pi / 2)
+    found = at_times(values, rate, wanted, order)
+    assert np.abs(found - exact).max() < 0.01 * np.abs(exact).max()

@@ -1,0 +1,48 @@
+"""The prediction against an arm that shares no code with it."""
+
+import numpy as np
+import pytest
+
+from model_gap.effects import Scene
+from model_gap.effects.coulomb_friction import CoulombFriction
+from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.explicit_damping import explicit_damping
+from model_gap.predict import Predictor
+from model_gap.setup import Setup
+from model_gap.spectra import Band, record_spectra
+
+EXACT = {'size': 0.0, 'noise': 1e-4, 'n_fit': 2, 'n_held': 0, 'duration': 28.0}
+CASES = [
+    ('nothing', None, None, (), 0.01),  # leakage of the record's end
+    (
+        'friction',
+        {'type': 'coulomb_friction', 'joint': 'joint_2', 'torque': 150.0, 'v0': 1e-3},
+        CoulombFriction('joint_2'),
+        (150.0, 1e-3),
+        0.04,
+    ),
+    (
+        'cubic',
+        {'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 1e6},
+        CubicStiffness('joint_2'),
+        (1e6,),
+        0.04,
+    ),
+]
+
+
+@pytest.mark.parametrize(('name', 'hidden', 'effect', 'values', 'allowed'), CASES)
+def test_spectra_agree_with_independent_arm(
+    name, hidden, effect, values, allowed, campaign_of, robot
+):
+    seed = 11
+    campaign = campaign_of([hidden] if hidden else [], seed, **EXACT)
+    spectra = [record_spectra(item, Band(4.0, 50.0)) for item in campaign.records]
+    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    names = tuple(sensor.name for sensor in campaign.layout)
+    if effect is not None:
+        setup = effect.apply(setup, values, Scene(robot, names, setup))
+    predicted = Predictor(robot, spectra).predict(setup)
+    for item, reading in zip(spectra, predicted, strict=True):
+        error = np.linalg.norm(item.measured - reading) / np.linalg.norm(item.measured)
+        assert error < allowed, f'{name}, seed {seed}, {item.record.name}: {error:.4f}'

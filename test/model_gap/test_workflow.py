@@ -1,0 +1,97 @@
+"""From recordings to a verdict: hidden effects are found, healthy arms are left alone."""
+
+import json
+
+import numpy as np
+import pytest
+
+from model_gap.decide import Verdict
+from model_gap.effects.joint_damping import JointDamping
+from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.payload import Payload
+from model_gap.effects.sensor_delay import SensorDelay
+from model_gap.effects.sensor_gain import SensorGain
+from model_gap.find_gap import find_gap
+from model_gap.gap_json import write_gap_json
+from model_gap.report.page import write_report
+from model_gap.search import SearchSettings
+from model_gap.updated_model import write_updated_model
+from structural_model import load_robot
+
+SEED = 21
+FEW = SearchSettings(
+    catalogue=(JointStiffness, JointDamping, Payload, SensorGain, SensorDelay), most_effects=2
+)
+FEWEST = SearchSettings(catalogue=(JointStiffness, SensorGain), most_effects=1)
+KEYS = {
+    'verdict', 'effects', 'candidates', 'where', 'gap_before', 'gap_after', 'gap_before_heldout',
+    'gap_after_heldout', 'noise_floor',
+}  # fmt: skip
+
+
+@pytest.fixture(scope='module')
+def softer(campaign_of, robot):
+    hidden = [{'type': 'joint_stiffness', 'joint': 'joint_2', 'factor': 0.7}]
+    return find_gap(robot, campaign_of(hidden, SEED), FEW)
+
+
+def test_softer_joint_is_named_with_its_value(softer):
+    assert softer.decision.verdict is Verdict.NAMED, f'seed {SEED}: {softer.decision}'
+    best = softer.decision.accepted[-1]
+    assert [effect.key for effect in best.fit.hypothesis.effects] == [
+        ('joint_stiffness', 'joint_2')
+    ]
+    (values,) = best.fit.hypothesis.values()
+    sigma = float(np.sqrt(best.fit.covariance[0, 0])) * values[0]
+    assert abs(values[0] - 0.7) < 3.0 * sigma, f'seed {SEED}: {values[0]} ± {sigma}'
+    assert 0.005 < sigma < 0.03, 'the spring has a tolerance of its own'
+
+
+def test_gap_shrinks_to_the_noise_on_poses_that_took_no_part(softer):
+    assert softer.gap_before_heldout > 5.0 * softer.noise_floor
+    assert softer.gap_after_heldout < 1.5 * softer.noise_floor
+
+
+def test_result_files(softer, tmp_path):
+    write_gap_json(softer, tmp_path / 'gap.json')
+    found = json.loads((tmp_path / 'gap.json').read_text())
+    assert KEYS <= set(found)
+    assert found['verdict'] == 'named'
+    (effect,) = found['effects']
+    assert effect['type'] == 'joint_stiffness'
+    assert effect['location'] == 'joint_2'
+    assert set(effect['parameters']['factor']) == {'value', 'sigma', 'unit'}
+    path = write_updated_model(softer, tmp_path)
+    model = load_robot(path)
+    old = softer.search.model.spec.joints[1].drive.spring.stiffness
+    new = model.spec.joints[1].drive.spring.stiffness
+    assert new / old == pytest.approx(effect['parameters']['factor']['value'], rel=1e-6)
+    assert any('joint_stiffness' in text for text in model.spec.effects)
+    assert 'stiffness' in (tmp_path / 'model_updated.diff').read_text()
+    write_report(softer, tmp_path / 'report.html')
+    page = (tmp_path / 'report.html').read_text()
+    assert 'joint stiffness at joint_2' in page
+    assert '<script' not in page
+    assert 'http://' not in page
+    assert 'https://' not in page
+
+
+def test_healthy_arm_has_no_gap(campaign_of, robot):
+    result = find_gap(robot, campaign_of((), SEED + 1), FEW)
+    assert result.decision.verdict is Verdict.NONE, f'seed {SEED + 1}: {result.decision}'
+    assert result.gap_after_heldout < 1.3 * result.noise_floor
+
+
+def test_stranger_is_not_named(campaign_of, robot):
+    hidden = [{'type': 'end_stop', 'joint': 'joint_2', 'gap': 1e-4, 'k': 8e6}]
+    campaign = campaign_of(hidden, SEED + 2, n_fit=2, n_held=1)
+    result = find_gap(robot, campaign, FEWEST)
+    assert result.decision.verdict is Verdict.UNEXPLAINED, f'seed {SEED + 2}: {result.decision}'
+
+
+def test_one_pose_is_too_little_for_a_name(campaign_of, robot):
+    hidden = [{'type': 'joint_stiffness', 'joint': 'joint_2', 'factor': 0.7}]
+    campaign = campaign_of(hidden, SEED + 3, n_fit=1, n_held=0)
+    result = find_gap(robot, campaign, FEWEST)
+    assert result.decision.verdict is not Verdict.NAMED
+    assert any('pose' in text for text in result.decision.reasons), result.decision.reasons
