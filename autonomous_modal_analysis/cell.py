@@ -1,0 +1,75 @@
+"""The nodes of a cell and how they are started: the counterpart of the launch files."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from autonomous_modal_analysis.processes import NodeCommand
+from modal_core.errors import SettingsError
+from modal_core.share import share_path
+
+# node name, module, parameter file; the order is the order they start in
+NODES = (
+    ('abb_emulator', 'robot_bridge.emulator.emulator_node', 'emulator.yaml'),
+    ('robot_bridge', 'robot_bridge.bridge_node', 'bridge.yaml'),
+    ('excitation_planner', 'excitation_planner.planner_node', 'planner.yaml'),
+    ('oma_identifier', 'oma_identifier.identifier_node', 'identifier.yaml'),
+)
+
+
+def cell_commands(
+    config: Path | None = None,
+    without: tuple[str, ...] = (),
+    parameters: Mapping[str, Mapping[str, object]] | None = None,
+) -> tuple[NodeCommand, ...]:
+    """Return how to start the nodes of a cell.
+
+    Parameters
+    ----------
+    config : Path or None
+        Folder with the parameter files; None takes the ones shipped.
+    without : tuple of str
+        Nodes to leave out.
+    parameters : mapping of node name to parameters
+        Overrides of the files.
+
+    Raises
+    ------
+    SettingsError
+        An unknown node, or a parameter file that is not there.
+    """
+    names = tuple(name for name, _, _ in NODES)
+    for name in (*without, *(parameters or {})):
+        if name not in names:
+            raise SettingsError('unknown node', found=name, expected=', '.join(names))
+    return tuple(
+        NodeCommand(
+            name=name,
+            module=module,
+            parameter_file=parameter_file(name, config),
+            parameters=(parameters or {}).get(name, {}),
+        )
+        for name, module, _ in NODES
+        if name not in without
+    )
+
+
+def parameter_file(name: str, config: Path | None = None) -> Path:
+    """Return the parameter file of a node.
+
+    Parameters
+    ----------
+    name : str
+        Node name.
+    config : Path or None
+        Folder with the parameter files; None takes the ones shipped.
+
+    Raises
+    ------
+    SettingsError
+        It is not there.
+    """
+    folder = config if config is not None else share_path('config')
+    path = folder / next(file for node, _, file in NODES if node == name)
+    if not path.is_file():
+        raise SettingsError('parameter file missing', where=path, advice=f'needed by {name}')
+    return path

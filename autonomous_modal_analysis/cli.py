@@ -1,0 +1,64 @@
+"""The command line `ama`."""
+
+from importlib.metadata import version as installed_version
+import sys
+from typing import Annotated
+
+from rich.markup import escape
+import typer
+
+from autonomous_modal_analysis.commands import demo, gap, identify, info, model, plan, replay, up
+from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
+from modal_core.errors import ModalAnalysisError
+
+EXIT_BAD_INPUT = 2
+
+app = typer.Typer(
+    name='ama',
+    help='Find how a robot vibrates: natural frequencies, damping ratios and mode shapes.',
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode='rich',
+)
+for command in (demo, identify, info, replay, plan, model, up, gap):
+    command.register(app)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        OUTPUT.print(f'ama {installed_version("autonomous_modal_analysis")}')
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option('--version', callback=_show_version, is_eager=True, help='Say which.')
+    ] = False,
+) -> None:
+    """Take options that stand before the command."""
+
+
+def main() -> None:
+    """Run the command line; what a user can put right is one line and exit status 2."""
+    try:
+        app()
+    except ModalAnalysisError as error:
+        MESSAGES.print(f'[bold red]error[/]: {escape(str(error))}', soft_wrap=True)
+        sys.exit(EXIT_BAD_INPUT)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)
+    except OSError as error:
+        # A disk that is full or a folder that may not be written to; files appear whole or not.
+        MESSAGES.print(f'[bold red]error[/]: {escape(_file_trouble(error))}', soft_wrap=True)
+        sys.exit(EXIT_BAD_INPUT)
+
+
+def _file_trouble(error: OSError) -> str:
+    place = f'{error.filename}: ' if error.filename else ''
+    return f'{place}{error.strerror or error}'
+
+
+if __name__ == '__main__':
+    main()

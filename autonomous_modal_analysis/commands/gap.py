@@ -1,0 +1,60 @@
+"""`ama gap`: where simulation and measurement disagree, and what the model lacks."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autonomous_modal_analysis.options import Json, LayoutPath, read_layout
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command('gap')(gap)
+
+
+def gap(
+    campaign: Annotated[
+        Path,
+        typer.Argument(help='Folder of recordings with campaign.yaml.', show_default=False),
+    ],
+    model: Annotated[
+        str, typer.Option(help='Robot by name, its folder, or its model.yaml.', show_default=False)
+    ],
+    out: Annotated[
+        Path, typer.Option(help='Folder for gap.json, model_updated.yaml and report.html.')
+    ] = Path('gap'),
+    layout: LayoutPath = None,
+    seed: Annotated[int, typer.Option(help='Of the draw of held-out poses.')] = 0,
+    json: Json = False,
+) -> None:
+    """Find where simulation and measurement disagree, name the missing effect, add it.
+
+    The verdict is `named`, `ambiguous` (with the experiment that would decide), `unexplained`
+    or `none`.
+    """
+    from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
+    from model_gap.find_gap import find_gap
+    from model_gap.gap_json import gap_mapping, write_gap_json
+    from model_gap.read_campaign import campaign_layout, read_campaign
+    from model_gap.report.page import write_report
+    from model_gap.report.words import summary_lines
+    from model_gap.updated_model import write_updated_model
+    from structural_model import load_robot
+
+    robot = load_robot(model)
+    sensors = read_layout(layout) or campaign_layout(campaign, model)
+    with progress_bar(f'reading {campaign.name}') as progress:
+        data = read_campaign(campaign, robot, sensors, progress)
+    with progress_bar('comparing, locating, naming') as progress:
+        result = find_gap(robot, data, seed=seed, progress=progress)
+    out.mkdir(parents=True, exist_ok=True)
+    write_gap_json(result, out / 'gap.json')
+    write_updated_model(result, out)
+    write_report(result, out / 'report.html')
+    if json:
+        print_json(gap_mapping(result))
+        return
+    for line in summary_lines(result):
+        OUTPUT.print(line, soft_wrap=True, markup=False)
+    OUTPUT.print(f'written: {out / "report.html"}, gap.json, model_updated.yaml', markup=False)

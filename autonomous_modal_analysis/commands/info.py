@@ -1,0 +1,79 @@
+"""`ama info`: what a recording holds and what the identifier would use."""
+
+import typer
+
+from autonomous_modal_analysis.options import (
+    channel_names,
+    Channels,
+    Json,
+    RecordingPath,
+    SampleRate,
+    Topics,
+    Unit,
+)
+
+MOST_NAMED = 3
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command('info')(info)
+
+
+def info(
+    recording: RecordingPath,
+    topic: Topics = None,
+    sample_rate_hz: SampleRate = None,
+    unit: Unit = None,
+    channels: Channels = None,
+    json: Json = False,
+) -> None:
+    """Show topics, channels, rates and gaps of a recording, and what would be used of it."""
+    from dataclasses import asdict
+
+    from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
+    from rich.table import Table
+
+    from autonomous_modal_analysis.results import plain
+    from autonomous_modal_analysis.terminal import OUTPUT, print_json
+    from recordings.open_recording import open_recording
+
+    found = open_recording(
+        recording,
+        sample_rate_hz=sample_rate_hz,
+        unit=unit,
+        channels=channel_names(channels),
+        topics=tuple(topic) if topic else None,
+    ).info()
+    if json:
+        derived = {'duration_s': found.duration_s, 'channels': found.channels}
+        print_json(plain({**asdict(found), **derived}))
+        return
+    OUTPUT.print(f'{escape(found.path)}: {found.kind}, {found.duration_s:.3f} s', soft_wrap=True)
+    table = Table(box=SIMPLE_HEAD, padding=(0, 0))
+    for heading in ('topic', 'type', 'samples', 'rate Hz', 'jitter ms', 'gaps', 'used'):
+        table.add_column(heading, overflow='fold', no_wrap=heading == 'rate Hz')
+    for entry in sorted(found.topics, key=lambda topic: not topic.usable):
+        table.add_row(
+            escape(entry.name),
+            escape(entry.message_type.rsplit('/', 1)[-1]),
+            str(entry.n_samples),
+            f'{entry.measured_rate_hz or entry.declared_rate_hz:.6g}',
+            f'{1e3 * entry.jitter_std_s:.3g}',
+            str(entry.n_gaps),
+            escape(_listed(entry.channels)) if entry.usable else f'no: {escape(entry.reason)}',
+        )
+    OUTPUT.print(table)
+    for note in found.notes:
+        OUTPUT.print(f'note: {escape(note)}', soft_wrap=True)
+    for statement in found.damage:
+        OUTPUT.print(f'[yellow]damaged[/]: {escape(statement)}', soft_wrap=True)
+    OUTPUT.print(f'the identifier would use {len(found.channels)} acceleration channels')
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    """Name a few; of many say how many and which come first and last."""
+    if len(names) <= MOST_NAMED:
+        return ', '.join(names)
+    return f'{len(names)}: {names[0]} ... {names[-1]}'

@@ -1,0 +1,184 @@
+"""The demo: an emulated arm shakes itself and is identified live, then compared with its truth."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, ExitStack
+import socket
+import time
+
+import numpy as np
+from sensor_msgs.msg import JointState
+
+from autonomous_modal_analysis.cell import cell_commands
+from autonomous_modal_analysis.demonstration import DemoRun, DemoSettings, TrueModes
+from autonomous_modal_analysis.operator_node import OperatorNode
+from autonomous_modal_analysis.processes import NodeCommand, NodeProcesses
+from autonomous_modal_analysis.recorder_node import RecorderNode
+from autonomous_modal_analysis.spinning_node import own_domain, ros_context, spinning
+from autonomous_modal_analysis.terminal import MESSAGES, ProgressCallback
+from modal_core.errors import RecordingError
+from oma_msgs.msg import AccelerationBlock, ExcitationPlan, ModalParameters
+
+IDENTIFIER = 'oma_identifier'
+START_UP_S = 60.0
+SERVICE_S = 15.0
+RECORDED = {
+    '/acceleration_block': AccelerationBlock,
+    '/joint_states': JointState,
+    '/excitation_planner/excitation_plan': ExcitationPlan,
+    '/oma_identifier/modal_parameters': ModalParameters,
+    '/abb_emulator/true_modes': ModalParameters,
+}
+LATCHED = (
+    '/excitation_planner/excitation_plan',
+    '/oma_identifier/modal_parameters',
+    '/abb_emulator/true_modes',
+)
+
+
+def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
+    """Start the nodes, release and start the plan, wait for the windows, stop everything.
+
+    Raises
+    ------
+    ModalAnalysisError
+        A node ended, the bridge refused or stopped the motion, or a result did not come.
+    """
+    environment = own_domain()
+    commands = _commands(settings)
+    with (
+        NodeProcesses(
+            [command for command in commands if command.name != IDENTIFIER],
+            environment=environment,
+            log_folder=settings.folder / 'log',
+        ) as nodes,
+        ros_context(environment) as context,
+        spinning(OperatorNode(context=context)) as operator,
+        _heartbeat_ends(operator),
+    ):
+        plan = operator.wait_for('plan', lambda: operator.plan, START_UP_S, nodes.check)
+        operator.wait_for(
+            'robot', lambda: operator.state and operator.state.connected, START_UP_S, nodes.check
+        )
+        operator.wait_for(
+            'plan at the bridge',
+            lambda: operator.state and operator.state.plan_hash == plan.plan_hash,
+            START_UP_S,
+            nodes.check,
+        )
+        progress(0.05)
+        MESSAGES.print(f'releasing and starting plan {plan.plan_hash[:12]}')
+        operator.run(plan.plan_hash, SERVICE_S, nodes.check)
+        # The identifier joins a moving arm, so that its first window is a full one.
+        with ExitStack() as stack:
+            identifier = stack.enter_context(
+                NodeProcesses(
+                    [command for command in commands if command.name == IDENTIFIER],
+                    environment=environment,
+                    log_folder=settings.folder / 'log',
+                )
+            )
+            recorder = stack.enter_context(
+                spinning(RecorderNode(settings.recording, RECORDED, LATCHED, context=context))
+            )
+            _wait_for_windows(settings, operator, recorder, (nodes, identifier), progress)
+            recorder.close()
+        truth = operator.wait_for('truth', lambda: operator.truth, SERVICE_S, nodes.check)
+    progress(1.0)
+    return DemoRun(
+        truth=_true_modes(truth),
+        band_hz=(plan.band_low_hz, plan.band_high_hz),
+        plan_hash=plan.plan_hash,
+        window_frequencies_hz=tuple(
+            np.array([mode.frequency_hz for mode in window.modes if not mode.harmonic])
+            for window in operator.windows
+        ),
+    )
+
+
+def _commands(settings: DemoSettings) -> tuple[NodeCommand, ...]:
+    port = _free_udp_port()
+    return cell_commands(
+        parameters={
+            'abb_emulator': {
+                'robot': settings.robot,
+                'start_pose': settings.pose,
+                'sensor_port': port,
+                'seed': settings.seed,
+                # Emulator and bridge share this machine with everything else.
+                'guidance.comm_timeout_s': 2.0,
+            },
+            'robot_bridge': {
+                'robot': settings.robot,
+                'port': port,
+                'dry_run': False,
+                # Emulated time may stall with the machine; a real controller's does not.
+                'link_timeout_s': 2.0,
+                'most_missed_cycles': 500,
+                'heartbeat_timeout_s': 2.0,
+                'packet_log': str(settings.folder / 'egm.mcap'),
+            },
+            'excitation_planner': {
+                'robot': settings.robot,
+                'start_pose': settings.pose,
+                'duration_s': settings.excitation_s,
+                'seed': settings.seed,
+            },
+            IDENTIFIER: {
+                'window_s': settings.window_s,
+                'hop_s': settings.hop_s,
+                'max_frequency_hz': settings.max_frequency_hz,
+            },
+        }
+    )
+
+
+def _wait_for_windows(
+    settings: DemoSettings,
+    operator: OperatorNode,
+    recorder: RecorderNode,
+    groups: tuple[NodeProcesses, ...],
+    progress: ProgressCallback,
+) -> None:
+    expected_s = settings.window_s + (settings.n_windows - 1) * settings.hop_s
+    start_s = time.monotonic()
+
+    def watch() -> None:
+        for group in groups:
+            group.check()
+        operator.check_running()
+        if recorder.failure:
+            raise RecordingError(recorder.failure)
+        progress(0.05 + 0.85 * (time.monotonic() - start_s) / expected_s)
+
+    operator.wait_for(
+        f'{settings.n_windows} windows',
+        lambda: len(operator.windows) >= settings.n_windows,
+        expected_s + START_UP_S,
+        watch,
+    )
+
+
+@contextmanager
+def _heartbeat_ends(operator: OperatorNode) -> Iterator[None]:
+    try:
+        yield
+    finally:
+        operator.close()
+
+
+def _true_modes(message: ModalParameters) -> TrueModes:
+    return TrueModes(
+        frequency_hz=np.array([mode.frequency_hz for mode in message.modes]),
+        damping_ratio=np.array([mode.damping_ratio for mode in message.modes]),
+        shapes=np.array(
+            [np.array(mode.shape_real) + 1j * np.array(mode.shape_imag) for mode in message.modes]
+        ).T,
+        channel_names=tuple(message.channel_names),
+        position=np.array(message.joint_positions),
+    )
+
+
+def _free_udp_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(('127.0.0.1', 0))
+        return int(probe.getsockname()[1])

@@ -1,0 +1,152 @@
+"""From a recording to its modes: the pipeline run over a file, faster than real time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from autonomous_modal_analysis.results import Identification, IdentifiedWindow
+from autonomous_modal_analysis.terminal import ProgressCallback
+from modal_core.channel import SensorLayout
+from modal_core.errors import IdentificationError, LayoutError, SettingsError
+from modal_core.measurements import Measurement, SampleBlock
+from modal_core.window import Window
+from oma_identifier.identify import NO_MODE
+from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.result import WindowResult
+from oma_identifier.robot_motion import RobotMotion
+from oma_identifier.settings import IdentificationSettings
+from recordings.open_recording import Recording
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedRecording:
+    """What one recording holds.
+
+    Parameters
+    ----------
+    identification : Identification
+        Modes of the whole recording and of its windows.
+    whole : WindowResult
+        Poles and spectrum behind the modes of the whole recording.
+    """
+
+    identification: Identification
+    whole: WindowResult
+
+
+def identify_recording(
+    recording: Recording,
+    settings: IdentificationSettings,
+    layout: SensorLayout | None = None,
+    progress: ProgressCallback = lambda _: None,
+    robot: RobotMotion | None = None,
+) -> IdentifiedRecording:
+    """Identify a recording window by window and as a whole.
+
+    Parameters
+    ----------
+    recording : Recording
+        From :func:`recordings.open_recording.open_recording`.
+    settings : IdentificationSettings
+        The defaults need no knob.
+    layout : SensorLayout or None
+        Links, places and directions of the channels.
+    progress : callable
+        Told the fraction done, 0..1.
+    robot : RobotMotion or None
+        Model that predicts rigid motion and drive lines from the joint states.
+
+    Raises
+    ------
+    RecordingError
+        The recording cannot be read or holds no responses.
+    IdentificationError
+        It cannot be identified with these settings at all.
+    """
+    info = recording.info()
+    duration_ns = max(1, info.end_ns - info.start_ns)
+    pipeline = IdentificationPipeline(settings, layout, robot=robot)
+    windows: list[IdentifiedWindow] = []
+
+    def take(results: list[WindowResult]) -> None:
+        # Poles and spectra of single windows are dropped: a day has thousands of windows.
+        windows.extend(identified_window(result) for result in results)
+
+    def identify(window: Window) -> WindowResult:
+        _check_band(window, settings)
+        return pipeline.identify(window)
+
+    for measurement in recording.measurements():
+        pipeline.add(measurement)
+        take([identify(window) for window in pipeline.windows()])
+        progress(0.9 * (_last_stamp_ns(measurement) - info.start_ns) / duration_ns)
+    take([identify(window) for window in pipeline.finish()])
+    _check_windows(windows, pipeline, recording)
+    whole = pipeline.whole()
+    progress(1.0)
+    return IdentifiedRecording(
+        identification=Identification(
+            modes=whole.modes,
+            windows=tuple(windows),
+            channels=pipeline.channels,
+            quality=whole.quality,
+            settings=settings,
+            harmonics=whole.harmonics,
+            damage=recording.damage(),
+        ),
+        whole=whole,
+    )
+
+
+def identified_window(result: WindowResult) -> IdentifiedWindow:
+    """Keep of a window what results and reports show."""
+    return IdentifiedWindow(
+        index=result.index,
+        start_ns=result.start_ns,
+        end_ns=result.end_ns,
+        modes=result.modes,
+        quality=result.quality,
+        harmonics=result.harmonics,
+    )
+
+
+def _check_band(window: Window, settings: IdentificationSettings) -> None:
+    """Refuse a band that reaches beyond what the samples can hold."""
+    highest_hz = window.samples.sample_rate_hz / 2.0
+    if settings.max_frequency_hz is not None and settings.max_frequency_hz > highest_hz:
+        raise SettingsError(
+            'above half the sample rate',
+            where='max_frequency_hz',
+            found=settings.max_frequency_hz,
+            expected=f'<= {highest_hz:g}',
+        )
+
+
+def _check_windows(
+    windows: Sequence[IdentifiedWindow], pipeline: IdentificationPipeline, recording: Recording
+) -> None:
+    """Say why there is nothing to identify, where that is so."""
+    info, path = recording.info(), str(recording.info().path)
+    layout = pipeline.buffer.layout
+    if not windows and layout is not None and 'not_in_layout' in pipeline.buffer.counters.reasons:
+        expected = ', '.join(channel.name for channel in layout.channels)
+        raise LayoutError(
+            f'{layout.name} names no channel of the recording', where=path, expected=expected
+        )
+    if not windows:
+        raise IdentificationError(
+            'too short for the window',
+            where=path,
+            found=f'{(info.end_ns - info.start_ns) / 1e9:.4g} s',
+            expected=f'{pipeline.settings.window_s:g} s, or a tenth of that at least',
+            advice='give a shorter --window-s',
+        )
+    if not any(window.quality.identifiable or len(window.modes) for window in windows):
+        reasons = {window.quality.reason for window in windows} - {NO_MODE}
+        if reasons:
+            raise IdentificationError('; '.join(sorted(reasons)), where=path)
+
+
+def _last_stamp_ns(measurement: Measurement) -> int:
+    if isinstance(measurement, SampleBlock):
+        return measurement.stamp_ns
+    return int(measurement.stamp_ns[-1]) if len(measurement.stamp_ns) else 0

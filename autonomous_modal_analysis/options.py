@@ -1,0 +1,67 @@
+"""Options several commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from modal_core.channel import SensorLayout
+from modal_core.yaml_file import load_yaml
+
+RecordingPath = Annotated[
+    Path,
+    typer.Argument(
+        help='rosbag2 folder, .mcap, .db3, ROS 1 .bag, or an array as .npy or .csv.',
+        show_default=False,
+    ),
+]
+Json = Annotated[bool, typer.Option('--json', help='Print one JSON object, for programs.')]
+Topics = Annotated[
+    list[str] | None,
+    typer.Option('--topic', help='Use only this topic; may be given more than once.'),
+]
+LayoutPath = Annotated[
+    Path | None,
+    typer.Option('--layout', help='Sensor layout: links, places and directions of the channels.'),
+]
+SampleRate = Annotated[
+    float | None, typer.Option('--sample-rate-hz', help='Rate of a plain array.')
+]
+Unit = Annotated[
+    str | None, typer.Option('--unit', help='Unit of a plain array: m/s^2, g, mg, ...')
+]
+Channels = Annotated[
+    str | None, typer.Option('--channels', help="Names of a plain array's columns: a,b,c.")
+]
+WindowLength = Annotated[
+    float, typer.Option('--window-s', help='Length of one window in seconds.')
+]
+Hop = Annotated[float | None, typer.Option('--hop-s', help='Seconds from one window to the next.')]
+MinFrequency = Annotated[
+    float | None, typer.Option('--min-frequency-hz', help='Lower edge of the band.')
+]
+MaxFrequency = Annotated[
+    float | None, typer.Option('--max-frequency-hz', help='Upper edge of the band.')
+]
+
+Method = Annotated[str, typer.Option('--method', help='ssi_cov, ssi_data, plscf, efdd or fdd.')]
+
+
+def channel_names(channels: str | None) -> tuple[str, ...] | None:
+    """Split a comma-separated list of channel names."""
+    if channels is None:
+        return None
+    return tuple(name.strip() for name in channels.split(','))
+
+
+def read_layout(path: Path | None) -> SensorLayout | None:
+    """Read a sensor layout, if one is named.
+
+    Raises
+    ------
+    LayoutError, SettingsError
+        The file cannot be read or is not a layout.
+    """
+    if path is None:
+        return None
+    return SensorLayout.from_mapping(load_yaml(path), str(path))

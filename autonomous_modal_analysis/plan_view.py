@@ -1,0 +1,74 @@
+"""A plan as people and programs see it before it is released."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from rich.table import Table
+
+from autonomous_modal_analysis.results import plain
+from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
+from excitation_planner.plan import ExcitationPlan
+from structural_model.flexible_joint_model import FlexibleJointModel
+
+TRAJECTORY = ('position', 'velocity', 'prediction')
+
+
+def plan_json(plan: ExcitationPlan, model: FlexibleJointModel) -> Mapping[str, object]:
+    """Return the figures of a plan for programs; the trajectory itself is left out."""
+    names = [name for name in type(plan).__dataclass_fields__ if name not in TRAJECTORY]
+    value: dict[str, object] = {name: plain(getattr(plan, name)) for name in names}
+    value['start_pose_deg'] = plain(np.rad2deg(model.to_controller(plan.start_position)))
+    value['n_samples'] = plan.n_samples
+    value['prediction'] = plain(plan.prediction)
+    return value
+
+
+def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
+    """Print what a person should know before releasing a plan."""
+    pose = np.rad2deg(model.to_controller(plan.start_position)).round(2).tolist()
+    OUTPUT.print(
+        f'{plan.signal.replace("_", " ")}, {plan.duration_s:g} s from {pose} deg,'
+        f' {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz, seed {plan.seed}'
+    )
+    OUTPUT.print(f'hash {plan.plan_hash}', soft_wrap=True)
+    OUTPUT.print(
+        f'fastest point {1e3 * plan.peak_point_speed:.1f} mm/s,'
+        f' torque projection rank {plan.torque_projection_rank}'
+    )
+    OUTPUT.print(_joints(plan))
+    if plan.prediction is not None:
+        OUTPUT.print(_modes(plan))
+        for notice in plan.prediction.notices:
+            MESSAGES.print(f'[yellow]note[/]: {notice}', soft_wrap=True)
+
+
+def _joints(plan: ExcitationPlan) -> Table:
+    table = Table()
+    for heading in ('joint', 'range [°]', 'speed [°/s]', 'acceleration [°/s²]'):
+        table.add_column(heading, justify='right')
+    rows = zip(
+        plan.joint_names,
+        np.rad2deg(plan.position_range),
+        np.rad2deg(plan.peak_velocity),
+        np.rad2deg(plan.peak_acceleration),
+        strict=True,
+    )
+    for name, angle, speed, acceleration in rows:
+        table.add_row(name, f'{angle:.3f}', f'{speed:.2f}', f'{acceleration:.0f}')
+    return table
+
+
+def _modes(plan: ExcitationPlan) -> Table:
+    assert plan.prediction is not None  # noqa: S101 - asked by the caller
+    table = Table(title='expected modes', title_justify='left')
+    for heading in ('frequency [Hz]', 'damping [%]', 'signal/noise [dB]', 'best sensor', 'seen'):
+        table.add_column(heading, justify='right')
+    for mode in plan.prediction.modes:
+        table.add_row(
+            f'{mode.frequency_hz:.2f} ± {mode.frequency_std_hz:.2f}',
+            f'{100 * mode.damping_ratio:.2f} ± {100 * mode.damping_ratio_std:.2f}',
+            f'{mode.signal_to_noise_db:.0f}',
+            mode.best_channel,
+            f'no: {mode.reason}' if mode.missed else 'yes',
+        )
+    return table

@@ -1,0 +1,65 @@
+"""What a report says."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autonomous_modal_analysis.report.geometry import Geometry
+from autonomous_modal_analysis.report.truth import TrueMode
+from autonomous_modal_analysis.results import Identification
+from modal_core.poles import PoleTable
+
+
+@dataclass(frozen=True, slots=True)
+class Spectrum:
+    """Singular-value spectrum of the responses.
+
+    Parameters
+    ----------
+    frequency_hz : (n_frequencies,) array [Hz]
+        Ascending.
+    singular_value : (n_frequencies, n_values) array [(m/s²)²/Hz]
+        Of the cross-spectral density matrix, largest first.
+    """
+
+    frequency_hz: NDArray[np.float64]
+    singular_value: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ReportContent:
+    """Everything one report shows.
+
+    Parameters
+    ----------
+    title : str
+        For example the robot and the occasion.
+    recording : str
+        Name of the recording the results come from.
+    identification : Identification
+        Modes of the whole recording and of its windows, channels, health, settings.
+    poles : PoleTable or None
+        Behind the modes of the whole recording.
+    spectrum : Spectrum or None
+        Behind the stabilisation diagram.
+    truth : tuple of TrueMode or None
+        None when the true modes are not known.
+    geometry : Geometry or None
+        The arm at rest; without it shapes are drawn channel by channel.
+    displacements : tuple of (n_points, 3) complex array
+        One per mode of the whole recording, in their order.
+    provenance : mapping of str to str
+        Who made this from what: software, versions, files, checksums, time.
+    """
+
+    title: str
+    recording: str
+    identification: Identification
+    poles: PoleTable | None = None
+    spectrum: Spectrum | None = None
+    truth: tuple[TrueMode, ...] | None = None
+    geometry: Geometry | None = None
+    displacements: tuple[NDArray[np.complex128], ...] = ()
+    provenance: Mapping[str, str] = field(default_factory=dict)

@@ -1,0 +1,64 @@
+/* What every chart shares: colours of the theme, sharp canvases, text. Names are only ever shown as text. */
+(function (modal) {
+  'use strict';
+
+  modal.colour = (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
+
+  modal.element = (tag, className, text) => {
+    const made = document.createElement(tag);
+    if (className) made.className = className;
+    if (text !== undefined) made.textContent = text;
+    return made;
+  };
+
+  /* Charts redraw themselves when the theme, the width or the medium changes. */
+  const redraws = [];
+  modal.onRedraw = (redraw) => redraws.push(redraw);
+  modal.redraw = () => redraws.forEach((redraw) => redraw());
+
+  /* Give a canvas as many pixels as it covers on screen; return its context in CSS pixels. */
+  modal.context = (canvas) => {
+    const ratio = Math.max(window.devicePixelRatio || 1, modal.printing ? 3 : 1);
+    const width = canvas.clientWidth, height = canvas.clientHeight;
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    const context = canvas.getContext('2d');
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    return { context, width, height };
+  };
+
+  modal.significant = (value, digits) => {
+    if (value === null || value === undefined) return '–';
+    return Number(value.toPrecision(digits || 4)).toString();
+  };
+
+  /* A value to the digits its standard deviation supports. */
+  modal.withDeviation = (value, deviation, unit) => {
+    if (value === null || value === undefined) return '–';
+    if (!(deviation > 0)) return modal.significant(value) + ' ' + unit;
+    const decimals = Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(deviation))));
+    return value.toFixed(decimals) + ' ± ' + deviation.toFixed(decimals) + ' ' + unit;
+  };
+
+  modal.tooltip = {
+    show(text, x, y) {
+      const box = document.getElementById('tooltip');
+      box.textContent = text;
+      box.hidden = false;
+      const left = Math.min(x + 14, document.documentElement.clientWidth - box.offsetWidth - 8);
+      box.style.left = Math.max(4, left) + window.scrollX + 'px';
+      box.style.top = y + 14 + window.scrollY + 'px';
+    },
+    hide() { document.getElementById('tooltip').hidden = true; },
+  };
+
+  modal.font = (size) => size + 'px system-ui, -apple-system, "Segoe UI", Roboto, Arial, "DejaVu Sans", sans-serif';
+
+  modal.axis = (extra) => Object.assign({
+    stroke: () => modal.colour('soft'), font: modal.font(12), labelFont: modal.font(12), labelSize: 20, labelGap: 2,
+    grid: { stroke: () => modal.colour('rule'), width: 1 }, ticks: { show: false }, gap: 6,
+  }, extra);
+})(window.modal = window.modal || {});

@@ -1,0 +1,173 @@
+/* Mode shapes on the arm: a turning wireframe per mode, or one bar per channel without geometry. */
+(function (modal) {
+  'use strict';
+
+  const PERIOD_MS = 1800;
+  const EXAGGERATION = 0.22;   /* largest motion over the size of the arm */
+  const view = { yaw: -0.75, pitch: 0.32 };
+
+  function frame(points) {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    points.forEach((point) => point.forEach((value, axis) => {
+      low[axis] = Math.min(low[axis], value); high[axis] = Math.max(high[axis], value);
+    }));
+    const centre = low.map((value, axis) => (value + high[axis]) / 2);
+    const radius = Math.max(1e-9, ...points.map((point) => Math.hypot(...point.map((value, axis) => value - centre[axis]))));
+    return { centre, radius, floor: low[2] };
+  }
+
+  function projector(box, width, height) {
+    const scale = 0.5 * Math.min(width, height) / (box.radius * (1 + EXAGGERATION));
+    const cy = Math.cos(view.yaw), sy = Math.sin(view.yaw), cp = Math.cos(view.pitch), sp = Math.sin(view.pitch);
+    return (point) => {
+      const x = point[0] - box.centre[0], y = point[1] - box.centre[1], z = point[2] - box.centre[2];
+      const right = cy * x - sy * y, away = sy * x + cy * y;
+      return [width / 2 + scale * right, height / 2 - scale * (cp * z + sp * away)];
+    };
+  }
+
+  function path(context, project, points, line) {
+    context.beginPath();
+    line.forEach((index, at) => {
+      const [x, y] = project(points[index]);
+      if (at) context.lineTo(x, y); else context.moveTo(x, y);
+    });
+    context.stroke();
+  }
+
+  function floor(context, project, box) {
+    const span = box.radius * 0.7, step = span / 2;
+    context.strokeStyle = modal.colour('rule'); context.lineWidth = 1;
+    for (let i = -2; i <= 2; i++) {
+      path(context, project, [[box.centre[0] + i * step, box.centre[1] - span, box.floor], [box.centre[0] + i * step, box.centre[1] + span, box.floor]], [0, 1]);
+      path(context, project, [[box.centre[0] - span, box.centre[1] + i * step, box.floor], [box.centre[0] + span, box.centre[1] + i * step, box.floor]], [0, 1]);
+    }
+  }
+
+  function drawArm(canvas, geometry, box, mode, phase) {
+    const { context, width, height } = modal.context(canvas);
+    const project = projector(box, width, height);
+    const c = Math.cos(phase), s = Math.sin(phase);
+    const at = (angleC, angleS) => geometry.points_m.map((point, i) => point.map((value, axis) =>
+      value + mode.scale * ((mode.moved_real[i][axis] || 0) * angleC - (mode.moved_imag[i][axis] || 0) * angleS)));
+    context.lineCap = context.lineJoin = 'round';
+    floor(context, project, box);
+    context.strokeStyle = modal.colour('faint'); context.lineWidth = 1.4; context.setLineDash([3, 4]);
+    geometry.lines.forEach((line) => path(context, project, geometry.points_m, line));
+    context.setLineDash([]);
+    /* The far side of the swing, so that a still picture tells the direction. */
+    const opposite = at(-c, -s);
+    context.strokeStyle = modal.colour('accent-soft'); context.lineWidth = 2.5;
+    geometry.lines.forEach((line) => path(context, project, opposite, line));
+    const points = at(c, s);
+    context.strokeStyle = modal.colour(mode.harmonic ? 'harmonic' : 'accent'); context.lineWidth = 4;
+    geometry.lines.forEach((line) => path(context, project, points, line));
+    geometry.sensors.forEach((index) => {
+      const [x, y] = project(points[index]);
+      context.beginPath(); context.arc(x, y, 4, 0, 2 * Math.PI);
+      context.fillStyle = modal.colour('paper'); context.fill();
+      context.strokeStyle = modal.colour('ink'); context.lineWidth = 1.5; context.stroke();
+    });
+  }
+
+  function drawBars(canvas, names, mode, phase) {
+    const { context, width, height } = modal.context(canvas);
+    const c = Math.cos(phase), s = Math.sin(phase), count = mode.shape_real.length;
+    const values = mode.shape_real.map((real, i) => (real || 0) * c - (mode.shape_imag[i] || 0) * s);
+    const few = count <= 12, label = few ? Math.min(110, width * 0.4) : 0, pad = 14;
+    context.font = modal.font(11); context.textBaseline = 'middle';
+    const along = few ? height - 2 * pad : width - 2 * pad, step = Math.min(34, along / count);
+    const start = pad + (along - step * count) / 2;
+    const reach = few ? (width - label - 2 * pad) / 2 : (height - 2 * pad) / 2;
+    const zero = few ? label + pad + reach : height / 2;
+    context.strokeStyle = modal.colour('faint'); context.lineWidth = 1; context.beginPath();
+    if (few) { context.moveTo(zero, start); context.lineTo(zero, start + step * count); } else { context.moveTo(start, zero); context.lineTo(start + step * count, zero); }
+    context.stroke();
+    values.forEach((value, i) => {
+      const size = Math.hypot(mode.shape_real[i] || 0, mode.shape_imag[i] || 0), centre = start + (i + 0.5) * step, thick = Math.max(1, Math.min(12, step * 0.6));
+      context.fillStyle = modal.colour('rule');
+      if (few) context.fillRect(zero - size * reach, centre - thick / 2, 2 * size * reach, thick); else context.fillRect(centre - thick / 2, zero - size * reach, thick, 2 * size * reach);
+      context.fillStyle = modal.colour(mode.harmonic ? 'harmonic' : 'accent');
+      if (few) context.fillRect(Math.min(zero, zero + value * reach), centre - thick / 2, Math.abs(value) * reach, thick); else context.fillRect(centre - thick / 2, Math.min(zero, zero - value * reach), thick, Math.abs(value) * reach);
+      if (few) {
+        let name = names[i] || '';
+        while (name.length > 1 && context.measureText(name).width > label - 8) name = name.slice(0, name.endsWith('…') ? -2 : -1) + '…';
+        context.fillStyle = modal.colour('soft'); context.fillText(name, pad / 2, centre);
+      }
+    });
+  }
+
+  modal.modeShapes = function (host, toolHost, data) {
+    const modes = data.modes;
+    if (!modes.length) { host.append(modal.element('p', 'note', 'No shapes to draw.')); return; }
+    const geometry = data.geometry;
+    const box = geometry && frame(geometry.points_m);
+    const shown = new Set();
+    const cards = modes.map((mode) => {
+      const solid = Boolean(geometry && mode.moved_real);
+      const card = modal.element('figure', solid ? 'card' : 'card flat'), canvas = modal.element('canvas'), caption = modal.element('figcaption');
+      caption.append(modal.element('b', '', mode.id ? 'Mode ' + mode.id : 'Mode'),
+        modal.element('span', '', modal.significant(mode.frequency_hz) + ' Hz'),
+        modal.element('span', '', modal.significant(100 * mode.damping_ratio, 3) + ' %'));
+      if (mode.harmonic) caption.append(modal.element('span', '', 'harmonic'));
+      canvas.setAttribute('role', 'img');
+      canvas.setAttribute('aria-label', 'Shape of the mode at ' + modal.significant(mode.frequency_hz) + ' Hz');
+      card.append(canvas, caption); host.append(card);
+      if (solid) {
+        let largest = 1e-300;
+        mode.moved_real.forEach((row, i) => { largest = Math.max(largest, Math.hypot(...row, ...mode.moved_imag[i])); });
+        mode.scale = EXAGGERATION * box.radius / largest;
+        turnable(canvas);
+      }
+      return { canvas, draw: (phase) => (solid ? drawArm(canvas, geometry, box, mode, phase) : drawBars(canvas, data.channel_names, mode, phase)) };
+    });
+
+    let phase = 0, playing = false, request = 0, before = 0;
+    const paint = (all) => cards.forEach((card) => { if (all || shown.has(card.canvas)) card.draw(phase); });
+    const step = (now) => {
+      phase += 2 * Math.PI * Math.min(now - before, 100) / PERIOD_MS;
+      before = now;
+      paint(false);
+      request = requestAnimationFrame(step);
+    };
+    const play = (wanted) => {
+      playing = wanted;
+      button.textContent = playing ? 'Pause' : 'Play';
+      button.setAttribute('aria-pressed', String(playing));
+      cancelAnimationFrame(request);
+      if (playing) { before = performance.now(); request = requestAnimationFrame(step); }
+    };
+    const button = modal.element('button');
+    button.type = 'button'; button.id = 'play';
+    button.addEventListener('click', () => play(!playing));
+    toolHost.append(button);
+
+    const observer = new IntersectionObserver((entries) => {
+      entries.forEach((entry) => (entry.isIntersecting ? shown.add(entry.target) : shown.delete(entry.target)));
+      if (!playing) paint(false);
+    });
+    cards.forEach((card) => observer.observe(card.canvas));
+    modal.onRedraw(() => { if (modal.printing) { phase = 0; } paint(true); });
+
+    function turnable(canvas) {
+      canvas.tabIndex = 0;
+      canvas.addEventListener('pointerdown', (event) => { canvas.setPointerCapture(event.pointerId); });
+      canvas.addEventListener('pointermove', (event) => {
+        if (!canvas.hasPointerCapture(event.pointerId)) return;
+        turn(event.movementX * 0.01, event.movementY * 0.01);
+      });
+      canvas.addEventListener('keydown', (event) => {
+        const moves = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[event.key];
+        if (moves) { event.preventDefault(); turn(...moves); }
+      });
+    }
+    function turn(yaw, pitch) {
+      view.yaw += yaw;
+      view.pitch = Math.max(-1.5, Math.min(1.5, view.pitch + pitch));
+      if (!playing) paint(false);
+    }
+
+    paint(true);
+    play(!window.matchMedia('(prefers-reduced-motion: reduce)').matches);
+  };
+})(window.modal);

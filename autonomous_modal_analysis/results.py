@@ -1,0 +1,227 @@
+"""What an identification found, as JSON and CSV files that other programs read."""
+
+from collections.abc import Mapping
+import csv
+from dataclasses import asdict, dataclass, field, is_dataclass
+from enum import Enum
+import io
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from modal_core.atomic_file import write_text
+from modal_core.channel import Channel
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.mode import Mode, ModeSet
+from modal_core.quality import DataQuality
+
+CSV_COLUMNS = (
+    'window',
+    'start_time_s',
+    'end_time_s',
+    'id',
+    'frequency_hz',
+    'frequency_std_hz',
+    'damping_ratio',
+    'damping_ratio_std',
+    'mpc',
+    'mpd',
+    'harmonic',
+)
+NONE = ModeSet((), ())
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedWindow:
+    """Modes of one window.
+
+    Parameters
+    ----------
+    index : int
+        Counts windows from 0.
+    start_ns, end_ns : int [ns]
+        Time of the first sample and just after the last, on the clock of the stamps.
+    modes : ModeSet
+        With ids tracked over windows.
+    quality : DataQuality
+        Health of the window's data.
+    harmonics : ModeSet
+        Lines of machines and drives, kept out of the modes.
+    """
+
+    index: int
+    start_ns: int
+    end_ns: int
+    modes: ModeSet
+    quality: DataQuality = field(default_factory=DataQuality)
+    harmonics: ModeSet = NONE
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """Everything found in one recording.
+
+    Parameters
+    ----------
+    modes : ModeSet
+        Of the whole recording, with the ids of the windows' tracks where they agree.
+    windows : tuple of IdentifiedWindow
+        In order of time.
+    channels : tuple of Channel
+        Entries of the mode shapes.
+    quality : DataQuality
+        Health of the whole recording.
+    settings : dataclass or mapping
+        What the identifier was told and what it chose.
+    harmonics : ModeSet
+        Lines of machines and drives in the whole recording, kept out of the modes.
+    damage : tuple of str
+        What of the recording could not be read, one statement each.
+    """
+
+    modes: ModeSet
+    windows: tuple[IdentifiedWindow, ...] = ()
+    channels: tuple[Channel, ...] = ()
+    quality: DataQuality = field(default_factory=DataQuality)
+    settings: object = None
+    harmonics: ModeSet = NONE
+    damage: tuple[str, ...] = ()
+
+
+def identification_json(identification: Identification) -> dict[str, object]:
+    """Return the object of ``ama identify --json``: plain values, None where a number is unknown.
+
+    Parameters
+    ----------
+    identification : Identification
+        What was found.
+
+    Returns
+    -------
+    dict
+        Keys ``modes``, ``harmonics``, ``windows``, ``channels``, ``data_quality``, ``settings``;
+        ``data_quality`` has ``damage``, a list of statements, empty for a sound recording.
+    """
+    quality = {field: plain(value) for field, value in asdict(identification.quality).items()}
+    return {
+        'modes': [_mode(mode) for mode in identification.modes],
+        'harmonics': [_mode(line) for line in identification.harmonics],
+        'windows': [_window(window) for window in identification.windows],
+        'channels': [plain(channel) for channel in identification.channels],
+        'data_quality': {**quality, 'damage': list(identification.damage)},
+        'settings': plain(identification.settings) or {},
+    }
+
+
+def json_text(value: object) -> str:
+    """Return strict JSON (RFC 8259): no NaN, no Infinity."""
+    return json.dumps(plain(value), allow_nan=False, ensure_ascii=False, indent=2) + '\n'
+
+
+def write_json(path: Path, identification: Identification) -> None:
+    """Write the result as JSON, whole or not at all."""
+    write_text(path, json_text(identification_json(identification)))
+
+
+def write_csv(path: Path, identification: Identification) -> None:
+    """Write one row per mode and window, whole or not at all; an unknown number is left empty."""
+    write_text(path, csv_text(identification))
+
+
+def csv_text(identification: Identification) -> str:
+    """Return the modes of all windows as CSV (RFC 4180), shapes in the last columns.
+
+    Lines of machines and drives follow the modes of their window, marked in ``harmonic``.
+    """
+    names = _channel_names(identification)
+    parts = [(part, name) for name in names for part in ('shape_real', 'shape_imag')]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow([*CSV_COLUMNS, *(f'{part}.{name}' for part, name in parts)])
+    for window in identification.windows:
+        entry = _window(window)
+        place = {name: index for index, name in enumerate(window.modes.channel_names)}
+        for mode in (*window.modes, *window.harmonics):
+            row = {'window': window.index, **entry, **_mode(mode)}
+            shape = [
+                _shape_entry(row[part], place[name]) if name in place else None
+                for part, name in parts
+            ]
+            writer.writerow([*(row[column] for column in CSV_COLUMNS), *shape])
+    return text.getvalue()
+
+
+def plain(value: object) -> object:
+    """Return a value made of dict, list, str, int, float, bool and None only.
+
+    Parameters
+    ----------
+    value : object
+        Dataclasses, mappings, sequences, arrays and scalars, nested; what is not finite becomes
+        None.
+
+    Returns
+    -------
+    object
+        Ready for strict JSON.
+    """
+    match value:
+        case None | bool() | str():
+            return value
+        case Enum():
+            return value.name.lower()
+        case int() | np.integer():
+            return int(value)
+        case float() | np.floating():
+            return float(value) if math.isfinite(value) else None
+        case np.bool_():
+            return bool(value)
+        case np.ndarray():
+            return plain(value.tolist())
+        case Mapping():
+            return {str(key): plain(item) for key, item in value.items()}
+        case list() | tuple() | set() | frozenset():
+            return [plain(item) for item in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
+    return str(value)
+
+
+def _window(window: IdentifiedWindow) -> dict[str, object]:
+    return {
+        'index': window.index,
+        'start_time_s': window.start_ns / NANOSECONDS_PER_SECOND,
+        'end_time_s': window.end_ns / NANOSECONDS_PER_SECOND,
+        'modes': [_mode(mode) for mode in window.modes],
+        'harmonics': [_mode(line) for line in window.harmonics],
+        'data_quality': plain(window.quality),
+    }
+
+
+def _mode(mode: Mode) -> dict[str, object]:
+    return {
+        'id': int(mode.id),
+        'frequency_hz': plain(mode.frequency_hz),
+        'frequency_std_hz': plain(mode.frequency_std_hz),
+        'damping_ratio': plain(mode.damping_ratio),
+        'damping_ratio_std': plain(mode.damping_ratio_std),
+        'shape_real': plain(np.real(mode.shape)),
+        'shape_imag': plain(np.imag(mode.shape)),
+        'mpc': plain(mode.mpc),
+        'mpd': plain(mode.mpd),
+        'harmonic': bool(mode.harmonic),
+    }
+
+
+def _shape_entry(shape: object, index: int) -> object:
+    return shape[index] if isinstance(shape, list) else None
+
+
+def _channel_names(identification: Identification) -> tuple[str, ...]:
+    """Return every channel any window used, in order of first appearance."""
+    names = dict.fromkeys(identification.modes.channel_names)
+    for window in identification.windows:
+        names.update(dict.fromkeys(window.modes.channel_names))
+    return tuple(names)

@@ -1,0 +1,72 @@
+"""What the command line shows: results on standard output, progress and messages beside it."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+import json
+import math
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from modal_core.mode import Mode
+
+# Programs read standard output; people also look at standard error.
+OUTPUT = Console(highlight=False)
+MESSAGES = Console(stderr=True, highlight=False)
+
+ProgressCallback = Callable[[float], None]
+
+
+@contextmanager
+def progress_bar(text: str) -> Iterator[ProgressCallback]:
+    """Show a bar for long work; yield a function that takes the fraction done, 0..1."""
+    columns = (
+        TextColumn('{task.description}'),
+        BarColumn(),
+        TextColumn('{task.percentage:>3.0f} %'),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(
+        *columns, console=MESSAGES, transient=True, disable=not MESSAGES.is_terminal
+    ) as progress:
+        task = progress.add_task(escape(text), total=1.0)
+
+        def show(fraction: float) -> None:
+            progress.update(task, completed=min(max(fraction, 0.0), 1.0))
+
+        yield show
+
+
+def print_json(value: object) -> None:
+    """Write one JSON value on standard output, as strict JSON."""
+    OUTPUT.out(json.dumps(value, allow_nan=False, indent=2))
+
+
+def modes_table(modes: Iterable[Mode], title: str) -> Table:
+    """Return a table of modes, and of lines marked as harmonic, for people."""
+    table = Table(title=escape(title), title_justify='left')
+    for heading in ('mode', 'frequency [Hz]', 'damping [%]', 'MPC', 'MPD [°]', ''):
+        table.add_column(heading, justify='right')
+    for mode in modes:
+        table.add_row(
+            str(mode.id) if mode.id else '',
+            with_deviation(mode.frequency_hz, mode.frequency_std_hz),
+            ''
+            if mode.harmonic
+            else with_deviation(100.0 * mode.damping_ratio, 100.0 * mode.damping_ratio_std),
+            f'{mode.mpc:.3f}',
+            f'{math.degrees(mode.mpd):.1f}',
+            'harmonic' if mode.harmonic else '',
+        )
+    return table
+
+
+def with_deviation(value: float, deviation: float) -> str:
+    """Write a value with its standard deviation, both to the deviation's second digit."""
+    if not math.isfinite(deviation) or deviation <= 0.0:
+        return f'{value:.4g}'
+    decimals = max(0, 1 - math.floor(math.log10(deviation)))
+    return f'{value:.{decimals}f} ± {deviation:.{decimals}f}'

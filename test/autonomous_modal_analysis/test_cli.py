@@ -1,0 +1,115 @@
+"""The command line on small inputs."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from modal_core.indicators import mac
+
+
+@pytest.fixture(scope='module')
+def two_modes(tmp_path_factory):
+    """Write 120 s of a known two-mode system under white noise, and return its truth."""
+    rate_hz, seed = 100.0, 11
+    rng = np.random.default_rng(seed)
+    shapes = np.array([[1.0, 0.6], [0.5, -1.0], [-0.3, 0.4]])
+    truth = ((4.0, 0.02), (9.0, 0.015))
+    n_samples = 24_000
+    response = np.zeros((n_samples, 3))
+    for (frequency_hz, damping), shape in zip(truth, shapes.T, strict=True):
+        pole = 2 * np.pi * frequency_hz * (-damping + 1j * np.sqrt(1 - damping**2)) / rate_hz
+        root = np.exp(pole)
+        force = rng.normal(size=n_samples)
+        response += np.outer(lfilter([1.0, -1.0], np.poly([root, root.conj()]).real, force), shape)
+    response += 0.02 * response.std() * rng.normal(size=response.shape)
+    path = tmp_path_factory.mktemp('array') / 'beam.npy'
+    np.save(path, response)
+    return path, truth, shapes, seed
+
+
+def test_identify_prints_one_object_with_the_modes(ama, two_modes):
+    path, truth, shapes, seed = two_modes
+    run = ama(
+        'identify',
+        path,
+        '--sample-rate-hz',
+        100,
+        '--unit',
+        'm/s^2',
+        '--channels',
+        'a,b,c',
+        '--json',
+    )
+    assert run.returncode == 0, run.stderr
+    result = json.loads(run.stdout)
+    assert {'modes', 'windows', 'channels', 'data_quality', 'settings'} <= result.keys()
+    assert [channel['name'] for channel in result['channels']] == ['a', 'b', 'c']
+    modes = result['modes']
+    assert len(modes) == 2, f'seed {seed}: {modes}'
+    for mode, (frequency_hz, damping), shape in zip(modes, truth, shapes.T, strict=True):
+        assert abs(mode['frequency_hz'] - frequency_hz) < 4 * mode['frequency_std_hz'], seed
+        assert abs(mode['damping_ratio'] - damping) < 4 * mode['damping_ratio_std'], seed
+        found = np.array(mode['shape_real']) + 1j * np.array(mode['shape_imag'])
+        assert mac(found, shape).item() > 0.99, seed
+        assert mode['harmonic'] is False
+        assert {'id', 'mpc', 'mpd'} <= mode.keys()
+    for window in result['windows']:
+        assert window['end_time_s'] > window['start_time_s']
+
+
+def test_a_sidecar_names_rate_unit_and_channels(ama, two_modes):
+    path, *_ = two_modes
+    sidecar = path.with_name(path.name + '.yaml')
+    sidecar.write_text('sample_rate_hz: 100\nunit: g\nchannels: [n, e, u]\n')
+    try:
+        run = ama('info', path, '--json')
+    finally:
+        sidecar.unlink()
+    assert run.returncode == 0, run.stderr
+    assert json.loads(run.stdout)['channels'] == ['n', 'e', 'u']
+
+
+def test_out_writes_results_and_report(ama, two_modes, tmp_path):
+    path, *_ = two_modes
+    run = ama('identify', path, '--sample-rate-hz', 100, '--out', tmp_path / 'results')
+    assert run.returncode == 0, run.stderr
+    names = {file.name for file in (tmp_path / 'results').iterdir()}
+    assert names == {'modes.json', 'modes.csv', 'report.html'}
+
+
+def test_the_same_seed_gives_the_same_plan_and_another_seed_another(ama):
+    def plan(seed):
+        run = ama('plan', '--duration-s', 10, '--seed', seed, '--json')
+        assert run.returncode == 0, run.stderr
+        return json.loads(run.stdout)
+
+    first, again, other = plan(3), plan(3), plan(4)
+    assert first['plan_hash'] == again['plan_hash'] != other['plan_hash']
+    assert first['torque_projection_rank'] == 3
+    assert first['peak_point_speed'] <= 0.25
+
+
+def test_the_model_has_the_published_frequencies(ama):
+    run = ama('model', 'irb6660_205_190', '--pose-deg', '0,45,-10,90,-90,0', '--json')
+    assert run.returncode == 0, run.stderr
+    frequencies_hz = np.array(json.loads(run.stdout)['frequencies_hz'])
+    for published_hz in (11.1, 19.4, 29.3, 38.1):
+        assert np.min(np.abs(frequencies_hz / published_hz - 1.0)) < 0.02
+
+
+@pytest.mark.parametrize(
+    'command', ['demo', 'identify', 'info', 'replay', 'plan', 'model', 'up', '']
+)
+def test_every_command_explains_itself(ama, command):
+    run = ama(*([command] if command else []), '--help')
+    assert run.returncode == 0
+    assert 'Usage' in run.stdout
+
+
+def test_two_readings_of_a_wrong_pose(ama):
+    run = ama('model', 'irb6660_205_190', '--pose-deg', '0,45')
+    assert run.returncode == 2
+    assert 'found 2, expected 6' in run.stderr
+    assert 'Traceback' not in run.stderr

@@ -1,0 +1,51 @@
+"""The demo as a user runs it: real processes, real topics, a real recording."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from recordings import open_recording
+
+pytestmark = [pytest.mark.node, pytest.mark.slow]
+
+
+def test_every_mode_in_the_excited_band_is_found(finished_demo):
+    assert finished_demo.status == 0, finished_demo.output
+    assert 'every mode in the excited band was found' in finished_demo.output
+
+
+def test_it_leaves_recording_results_and_report(finished_demo):
+    for name in ('demo.mcap', 'egm.mcap', 'modes.json', 'modes.csv', 'report.html'):
+        assert (finished_demo.folder / name).stat().st_size > 1000, name
+    assert not list(finished_demo.folder.glob('.*part'))
+
+
+def test_at_least_three_windows_were_identified(finished_demo):
+    result = json.loads((finished_demo.folder / 'modes.json').read_text())
+    assert len([window for window in result['windows'] if window['modes']]) >= 3
+    rows = list(csv.DictReader((finished_demo.folder / 'modes.csv').open()))
+    assert len({row['window'] for row in rows}) >= 3
+
+
+def test_the_recording_holds_what_was_sent_without_loss(finished_demo):
+    info = open_recording(finished_demo.folder / 'demo.mcap').info()
+    topics = {topic.name: topic for topic in info.topics}
+    blocks = topics['/acceleration_block']
+    assert not info.damage
+    assert blocks.n_gaps == 0
+    assert len(blocks.channels) == 42
+    assert topics['/joint_states'].n_samples > 200 * 40
+
+
+def test_the_arm_moved_only_a_little_and_came_from_its_pose(finished_demo):
+    recording = open_recording(finished_demo.folder / 'demo.mcap', topics=['/joint_states'])
+    angles = np.vstack([joints.position for joints in recording.measurements()])
+    assert np.all(np.ptp(angles, axis=0) < np.deg2rad(1.0))
+    assert np.all(np.ptp(angles, axis=0) > np.deg2rad(0.02))
+
+
+def test_the_report_names_what_was_found(finished_demo):
+    page = (finished_demo.folder / 'report.html').read_text()
+    assert 'true modes found' in page

@@ -1,0 +1,269 @@
+"""The report in a real browser: no errors, everything drawn, hostile names only ever text."""
+
+from dataclasses import replace
+import importlib.util
+import math
+from pathlib import Path
+import sys
+
+import numpy as np
+import pytest
+
+from autonomous_modal_analysis.report import write_report
+from autonomous_modal_analysis.results import IdentifiedWindow
+from modal_core.mode import Mode, ModeSet
+from modal_core.poles import PoleTable
+from modal_core.quality import ChannelQuality, DataQuality
+
+
+def beside(name):
+    """Import a helper from this folder, which is not a package."""
+    spec = importlib.util.spec_from_file_location(
+        f'report_{name}', Path(__file__).parent / f'{name}.py'
+    )
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+browser = beside('browser')
+cases = beside('cases')
+
+pytestmark = pytest.mark.skipif(
+    browser.find_browser() is None,
+    reason='no Chromium: apt-get install chromium to test the report in a browser',
+)
+
+HOSTILE = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'
+
+
+@pytest.fixture(scope='module')
+def page():
+    with browser.browser_page() as opened:
+        yield opened
+
+
+@pytest.fixture(scope='module')
+def arm():
+    chain, content = cases.identified()
+    found = content.identification.modes.frequency_hz
+    # The picture is only worth testing when it shows true modes.
+    assert len(found) == len(chain.frequency_hz), f'seed {cases.SEED}: {found}'
+    return content
+
+
+def show(page, tmp_path, content, **options):
+    page.problems.clear()
+    page.requests.clear()
+    path = tmp_path / 'report.html'
+    write_report(path, content)
+    page.open(path, **options)
+    assert page.problems == []
+    assert page.requests == [path.resolve().as_uri() + options.get('fragment', '')]
+    return page
+
+
+def inked(page, selector):
+    """Return for each canvas of the selector how many of its pixels are painted."""
+    return page.evaluate(
+        f"""[...document.querySelectorAll('{selector}')].map((canvas) => {{
+        const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+        let count = 0; for (let i = 3; i < data.length; i += 4) if (data[i]) count++; return count;
+        }})"""
+    )
+
+
+def variant(arm, name):
+    base = arm.identification
+    whole = base.modes
+    if name == 'no modes':
+        return replace(
+            arm,
+            identification=replace(base, modes=ModeSet((), whole.channel_names), windows=()),
+            poles=None, spectrum=None, truth=None, displacements=(),
+        )  # fmt: skip
+    if name == 'empty tables':
+        empty = np.empty(0)
+        poles = PoleTable(
+            empty.astype(int), empty.astype(complex), np.empty((6, 0), complex),
+            empty.astype(np.uint8), empty.astype(int),
+        )  # fmt: skip
+        none = ModeSet((), whole.channel_names)
+        windows = tuple(replace(window, modes=none) for window in base.windows)
+        spectrum = replace(arm.spectrum, frequency_hz=empty, singular_value=np.empty((0, 3)))
+        identification = replace(
+            base, modes=none, windows=windows,
+            quality=DataQuality(identifiable=False, reason='too short'),
+        )  # fmt: skip
+        return replace(
+            arm, identification=identification, poles=poles, spectrum=spectrum,
+            truth=None, displacements=(),
+        )  # fmt: skip
+    if name == 'poles only':
+        return replace(arm, spectrum=None, truth=None)
+    if name == 'spectrum only':
+        return replace(arm, poles=None)
+    if name == 'no deviation':
+        bare = tuple(
+            replace(m, frequency_std_hz=math.nan, damping_ratio_std=math.nan, mpc=math.nan)
+            for m in whole
+        )
+        return replace(
+            arm, truth=None, identification=replace(base, modes=ModeSet(bare, whole.channel_names))
+        )
+    if name == 'one channel':
+        one = tuple(replace(mode, shape=np.ones(1, complex)) for mode in whole)
+        return replace(
+            arm, geometry=None, displacements=(), truth=None,
+            identification=replace(base, modes=ModeSet(one, ('imu.z',)), channels=()),
+        )  # fmt: skip
+    if name == 'forty modes, hundred windows':
+        rng = np.random.default_rng(4)
+        many = tuple(
+            Mode(
+                3.0 + 1.2 * number, 0.02,
+                rng.normal(size=42) * np.exp(1j * rng.normal(0, 0.2, 42)),
+                0.02, 0.002, 0.99, 0.05, number % 13 == 0, number,
+            )
+            for number in range(1, 41)
+        )  # fmt: skip
+        names = tuple(f'cell_{i // 3}/a_rather_long_sensor_name.{"xyz"[i % 3]}' for i in range(42))
+        modes = ModeSet(many, names)
+        windows = tuple(
+            IdentifiedWindow(
+                i, i * 10**10, (i + 1) * 10**10,
+                ModeSet(tuple(replace(m, frequency_hz=m.frequency_hz + rng.normal(0, 0.05),
+                                      frequency_std_hz=0.05) for m in many), names),
+                DataQuality(flags=('degraded', 'odd_new_flag') if i % 30 == 0 else ()),
+            )
+            for i in range(100)
+        )  # fmt: skip
+        quality = DataQuality(
+            flags=('degraded',),
+            channels=tuple(
+                ChannelQuality(n, n_lost=i % 7, measured_rate_hz=512.0, rms=0.3, excluded=i == 5,
+                               flags=('flatline',) if i == 5 else ())
+                for i, n in enumerate(names)
+            ),
+        )  # fmt: skip
+        return replace(
+            arm, truth=None, geometry=None, displacements=(), title='Many modes ' * 12,
+            recording='/a/very/long/' + 'path' * 60,
+            identification=replace(
+                base, modes=modes, windows=windows, channels=(), quality=quality
+            ),
+        )  # fmt: skip
+    assert name == 'arm'
+    return arm
+
+
+VARIANTS = (
+    'arm', 'no modes', 'empty tables', 'poles only', 'spectrum only', 'no deviation',
+    'one channel', 'forty modes, hundred windows',
+)  # fmt: skip
+
+
+@pytest.mark.parametrize('name', VARIANTS)
+@pytest.mark.parametrize('width', [1280, 420])
+def test_every_case_draws_without_errors(page, tmp_path, arm, name, width):
+    content = variant(arm, name)
+    show(page, tmp_path, content, width=width, dark=width == 420)
+    wide = page.evaluate('document.documentElement.scrollWidth')
+    assert wide <= width, f'{name}: {wide} px wide'
+    n_modes = len(content.identification.modes)
+    shapes = inked(page, '.card canvas')
+    assert len(shapes) == n_modes
+    assert all(count > 50 for count in shapes)
+    charts = inked(page, '#stabilisation-chart .uplot canvas')
+    if name not in ('no modes', 'empty tables'):
+        assert len(charts) == 1
+        assert charts[0] > 2000
+        assert (
+            len(page.evaluate("[...document.querySelectorAll('#modes tbody tr')].map(r => 1)"))
+            == n_modes
+        )
+    assert all(count > 50 for count in inked(page, '.strip canvas'))
+
+
+def test_hostile_names_are_shown_and_not_run(page, tmp_path, arm):
+    names = tuple(f'{HOSTILE}{index}' for index in range(6))
+    base = arm.identification
+    content = replace(
+        arm,
+        title=HOSTILE,
+        recording=HOSTILE,
+        geometry=None,
+        displacements=(),
+        identification=replace(
+            base,
+            modes=ModeSet(base.modes.modes, names),
+            quality=DataQuality(
+                False, HOSTILE, (HOSTILE,), tuple(ChannelQuality(n, flags=(n,)) for n in names)
+            ),
+            settings={HOSTILE: HOSTILE},
+        ),
+        provenance={HOSTILE: HOSTILE},
+    )
+    show(page, tmp_path, content)
+    assert page.evaluate('window.hacked') is None
+    assert page.evaluate("document.querySelectorAll('img').length") == 0
+    assert page.evaluate("document.querySelector('h1').textContent") == HOSTILE
+
+
+def test_policy_refuses_a_script_that_is_not_ours(page, tmp_path, arm):
+    path = tmp_path / 'report.html'
+    write_report(path, arm)
+    path.write_text(path.read_text().replace('</body>', '<script>window.hacked=1</script></body>'))
+    page.problems.clear()
+    page.open(path)
+    assert page.evaluate('window.hacked') is None
+    assert any('Content Security Policy' in problem for problem in page.problems)
+
+
+def test_hover_names_the_pole_and_drag_zooms(page, tmp_path, arm):
+    show(page, tmp_path, arm)
+    mode = arm.identification.modes.modes[1]
+    page.evaluate("document.querySelector('#stabilisation').scrollIntoView()")
+    box = page.evaluate(
+        '(({x, y, width, height}) => ({x, y, width, height}))'
+        "(document.querySelector('#stabilisation-chart .u-over').getBoundingClientRect())"
+    )
+    data = "JSON.parse(document.getElementById('report-data').textContent)"
+    f_max = page.evaluate(f'{data}.spectrum.frequency_hz.at(-1)')
+    top = page.evaluate(f'Math.max(...{data}.poles.model_order)') * 1.03
+    kept = [i for i, m in enumerate(arm.poles.mode_id) if m and arm.poles.status[i] == 0]
+    i = min(kept, key=lambda k: abs(arm.poles.frequency_hz[k] - mode.frequency_hz))
+    x = box['x'] + box['width'] * arm.poles.frequency_hz[i] / f_max
+    y = box['y'] + box['height'] * (1 - arm.poles.model_order[i] / top)
+    page.mouse('mouseMoved', x - 3, y)
+    page.mouse('mouseMoved', x, y)
+    page.evaluate('new Promise((done) => setTimeout(done, 100))')
+    text = page.evaluate("document.getElementById('tooltip').textContent")
+    assert f'order {arm.poles.model_order[i]}' in text
+    assert 'belongs to a mode' in text
+    reset_hidden = "[...document.querySelectorAll('#stabilisation .tools button')].at(-1).hidden"
+    assert page.evaluate(reset_hidden) is True
+    page.mouse('mousePressed', x - 40, y, button='left', clickCount=1)
+    page.mouse('mouseMoved', x + 40, y, button='left', buttons=1)
+    page.mouse('mouseReleased', x + 40, y, button='left', clickCount=1)
+    page.evaluate('new Promise((done) => setTimeout(done, 100))')
+    assert page.evaluate(reset_hidden) is False
+    assert page.problems == []
+
+
+@pytest.mark.parametrize('reduced', [True, False])
+def test_motion_is_the_readers_choice(page, tmp_path, arm, reduced):
+    show(page, tmp_path, arm, reduced=reduced)
+    label = "document.getElementById('play').textContent"
+    assert page.evaluate(label) == ('Play' if reduced else 'Pause')
+    page.evaluate("document.getElementById('play').click()")
+    assert page.evaluate(label) == ('Pause' if reduced else 'Play')
+
+
+def test_prints_on_paper(page, tmp_path, arm):
+    show(page, tmp_path, arm, dark=True)
+    pdf = page.pdf()
+    assert pdf.startswith(b'%PDF')
+    assert page.problems == []
+    assert page.evaluate('document.documentElement.dataset.theme') is None

@@ -1,0 +1,137 @@
+"""The report: words and tables against known content, the geometry against known motions."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from autonomous_modal_analysis.report import (
+    Geometry,
+    interpolate_displacements,
+    match_truth,
+    render_report,
+    ReportContent,
+    sensor_displacements,
+    Spectrum,
+)
+from autonomous_modal_analysis.report.number_text import (
+    deviation_text,
+    fixed,
+    significant,
+    UNKNOWN,
+    value_text,
+)
+from autonomous_modal_analysis.report.page import embedded_json
+from autonomous_modal_analysis.report.payload import payload, pooled
+from autonomous_modal_analysis.report.tables import mode_rows
+from autonomous_modal_analysis.report.words import facts, headline
+from autonomous_modal_analysis.results import Identification
+from modal_core.mode import Mode, ModeSet
+
+
+def modes(*frequencies, std=0.01):
+    shapes = np.eye(max(2, len(frequencies)), dtype=complex)
+    return ModeSet(
+        tuple(
+            Mode(frequency, 0.01, shapes[:, index], std, 0.001, id=index + 1)
+            for index, frequency in enumerate(frequencies)
+        ),
+        tuple(f'c{index}' for index in range(len(shapes))),
+    )
+
+
+@pytest.mark.parametrize(
+    ('value', 'std', 'text', 'deviation'),
+    [
+        (12.34567, 0.0123, '12.346', '0.012'),
+        (12.34567, math.nan, '12.35', '–'),
+        (1234.5, 25.0, '1234', '25'),
+        (math.nan, 0.1, '–', '0.10'),
+    ],
+)
+def test_numbers_show_the_digits_their_deviation_supports(value, std, text, deviation):
+    assert value_text(value, std) == text
+    assert deviation_text(value, std) == deviation
+
+
+def test_significant_digits():
+    assert [significant(value) for value in (0.0, 1.0, 128.004, 1e-7, -2.5)] == [
+        '0', '1.00', '128', '1.00e-07', '\N{MINUS SIGN}2.50',
+    ]  # fmt: skip
+
+
+def test_zero_has_no_sign():
+    texts = [fixed(value, 1, sign=True) for value in (-0.01, 0.0, 0.14, -0.06)]
+    assert texts == ['0.0', '0.0', '+0.1', '\N{MINUS SIGN}0.1']
+
+
+def test_truth_is_matched_by_shape_where_frequencies_cross():
+    shapes = np.array([[0, 1], [1, 0]], dtype=complex)
+    truth = match_truth(modes(10.0, 10.2), [10.05, 10.15], [0.01, 0.01], shapes)
+    assert [true.mode.id for true in truth] == [2, 1]
+    assert truth[0].mac == pytest.approx(1.0)
+    assert truth[0].frequency_error_sigma == pytest.approx((10.2 - 10.05) / 0.01)
+
+
+def test_missed_and_foreign_modes_are_told():
+    found = modes(10.0, 30.0)
+    truth = match_truth(found, [10.0, 20.0], [0.01, 0.01])
+    assert truth[1].mode is None
+    assert math.isnan(truth[1].frequency_error)
+    content = ReportContent('t', 'r', Identification(found), truth=truth)
+    assert 'Missed: 20 Hz' in headline(content)
+    page = render_report(content)
+    assert '>extra<' in page
+    assert '>missed<' in page
+
+
+def test_no_modes_to_match():
+    assert match_truth(modes(), [5.0], [0.01])[0].mode is None
+
+
+def test_displacements_follow_the_sensors_and_vanish_at_the_base():
+    points = np.array([[0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, 3]], dtype=float)
+    geometry = Geometry(points, lines=((0, 1, 2, 3),))
+    tilted = np.array([[1, 0, 0], [0.6, 0.8, 0]], dtype=float)
+    motion = np.array([0.3, -0.2, 0.0])
+    moved = sensor_displacements(geometry, (tilted @ motion).astype(complex), tilted, (2, 2))
+    assert np.allclose(moved, np.outer([0.0, 0.5, 1.0, 1.0], motion))
+    unknown = np.full((4, 3), np.nan, dtype=complex)
+    assert np.all(interpolate_displacements(geometry, unknown) == 0.0)
+
+
+def test_pooling_keeps_the_highest_peak():
+    rng = np.random.default_rng(1)
+    frequency = np.linspace(0.0, 100.0, 9001)
+    values = rng.random((9001, 2))
+    values[4321] = 50.0
+    shown = pooled(Spectrum(frequency, values), most=500)
+    assert len(shown.frequency_hz) == 500
+    assert shown.singular_value.max() == 50.0
+    assert shown.frequency_hz[np.argmax(shown.singular_value[:, 0])] == frequency[4321]
+
+
+def test_embedded_json_cannot_leave_its_element():
+    text = embedded_json({'name': '</script><!--<script>&\u2028'})
+    assert not re.search(r'[<>&\u2028]', text)
+
+
+def test_page_refers_to_no_network():
+    page = render_report(ReportContent('t', 'r', Identification(modes(3.0))))
+    assert not re.search(r'(src|href)\s*=\s*["\']?(https?:)?//', page)
+    assert "default-src 'none'" in page
+    assert 'Permission is hereby granted' in page
+
+
+def test_lines_of_machines_are_shown_as_lines_and_counted_apart():
+    line = Mode(24.0, 0.0, np.ones(2, dtype=complex), harmonic=True)
+    found = Identification(modes(3.0), harmonics=ModeSet((line,), ('a', 'b')))
+    content = ReportContent('t', 'r', found)
+    assert headline(content).startswith('One mode')
+    assert '1 harmonic set apart' in facts(content)
+    rows = mode_rows(content)
+    assert [row.note for row in rows] == ['', 'harmonic']
+    assert rows[1].frequency.value.startswith('24')
+    assert rows[1].damping.value == UNKNOWN
+    assert [entry['frequency_hz'] for entry in payload(content)['harmonics']] == [24.0]
