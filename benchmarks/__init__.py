@@ -1,0 +1,1 @@
+"""Benchmarks against other packages and against the uncertainty law; run with `make bench`."""

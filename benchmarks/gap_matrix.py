@@ -1,0 +1,312 @@
+"""Hide effects in an arm that shares no code with the suite, and see what the workflow says.
+
+    python benchmarks/gap_matrix.py --seeds 2 --out gap_matrix.json
+
+Prints one line per campaign as it ends, then: how often type and place were right, false alarms,
+verdicts on effects outside the catalogue, pairs of effects, parameters within two deviations.
+"""
+
+import argparse
+import json
+from pathlib import Path
+import sys
+import time
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / 'test' / 'model_gap'))
+
+from hidden_campaign import make_campaign, SENSORS  # noqa: E402
+
+from modal_core.channel import Sensor, SensorLayout  # noqa: E402
+from modal_core.share import share_path  # noqa: E402
+from model_gap.campaign import Campaign, GapRecord  # noqa: E402
+from model_gap.find_gap import find_gap  # noqa: E402
+from model_gap.gap_json import found_effects  # noqa: E402
+from model_gap.resample import at_times  # noqa: E402
+from structural_model import load_robot  # noqa: E402
+
+ROBOT = share_path('config', 'robots', 'irb6660_205_190')
+SENSOR_NAMES = [name for name, _, _ in SENSORS]
+OUTSIDE = ('hysteresis', 'drifting_stiffness', 'end_stop', 'clipping')
+
+
+def draw(kind, rng):
+    """Return one effect of a kind with numbers from its plausible range."""
+    joint = f'joint_{rng.integers(1, 6)}'
+    low = f'joint_{rng.integers(1, 4)}'
+    sensor = str(rng.choice(SENSOR_NAMES))
+    sign = rng.choice([-1.0, 1.0])
+    match kind:
+        case 'payload':
+            com = rng.uniform(-0.15, 0.15, 3)
+            return {'link': 'flange', 'mass': rng.uniform(8, 60), 'com': com}
+        case 'joint_stiffness':
+            return {'joint': joint, 'factor': float(np.exp(sign * rng.uniform(0.15, 0.6)))}
+        case 'joint_damping':
+            return {'joint': low, 'factor': float(np.exp(rng.uniform(0.7, 1.6)))}
+        case 'base_compliance':
+            return {'compliance': float(np.exp(rng.uniform(np.log(5e-9), np.log(1e-7))))}
+        case 'link_flexibility':
+            link, at = [('link_2', (0, 0, 0.35)), ('link_4', (0.4, 0, 0))][rng.integers(2)]
+            axis = (0, 1, 0) if link == 'link_2' else [(0, 1, 0), (0, 0, 1)][rng.integers(2)]
+            return {'link': link, 'at': at, 'axis': axis, 'compliance': rng.uniform(5e-8, 4e-7)}
+        case 'rod_spring':
+            weights = {'joint_2': 1, 'joint_3': float(sign)}
+            return {'weights': weights, 'k': rng.uniform(2e5, 2e6)}
+        case 'tuned_mass':
+            axis = (0, 0, 1) if rng.integers(2) else (0, 1, 0)
+            link = ['link_3', 'link_4'][rng.integers(2)]
+            at = (0.2, 0, 0.1) if link == 'link_3' else (0.4, 0, 0)
+            return {
+                'link': link,
+                'at': at,
+                'axis': axis,
+                'mass': rng.uniform(6, 25),
+                'f': rng.uniform(7, 30),
+                'zeta': rng.uniform(0.02, 0.1),
+            }
+        case 'coulomb_friction':
+            return {'joint': low, 'torque': rng.uniform(60, 250), 'v0': 1e-3}
+        case 'backlash':
+            return {'joint': low, 'gap': rng.uniform(3e-5, 2e-4), 'preload': 1.0}
+        case 'cubic_stiffness':
+            return {'joint': low, 'alpha': float(np.exp(rng.uniform(np.log(3e5), np.log(4e6))))}
+        case 'speed_dependent_stiffness':
+            return {'joint': low, 'beta': float(sign * rng.uniform(1, 4))}
+        case 'tonal_disturbance':
+            return {'joint': low, 'f': rng.uniform(8, 50), 'torque': rng.uniform(50, 250)}
+        case 'command_delay':
+            return {'delay': rng.uniform(0.003, 0.015)}
+        case 'sensor_gain':
+            return {'sensor': sensor, 'gain': float(np.exp(sign * rng.uniform(0.08, 0.6)))}
+        case 'sensor_polarity':
+            return {'sensor': sensor, 'axis': int(rng.integers(3))}
+        case 'sensor_axis_swap':
+            return {'sensor': sensor, 'axes': [(0, 1), (0, 2), (1, 2)][rng.integers(3)]}
+        case 'sensor_rotation':
+            return {
+                'sensor': sensor,
+                'axis': rng.standard_normal(3),
+                'angle': rng.uniform(0.08, 0.6),
+            }
+        case 'sensor_delay':
+            return {'sensor': sensor, 'delay': float(sign * rng.uniform(0.001, 0.01))}
+        case 'sensor_mount_resonance':
+            return {'sensor': sensor, 'f': rng.uniform(65, 160), 'zeta': 0.05, 'base': True}
+        case 'sensor_mass':
+            return {'sensor': ['elbow', 'spindle'][rng.integers(2)], 'mass': rng.uniform(2, 3)}
+        case 'hysteresis':
+            return {'joint': low, 'share': rng.uniform(0.2, 0.5), 'limit': rng.uniform(2e-5, 8e-5)}
+        case 'drifting_stiffness':
+            return {'joint': low, 'rate': rng.uniform(0.1, 0.3)}
+        case 'end_stop':
+            return {'joint': low, 'gap': rng.uniform(5e-5, 1.5e-4), 'k': 8e6}
+        case 'clipping':
+            return {'at': rng.uniform(1.0, 2.0)}
+    raise ValueError(kind)
+
+
+SINGLE = (
+    'payload', 'joint_stiffness', 'joint_damping', 'base_compliance', 'link_flexibility',
+    'rod_spring', 'tuned_mass', 'coulomb_friction', 'backlash', 'cubic_stiffness',
+    'speed_dependent_stiffness', 'tonal_disturbance', 'command_delay', 'sensor_gain',
+    'sensor_polarity', 'sensor_axis_swap', 'sensor_rotation', 'sensor_delay',
+    'sensor_mount_resonance', 'sensor_mass',
+)  # fmt: skip
+VALUE = {
+    'payload': ('mass', 'mass'), 'joint_stiffness': ('factor', 'factor'),
+    'joint_damping': ('factor', 'factor'), 'base_compliance': ('compliance', 'compliance'),
+    'link_flexibility': ('compliance', 'compliance'), 'rod_spring': ('k', 'stiffness'),
+    'tuned_mass': ('f', 'frequency'), 'coulomb_friction': ('torque', 'torque'),
+    'backlash': ('gap', 'half_gap'), 'cubic_stiffness': ('alpha', 'alpha'),
+    'speed_dependent_stiffness': ('beta', 'beta'), 'tonal_disturbance': ('f', 'frequency'),
+    'command_delay': ('delay', 'delay'), 'sensor_gain': ('gain', 'gain'),
+    'sensor_delay': ('delay', 'delay'), 'sensor_mass': ('mass', 'mass'),
+}  # fmt: skip
+
+
+def place_of(effect):
+    if 'sensor' in effect:
+        return f'sensor:{effect["sensor"]}'
+    if 'weights' in effect:
+        return 'joint_2+joint_3'
+    return effect.get('joint') or effect.get('link')
+
+
+def read_back(records):
+    """Make workflow records of hidden ones, through the same resampling as recordings."""
+    found = []
+    for item in records:
+        times = np.arange(len(item.acceleration)) / item.rate_hz
+        times = times[times <= (len(item.position) - 1) / item.joint_rate_hz]
+        pose = item.position.mean(axis=0)
+        motion = [
+            at_times(item.velocity, item.joint_rate_hz, times, order, 110.0) for order in (1, 0)
+        ]
+        shift = at_times(item.position - pose, item.joint_rate_hz, times, 0, 110.0)
+        found.append(
+            GapRecord(
+                item.name,
+                pose,
+                str(item.level),
+                item.rate_hz,
+                item.acceleration[: len(times)],
+                motion[0],
+                motion[1],
+                shift,
+                item.heldout,
+            )
+        )
+    return tuple(found)
+
+
+def run(effects, seed, size):
+    model = load_robot(ROBOT)
+    records = make_campaign(ROBOT, effects, seed, **size)
+    layout = SensorLayout(tuple(Sensor(name, link, at) for name, link, at in SENSORS))
+    started = time.process_time()
+    result = find_gap(model, Campaign(read_back(records), layout, model.joint_names))
+    return result, time.process_time() - started
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--seeds', type=int, default=1)
+    parser.add_argument('--first-seed', type=int, default=100)
+    parser.add_argument('--only', default='', help='comma-separated kinds; none, pair, outside')
+    parser.add_argument('--quick', action='store_true', help='3 + 2 poses of 16 s')
+    parser.add_argument('--out', type=Path)
+    options = parser.parse_args()
+    size = {'n_fit': 3, 'n_held': 2, 'duration': 16.0} if options.quick else {}
+    kinds = options.only.split(',') if options.only else ['none', *SINGLE, *OUTSIDE, 'pair']
+    rows = []
+    for seed in range(options.first_seed, options.first_seed + options.seeds):
+        for kind in kinds:
+            rows.append(one(kind, seed, size))
+            if options.out:
+                options.out.write_text(json.dumps(rows, indent=1))
+    summary(rows)
+
+
+def one(kind, seed, size):
+    rng = np.random.default_rng([seed, *kind.encode()])
+    if kind == 'none':
+        effects = []
+    elif kind == 'pair':
+        chosen = rng.choice(
+            [
+                'payload',
+                'joint_stiffness',
+                'base_compliance',
+                'sensor_gain',
+                'sensor_delay',
+                'command_delay',
+            ],
+            2,
+            replace=False,
+        )
+        effects = [{'type': str(item), **draw(str(item), rng)} for item in chosen]
+    else:
+        effects = [{'type': kind, **draw(kind, rng)}]
+    result, seconds = run(effects, seed, size)
+    found = found_effects(result)
+    candidates = result.search.steps[0].candidates
+    first = candidates[0].effect if candidates else None
+    row = {
+        'kind': kind,
+        'seed': seed,
+        'verdict': result.decision.verdict.value,
+        'truth': [(item['type'], place_of(item)) for item in effects],
+        'found': [(item['type'], item['location']) for item in found],
+        'first': first.key if first else None,
+        'gain': candidates[0].gain if candidates else 0.0,
+        'gap_before': result.gap_before_heldout,
+        'gap_after': result.gap_after_heldout,
+        'noise': result.noise_floor,
+        'cpu_s': seconds,
+        'within_two_sigma': within(effects, found),
+    }
+    print(
+        f'{kind:26s} seed {seed} {row["verdict"]:12s} truth {row["truth"]} found {row["found"]} '
+        f'first {row["first"]} gain {row["gain"]:.0f} held-out {row["gap_before"]:.3f} -> '
+        f'{row["gap_after"]:.3f} (noise {row["noise"]:.3f}) 2σ {row["within_two_sigma"]} '
+        f'{seconds:.0f} CPU-s',
+        flush=True,
+    )
+    return row
+
+
+def within(effects, found):
+    if len(effects) != 1 or len(found) != 1 or effects[0]['type'] != found[0]['type']:
+        return None
+    names = VALUE.get(effects[0]['type'])
+    if names is None:
+        return None
+    item = found[0]['parameters'][names[1]]
+    return bool(abs(item['value'] - effects[0][names[0]]) <= 2.0 * item['sigma'])
+
+
+def share(flags):
+    flags = [bool(flag) for flag in flags]
+    return f'{sum(flags)} of {len(flags)}'
+
+
+def summary(rows):
+    single = [row for row in rows if row['kind'] in SINGLE]
+    types = [row['first'] is not None and row['first'][0] == row['kind'] for row in single]
+    places = [
+        ok and (row['first'][1] or None) == row['truth'][0][1]
+        for ok, row in zip(types, single, strict=True)
+    ]
+    print('right type first:', share(types), '| and right place:', share(places))
+    print('named:', share(row['verdict'] == 'named' for row in single))
+    print(
+        'named, and wrong type:',
+        share(row['verdict'] == 'named' and row['found'][0][0] != row['kind'] for row in single),
+    )
+    print(
+        'false alarms with no effect:',
+        share(row['verdict'] != 'none' for row in rows if row['kind'] == 'none'),
+    )
+    print(
+        'outside the catalogue, not named:',
+        share(
+            row['verdict'] in ('unexplained', 'ambiguous')
+            for row in rows
+            if row['kind'] in OUTSIDE
+        ),
+    )
+    pairs = [row for row in rows if row['kind'] == 'pair']
+    print(
+        'pairs, both found:',
+        share(
+            {tuple(item) for item in row['truth']} == {tuple(item) for item in row['found']}
+            for row in pairs
+        ),
+    )
+    known = [row['within_two_sigma'] for row in rows if row['within_two_sigma'] is not None]
+    print('parameter within two deviations:', share(known))
+    named = [row for row in rows if row['verdict'] == 'named']
+    print(
+        'held-out gap after over noise, named, largest:',
+        max([row['gap_after'] / row['noise'] for row in named], default=float('nan')),
+    )
+    print(
+        'CPU seconds, median and largest:',
+        np.median([row['cpu_s'] for row in rows]),
+        max(row['cpu_s'] for row in rows),
+    )
+    print('confusion (truth: verdict, first candidate)')
+    for kind in dict.fromkeys(row['kind'] for row in rows):
+        entries = [
+            f'{row["verdict"]}/{row["first"][0] if row["first"] else "-"}'
+            for row in rows
+            if row['kind'] == kind
+        ]
+        print(f'  {kind:26s}', ', '.join(entries))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,137 @@
+"""A chain of modes with known truth, shaken by independent white forces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import firwin, lfilter, upfirdn
+
+from modal_core.channel import Channel
+from modal_core.samples import Samples
+
+SIMULATION_RATE_HZ = 4096.0
+HALF_TAPS = 40
+FREQUENCY_HZ = (8.6, 11.9, 14.2, 21.5, 33.8, 37.1, 54.9, 66.3, 92.4, 107.2, 148.5, 196.0)
+DAMPING_RATIO = (0.035, 0.028, 0.042, 0.021, 0.018, 0.030, 0.015, 0.024, 0.012, 0.019, 0.010, 0.05)
+
+
+@dataclass(frozen=True)
+class Plant:
+    """Modes with real shapes and the participation of the forces in them.
+
+    Parameters
+    ----------
+    frequency_hz, damping_ratio : (n_modes,) array [Hz], [-]
+        Truth.
+    shapes : (n_channels, n_modes) array
+        Truth.
+    participation : (n_modes, n_forces) array
+        Modal force per unit force.
+    """
+
+    frequency_hz: NDArray[np.float64]
+    damping_ratio: NDArray[np.float64]
+    shapes: NDArray[np.float64]
+    participation: NDArray[np.float64]
+
+
+def chain_plant(n_channels: int = 42, highest_hz: float = 250.0) -> Plant:
+    """Return the arm-like chain: 14 tri-axial sensors, or two of them (elbow and flange)."""
+    generator = np.random.default_rng(20)
+    frequency = np.array(FREQUENCY_HZ)
+    n_modes = len(frequency)
+    place = np.linspace(0.1, 1.0, 14)
+    shapes = np.empty((42, n_modes))
+    for index in range(n_modes):
+        wave = np.sin((index // 3 + 0.5) * np.pi * place + 0.3 * generator.standard_normal())
+        direction = generator.standard_normal(3)
+        rough = 0.25 * generator.standard_normal((14, 3))
+        shapes[:, index] = (np.outer(wave, direction / np.linalg.norm(direction)) + rough).ravel()
+    participation = generator.standard_normal((n_modes, 6))
+    # Higher modes would swamp the lower ones under white force accelerations.
+    participation *= (frequency[:, None] / 40.0) ** -0.35
+    rows = slice(None) if n_channels == 42 else np.r_[18:21, 39:42][:n_channels]
+    keep = frequency < highest_hz
+    return Plant(
+        frequency[keep], np.array(DAMPING_RATIO)[keep], shapes[rows][:, keep], participation[keep]
+    )
+
+
+def simulate(
+    plant: Plant,
+    generator: np.random.Generator,
+    duration_s: float,
+    sample_rate_hz: float = 512.0,
+    noise: float = 0.05,
+    colour: float = 0.0,
+    lines: tuple[tuple[float, float], ...] = (),
+) -> Samples:
+    """Return accelerations: exact zero-order-hold modes at 4,096 Hz, then FIR decimation.
+
+    Parameters
+    ----------
+    colour : float
+        Each force is x_t = colour · x_(t-1) + white noise at 4,096 Hz; 0.99 falls by 6 dB per
+        octave above 6.5 Hz.
+    lines : tuple of (frequency_hz, rms)
+        Harmonics added to the forces, in units of a force's RMS.
+    """
+    step = round(SIMULATION_RATE_HZ / sample_rate_hz)
+    settle = int(3.0 * SIMULATION_RATE_HZ)
+    n_samples = round(duration_s * sample_rate_hz) * step + settle + HALF_TAPS * step
+    force = generator.standard_normal((n_samples, plant.participation.shape[1]))
+    if colour:
+        force = lfilter((1.0,), (1.0, -colour), force, axis=0)
+    modal_force = force @ plant.participation.T
+    taps = firwin(2 * HALF_TAPS * step + 1, 0.92 / step)
+    modal = []
+    for index in range(len(plant.frequency_hz)):
+        response = _modal_acceleration(plant, index, modal_force[:, index])
+        modal.append(upfirdn(taps, response[settle - HALF_TAPS * step :], down=step))
+    n_kept = round(duration_s * sample_rate_hz)
+    response = np.array(modal).T[2 * HALF_TAPS : 2 * HALF_TAPS + n_kept] @ plant.shapes.T
+    if lines:
+        response += _lines(lines, response, sample_rate_hz, generator)
+    response += noise * response.std(axis=0) * generator.standard_normal(response.shape)
+    names = tuple(
+        Channel(name=f's{row // 3:02d}.{"xyz"[row % 3]}') for row in range(response.shape[1])
+    )
+    return Samples(response, sample_rate_hz, names)
+
+
+def _modal_acceleration(
+    plant: Plant, index: int, force: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    omega = 2.0 * np.pi * plant.frequency_hz[index]
+    zeta = plant.damping_ratio[index]
+    dt = 1.0 / SIMULATION_RATE_HZ
+    pole = omega * (-zeta + 1j * np.sqrt(1.0 - zeta**2))
+    z = np.exp(pole * dt)
+    a = np.array([1.0, -2.0 * z.real, abs(z) ** 2])
+    # q'' = f - 2ζω q' - ω² q; with zero-order hold, q = c·Re-part recursion of the pole pair.
+    residue = 1.0 / (2j * pole.imag)  # q = 2 Re(residue ∫ e^{s(t-τ)} f)
+    gain = residue * pole**2 * (z - 1.0) / pole  # second derivative of q without the direct term
+    b = np.array([0.0, 2.0 * gain.real, -2.0 * (gain * np.conj(z)).real])
+    return np.asarray(force + lfilter(b, a, force))
+
+
+def _lines(
+    lines: tuple[tuple[float, float], ...],
+    response: NDArray[np.float64],
+    sample_rate_hz: float,
+    generator: np.random.Generator,
+) -> NDArray[np.float64]:
+    time = np.arange(len(response)) / sample_rate_hz
+    scale = response.std(axis=0)
+    added = np.zeros_like(response)
+    for frequency, level in lines:
+        shape = generator.uniform(0.5, 1.5, response.shape[1]) * generator.choice(
+            (-1.0, 1.0), response.shape[1]
+        )
+        phase = generator.uniform(0.0, 2.0 * np.pi)
+        added += (
+            np.sqrt(2.0)
+            * level
+            * np.outer(np.sin(2.0 * np.pi * frequency * time + phase), shape * scale)
+        )
+    return added

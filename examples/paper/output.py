@@ -1,0 +1,58 @@
+"""Tables on the terminal and pictures in docs/images."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+IMAGES = Path(__file__).resolve().parents[2] / 'docs' / 'images'
+COLOURS = ('#2a6f97', '#c1121f', '#588157', '#e09f3e', '#6a4c93', '#7f5539', '#457b9d')
+GREY = '#8d99ae'
+WIDTH = 112
+
+
+def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """Print a table, first column left, the others right."""
+    table = Table(title=title, title_justify='left', title_style='bold')
+    for number, column in enumerate(columns):
+        table.add_column(column, justify='right' if number else 'left')
+    for row in rows:
+        table.add_row(*(str(cell) for cell in row))
+    Console(width=WIDTH).print(table)
+
+
+def say(text: str) -> None:
+    """Print a line of explanation."""
+    Console(width=WIDTH, highlight=False).print(text)
+
+
+def panels(n_rows: int, n_columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
+    """Return a figure and its axes, in the style all pictures share."""
+    import matplotlib
+
+    matplotlib.use('agg')
+    from matplotlib import pyplot
+
+    matplotlib.rcParams.update(
+        {
+            'font.size': 9,
+            'axes.spines.top': False,
+            'axes.spines.right': False,
+            'axes.grid': True,
+            'grid.color': '#e5e7eb',
+            'axes.axisbelow': True,
+            'axes.titlesize': 9,
+            'axes.titlelocation': 'left',
+            'legend.frameon': False,
+        }
+    )
+    return pyplot.subplots(n_rows, n_columns, figsize=size, layout='constrained', squeeze=False)
+
+
+def save(figure: Any, name: str) -> None:
+    """Write a picture; the same figures give the same bytes."""
+    IMAGES.mkdir(parents=True, exist_ok=True)
+    figure.savefig(IMAGES / name, metadata={'Software': None}, dpi=130)
+    say(f'drawn: docs/images/{name}\n')
