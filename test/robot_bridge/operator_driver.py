@@ -171,11 +171,11 @@ class Operator:
 
     # -- waiting -------------------------------------------------------------------------------
 
-    def until(self, condition, what='', patience_s=40.0):
+    def until(self, condition, what='', patience_s=40.0, pause_s=0.01):
         deadline = time.monotonic() + patience_s
         while not condition():
             assert time.monotonic() < deadline, f'{what}; last state {self.last!r}'
-            time.sleep(0.01)
+            time.sleep(pause_s)
 
     @property
     def last(self):

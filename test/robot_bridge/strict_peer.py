@@ -60,7 +60,9 @@ def faults_of(data, seqno, tm_ms):
 class StrictPeer:
     """Guides an ideal arm by what the bridge answers, in lockstep with it.
 
-    Each cycle waits for its reply, so that a busy machine slows the cycle and breaks nothing.
+    Each cycle waits for its reply, so that a busy machine slows the cycle and breaks nothing. A
+    reply that comes after its cycle gave up is judged and followed like any other; what no
+    lateness excuses is one more reply than packets.
     """
 
     def __init__(self, start_deg, bridge, address='127.0.0.1', patience_s=2.0):
@@ -98,36 +100,41 @@ class StrictPeer:
         return message.SerializeToString()
 
     def cycle(self):
-        """Send one packet and take its one reply."""
+        """Send one packet and take its one reply, and before it any that came late."""
         self.socket.setblocking(False)
-        try:
-            while True:
-                self.faults.append(f'a second reply: {self.socket.recv(4096)!r}')
-        except BlockingIOError:
-            pass
+        while (late := self._receive()) is not None:
+            self._judge(late)
         self.socket.settimeout(self.patience_s if self.expect_reply else 0.02)
         self.socket.sendto(self.packet(), self.bridge)
         self.seqno += 1
         self.n_sent += 1
+        data, speed = self._receive(), None
+        if data is None:
+            self.n_silent += 1
+        elif (reply := self._judge(data)) is not None:
+            speed = tuple(reply.speedRef.joints.joints)
+        self.history.append((time.monotonic(), tuple(self.joints_deg), speed))
+
+    def _receive(self):
         try:
             data, address = self.socket.recvfrom(4096)
-        except TimeoutError:
-            self.n_silent += 1
-            self.history.append((time.monotonic(), tuple(self.joints_deg), None))
+        except (TimeoutError, BlockingIOError):
             return None
         if address != self.bridge:
             self.faults.append(f'reply from {address}')
+        return data
+
+    def _judge(self, data):
+        """Find fault with the next reply, whenever it came, and do as it says."""
+        if self.reply_seqno >= self.n_sent:
+            self.faults.append(f'a second reply: {data!r}')
         faults, reply = faults_of(data, self.reply_seqno, self.reply_tm)
         self.faults += [f'reply {self.reply_seqno}: {fault}' for fault in faults]
         self.reply_seqno += 1
-        if reply is None:
-            return None
-        self.reply_tm = reply.header.tm
-        self.replies.append(reply)
-        self._follow(list(reply.planned.joints.joints), list(reply.speedRef.joints.joints))
-        self.history.append(
-            (time.monotonic(), tuple(self.joints_deg), tuple(reply.speedRef.joints.joints))
-        )
+        if reply is not None:
+            self.reply_tm = reply.header.tm
+            self.replies.append(reply)
+            self._follow(list(reply.planned.joints.joints), list(reply.speedRef.joints.joints))
         return reply
 
     def _follow(self, position, speed):

@@ -13,7 +13,7 @@ import pytest
 
 pytestmark = pytest.mark.node
 DISCONNECTED, IDLE, ARMED, RUNNING, HOLDING, ABORTED = 0, 1, 2, 3, 5, 6
-CALM = {'link_timeout_s': 0.5, 'heartbeat_timeout_s': 1.0, 'dry_run': False}
+CALM = {'link_timeout_s': 2.0, 'heartbeat_timeout_s': 2.0, 'dry_run': False}
 
 
 @pytest.fixture
@@ -189,7 +189,6 @@ def test_rapid_is_loaded_run_and_stopped_by_web_services(
             method='rapid',
             rapid_file=str(tmp_path / 'plan.mod'),
             rws_address=f'127.0.0.1:{web}',
-            link_timeout_s=1.0,
         )
         operator.hold().offer(pulses)
         operator.until(lambda: 'abb_emulator' in operator.node.get_node_names(), 'emulator')
