@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from modal_core.channel import ANGULAR_VELOCITY, Channel
-from robot_bridge.emulator.gear_torque import GearSettings, GearTorque
+from robot_bridge.emulator.arm_effect import ArmEffect
+from robot_bridge.emulator.gear_disturbance import GearDisturbance
+from robot_bridge.emulator.gear_torque import gears_with_effects, GearSettings, GearTorque
 from robot_bridge.emulator.rigid_sensors import RigidSensors
 from structural_model.flexible_joint_model import FlexibleJointModel
 
@@ -67,6 +69,10 @@ class Arm:
         Time between samples.
     gears : GearSettings
         Nonlinear torques.
+    effects : sequence of ArmEffect
+        Further torques in the gears; those of structure and sensors do nothing here.
+    uptime_s : float [s]
+        How long the arm has been switched on.
     """
 
     def __init__(
@@ -76,9 +82,14 @@ class Arm:
         pose: Array,
         step_s: float,
         gears: GearSettings | None = None,
+        effects: Sequence[ArmEffect] = (),
+        uptime_s: float = 0.0,
     ) -> None:
         self.model, self.channels = model, tuple(channels)
-        self._gears = GearTorque(gears or GearSettings(), model)
+        settings = gears_with_effects(gears or GearSettings(), effects, model.joint_names)
+        self._gears = GearTorque(settings, model)
+        self._disturbance = GearDisturbance(effects, model, self._gears.place)
+        self._time_s = uptime_s
         self._sensors = RigidSensors(model, channels)
         self._gyro = np.array([c.unit == ANGULAR_VELOCITY for c in self.channels], dtype=bool)
         self.n_substeps = self._gears.n_substeps
@@ -87,8 +98,29 @@ class Arm:
         self._linear = self._linearise(np.asarray(pose, float))
         still = np.zeros(model.n_joints)
         self._load = model.rigid_force(pose, still, still)
-        deflection = np.linalg.solve(self._linear.stiffness, self._load)
+        deflection = self._settle(self._load)
         self._state = np.concatenate([deflection, np.zeros(model.n_dof)])
+
+    def _settle(self, load: Array) -> Array:
+        """Return the deflection at which springs, gears and weight balance."""
+        stiffness, place = self._linear.stiffness, self._gears.place
+        deflection: Array = np.asarray(np.linalg.solve(stiffness, load), float)
+        if self._gears.active:
+            self._gears.start(deflection)
+            give = np.linalg.solve(stiffness, place)
+            response = np.vstack([place.T @ give, np.zeros((place.shape[1],) * 2)])
+            free = np.concatenate([place.T @ deflection, np.zeros(place.shape[1])])
+            self._torque = self._gears.solve(free, response, self._torque, None)
+            deflection = deflection - give @ self._torque
+        return deflection
+
+    def at_rest(self) -> Array:
+        """Return what the channels read while nothing moves, (n_channels,) [m/s²], [rad/s]."""
+        pose = self._linear.pose
+        still = np.zeros((1, self.model.n_joints))
+        deflection = self._state[: self.model.n_dof]
+        rigid = self._sensors.readings(pose[None, :], still, still)[0]
+        return np.asarray(rigid + self._linear.gravity @ deflection)
 
     def advance(self, q: Array, qd: Array, qdd: Array) -> ArmMotion:
         """Move the motor side through some samples.
@@ -102,9 +134,16 @@ class Arm:
             self._linear = self._linearise(q[-1])
         linear = self._linear
         load = self.model.rigid_force(q, qd, qdd)
+        time_s: Array = self._time_s + self._step_s * np.arange(1.0, len(q) + 1)
+        self._time_s = float(time_s[-1])
+        if self._disturbance.active:
+            load = load + self._disturbance.load(q, qd, time_s)
+        change = None
+        if self._gears.varies:
+            change = self._gears.change_of_stiffness(qd @ self.model.axes.matrix.T, time_s)
         before = np.vstack([self._load, load[:-1]])
         self._load = load[-1]
-        states, torques = self._integrate(before, load)
+        states, torques = self._integrate(before, load, change)
         n_dof = self.model.n_dof
         deflection, rate = states[:, :n_dof], states[:, n_dof:]
         force = load - rate @ linear.damping.T - deflection @ linear.stiffness.T
@@ -116,7 +155,7 @@ class Arm:
         readings += flexible
         return ArmMotion(readings, deflection)
 
-    def _integrate(self, before: Array, after: Array) -> tuple[Array, Array]:
+    def _integrate(self, before: Array, after: Array, change: Array | None) -> tuple[Array, Array]:
         """Return the states and gear torques at the end of each sample."""
         linear = self._linear
         states = np.empty((len(after), len(self._state)))
@@ -129,11 +168,16 @@ class Arm:
                 states[index] = state
             self._state = state
             return states, torques
-        self._state, self._torque = self._integrate_gears(before, after, states, torques)
+        self._state, self._torque = self._integrate_gears(before, after, change, states, torques)
         return states, torques
 
     def _integrate_gears(
-        self, before: Array, after: Array, states: Array, torques: Array
+        self,
+        before: Array,
+        after: Array,
+        change: Array | None,
+        states: Array,
+        torques: Array,
     ) -> tuple[Array, Array]:
         """Fill in states and torques, substep by substep; return the last ones."""
         linear, n_sub = self._linear, self.n_substeps
@@ -146,9 +190,10 @@ class Arm:
         push = here @ linear.first.T + there @ linear.second.T
         state, torque = self._state, self._torque
         for index in range(len(after)):
+            softer = None if change is None else change[index]
             for addition in push[index]:
                 state = step @ state + addition
-                torque = self._gears.solve(place @ state, response, torque)
+                torque = self._gears.solve(place @ state, response, torque, softer)
                 state -= gear @ torque
             states[index] = state
             torques[index] = self._gears.load(torque)

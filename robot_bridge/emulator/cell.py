@@ -1,15 +1,25 @@
 """Controller, drives, arm and sensors together, advanced cycle by cycle; no clock and no ROS."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.errors import SettingsError
 from robot_bridge.emulator.arm import Arm
+from robot_bridge.emulator.arm_effect import ArmEffect
+from robot_bridge.emulator.arm_structure import (
+    GAIN_SIGMA,
+    PLACE_SIGMA_M,
+    with_effects,
+    with_tolerances,
+)
 from robot_bridge.emulator.controller import Controller, ControllerSettings
+from robot_bridge.emulator.delay_line import DelayLine
 from robot_bridge.emulator.gear_torque import GearSettings
+from robot_bridge.emulator.sensor_errors import SensorErrors
 from robot_bridge.emulator.sensors import SensorArray, SensorSettings
 from robot_bridge.emulator.servo import Servo, ServoSettings
 from robot_bridge.emulator.udp_client import UdpClient
@@ -31,6 +41,15 @@ class CellSettings:
         Rows per block.
     seed : int
         Of noise, bias and link faults.
+    effects : tuple of ArmEffect
+        What the arm has and its model lacks.
+    tolerance : float
+        Ordinary deviations of arm and sensors from the model: masses 1 %, springs 1.5 %, dampers
+        8 %, sensor places 3 mm, gains 0.7 %, times this.
+    tolerance_seed : int
+        Of those.
+    uptime_s : float [s]
+        How long the arm has been switched on at the beginning.
     controller, servo, gears, sensors
         Settings of the parts.
     """
@@ -38,6 +57,10 @@ class CellSettings:
     sample_rate_hz: float = 2048.0
     block_samples: int = 64
     seed: int = 1
+    effects: tuple[ArmEffect, ...] = ()
+    tolerance: float = 0.0
+    tolerance_seed: int = 1
+    uptime_s: float = 0.0
     controller: ControllerSettings = field(default_factory=ControllerSettings)
     servo: ServoSettings = field(default_factory=ServoSettings)
     gears: GearSettings = field(default_factory=GearSettings)
@@ -148,8 +171,23 @@ class ArmSide:
     ) -> None:
         pose = model.axes.to_serial(np.radians(start_deg))
         rate_hz = settings.sample_rate_hz * (1.0 + settings.sensors.clock_error_ppm * PPM)
+        random = np.random.default_rng(settings.tolerance_seed)
+        arm = with_tolerances(model, settings.tolerance, random)
+        places = _misplaced(channels, settings.tolerance, random)
+        self._gain = 1.0 + settings.tolerance * GAIN_SIGMA * random.standard_normal(len(places))
+        effects = settings.effects
         self.pose = pose
-        self.arm = Arm(model, channels, pose, 1.0 / rate_hz, settings.gears)
+        self.arm = Arm(
+            with_effects(arm, effects, places),
+            places,
+            pose,
+            1.0 / rate_hz,
+            settings.gears,
+            effects,
+            settings.uptime_s,
+        )
+        self._delay = _command_delay(effects, rate_hz, pose)
+        self._errors = SensorErrors(effects, channels, rate_hz, self._gain * self.arm.at_rest())
         self.sensors = SensorArray(
             settings.sensors,
             len(channels),
@@ -159,10 +197,20 @@ class ArmSide:
         )
         self._block_samples = settings.block_samples
         self._waiting: list[tuple[Array, Array, Array]] = []
-        self._n_waiting = self._n_done = 0
+        self._n_waiting = 0
+        # Sensors that are late by nature: the first samples are of before the beginning.
+        self._n_done = -self._errors.lead_steps
+
+    @property
+    def model(self) -> FlexibleJointModel:
+        """The arm as it is, effects included."""
+        return self.arm.model
 
     def take(self, motion: tuple[Array, Array, Array]) -> list[SensorBlock]:
         """Take the motor motion of a cycle and return the blocks it completes."""
+        if self._delay is not None:
+            joined = self._delay.push(np.hstack(motion))
+            motion = tuple(np.split(joined, 3, axis=1))  # type: ignore[assignment]
         self._waiting.append(motion)
         self._n_waiting += len(motion[0])
         blocks = []
@@ -173,8 +221,37 @@ class ArmSide:
             self._n_waiting -= count
             done = self.arm.advance(q[:count], qd[:count], qdd[:count])
             self.pose = q[count - 1]
-            samples = self.sensors.sample(done.readings)
-            if not self.sensors.loses_block():
-                blocks.append(SensorBlock(self._n_done, samples))
-            self._n_done += count
+            samples = self.sensors.sample(self._errors.apply(self._gain * done.readings))
+            first, self._n_done = self._n_done, self._n_done + count
+            early = max(-first, 0)
+            if early < count and not self.sensors.loses_block():
+                blocks.append(SensorBlock(first + early, samples[early:]))
         return blocks
+
+
+def _misplaced(
+    channels: Sequence[Channel], size: float, random: np.random.Generator
+) -> tuple[Channel, ...]:
+    """Return the channels with every sensor a little off its place."""
+    off: dict[str, Array] = {}
+    found = []
+    for channel in channels:
+        sensor = channel.name.split('.')[0]
+        if sensor not in off:
+            off[sensor] = size * PLACE_SIGMA_M * random.standard_normal(3)
+        x, y, z = (np.array(channel.position_m) + off[sensor]).tolist()
+        found.append(replace(channel, position_m=(x, y, z)))
+    return tuple(found)
+
+
+def _command_delay(effects: Sequence[ArmEffect], rate_hz: float, pose: Array) -> DelayLine | None:
+    steps = rate_hz * sum(e.number('delay') for e in effects if e.type == 'command_delay')
+    if steps == 0.0:
+        return None
+    if steps < 1.0:
+        raise SettingsError(
+            'too short', where='command_delay', found=f'{steps / rate_hz:g} s',
+            expected=f'>= {1.0 / rate_hz:.2g} s, one sample',
+        )  # fmt: skip
+    still = np.zeros_like(pose)
+    return DelayLine(steps, np.concatenate([pose, still, still]))
