@@ -2,24 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import fields, MISSING
-import sys
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
-import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -33,15 +22,12 @@ from excitation_planner.ros_messages import (
     trajectory_message,
 )
 from modal_core.errors import ModalAnalysisError
+from modal_core.ros_messages import diagnostic, LATCHED, parameter_descriptor
+from modal_core.run_node import run_node
 from oma_msgs.msg import ExcitationPlan as PlanMessage
 from oma_msgs.msg import ModalParameters
 from structural_model.robot_files import load_layout, load_robot
 
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
 DIAGNOSTICS_PERIOD_S = 1.0
 # rclpy has no empty list of a type: this stands for an empty one.
 EMPTY_TEXT = ['']
@@ -86,9 +72,7 @@ class PlannerNode(Node):
             ('robot', 'irb6660_205_190', 'robot of config/robots, or its folder'),
             ('sensors', 'sensors', 'sensor layout of the robot'),
         ):
-            self.declare_parameter(
-                name, value, ParameterDescriptor(description=text, read_only=True)
-            )
+            self.declare_parameter(name, value, parameter_descriptor(text, read_only=True))
         for name, value, text in (
             ('plan_on_start', True, 'plan as soon as the node is up'),
             ('closed_loop', False, 'plan the next window after each modal_parameters'),
@@ -97,7 +81,7 @@ class PlannerNode(Node):
             ('target_damping_ratio_std_ratio', 0.1, 'closed loop stops when every σ_ζ/ζ is below'),
             ('longest_window_s', 300.0, 'closed loop: no window gets longer [s]'),
         ):
-            self.declare_parameter(name, value, _descriptor(text, (1e-6, 3600.0), value))
+            self.declare_parameter(name, value, parameter_descriptor(text, value, (1e-6, 3600.0)))
         for item in fields(PlanRequest):
             value = item.default if item.default is not MISSING else ()
             text, span = item.metadata['description'], item.metadata.get('range')
@@ -108,9 +92,9 @@ class PlannerNode(Node):
                     if item.name == 'joints'
                     else Parameter.Type.DOUBLE_ARRAY
                 )
-                self.declare_parameter(item.name, kind, _descriptor(text, None, value))
+                self.declare_parameter(item.name, kind, parameter_descriptor(text))
             else:
-                self.declare_parameter(item.name, value, _descriptor(text, span, value))
+                self.declare_parameter(item.name, value, parameter_descriptor(text, value, span))
 
     def _request(self, changes: dict[str, Any]) -> PlanRequest:
         """Build the request from the parameters, some of them about to change."""
@@ -191,15 +175,11 @@ class PlannerNode(Node):
     def _publish_diagnostics(self) -> None:
         array = DiagnosticArray()
         array.header.stamp = self.get_clock().now().to_msg()
-        status = DiagnosticStatus(name=f'{self.get_fully_qualified_name()}: plan', hardware_id='')
-        status.level, status.message = DiagnosticStatus.OK, 'PLAN_READY'
+        level, code = DiagnosticStatus.OK, 'PLAN_READY'
         if self.last_error:
-            status.level, status.message = (
-                DiagnosticStatus.ERROR,
-                f'PLAN_REFUSED {self.last_error}',
-            )
+            level, code = DiagnosticStatus.ERROR, f'PLAN_REFUSED {self.last_error}'
         elif self.plan is None:
-            status.level, status.message = DiagnosticStatus.WARN, 'NO_PLAN'
+            level, code = DiagnosticStatus.WARN, 'NO_PLAN'
         values = {
             'plan_hash': self.plan.plan_hash if self.plan else '',
             'plans': self.n_plans,
@@ -207,44 +187,14 @@ class PlannerNode(Node):
             'bad_messages': self.n_bad_messages,
             'closed_loop_finished': self.finished,
         }
-        status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-        array.status = [status]
+        name = f'{self.get_fully_qualified_name()}: plan'
+        array.status = [diagnostic(name, code, level, values)]
         self.diagnostics.publish(array)
-
-
-def _descriptor(text: str, span: tuple[float, float] | None, value: Any) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(description=text)
-    if span is not None and isinstance(value, float):
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=float(span[0]), to_value=float(span[1]))
-        ]
-    elif span is not None and isinstance(value, int) and not isinstance(value, bool):
-        descriptor.integer_range = [
-            IntegerRange(from_value=int(span[0]), to_value=int(span[1]), step=1)
-        ]
-    return descriptor
 
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node until it is stopped."""
-    rclpy.init(args=args)
-    node = None
-    try:
-        node = PlannerNode()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except rclpy_implementation.RCLError:
-        # Told to stop while it was still starting.
-        if rclpy.ok():
-            raise
-    except (ModalAnalysisError, ParameterException) as error:
-        sys.stderr.write(f'excitation_planner: {error}\n')
-        raise SystemExit(2) from error
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+    run_node('excitation_planner', PlannerNode, args=args)
 
 
 if __name__ == '__main__':

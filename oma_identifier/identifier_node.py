@@ -3,32 +3,25 @@
 from collections.abc import Sequence
 import json
 from pathlib import Path
-import sys
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
-import rclpy
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.callback_groups import CallbackGroup
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.subscription import Subscription
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from modal_core.atomic_file import atomic_path, write_text
-from modal_core.errors import ModalAnalysisError, SettingsError
+from modal_core.errors import SettingsError
 from modal_core.measurements import Measurement
+from modal_core.ros_messages import LATCHED, parameter_descriptor
+from modal_core.run_node import run_node
 from oma_identifier.node_parameters import (
     load_layout_file,
     NodeParameter,
@@ -57,11 +50,6 @@ DIAGNOSTICS_PERIOD_S = 1.0
 SAMPLE_DEPTH = 8000
 BLOCK_DEPTH = 1024
 FINISH_TIMEOUT_S = 60.0
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
 LARGEST_CHECKPOINT_BYTES = 50_000_000
 
 
@@ -350,45 +338,17 @@ def _default(parameter: NodeParameter) -> Any:
 
 
 def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(
-        description=parameter.description, read_only=parameter.read_only
+    low, high = parameter.low, parameter.high
+    span = (low, high) if low is not None and high is not None else None
+    return parameter_descriptor(
+        parameter.description, parameter.default, span, parameter.read_only
     )
-    if parameter.low is None or parameter.high is None:
-        return descriptor
-    descriptor.additional_constraints = f'{parameter.low:g} to {parameter.high:g}'
-    if isinstance(parameter.default, int):
-        descriptor.integer_range = [
-            IntegerRange(from_value=int(parameter.low), to_value=int(parameter.high), step=1)
-        ]
-    else:
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=parameter.low, to_value=parameter.high)
-        ]
-    return descriptor
 
 
-def main(args: Sequence[str] | None = None) -> int:
+def main(args: Sequence[str] | None = None) -> None:
     """Run the node until it is told to stop."""
-    node: IdentifierNode | None = None
-    try:
-        rclpy.init(args=args)
-        node = IdentifierNode()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except rclpy_implementation.RCLError:
-        # Told to stop while it was still starting.
-        if rclpy.ok():
-            raise
-    except (ModalAnalysisError, ParameterException) as error:
-        sys.stderr.write(f'oma_identifier: {error}\n')
-        return 2
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return 0
+    run_node('oma_identifier', IdentifierNode, args=args)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

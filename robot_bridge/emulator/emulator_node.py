@@ -13,18 +13,17 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
-import rclpy
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu
 from std_srvs.srv import SetBool, Trigger
 
-from modal_core.errors import BridgeError, ModalAnalysisError, SettingsError
+from modal_core.errors import BridgeError, SettingsError
+from modal_core.ros_messages import LATCHED, parameter_descriptor
+from modal_core.run_node import run_node
 from oma_msgs.msg import AccelerationBlock, ModalParameters
 from oma_msgs.srv import InjectFault
 from robot_bridge.egm_link import ask_for_real_time
@@ -53,11 +52,6 @@ NANOSECONDS = 1_000_000_000
 RCLError = rclpy_implementation.RCLError
 BLOCKS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
 SAMPLES = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
 POSE_MOVED_RAD = 2e-3
 CATCH_UP_S = 0.002
 LATEST_S = 1.0
@@ -187,9 +181,7 @@ class EmulatorNode(Node):
     # -- parameters ----------------------------------------------------------------------------
 
     def _declare(self, name: str, default: Any, text: str, live: bool = False) -> None:
-        self.declare_parameter(
-            name, default, ParameterDescriptor(description=text, read_only=not live)
-        )
+        self.declare_parameter(name, default, parameter_descriptor(text, read_only=not live))
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
@@ -377,24 +369,7 @@ class EmulatorNode(Node):
 def main(args: Sequence[str] | None = None) -> None:
     """Run the emulated cell until it is stopped."""
     sys.setswitchinterval(0.0005)
-    rclpy.init(args=args)
-    node = None
-    try:
-        node = EmulatorNode()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except rclpy_implementation.RCLError:
-        # Told to stop while it was still starting.
-        if rclpy.ok():
-            raise
-    except (ModalAnalysisError, ParameterException) as error:
-        sys.stderr.write(f'abb_emulator: {error}\n')
-        raise SystemExit(2) from error
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+    run_node('abb_emulator', EmulatorNode, args=args)
 
 
 if __name__ == '__main__':

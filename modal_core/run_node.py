@@ -1,0 +1,71 @@
+"""The life of a node's process: start, spin, stop quietly, say in one line what is wrong."""
+
+from collections.abc import Callable, Sequence
+import sys
+from typing import TypeVar
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+
+from modal_core.errors import ModalAnalysisError
+
+RCLError = rclpy_implementation.RCLError
+UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
+EXIT_BAD_SETTINGS = 2
+AnyNode = TypeVar('AnyNode', bound=Node)
+
+
+def run_node(
+    name: str,
+    make: Callable[[], AnyNode],
+    spin: Callable[[AnyNode], None] = rclpy.spin,
+    args: Sequence[str] | None = None,
+) -> None:
+    """Make a node and spin it until it is stopped.
+
+    SIGINT and SIGTERM end it quietly, also while it is still starting.
+
+    Parameters
+    ----------
+    name : str
+        Begins the line on the error channel.
+    make : callable
+        Makes the node; it may refuse its parameters.
+    spin : callable
+        Runs the node; returning, or the end of the context, ends the process.
+    args : sequence of str or None
+        Command line; None takes the process's own.
+
+    Raises
+    ------
+    SystemExit
+        Status 2, after one line: the user can put it right.
+    """
+    node = None
+    try:
+        _init(args)
+        node = make()
+        spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except RCLError:
+        # Told to stop while it was still starting.
+        if rclpy.ok():
+            raise
+    except (ModalAnalysisError, ParameterException, UnknownROSArgsError) as error:
+        sys.stderr.write(f'{name}: {" ".join(str(error).split())}\n')
+        raise SystemExit(EXIT_BAD_SETTINGS) from error
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _init(args: Sequence[str] | None) -> None:
+    try:
+        rclpy.init(args=args)
+    except RCLError as error:
+        raise ModalAnalysisError('bad command line', found=error) from error
