@@ -1,13 +1,16 @@
 """Residuals and their derivatives, as real rows weighted by the noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.hypothesis import Hypothesis
-from model_gap.predict import Predictor
-from model_gap.spectra import Complex
+from model_gap.pose_system import PoseSystem
+from model_gap.predict import Predictor, RecordState
+from model_gap.setup import Setup
+from model_gap.spectra import Complex, hann
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.float32]
@@ -88,34 +91,85 @@ def effect_columns(
 def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: Weighting) -> Rows:
     """Return derivatives by the tolerances, per prior standard deviation, as rows.
 
-    Nonlinear forces are held at their present values.
+    To first order a changed arm is the present one under the force (dB a + dP q) -
+    (dM x'' + dC x' + dK x), so that one transfer per record serves all tolerances.  Nonlinear
+    forces and what rings on after the record are held at their present values.
+
+    References
+    ----------
+    Fox and Kapoor (1968), doi:10.2514/3.5008, for the direct method of sensitivities.
     """
-    setup = hypothesis.setup()
+    tolerant = hypothesis.tolerant_setup()
+    setup = hypothesis.add_effects(tolerant)
     systems = predictor.systems(setup.spec, setup.channels)
-    states, forces = predictor.states_and_forces(setup, systems)
+    states = predictor.states(setup, systems)
     readings = predictor.readings(systems, states)
-    base = weighting.rows(predictor.outputs(setup, readings))
+    arm = _ArmDerivative(predictor, setup, systems, states)
+    gains = [number for number, item in enumerate(hypothesis.tolerances) if item.kind == 'gain']
     columns = []
-    gain_row = 0
     for number, item in enumerate(hypothesis.tolerances):
         if item.kind == 'gain':
-            masked = []
-            for reading in readings:
-                part = np.zeros_like(reading)
-                part[gain_row] = reading[gain_row] * item.sigma
-                masked.append(part)
-            gain_row += 1
-            columns.append(weighting.rows(predictor.outputs(setup, masked)))
-            continue
-        values = hypothesis.tolerance_values.copy()
-        values[number] += TOLERANCE_STEP
-        moved = hypothesis.add_effects(hypothesis.tolerant_setup(values))
-        if item.kind == 'position':
-            other = predictor.sensors_moved(moved, systems)
-            found = predictor.readings(other, states)
+            changes = [np.zeros_like(reading) for reading in readings]
+            for change, reading in zip(changes, readings, strict=True):
+                row = gains.index(number)
+                change[row] = reading[row] * item.sigma
         else:
-            other = predictor.systems(moved.spec, moved.channels)
-            found = predictor.readings(other, predictor.states(moved, other, forces))
-        rows = weighting.rows(predictor.outputs(moved, found))
-        columns.append((rows - base) / np.float32(TOLERANCE_STEP))
+            moved = hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
+            if item.kind == 'position':
+                other = predictor.readings(predictor.sensors_moved(moved, systems), states)
+                changes = [
+                    (new - old) / TOLERANCE_STEP for new, old in zip(other, readings, strict=True)
+                ]
+            else:
+                changes = arm.changes(moved, item.kind == 'spring')
+        columns.append(weighting.rows(predictor.outputs(setup, changes)))
     return np.array(columns, dtype=np.float32)
+
+
+class _ArmDerivative:
+    """First-order change of the readings when the arm changes, by the direct method."""
+
+    def __init__(
+        self,
+        predictor: Predictor,
+        setup: Setup,
+        systems: Sequence[PoseSystem],
+        states: Sequence[RecordState],
+    ) -> None:
+        self.predictor, self.states = predictor, states
+        self.transfers = [
+            systems[group].transfer(state.omega).astype(np.complex64)
+            for state, group in zip(states, predictor.groups, strict=True)
+        ]
+        self.base = predictor.arms(setup.spec)
+
+    def changes(self, moved: Setup, springs_only: bool) -> list[Complex]:
+        """Return the change of the readings per prior standard deviation, one per record.
+
+        Parameters
+        ----------
+        moved : Setup
+            ``TOLERANCE_STEP`` away.
+        springs_only : bool
+            Mass and inputs are those of the base.
+        """
+        arms = self.predictor.arms(moved.spec, 1 if springs_only else None)
+        found = []
+        for state, transfer, group in zip(
+            self.states, self.transfers, self.predictor.groups, strict=True
+        ):
+            arm = arms[0 if springs_only else group]
+            base = self.base[0 if springs_only else group]
+            stiffness, damping = arm.K - base.K, arm.C - base.C
+            force = -(stiffness @ state.deflection) - damping @ (
+                1j * state.omega * state.deflection
+            )
+            if not springs_only:
+                force += (arm.M - base.M) @ (state.omega**2 * state.deflection)
+                force += (arm.inertia_input - base.inertia_input) @ state.acceleration
+                force += (arm.shift_input - base.shift_input) @ state.shift
+            force = (force / TOLERANCE_STEP).astype(np.complex64)
+            rows = np.flatnonzero(np.abs(force).max(axis=1) > 0.0)
+            change = np.einsum('cnb,nb->cb', transfer[:, rows], force[rows])
+            found.append(hann(change.reshape(len(change), -1, 3)))
+        return found

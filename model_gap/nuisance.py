@@ -44,7 +44,7 @@ class Nuisance:
     name : str
         What it is, for the report.
     kind : str
-        ``spec``, ``position`` or ``gain``: how far its influence reaches.
+        ``spring``, ``spec`` (masses), ``position`` or ``gain``: how far its influence reaches.
     apply : callable
         (setup, standard deviations) -> setup.
     sigma : float
@@ -158,7 +158,7 @@ def _joint(joint: JointSpec, size: Tolerances) -> list[Nuisance]:
                 change = _spring_change(what, sigma * value)
                 return setup.with_spec(change_drive(setup.spec, joint.name, change))
 
-            found.append(Nuisance(f'{what} of {joint.name}', 'spec', drive))
+            found.append(Nuisance(f'{what} of {joint.name}', 'spring', drive))
         for number, spring in enumerate(joint.tilts):
             if spring.rigid:
                 continue
@@ -173,7 +173,7 @@ def _joint(joint: JointSpec, size: Tolerances) -> list[Nuisance]:
                 change = _spring_change(what, sigma * value)
                 return setup.with_spec(change_tilt(setup.spec, joint.name, number, change))
 
-            found.append(Nuisance(f'{what} across {joint.name} ({number + 1})', 'spec', tilt))
+            found.append(Nuisance(f'{what} across {joint.name} ({number + 1})', 'spring', tilt))
     return found
 
 
@@ -189,7 +189,7 @@ def _base(number: int, size: Tolerances) -> Nuisance:
         )
         return setup.with_spec(dataclasses.replace(setup.spec, base=base))
 
-    return Nuisance(f'base stiffness {number}', 'spec', apply)
+    return Nuisance(f'base stiffness {number}', 'spring', apply)
 
 
 def _link(link: str, size: Tolerances) -> list[Nuisance]:

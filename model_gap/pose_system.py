@@ -16,9 +16,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 # Undamped modes above this follow at once; the band ends far below.
 FAST_1_S = 2.0 * np.pi * 320.0
-# Modes below this may still ring at the end of a record; e^-8 of it is forgotten.
+# Modes below this may still ring at the end of a record.
 RINGING_1_S = 2.0 * np.pi * 60.0
-DECAYED = 8.0
 
 
 @dataclass(frozen=True)
@@ -71,31 +70,44 @@ class PoseSystem:
         modal /= 1j * omega - self.poles[:, None]
         return np.asarray(self.shapes @ modal + self.instant @ force)
 
-    def end_state(self, acceleration: Array, period_s: float) -> Complex:
+    def end_state(self, tail: Array, period_s: float) -> Complex:
         """Return the modes' state at the end of a motion that starts at rest, (n_poles,).
 
         Parameters
         ----------
-        acceleration : (n_samples, n_joints) array [rad/s²]
-            Of the motors; the last row is one period before the end.
+        tail : (n_block, n_blocks, n_joints) array [rad/s²]
+            Of the motors, newest first; the first row is one period before the end.
         period_s : float [s]
-            Between rows.
+            Between samples.
         """
         state = np.zeros(len(self.poles), dtype=complex)
         slow = np.flatnonzero((self.poles.imag > 0.0) & (self.poles.imag < RINGING_1_S))
+        length, blocks, joints = tail.shape
+        step = self.poles[slow, None] * period_s
+        inside = np.exp(step * np.arange(1, length + 1))
+        ahead = np.exp(step * length * np.arange(blocks))
+        sums = (inside @ tail.reshape(length, -1)).reshape(len(slow), blocks, joints)
         pull = self.drives[slow] @ self.inertia_input
-        for place, row in zip(slow, pull, strict=True):
-            pole = self.poles[place]
-            count = min(len(acceleration), int(DECAYED / (-pole.real * period_s + 1e-12)) + 1)
-            decay = np.exp(pole * period_s * np.arange(count, 0, -1))
-            state[place] = decay @ (acceleration[-count:] @ row) * period_s
-            twin = np.argmin(np.abs(self.poles - pole.conj()))
+        state[slow] = np.einsum('mb,mbj,mj->m', ahead, sums, pull) * period_s
+        for place in slow:
+            twin = np.argmin(np.abs(self.poles - self.poles[place].conj()))
             state[twin] = state[place].conj()
         return state
 
     def force(self, acceleration: Complex, shift: Complex) -> Complex:
         """Return the force of the motor motion on the degrees of freedom, (n, n_bins)."""
         return np.asarray(self.inertia_input @ acceleration + self.shift_input @ shift)
+
+    def transfer(self, omega: Array) -> Complex:
+        """Return readings per force on the degrees of freedom, (n_channels, n, n_bins)."""
+        resolvent = 1.0 / (1j * omega - self.poles[:, None])
+
+        def through(rows: Array) -> Complex:
+            paths = (rows @ self.shapes)[:, None, :] * self.drives.T
+            found = (paths.reshape(-1, len(self.poles)) @ resolvent).reshape(*paths.shape[:2], -1)
+            return np.asarray(found + (rows @ self.instant)[:, :, None])
+
+        return np.asarray(through(self.gravity) - omega**2 * through(self.flexible))
 
     def reading(
         self, omega: Array, deflection: Complex, acceleration: Complex, shift: Complex
@@ -109,6 +121,37 @@ class PoseSystem:
         )
 
 
+@dataclass(frozen=True)
+class PoseArm:
+    """The arm at a pose before its modes are known: M x'' + C x' + K x = B a + P q.
+
+    Parameters
+    ----------
+    M, C, K : (n, n) array
+        Mass, damping and stiffness.
+    inertia_input, shift_input : (n, n_joints) array
+        B and P.
+    """
+
+    M: Array
+    C: Array
+    K: Array
+    inertia_input: Array
+    shift_input: Array
+
+
+def pose_arm(model: FlexibleJointModel, pose: Array) -> PoseArm:
+    """Return the matrices of a model at a pose."""
+    matrices = model.matrices(pose)
+    return PoseArm(
+        matrices.M,
+        matrices.C,
+        matrices.K,
+        model.input_matrix(pose),
+        -model.gravity_coupling(pose),
+    )
+
+
 def pose_system(
     model: FlexibleJointModel, pose: Array, channels: tuple[Channel, ...]
 ) -> PoseSystem:
@@ -119,7 +162,7 @@ def pose_system(
     ModelError
         The pose or a channel does not fit the model.
     """
-    matrices = model.matrices(pose)
+    matrices = pose_arm(model, pose)
     try:
         squared, basis = scipy.linalg.eigh(matrices.K, matrices.M, check_finite=False)
     except np.linalg.LinAlgError as error:
@@ -142,8 +185,8 @@ def pose_system(
         shapes=kept @ right[:size],
         drives=left[:, size:] @ kept.T,
         instant=instant,
-        inertia_input=model.input_matrix(pose),
-        shift_input=-model.gravity_coupling(pose),
+        inertia_input=matrices.inertia_input,
+        shift_input=matrices.shift_input,
         **rows,
         dof_names=model.dof_names,
     )

@@ -9,11 +9,17 @@ from numpy.typing import NDArray
 
 from modal_core.channel import Channel
 from model_gap.joint_law import JointLaw
-from model_gap.pose_system import pose_system, PoseSystem, with_channels
+from model_gap.pose_system import pose_arm, pose_system, PoseArm, PoseSystem, with_channels
 from model_gap.ripple import ripple_force
 from model_gap.setup import JointForce, Setup
 from model_gap.spectra import hann, RecordSpectra
-from model_gap.time_domain import force_spectra, joint_path, JointPath, step_torques
+from model_gap.time_domain import (
+    force_spectra,
+    joint_path,
+    JointPath,
+    step_torques,
+    STEPS_PER_S,
+)
 from model_gap.tone import add_tones
 from structural_model import FlexibleJointModel, ModelSpec
 
@@ -51,10 +57,13 @@ class Predictor:
         Gives kinematics; its spec is replaced by the setup's.
     records : sequence of RecordSpectra
         What to predict.
+    steps_per_s : float [Hz]
+        Of nonlinear torques.
     """
 
     model: FlexibleJointModel
     records: Sequence[RecordSpectra]
+    steps_per_s: float = STEPS_PER_S
     groups: tuple[int, ...] = field(init=False)
     poses: list[NDArray[np.float64]] = field(init=False)
     _kept: '_Kept | None' = field(init=False, default=None)
@@ -78,6 +87,11 @@ class Predictor:
         """Linearise at every pose."""
         model = dataclasses.replace(self.model, spec=spec)
         return [pose_system(model, pose, channels) for pose in self.poses]
+
+    def arms(self, spec: ModelSpec, most: int | None = None) -> list[PoseArm]:
+        """Return the matrices at every pose, or at the first few."""
+        model = dataclasses.replace(self.model, spec=spec)
+        return [pose_arm(model, pose) for pose in self.poses[:most]]
 
     def sensors_moved(self, setup: Setup, systems: Sequence[PoseSystem]) -> list[PoseSystem]:
         """Return the systems with the channels of a setup, dynamics unchanged."""
@@ -118,7 +132,7 @@ class Predictor:
                 force = force + ripple_force(ripple, item, self.model, setup.spec, system)
             if forces:
                 force = force + forces[index]
-            ringing = system.end_state(item.coarse_acceleration, item.coarse_period_s)
+            ringing = system.end_state(item.tail, item.coarse_period_s)
             deflection = system.deflection(omega, force, ringing * item.end_scale)
             states.append(RecordState(omega, acceleration, shift, deflection))
         return states, list(forces)
@@ -145,7 +159,9 @@ class Predictor:
                     key = (force.joint, index)
                     if key not in paths:
                         system = systems[self.groups[index]]
-                        paths[key] = joint_path(model, force.joint, item, system, setup)
+                        paths[key] = joint_path(
+                            model, force.joint, item, system, setup, self.steps_per_s
+                        )
                     lanes.setdefault(force.law, []).append((number, index, force))
         found: list[list[Complex]] = [[0.0j] * len(self.records) for _ in setups]  # type: ignore[list-item]
         for entries in lanes.values():

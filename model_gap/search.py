@@ -10,6 +10,8 @@ from model_gap.effects import CATALOGUE, Effect, Scene
 from model_gap.explicit_damping import explicit_damping
 from model_gap.fit import EFFECTIVE_DATA, Fit, fit
 from model_gap.hypothesis import Hypothesis
+from model_gap.joint_reach import joint_reach
+from model_gap.joint_vector import plain_joint
 from model_gap.linearise import misfit, tolerance_columns, Weighting
 from model_gap.lines import common_lines
 from model_gap.nuisance import nuisances, Tolerances
@@ -17,13 +19,18 @@ from model_gap.predict import Predictor, SAME_POSE_RAD
 from model_gap.screen import Projection, screen, Trial
 from model_gap.setup import Setup
 from model_gap.spectra import Band, record_spectra, TARGET_BINS
+from model_gap.time_domain import STEPS_PER_S
 from structural_model import FlexibleJointModel
 
-SCREEN_BINS = 110
+SCREEN_BINS = 90
 MANY_CHANNELS = 15
 LEAST_BINS = 60
 SCREEN_POSES = 3
+COARSE_STEPS = 500.0
 SCREEN_S = 12.0
+# A torque law is tried in a joint only when a free torque there could gain so much.
+LEAST_REACH = 6.0
+REACH_SHARE = 0.15
 ROUGH = 8
 ROUGH_PER_TYPE = 3
 REFINED = 4
@@ -31,6 +38,8 @@ REFINED = 4
 HOPELESS = 150.0
 # Nor is what promised less than this share of the best in the screening.
 LEAST_PROMISE = 0.06
+# Nothing is refined when the best promises less than this share of what is worth adding.
+PROMISE = 0.5
 # Tolerances this far out of their range, or a misfit this large, mean that the fit without an
 # effect is distorted: candidates are then tried on the nominal model.
 DISTORTED_TOLERANCE = 3.5
@@ -141,20 +150,26 @@ class Search:
         self.fitting = self._predictor(fitting)
         self.heldout = self._predictor(heldout)
         short = [shortened(record, SCREEN_S) for record in fitting]
-        self.coarse = self._predictor(short, SCREEN_BINS)
-        self.screening = self._predictor(of_first_poses(short, SCREEN_POSES), SCREEN_BINS)
+        self.coarse = self._predictor(short, SCREEN_BINS, COARSE_STEPS)
+        few = of_first_poses(short, SCREEN_POSES)
+        self.screening = self._predictor(few, SCREEN_BINS, COARSE_STEPS)
         self.weighting = Weighting.of(self.fitting)
         self.heldout_weighting = Weighting.of(self.heldout) if heldout else None
         self.coarse_weighting = Weighting.of(self.coarse)
         self.screening_weighting = Weighting.of(self.screening)
 
-    def _predictor(self, records: Sequence[GapRecord], bins: int = TARGET_BINS) -> Predictor:
+    def _predictor(
+        self,
+        records: Sequence[GapRecord],
+        bins: int = TARGET_BINS,
+        steps_per_s: float = STEPS_PER_S,
+    ) -> Predictor:
         band = self.settings.band
         lines = self.scene.lines_hz
         # Many channels say the same with fewer bins.
         bins = max(LEAST_BINS, round(bins * min(1.0, MANY_CHANNELS / self._n_channels)))
         spectra = [record_spectra(item, band, bins, lines) for item in records]
-        return Predictor(self.model, spectra)
+        return Predictor(self.model, spectra, steps_per_s)
 
     @property
     def nominal(self) -> Hypothesis:
@@ -199,7 +214,8 @@ class Search:
             if effect.key not in [item.key for item in current.hypothesis.effects]
         ]
         trials = self._screen(current, candidates)
-        refined = self._refine(current, chosen(trials))
+        promising = trials and trials[0].gain >= PROMISE * self.settings.worth_adding
+        refined = self._refine(current, chosen(trials)) if promising else []
         return Step(
             before=current,
             heldout_before=self.heldout_misfit(current.hypothesis),
@@ -215,7 +231,15 @@ class Search:
         predictor, weighting = self.screening, self.screening_weighting
         columns = tolerance_columns(base, predictor, weighting)
         projection = Projection.of(base, predictor, weighting, columns)
-        return screen(candidates, [projection], predictor, weighting)
+        reach = joint_reach(base, predictor)
+        least = max(LEAST_REACH, REACH_SHARE * max(reach.values(), default=0.0))
+        within = [
+            effect
+            for effect in candidates
+            if not effect.amplitude_dependent
+            or reach.get(effect.place, reach.get(str(effect.location), 0.0)) >= least
+        ]
+        return screen(within, [projection], predictor, weighting)
 
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Candidate]:
         if not trials:
@@ -247,6 +271,10 @@ class Search:
                 )
             )
         return found
+
+
+def _within(reach: dict[str, float], effect: Effect) -> float:
+    return reach.get(effect.place, reach.get(plain_joint(effect.place), 0.0))
 
 
 def chosen(trials: Sequence[Trial]) -> list[Trial]:

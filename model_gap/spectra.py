@@ -12,9 +12,10 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 # A Hann window is this combination of neighbouring bins of the rectangular one.
 HANN = (-0.25, 0.5, -0.25)
-TARGET_BINS = 300
+TARGET_BINS = 160
 COARSE_HZ = 240.0
 COARSE_S = 25.0
+BLOCK = 64
 
 
 @dataclass(frozen=True)
@@ -47,10 +48,11 @@ class RecordSpectra:
         Readings, Hann window.
     noise_power : (n_channels,) array
         Expected |noise|² of ``measured``.
-    coarse_acceleration : (n, n_joints) array [rad/s²]
-        Motor acceleration in time, every few samples, for what rings on after the record.
+    tail : (BLOCK, n_blocks, n_joints) array [rad/s²]
+        Motor acceleration in time, every few samples, for what rings on after the record; the
+        last sample first, running down the blocks.
     coarse_period_s : float [s]
-        Between its rows.
+        Between its samples.
     end_scale : float
         From a modal state to its spectrum.
     """
@@ -61,7 +63,7 @@ class RecordSpectra:
     motor_shift: Complex
     measured: Complex
     noise_power: Array
-    coarse_acceleration: Array
+    tail: Array
     coarse_period_s: float
     end_scale: float
 
@@ -96,8 +98,10 @@ def record_spectra(
     count = len(record.acceleration)
     frequency = np.fft.rfftfreq(count, 1.0 / record.sample_rate_hz)
     inside = np.flatnonzero((frequency >= band.low_hz) & (frequency <= band.high_hz))
-    step = max(1, len(inside) // target_bins)
-    bins = inside[::step]
+    # Evenly spaced in the logarithm: a mode is as many of its widths away from the next bin at
+    # every frequency.
+    wanted = np.geomspace(inside[0], inside[-1], min(target_bins, len(inside)))
+    bins = np.unique(np.rint(wanted).astype(int))
     for line in lines_hz:  # every bin of a line counts
         near = round(line * count / record.sample_rate_hz)
         bins = np.union1d(bins, np.arange(near - 3, near + 4))
@@ -108,7 +112,6 @@ def record_spectra(
         return np.asarray(np.fft.rfft(values, axis=0) * scale)
 
     stride = max(1, int(record.sample_rate_hz / COARSE_HZ))
-    first = max(0, int(count / stride - COARSE_S * record.sample_rate_hz / stride))
     response = transform(record.acceleration - record.acceleration.mean(axis=0))
     return RecordSpectra(
         record=record,
@@ -117,10 +120,18 @@ def record_spectra(
         motor_shift=transform(record.motor_shift).T[:, triples],
         measured=hann(response.T[:, triples]),
         noise_power=noise_power(response, np.asarray(frequency, dtype=float), band),
-        coarse_acceleration=record.motor_acceleration[count % stride :: stride][first:],
+        tail=_tail(record.motor_acceleration, stride, COARSE_S * record.sample_rate_hz / stride),
         coarse_period_s=stride / record.sample_rate_hz,
         end_scale=record.sample_rate_hz * scale,
     )
+
+
+def _tail(acceleration: Array, stride: int, most: float) -> Array:
+    newest_first = acceleration[len(acceleration) % stride :: stride][::-1][: int(most)]
+    blocks = -(-len(newest_first) // BLOCK)
+    padded = np.zeros((blocks * BLOCK, acceleration.shape[1]))
+    padded[: len(newest_first)] = newest_first
+    return np.ascontiguousarray(padded.reshape(blocks, BLOCK, -1).transpose(1, 0, 2))
 
 
 def noise_power(response: Complex, frequency: Array, band: Band) -> Array:

@@ -42,6 +42,8 @@ class JointPath:
         Twist per deflection.
     stiffness, static_twist : float
         Linear spring, and its twist under gravity.
+    steps_per_s : float [Hz]
+        Of the series.
     """
 
     poles: Complex
@@ -53,10 +55,16 @@ class JointPath:
     vector: Array
     stiffness: float
     static_twist: float
+    steps_per_s: float = STEPS_PER_S
 
 
 def joint_path(
-    model: FlexibleJointModel, joint: str, item: RecordSpectra, system: PoseSystem, setup: Setup
+    model: FlexibleJointModel,
+    joint: str,
+    item: RecordSpectra,
+    system: PoseSystem,
+    setup: Setup,
+    steps_per_s: float = STEPS_PER_S,
 ) -> JointPath:
     """Prepare a joint of a record."""
     vector = joint_vector(model, joint, system.dof_names)
@@ -67,7 +75,7 @@ def joint_path(
     quick = np.abs(system.poles) >= SLOW_POLE_1_S
     instant = float(np.sum((-residues / system.poles)[quick].real))
     instant += float(vector @ system.instant @ vector)
-    twist, rate = linear_twist(item, system, vector, setup)
+    twist, rate = linear_twist(item, system, vector, setup, steps_per_s)
     record = item.record
     speed = record.motor_velocity @ axis_row(model, joint)
     gravity = model.rigid_force(
@@ -80,7 +88,8 @@ def joint_path(
         instant=instant,
         twist=twist,
         rate=rate,
-        speed=resampled(speed, record.sample_rate_hz, len(twist)),
+        speed=resampled(speed, record.sample_rate_hz, len(twist), steps_per_s),
+        steps_per_s=steps_per_s,
         vector=vector,
         stiffness=spring.stiffness,
         static_twist=static,
@@ -88,7 +97,7 @@ def joint_path(
 
 
 def linear_twist(
-    item: RecordSpectra, system: PoseSystem, vector: Array, setup: Setup
+    item: RecordSpectra, system: PoseSystem, vector: Array, setup: Setup, steps_per_s: float
 ) -> tuple[Array, Array]:
     """Return twist and rate of the linear arm at the steps; starts from rest."""
     record = item.record
@@ -103,7 +112,7 @@ def linear_twist(
     force = system.force(acceleration, shift)
     modal = (system.drives @ force) / (1j * omega - system.poles[:, None])
     twist = (vector @ system.shapes) @ modal + (vector @ system.instant) @ force
-    steps = round(count / record.sample_rate_hz * STEPS_PER_S)
+    steps = round(count / record.sample_rate_hz * steps_per_s)
     size = 2 * steps
 
     def back(spectrum: Complex) -> Array:
@@ -115,9 +124,9 @@ def linear_twist(
     return back(twist), back(1j * omega * twist)
 
 
-def resampled(values: Array, rate_hz: float, steps: int) -> Array:
+def resampled(values: Array, rate_hz: float, steps: int, steps_per_s: float) -> Array:
     """Return a series at the steps."""
-    times = np.arange(steps) / STEPS_PER_S
+    times = np.arange(steps) / steps_per_s
     return np.asarray(np.interp(times, np.arange(len(values)) / rate_hz, values))
 
 
@@ -140,7 +149,7 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Arr
         np.array([item.stiffness for item in paths]),
         np.array([item.static_twist for item in paths]),
     )
-    period = 1.0 / STEPS_PER_S
+    period = 1.0 / paths[0].steps_per_s
     size = max(len(item.poles) for item in paths)
     poles, residues = np.full((len(paths), size), -1e3 + 0j), np.zeros((len(paths), size), complex)
     for lane, item in enumerate(paths):

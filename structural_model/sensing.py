@@ -61,7 +61,8 @@ def _new_map(assembly: Assembly, channels: tuple[Channel, ...]) -> SensorMap:
             wrench[number, 3:] = along
         else:  # d·(v + ω × p) = d·v + (p × d)·ω
             wrench[number, :3], direction[number] = along, along
-            wrench[number, 3:] = np.cross(placement.translation, along)
+            (px, py, pz), (dx, dy, dz) = placement.translation, along
+            wrench[number, 3:] = py * dz - pz * dy, pz * dx - px * dz, px * dy - py * dx
     groups = tuple((int(joint), np.flatnonzero(joints == joint)) for joint in np.unique(joints))
     return SensorMap(groups, wrench, direction)
 
@@ -117,9 +118,10 @@ def gravity_rows(
     gravity = np.asarray(assembly.model.gravity.linear)
     for joint, members in found.groups:
         jacobian = pin.getJointJacobian(assembly.model, data, joint, pin.ReferenceFrame.LOCAL)
-        local = data.oMi[joint].rotation.T @ gravity
-        # -d(Rᵀg) = θ × (Rᵀg), so the reading gains d·(θ × g') = (g' × d)·θ.
-        rows[members] = np.cross(local, found.direction[members]) @ jacobian[3:, columns]
+        x, y, z = data.oMi[joint].rotation.T @ gravity
+        # -d(Rᵀg) = θ × (Rᵀg), so the reading gains d·(θ × g') = (g' × d)·θ = d·([g']ₓᵀ θ).
+        crossed = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        rows[members] = found.direction[members] @ crossed @ jacobian[3:, columns]
     return rows
 
 

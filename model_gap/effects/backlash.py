@@ -6,7 +6,6 @@ from typing import ClassVar
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.joint_law import BacklashLaw
-from model_gap.joint_vector import marked
 from model_gap.setup import JointForce, Setup
 
 
@@ -38,7 +37,7 @@ class Backlash(Effect):
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the play."""
-        force = JointForce(marked(str(self.location), self.variant), BacklashLaw, tuple(values))
+        force = JointForce(self.place, BacklashLaw, tuple(values))
         return dataclasses.replace(setup, forces=(*setup.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:

@@ -40,12 +40,16 @@ class CoulombFriction(Effect):
             EffectParameter('transition_speed', 'rad/s', 1.0, 2e-5, 0.1, neutral=1e-3, log=True),
         )
 
+    @property
+    def place(self) -> str:
+        """Name of the joint torque."""
+        whole = self.variant == WHOLE_JOINT
+        return marked(str(self.location), BETWEEN_LINKS if whole else self.variant)
+
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the torque."""
-        whole = self.variant == WHOLE_JOINT
-        place = marked(str(self.location), BETWEEN_LINKS if whole else self.variant)
-        law = JointFrictionLaw if whole else FrictionLaw
-        force = JointForce(place, law, tuple(values))
+        law = JointFrictionLaw if self.variant == WHOLE_JOINT else FrictionLaw
+        force = JointForce(self.place, law, tuple(values))
         return dataclasses.replace(setup, forces=(*setup.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:

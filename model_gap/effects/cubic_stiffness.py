@@ -6,7 +6,6 @@ from typing import ClassVar
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.joint_law import CubicLaw
-from model_gap.joint_vector import marked
 from model_gap.setup import JointForce, Setup
 
 
@@ -35,7 +34,7 @@ class CubicStiffness(Effect):
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the cubic part."""
-        force = JointForce(marked(str(self.location), self.variant), CubicLaw, tuple(values))
+        force = JointForce(self.place, CubicLaw, tuple(values))
         return dataclasses.replace(setup, forces=(*setup.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.joint_vector import BETWEEN_LINKS, is_coupled
+from model_gap.joint_vector import BETWEEN_LINKS, is_coupled, marked
 from model_gap.setup import Setup
 from structural_model import FlexibleJointModel
 
@@ -88,6 +88,11 @@ class Scene:
             *((name, BETWEEN_LINKS) for name in coupled),
         )
 
+    @property
+    def joint_marks(self) -> tuple[str, ...]:
+        """The same, as names of joint torques."""
+        return tuple(marked(*place) for place in self.joint_places)
+
 
 class Effect(ABC):
     """A named effect at a location; immutable, without numbers of its own."""
@@ -122,6 +127,11 @@ class Effect(ABC):
         """Return values to start the fit from: a coarse grid over the plausible range."""
         grids = [np.linspace(item.low, item.high, 5) for item in self.parameters(scene)]
         return [tuple(grid[1] for grid in grids), tuple(grid[3] for grid in grids)]
+
+    @property
+    def place(self) -> str:
+        """Name of the joint torque, for effects that are one."""
+        return marked(str(self.location), self.variant)
 
     @property
     def key(self) -> tuple[str, str]:

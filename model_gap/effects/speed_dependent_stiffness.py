@@ -6,7 +6,6 @@ from typing import ClassVar
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.joint_law import SpeedStiffnessLaw
-from model_gap.joint_vector import marked
 from model_gap.setup import JointForce, Setup
 
 
@@ -34,9 +33,7 @@ class SpeedDependentStiffness(Effect):
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the change of stiffness."""
-        force = JointForce(
-            marked(str(self.location), self.variant), SpeedStiffnessLaw, tuple(values)
-        )
+        force = JointForce(self.place, SpeedStiffnessLaw, tuple(values))
         return dataclasses.replace(setup, forces=(*setup.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
