@@ -7,7 +7,17 @@ from typing import Annotated
 from rich.markup import escape
 import typer
 
-from autonomous_modal_analysis.commands import demo, gap, identify, info, model, plan, replay, up
+from autonomous_modal_analysis.commands import (
+    campaign,
+    demo,
+    gap,
+    identify,
+    info,
+    model,
+    plan,
+    replay,
+    up,
+)
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
 from modal_core.errors import ModalAnalysisError
 
@@ -20,7 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode='rich',
 )
-for command in (demo, identify, info, replay, plan, model, up, gap):
+for command in (demo, identify, info, replay, plan, model, up, campaign, gap):
     command.register(app)
 
 

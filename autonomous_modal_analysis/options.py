@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from modal_core.channel import SensorLayout
+from modal_core.errors import SettingsError
 from modal_core.yaml_file import load_yaml
 
 RecordingPath = Annotated[
@@ -65,3 +66,19 @@ def read_layout(path: Path | None) -> SensorLayout | None:
     if path is None:
         return None
     return SensorLayout.from_mapping(load_yaml(path), str(path))
+
+
+def numbers(text: str, where: str) -> tuple[float, ...]:
+    """Split a comma-separated list of numbers.
+
+    Raises
+    ------
+    SettingsError
+        One is not a number.
+    """
+    try:
+        return tuple(float(part) for part in text.split(',') if part.strip())
+    except ValueError as error:
+        raise SettingsError(
+            'not numbers', where=where, found=text, expected='numbers separated by commas'
+        ) from error

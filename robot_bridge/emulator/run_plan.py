@@ -3,7 +3,7 @@
 No clock, no network, no ROS: controller, drives, arm and sensors are stepped cycle by cycle.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 import math
 from pathlib import Path
@@ -24,6 +24,7 @@ from modal_core.measurements import (
     StampedSamples,
 )
 from recordings.encode import encode
+from recordings.raw_message import RawMessage
 from recordings.writer import RecordingWriter
 from robot_bridge.emulator.arm_effect import ArmEffect, read_effects
 from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide, SensorBlock
@@ -141,6 +142,7 @@ def run_plan(
     plan: ExcitationPlan,
     path: Path,
     progress: Callable[[float], None] = lambda _: None,
+    first: Sequence[RawMessage] = (),
 ) -> PlanRun:
     """Play a plan on an emulated cell and record it.
 
@@ -159,6 +161,8 @@ def run_plan(
         MCAP file to write.
     progress : callable
         Takes the fraction done, about once a second of the cell's time.
+    first : sequence of RawMessage
+        Further messages the recording begins with, such as the plan.
 
     Raises
     ------
@@ -170,6 +174,8 @@ def run_plan(
     duration_s = 0.0
     cell = _Cell(options, model, layout, plan)
     with RecordingWriter(path) as writer:
+        for item in first:
+            writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
         for duration_s, messages in cell.seconds():
             for topic, measurement in messages:
                 for item in encode(measurement, topic):

@@ -1,0 +1,153 @@
+"""What a campaign records: poses times amplitude levels, each by a plan of its own."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autonomous_modal_analysis.campaign_poses import choose_poses
+from excitation_planner.plan import ExcitationPlan
+from excitation_planner.planner import plan_excitation
+from excitation_planner.request import PlanRequest
+from modal_core.channel import SensorLayout
+from modal_core.errors import PlanError, SettingsError
+from structural_model.flexible_joint_model import FlexibleJointModel
+
+Array = NDArray[np.float64]
+# The whole of what ``ama gap`` compares, at an amplitude the speed limit allows almost everywhere.
+DEFAULTS: Mapping[str, object] = {
+    'band_low_hz': 3.0,
+    'band_high_hz': 60.0,
+    'duration_s': 32.0,
+    'acceleration_rms': 1.2,
+}
+LEVELS = (1.0, 0.35)
+POSES = 9
+SMALLEST_LEVEL, MOST_POSES = 0.02, 100
+
+
+@dataclass(frozen=True)
+class PlannedRecording:
+    """One recording to make.
+
+    Parameters
+    ----------
+    file : str
+        Name of the recording.
+    pose : (n_joints,) array [rad]
+        Serial joints.
+    level : float
+        Part of the full amplitude.
+    request : PlanRequest
+        What the planner is asked.
+    """
+
+    file: str
+    pose: Array
+    level: float
+    request: PlanRequest
+
+    def plan(self, model: FlexibleJointModel, layout: SensorLayout) -> ExcitationPlan:
+        """Make the plan; the same request gives the same plan."""
+        return plan_excitation(model, layout, self.request)
+
+    def words(self, model: FlexibleJointModel) -> str:
+        """Return file, pose in controller angles, and amplitude, for people."""
+        angles = ', '.join(f'{angle:.1f}' for angle in np.degrees(model.to_controller(self.pose)))
+        size = f'{self.request.acceleration_rms:.3g} rad/s²'
+        return f'{self.file}: {angles} deg, {self.request.duration_s:g} s, {size}'
+
+
+@dataclass(frozen=True)
+class CampaignWish:
+    """What a person asks of a campaign.
+
+    Parameters
+    ----------
+    poses : sequence of (n_joints,) array [rad]
+        Serial joints; empty: chosen.
+    n_poses : int
+        How many are chosen.
+    levels : tuple of float
+        Amplitudes, parts of the full one.
+    request : PlanRequest
+        Band, length, full amplitude and seed; where the arm starts is overwritten.
+    """
+
+    poses: Sequence[Array] = ()
+    n_poses: int = POSES
+    levels: tuple[float, ...] = LEVELS
+    request: PlanRequest = field(default_factory=lambda: PlanRequest.from_mapping(DEFAULTS))
+
+    def __post_init__(self) -> None:
+        """Refuse what no campaign can be."""
+        if not 1 <= self.n_poses <= MOST_POSES:
+            raise SettingsError(
+                'bad number of poses', where='poses', found=self.n_poses, expected='1..100'
+            )
+        bad = [level for level in self.levels if not SMALLEST_LEVEL <= level <= 1.0]
+        if not self.levels or bad or len(set(self.levels)) != len(self.levels):
+            raise SettingsError(
+                'bad levels',
+                where='levels',
+                found=', '.join(f'{level:g}' for level in self.levels) or 'none',
+                expected=f'different numbers of {SMALLEST_LEVEL:g}..1, parts of the amplitude',
+            )
+
+
+def planned_recordings(
+    model: FlexibleJointModel, layout: SensorLayout, wish: CampaignWish
+) -> list[PlannedRecording]:
+    """Return the recordings of a campaign, pose after pose, loudest level first.
+
+    All levels of a pose play the same motion, scaled: what is not in proportion then is the arm.
+
+    Raises
+    ------
+    PlanError, ModelError
+        Too few poses, or a pose outside the limits.
+    """
+    request = wish.request
+    poses = list(wish.poses) or choose_poses(model, layout, wish.n_poses, request)
+    found = []
+    for number, pose in enumerate(poses):
+        for level in sorted(wish.levels, reverse=True):
+            own = replace(
+                request,
+                start_position=tuple(float(angle) for angle in pose),
+                seed=request.seed + number,
+                acceleration_rms=request.acceleration_rms * level,
+            )
+            file = f'pose_{number + 1:02d}_level_{level:g}.mcap'
+            found.append(PlannedRecording(file, np.asarray(pose), level, own))
+    return found
+
+
+def check_all(
+    model: FlexibleJointModel,
+    layout: SensorLayout,
+    planned: Sequence[PlannedRecording],
+    progress: Callable[[float], None] = lambda _: None,
+) -> None:
+    """Plan the loudest motion of every pose before anything moves.
+
+    Raises
+    ------
+    PlanError
+        The limit that would be broken, and at which pose.
+    """
+    loudest = {item.pose.tobytes(): item for item in reversed(planned)}
+    for number, item in enumerate(loudest.values()):
+        try:
+            item.plan(model, layout)
+            progress((number + 1) / len(loudest))
+        except PlanError as error:
+            angles = np.degrees(model.to_controller(item.pose)).round(1).tolist()
+            raise PlanError(
+                f'no plan at the pose {angles} deg: {error.what}',
+                where=error.where,
+                found=error.found,
+                expected=error.expected,
+                advice='lower acceleration_rms in --request, or name other poses',
+            ) from error

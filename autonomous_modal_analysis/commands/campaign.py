@@ -1,0 +1,93 @@
+"""`ama campaign`: record the robot at several poses and amplitudes, for `ama gap`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command('campaign')(campaign)
+
+
+def campaign(
+    robot: Annotated[
+        str, typer.Argument(help='Robot of config/robots, its folder, or its model.yaml.')
+    ] = 'irb6660_205_190',
+    out: Annotated[Path, typer.Option(help='Folder for recordings and campaign.yaml.')] = Path(
+        'campaign'
+    ),
+    poses: Annotated[int, typer.Option(help='How many poses are chosen.')] = 9,
+    pose_deg: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Record at this pose: controller angles j1,j2,... or a name; may be given more'
+            ' than once.'
+        ),
+    ] = None,
+    levels: Annotated[
+        str, typer.Option(help='Amplitudes, parts of the full one, separated by commas.')
+    ] = '1,0.35',
+    duration_s: Annotated[float | None, typer.Option(help='Length of each motion.')] = None,
+    request: Annotated[
+        Path | None, typer.Option(help='YAML file with any fields of a plan request.')
+    ] = None,
+    sensors: Annotated[str, typer.Option(help='Sensor layout of the robot.')] = 'sensors',
+    seed: Annotated[int, typer.Option(help='Of poses, motions and sensor noise.')] = 1,
+    arm: Annotated[
+        Path | None,
+        typer.Option(
+            help='YAML file with what the emulated arm has: effects, tolerance, sensors, ...'
+        ),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option('--dry-run', help='Choose and check all motions; record nothing.')
+    ] = False,
+) -> None:
+    """Record a campaign on the emulated arm: poses far apart, times amplitude levels.
+
+    Every motion is planned and checked against all limits before the first one is played. A
+    campaign that was interrupted goes on where it stopped when the command is given again.
+    """
+    from dataclasses import replace
+
+    from autonomous_modal_analysis.campaign_plan import (
+        CampaignWish,
+        check_all,
+        DEFAULTS,
+        planned_recordings,
+    )
+    from autonomous_modal_analysis.campaign_recording import CampaignFolder, record_campaign
+    from autonomous_modal_analysis.emulated_player import EmulatedPlayer
+    from autonomous_modal_analysis.options import numbers
+    from autonomous_modal_analysis.pose import parse_pose
+    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, progress_bar
+    from excitation_planner.request import PlanRequest
+    from modal_core.yaml_file import load_yaml
+    from robot_bridge.emulator.run_plan import ArmOptions
+    from structural_model.robot_files import load_layout, load_robot
+
+    model, layout = load_robot(robot), load_layout(robot, sensors)
+    options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
+    given = {'seed': seed} | ({} if duration_s is None else {'duration_s': duration_s})
+    asked = load_yaml(request) if request else {}
+    wish = CampaignWish(
+        poses=[parse_pose(model, text) for text in pose_deg or ()],
+        n_poses=poses,
+        levels=numbers(levels, 'levels'),
+        request=PlanRequest.from_mapping({**DEFAULTS, **asked, **given}, str(request or '')),
+    )
+    planned = planned_recordings(model, layout, wish)
+    with progress_bar('checking the motions') as progress:
+        check_all(model, layout, planned, progress)
+    if dry_run:
+        for item in planned:
+            OUTPUT.print(item.words(model), soft_wrap=True, markup=False)
+        return
+    player = EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors))
+    folder = CampaignFolder(out, model, layout, player.options, (player.note,))
+    with progress_bar(f'recording {len(planned)} motions') as progress:
+        record_campaign(folder, planned, player.play, progress, MESSAGES.print)
+    OUTPUT.print(f'written: {out}/campaign.yaml and {len(planned)} recordings', markup=False)
+    OUTPUT.print(f'next: ama gap {out} --model {robot}', markup=False)
