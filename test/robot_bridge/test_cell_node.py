@@ -2,7 +2,6 @@
 
 import importlib.util
 from pathlib import Path
-import time
 
 import numpy as np
 import pytest
@@ -40,9 +39,9 @@ class Cell:
             'robot_bridge',
             port=self.port,
             dry_run=False,
-            link_timeout_s=1.0,
+            link_timeout_s=2.0,
             most_missed_cycles=200,
-            heartbeat_timeout_s=1.0,
+            heartbeat_timeout_s=2.0,
             packet_log=str(self.folder / 'egm.mcap'),
         )
 
@@ -82,6 +81,11 @@ class Cell:
         assert self.operator.last.state == RUNNING, self.operator.last.reason
         return self
 
+    def cycles(self, n):
+        """Let n packets pass."""
+        seen = len(self.tap.robot)
+        self.operator.until(lambda: len(self.tap.robot) > seen + n, 'cycles')
+
     def told(self, seen=0):
         """Return what the controller told since: (n, 13), tm [ms], planned, measured [deg]."""
         rows = []
@@ -105,6 +109,7 @@ def test_a_plan_is_played_on_the_emulated_arm(cell, message, plan, model, record
     seen, before = len(cell.tap.robot), cell.operator.last
     cell.running(message)
     cell.operator.until_state(HOLDING)
+    cell.cycles(250)  # the controller's loop settles with its own time constant
     rows = cell.told(seen)
     # What the arm did is what was planned, shifted by the link and the drives.
     path = np.degrees([model.to_controller(row) for row in plan.position])
@@ -136,9 +141,9 @@ def test_emergency_stop_in_motion_latches_on_both_sides(cell, message):
     assert 'motors' in state.reason
     cell.operator.call('/abb_emulator/motors_on')
     cell.operator.until_state(ABORTED, motors_on=True)
-    time.sleep(0.3)
+    cell.cycles(75)
     seen = len(cell.tap.robot)
-    cell.operator.until(lambda: len(cell.tap.robot) > seen + 50, 'cycles')
+    cell.cycles(50)
     rows = cell.told(seen)
     assert np.ptp(rows[:, 1:7], axis=0).max() == 0.0
     assert not cell.operator.start().success
