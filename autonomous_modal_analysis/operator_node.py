@@ -6,19 +6,15 @@ import time
 from typing import Any, TypeVar
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from modal_core.errors import BridgeError
+from modal_core.ros_messages import LATCHED
 from oma_msgs.msg import BridgeState, ExcitationPlan, ModalParameters
 from oma_msgs.srv import ArmPlan
 
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
 RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 HEARTBEAT_PERIOD_S = 0.02

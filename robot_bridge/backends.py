@@ -15,6 +15,8 @@ from structural_model.flexible_joint_model import FlexibleJointModel
 
 BACKENDS = ('abb_egm', 'abb_rapid', 'emulator')
 METHODS = ('egm', 'rapid')
+# What a controller itself allows in manual mode (ISO 10218-1, reduced speed).
+REDUCED_SPEED_M_S = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,9 @@ class BackendSettings:
     rapid_file : Path
         Where the module of a plan goes.
     rws_address, rws_user, rws_password : str
-        Web services that load, start and stop programs; no address: by hand.
+        Web services that load, start and stop programs and tell the mode; no address: by hand.
+    point_speed_m_s : float [m/s]
+        Fastest point of the arm in any plan.
     flow : FlowSettings
         Limits of the operator flow.
     """
@@ -47,6 +51,7 @@ class BackendSettings:
     rws_address: str = ''
     rws_user: str = ''
     rws_password: str = field(default='', repr=False)
+    point_speed_m_s: float = REDUCED_SPEED_M_S
     flow: FlowSettings = field(default_factory=FlowSettings)
 
 
@@ -65,16 +70,34 @@ def make_backend(settings: BackendSettings, model: FlexibleJointModel) -> Backen
         raise BridgeError('unknown backend', found=name, expected=', '.join(BACKENDS))
     if method not in METHODS:
         raise BridgeError('unknown method', found=method, expected=', '.join(METHODS))
+    control = None
+    if settings.rws_address:
+        control = RwsClient(settings.rws_address, settings.rws_user, settings.rws_password)
     if name == 'abb_rapid' or (name == 'emulator' and method == 'rapid'):
-        control = None
-        if settings.rws_address:
-            control = RwsClient(settings.rws_address, settings.rws_user, settings.rws_password)
         flow = StreamFlow(settings.flow)
         return RapidBackend(name, flow, model, settings.rapid_file, control)
-    # Calling a real controller an emulator must not be the way around the question.
-    emulated = name == 'emulator' and is_loopback(settings.controller_address)
-    enabled = settings.guidance_enabled or emulated
-    return GuidanceBackend(name, OperatorFlow(settings.flow), enabled)
+    real = is_real(settings) and not settings.flow.dry_run
+    if real and not settings.guidance_enabled:
+        raise BridgeError(
+            'guidance is not enabled',
+            where=name,
+            advice='read docs/abb.md, then set guidance_enabled true, or use method rapid',
+        )
+    fast = settings.point_speed_m_s > REDUCED_SPEED_M_S
+    if real and fast and control is None:
+        raise BridgeError(
+            'EGM does not tell the operating mode',
+            where='point_speed_m_s',
+            found=f'{settings.point_speed_m_s:g} m/s',
+            expected=f'at most {REDUCED_SPEED_M_S:g} m/s, or rws_address',
+        )
+    return GuidanceBackend(name, OperatorFlow(settings.flow), control if fast else None)
+
+
+def is_real(settings: BackendSettings) -> bool:
+    """Tell whether a real arm may be behind it: an emulator is on this machine only."""
+    # Calling a real controller an emulator must not be the way around a question.
+    return settings.name != 'emulator' or not is_loopback(settings.controller_address)
 
 
 def is_loopback(address: str) -> bool:

@@ -8,7 +8,8 @@ class ClockMap:
     """The smallest delay seen lately is taken for the delay of every packet.
 
     Two windows of one second each give the minimum over the last one to two seconds, so that a
-    slow drift between the clocks is followed.
+    slow drift between the clocks is followed.  A controller whose clock stands still gets the
+    times of receipt.
     """
 
     def __init__(self) -> None:
@@ -26,6 +27,8 @@ class ClockMap:
         receipt_ns : int [ns]
             Host clock at its receipt.
         """
+        if controller_us == self._last_us:
+            return receipt_ns
         offset = receipt_ns - controller_us * NANOSECONDS_PER_MICROSECOND
         window = controller_us // WINDOW_US
         jumped = not 0 <= controller_us - self._last_us < 2 * WINDOW_US

@@ -2,13 +2,16 @@
 
 A blocking receive in a thread of its own, no executor and no queue in the loop.  A controller
 reads one queued datagram per cycle, so a second reply to one packet would add a cycle of delay for
-good.
+good.  So would replies to packets that piled up while this process stood still: those older than
+the link's time-out, with newer ones behind them, count as missed.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 import errno
+import math
 import os
+import select
 import socket
 import struct
 import threading
@@ -71,6 +74,8 @@ class EgmLink:
         Called with the time [s] at least every ``poll_s``, for watchdogs.
     log : callable or None
         Given every datagram both ways.
+    stale_s : float [s]
+        Older packets are not answered when newer ones wait.
     poll_s : float [s]
         Longest wait for a packet.
 
@@ -89,6 +94,7 @@ class EgmLink:
         alarm: Callable[[str], None],
         idle: Callable[[float], None],
         log: Callable[[Packet], None] | None = None,
+        stale_s: float = math.inf,
         poll_s: float = 0.004,
     ) -> None:
         self.check = check
@@ -97,10 +103,13 @@ class EgmLink:
         self.failure = ''
         self.real_time = False
         self._answer, self._alarm, self._idle, self._log = answer, alarm, idle, log
+        self._stale_s = stale_s
         self._seqno = 0
         self._closing = threading.Event()
         self._socket = _bound_socket(bind_address, port)
         self._socket.settimeout(poll_s)
+        self._newer = select.poll()
+        self._newer.register(self._socket, select.POLLIN)
         self.address: Address = self._socket.getsockname()
         self._thread = threading.Thread(target=self._run, name='egm_link', daemon=True)
 
@@ -136,7 +145,9 @@ class EgmLink:
         now_s = time.monotonic()
         judgement = self.check.sender(address, now_s)
         feedback = None
-        if judgement.verdict == Verdict.ACCEPT:
+        if judgement.verdict == Verdict.ACCEPT and self._is_stale(receipt_ns):
+            judgement = self.check.refuse_stale()
+        elif judgement.verdict == Verdict.ACCEPT:
             try:
                 feedback = decode_robot(data)
                 judgement = self.check.feedback(feedback, address, now_s)
@@ -154,6 +165,10 @@ class EgmLink:
             reference = self._answer(feedback, judgement, now_s, receipt_ns)
             if reference is not None:
                 self._reply(reference, feedback.tm_ms, address, receipt_ns)
+
+    def _is_stale(self, receipt_ns: int) -> bool:
+        old = (time.time_ns() - receipt_ns) / NANOSECONDS > self._stale_s
+        return old and bool(self._newer.poll(0))
 
     def _reply(self, reference: Reference, tm_ms: int, address: Address, receipt_ns: int) -> None:
         data = encode_sensor(

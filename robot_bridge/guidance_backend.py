@@ -1,17 +1,19 @@
 """EGM guidance: the bridge sends position and speed reference in every cycle."""
 
+import time
+
 from excitation_planner.plan import ExcitationPlan
-from modal_core.errors import BridgeError
 from robot_bridge.backend import Backend
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.operator_flow import OperatorFlow
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.plan_player import Reference
+from robot_bridge.rws_client import ProgramControl
 from robot_bridge.session_check import Judgement
 
 
 class GuidanceBackend(Backend):
-    """Guides the joints; needs the controller's EGM option and an explicit yes.
+    """Guides the joints; needs the controller's EGM option.
 
     Parameters
     ----------
@@ -19,25 +21,17 @@ class GuidanceBackend(Backend):
         As the operator knows it.
     flow : OperatorFlow
         Plays the plan.
-    enabled : bool
-        The operator has enabled guidance; not needed in a dry run.
-
-    Raises
-    ------
-    BridgeError
-        Guidance is not enabled.
+    control : ProgramControl or None
+        Asked at ``start`` whether the controller is in automatic mode; None asks nothing.
     """
 
     guides = True
 
-    def __init__(self, name: str, flow: OperatorFlow, enabled: bool) -> None:
+    def __init__(
+        self, name: str, flow: OperatorFlow, control: ProgramControl | None = None
+    ) -> None:
         super().__init__(name, flow)
-        if not enabled and not flow.settings.dry_run:
-            raise BridgeError(
-                'guidance is not enabled',
-                where=name,
-                advice='read docs/abb.md, then set guidance_enabled true, or use method rapid',
-            )
+        self._control = control
 
     def take(self, plan: ExcitationPlan, path: PlanPath) -> str:
         """Take a plan in hand."""
@@ -49,3 +43,16 @@ class GuidanceBackend(Backend):
     ) -> Reference | None:
         """Reply the reference of this cycle."""
         return self.flow.on_feedback(feedback, judgement, now_s)
+
+    def start(self, now_s: float) -> None:
+        """Begin to play the armed plan.
+
+        Raises
+        ------
+        BridgeError
+            Not armed or not ready, or the controller is not in automatic mode or does not say so.
+        """
+        if self._control is not None and not self.flow.settings.dry_run:
+            self._control.check_automatic()
+            now_s = time.monotonic()
+        self.flow.start(now_s)

@@ -9,6 +9,7 @@ This is not a safety function (ISO 10218): the controller's limits, guards and e
 charge.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 import math
@@ -81,6 +82,11 @@ class OperatorFlow:
     ----------
     settings : FlowSettings
         Limits.
+
+    Attributes
+    ----------
+    on_change : callable
+        Told every state that is entered and why; called in the thread that enters it.
     """
 
     def __init__(self, settings: FlowSettings) -> None:
@@ -90,6 +96,7 @@ class OperatorFlow:
         self.path: PlanPath | None = None
         self.feedback: RobotFeedback | None = None
         self.active, self.muted = True, False
+        self.on_change: Callable[[FlowState, str], None] = lambda *_: None
         self._lock = threading.RLock()
         self._player: PlanPlayer | None = None
         self._hold: Array | None = None
@@ -186,6 +193,12 @@ class OperatorFlow:
                     self._player.stop()
                 self._enter(FlowState.ABORTED, reason)
 
+    def note(self, text: str) -> None:
+        """Add to the reason of the state what the operator must know, once."""
+        with self._lock:
+            if text not in self.reason:
+                self._enter(self.state, f'{self.reason}; {text}')
+
     def reset(self) -> None:
         """Leave a latched abort; the arm stays where it is and nothing is armed.
 
@@ -281,6 +294,11 @@ class OperatorFlow:
         return player is not None and not player.at_rest
 
     @property
+    def playing(self) -> bool:
+        """A plan is in the player: moving, or brought to rest in it."""
+        return self._player is not None
+
+    @property
     def progress(self) -> float:
         """Fraction of the plan played."""
         player = self._player
@@ -370,6 +388,7 @@ class OperatorFlow:
 
     def _enter(self, state: FlowState, reason: str) -> None:
         self.state, self.reason = state, reason
+        self.on_change(state, reason)
 
 
 def _not_ready(feedback: RobotFeedback) -> str:

@@ -1,19 +1,25 @@
-"""Every EGM datagram, both ways, into an MCAP file."""
+"""Every EGM datagram, both ways, into MCAP files that stay within their room."""
 
 import contextlib
 from pathlib import Path
 import queue
+import struct
 import threading
 
 from google.protobuf import descriptor_pb2
 
 from modal_core.errors import RecordingError
 from recordings import RecordingWriter
+from recordings.encode import ENCAPSULATION
 from robot_bridge.egm_link import Packet
 from robot_bridge.egm_messages import file_descriptor, PACKAGE
 
 TOPICS = {False: ('egm/robot', 'EgmRobot'), True: ('egm/sensor', 'EgmSensor')}
+EVENT_TOPIC, EVENT_TYPE = 'robot_bridge/events', 'std_msgs/msg/String'
 LONGEST_QUEUE = 20_000
+N_FILES = 4
+RECORD_BYTES = 64
+"""What MCAP adds to each message, about."""
 
 
 class PacketLog:
@@ -21,13 +27,20 @@ class PacketLog:
 
     The messages are protobuf as on the wire, with their schema in the file; the verdict on each
     packet of the controller stands in the topic's name: ``egm/robot`` for accepted ones,
-    ``egm/robot/<reason>`` for the others.  A full disk ends the log with its last whole chunk:
-    what is in the file stays readable, and what comes later is counted in ``n_lost``.
+    ``egm/robot/<reason>`` for the others.  Every state of the bridge and the reason for it is on
+    ``robot_bridge/events``.
+
+    A quarter of the room is one file; the next one is named ``<name>_1.mcap`` and so on, and
+    the oldest is deleted before the room runs out.  On a full disk older files of this run make
+    room too; without any the log ends with its last whole chunk: what is in it stays readable,
+    and what comes later is counted in ``n_lost``.
 
     Parameters
     ----------
     path : Path
-        File to write; it has a temporary name beside its own until it is closed.
+        First file; each has a temporary name beside its own until it is closed.
+    largest_bytes : int
+        Room for all files together.
 
     Raises
     ------
@@ -35,24 +48,28 @@ class PacketLog:
         The file cannot be made.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, largest_bytes: int = 500_000_000) -> None:
         self.path = path
-        self.n_written = self.n_lost = 0
+        self.n_written = self.n_lost = self.n_files_deleted = 0
         self.failure = ''
-        self._queue: queue.Queue[Packet | None] = queue.Queue(LONGEST_QUEUE)
+        self._file_bytes = largest_bytes // N_FILES
+        self._queue: queue.Queue[Packet | tuple[int, str] | None] = queue.Queue(LONGEST_QUEUE)
         self._descriptors = descriptor_pb2.FileDescriptorSet(
             file=[file_descriptor()]
         ).SerializeToString()
-        self._writer = RecordingWriter(path)
+        self._n_files, self._n_bytes = 0, 0
+        self._kept: list[Path] = []
+        self._writer = self._next_file()
         self._thread = threading.Thread(target=self._run, name='packet_log', daemon=True)
         self._thread.start()
 
     def add(self, packet: Packet) -> None:
         """Queue one packet; never waits, a full queue loses and counts it."""
-        try:
-            self._queue.put_nowait(packet)
-        except queue.Full:
-            self.n_lost += 1
+        self._put(packet)
+
+    def add_event(self, time_ns: int, text: str) -> None:
+        """Queue what happened, in words."""
+        self._put((time_ns, text))
 
     def close(self) -> None:
         """Write what is queued and finish the file."""
@@ -61,31 +78,74 @@ class PacketLog:
                 self._queue.put(None, timeout=1.0)
             self._thread.join(timeout=5.0)
 
+    def _put(self, item: Packet | tuple[int, str]) -> None:
+        try:
+            self._queue.put_nowait(item)
+        except queue.Full:
+            self.n_lost += 1
+
     def _run(self) -> None:
-        while (packet := self._queue.get()) is not None:
+        while (item := self._queue.get()) is not None:
             if self.failure:
                 self.n_lost += 1
                 continue
             try:
-                self._write(packet)
+                self._write(item)
+                if self._n_bytes > self._file_bytes:
+                    self._turn_over()
             except (RecordingError, OSError) as error:
-                self._fail(error)
+                self._make_room(error)
         if not self.failure:
             try:
                 self._writer.close()
             except (RecordingError, OSError) as error:
                 self._fail(error)
 
+    def _turn_over(self) -> None:
+        """Go on in the next file, and delete the oldest before the room runs out."""
+        self._kept.append(self._writer.close())
+        while len(self._kept) >= N_FILES:
+            self._delete_oldest()
+        self._writer = self._next_file()
+
+    def _next_file(self) -> RecordingWriter:
+        suffix = f'_{self._n_files}' if self._n_files else ''
+        writer = RecordingWriter(self.path.with_stem(self.path.stem + suffix))
+        self._n_files, self._n_bytes = self._n_files + 1, 0
+        return writer
+
+    def _make_room(self, error: Exception) -> None:
+        """Go on after a full disk, as long as an older file can give way."""
+        self.n_lost += 1
+        if not self._kept:
+            self._fail(error)
+            return
+        self._delete_oldest()
+        self._kept.append(self._writer.path)
+        try:
+            self._writer = self._next_file()
+        except (RecordingError, OSError) as other:
+            self._fail(other)
+
+    def _delete_oldest(self) -> None:
+        self._kept.pop(0).unlink(missing_ok=True)
+        self.n_files_deleted += 1
+
     def _fail(self, error: Exception) -> None:
         """Note that the log has ended; the arm's motion does not depend on the disk."""
         self.failure = str(error)
-        self.n_lost += 1
 
-    def _write(self, packet: Packet) -> None:
-        topic, kind = TOPICS[packet.sent]
-        if packet.verdict != 'accept':
-            topic = f'{topic}/{packet.verdict}'
-        name = f'{PACKAGE}.{kind}'
-        self._writer.add_protobuf_topic(topic, name, self._descriptors)
-        self._writer.write(topic, name, packet.time_ns, packet.data)
+    def _write(self, item: Packet | tuple[int, str]) -> None:
+        if isinstance(item, Packet):
+            topic, kind = TOPICS[item.sent]
+            if item.verdict != 'accept':
+                topic = f'{topic}/{item.verdict}'
+            name, time_ns, data = f'{PACKAGE}.{kind}', item.time_ns, item.data
+            self._writer.add_protobuf_topic(topic, name, self._descriptors)
+        else:
+            topic, name, (time_ns, text) = EVENT_TOPIC, EVENT_TYPE, item
+            letters = text.encode() + b'\x00'
+            data = ENCAPSULATION + struct.pack('<I', len(letters)) + letters
+        self._writer.write(topic, name, time_ns, data)
+        self._n_bytes += len(data) + RECORD_BYTES
         self.n_written += 1

@@ -8,6 +8,7 @@ from modal_core.atomic_file import write_text
 from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backend import Backend
 from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.operator_flow import FlowState
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.plan_player import Reference
 from robot_bridge.rws_client import ProgramControl
@@ -86,14 +87,23 @@ class RapidBackend(Backend):
             return
         armed = self.flow.path.plan_hash if self.flow.path is not None else ''
         try:
-            self._control.start(RapidOptions().module_name, self._modules[armed])
+            self._control.load(RapidOptions().module_name, self._modules[armed])
+            self._check_wanted()
+            self._control.run()
+            # Aborted while it was being started: the stop may have come before the start.
+            self._check_wanted()
         except BridgeError as error:
             self.flow.abort(str(error))
+            self._stop()
             raise
+
+    def _check_wanted(self) -> None:
+        if self.flow.state == FlowState.ABORTED:
+            raise BridgeError(f'aborted: {self.flow.reason}')
 
     def _stop(self) -> None:
         try:
             if self._control is not None:
                 self._control.stop()
         except BridgeError as error:
-            self.flow.reason += f'; NOT STOPPED, use the pendant: {error}'
+            self.flow.note(f'NOT STOPPED, use the pendant: {error}')

@@ -3,38 +3,27 @@
 from collections.abc import Sequence
 import contextlib
 import importlib
-import sys
 import threading
 import time
 from typing import Any
 
-from builtin_interfaces.msg import Time
-from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.duration import Duration
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
 from modal_core.errors import ModalAnalysisError, RecordingError
+from modal_core.ros_messages import LATCHED, parameter_descriptor, stamp
+from modal_core.run_node import RCLError, run_node
 from oma_msgs.msg import BridgeState
 from recordings.open_recording import open_recording
 from robot_bridge.operator_flow import FlowState
 from robot_bridge.playback import DueMessage, parse_remap, Playback, PlaybackSettings
 
-NANOSECONDS = 1_000_000_000
-RCLError = rclpy_implementation.RCLError
 RELIABLE = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
 CLOCK_PERIOD_S = 0.01
 LAST_WORDS_S = 2.0
 
@@ -99,8 +88,7 @@ class ReplayNode(Node):
         self._thread.start()
 
     def _declare(self, name: str, default: Any, text: str) -> None:
-        descriptor = ParameterDescriptor(description=text, read_only=True)
-        self.declare_parameter(name, default, descriptor)
+        self.declare_parameter(name, default, parameter_descriptor(text, read_only=True))
 
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
@@ -148,7 +136,7 @@ class ReplayNode(Node):
             self.largest_lateness_s = max(self.largest_lateness_s, lateness_s)
             if self.clock_publisher is not None and message.due_s >= clock_s:
                 clock_s = message.due_s + CLOCK_PERIOD_S
-                self.clock_publisher.publish(Clock(clock=_time(message.recorded_ns)))
+                self.clock_publisher.publish(Clock(clock=stamp(message.recorded_ns)))
             self._publish(message)
 
     def _publish(self, message: DueMessage) -> None:
@@ -227,39 +215,22 @@ class ReplayNode(Node):
         super().destroy_node()
 
 
-def _time(stamp_ns: int) -> Time:
-    seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
-    return Time(sec=seconds, nanosec=nanoseconds)
+def _spin(node: ReplayNode) -> None:
+    """Play until the end or until stopped."""
+    stay = not node.get_parameter('exit_at_end').value
+    while rclpy.ok() and (stay or not node.done.is_set()):
+        rclpy.spin_once(node, timeout_sec=0.1)
+    node._publish_state()
+    if node.failure:
+        raise RecordingError(node.failure)
+    node.get_logger().info(
+        f'{node.n_published} messages played, latest {1e3 * node.largest_lateness_s:.0f} ms'
+    )
 
 
 def main(args: Sequence[str] | None = None) -> None:
     """Play until the end or until stopped; exit status 2 when the recording cannot be played."""
-    rclpy.init(args=args)
-    node = None
-    try:
-        node = ReplayNode()
-        stay = not node.get_parameter('exit_at_end').value
-        while rclpy.ok() and (stay or not node.done.is_set()):
-            rclpy.spin_once(node, timeout_sec=0.1)
-        node._publish_state()
-        if node.failure:
-            raise RecordingError(node.failure)
-        node.get_logger().info(
-            f'{node.n_published} messages played, latest {1e3 * node.largest_lateness_s:.0f} ms'
-        )
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except rclpy_implementation.RCLError:
-        # Told to stop while it was still starting.
-        if rclpy.ok():
-            raise
-    except (ModalAnalysisError, ParameterException) as error:
-        sys.stderr.write(f'replay: {error}\n')
-        raise SystemExit(2) from error
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+    run_node('replay', ReplayNode, _spin, args)
 
 
 if __name__ == '__main__':

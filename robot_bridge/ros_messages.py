@@ -1,33 +1,55 @@
-"""State and diagnostics of the bridge as ROS messages; the header is the publisher's."""
+"""State, joints and diagnostics of the bridge as ROS messages; the header is the publisher's."""
 
+from array import array
+from collections.abc import Sequence
 import math
 
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState
 
+from modal_core.ros_messages import diagnostic, stamp
 from oma_msgs.msg import BridgeState
-from robot_bridge.backend import Backend
-from robot_bridge.egm_link import EgmLink
+from robot_bridge.bridge import Bridge
 from robot_bridge.operator_flow import FlowState
-from robot_bridge.packet_log import PacketLog
+
+LEVELS = {
+    FlowState.DISCONNECTED: DiagnosticStatus.WARN,
+    FlowState.ABORTED: DiagnosticStatus.ERROR,
+}
 
 
-def state_message(
-    backend: Backend | None, link: EgmLink | None, name: str, condition: str
-) -> BridgeState:
+def joint_state(
+    names: Sequence[str],
+    stamp_ns: int,
+    position: NDArray[np.float64],
+    velocity: NDArray[np.float64] | None = None,
+) -> JointState:
+    """Return joint angles [rad] and, where known, speeds [rad/s] at a time [ns]."""
+    message = JointState(name=names)
+    message.header.stamp = stamp(stamp_ns)
+    message.position = array('d', position.tobytes())
+    if velocity is not None:
+        message.velocity = array('d', velocity.tobytes())
+    return message
+
+
+def state_message(bridge: Bridge | None, name: str, condition: str) -> BridgeState:
     """Return the state; ``condition`` says why the bridge cannot be armed, empty when it can."""
-    if backend is None or link is None:
+    if bridge is None:
         nan = math.nan
         return BridgeState(
             backend=name, reason=condition, reply_latency_p50_s=nan, reply_latency_p99_s=nan
         )
-    flow, counts = backend.flow, link.check.counts
-    latency, feedback = link.latency.summary(), flow.feedback
+    flow, link = bridge.flow, bridge.link
+    latency, feedback, path = link.latency.summary(), flow.feedback, flow.path
     return BridgeState(
         backend=name,
         state=int(flow.state),
         dry_run=flow.settings.dry_run,
         reason='; '.join(part for part in (condition, flow.reason) if part),
-        plan_hash=flow.path.plan_hash if flow.path else '',
+        plan_hash=path.plan_hash if path else '',
         progress=flow.progress,
         speed_override=flow.speed_override,
         connected=flow.connected,
@@ -35,29 +57,24 @@ def state_message(
         controller_state=feedback.mci_name if feedback else 'undefined',
         n_received=link.n_received,
         n_sent=link.n_sent,
-        n_rejected=counts['rejected'],
-        n_missed_cycles=counts['missed_cycles'],
+        n_rejected=link.check.counts['rejected'],
+        n_missed_cycles=link.check.counts['missed_cycles'],
         reply_latency_p50_s=latency.p50_s,
         reply_latency_p99_s=latency.p99_s,
     )
 
 
-def diagnostic_status(
-    backend: Backend | None, link: EgmLink | None, log: PacketLog | None, plan_error: str
-) -> DiagnosticStatus:
+def diagnostic_status(name: str, bridge: Bridge | None, plan_error: str) -> DiagnosticStatus:
     """Return the diagnostics; the worst that is wrong gives the code."""
-    if backend is None or link is None:
-        return DiagnosticStatus(level=DiagnosticStatus.WARN, message='BRIDGE_NOT_CONFIGURED')
-    flow = backend.flow
-    status = DiagnosticStatus(level=DiagnosticStatus.OK, message=f'BRIDGE_{flow.state.name}')
-    if flow.state == FlowState.DISCONNECTED:
-        status.level = DiagnosticStatus.WARN
-    if flow.state == FlowState.ABORTED:
-        status.level = DiagnosticStatus.ERROR
+    if bridge is None:
+        return diagnostic(name, 'BRIDGE_NOT_CONFIGURED', DiagnosticStatus.WARN)
+    flow, link, log = bridge.flow, bridge.link, bridge.log
+    level = LEVELS.get(flow.state, DiagnosticStatus.OK)
+    code = f'BRIDGE_{flow.state.name}'
     if plan_error:
-        status.level, status.message = DiagnosticStatus.ERROR, f'PLAN_REFUSED {plan_error}'
+        level, code = DiagnosticStatus.ERROR, f'PLAN_REFUSED {plan_error}'
     if log is not None and log.failure:
-        status.level, status.message = DiagnosticStatus.ERROR, f'PACKET_LOG_STOPPED {log.failure}'
+        level, code = DiagnosticStatus.ERROR, f'PACKET_LOG_STOPPED {log.failure}'
     latency = link.latency.summary()
     values: dict[str, object] = {
         'reason': flow.reason,
@@ -69,16 +86,18 @@ def diagnostic_status(
         'reply_latency_p50_ms': _milliseconds(latency.p50_s),
         'reply_latency_p99_ms': _milliseconds(latency.p99_s),
         'reply_latency_max_ms': _milliseconds(latency.max_s),
+        'missed_cycles': 0,
         **link.check.counts,
     }
     if log is not None:
         values |= {
+            'log_file': log.path,
             'logged': log.n_written,
             'lost_to_log': log.n_lost,
+            'log_files_deleted': log.n_files_deleted,
             'log_failure': log.failure,
         }
-    status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-    return status
+    return diagnostic(name, code, level, values)
 
 
 def _milliseconds(seconds: float) -> str:

@@ -5,10 +5,11 @@ References
 ABB Robot Web Services 1.0 for RobotWare 6 (IRC5): HTTP with digest authentication and cookies.
 """
 
-from http.client import HTTPException
+from http.client import HTTPException, HTTPMessage
 from http.cookiejar import CookieJar
 import json
-from typing import Protocol
+import re
+from typing import IO, Protocol
 from urllib.error import HTTPError
 from urllib.parse import quote, urlencode
 from urllib.request import (
@@ -16,6 +17,7 @@ from urllib.request import (
     HTTPCookieProcessor,
     HTTPDigestAuthHandler,
     HTTPPasswordMgrWithDefaultRealm,
+    HTTPRedirectHandler,
     ProxyHandler,
     Request,
 )
@@ -32,13 +34,25 @@ START = {
     'alltaskbytsp': 'false',
 }
 STOP = {'stopmode': 'stop', 'usetsp': 'normal'}
+HOST = re.compile(r'[A-Za-z0-9._-]+(:[0-9]{1,5})?')
+UNAUTHORISED = 401
+NOT_TWO = (
+    'Robot Web Services 2.0 of RobotWare 7 are not supported: leave rws_address empty, and load'
+    ' and start the module at the pendant'
+)
 
 
 class ProgramControl(Protocol):
-    """Runs a program in the controller."""
+    """Runs a program in the controller; every method raises BridgeError when it cannot."""
 
-    def start(self, name: str, module: str) -> None:
-        """Load a module of this name and run it from its beginning."""
+    def check_automatic(self) -> None:
+        """Refuse any mode but automatic."""
+
+    def load(self, name: str, module: str) -> None:
+        """Load a module of this name and go to its beginning; nothing runs yet."""
+
+    def run(self) -> None:
+        """Run what was loaded."""
 
     def stop(self) -> None:
         """Stop the program."""
@@ -58,38 +72,63 @@ class RwsClient:
     """
 
     def __init__(self, address: str, user: str, password: str, timeout_s: float = 3.0) -> None:
-        self._base, self._timeout_s = f'http://{address}', timeout_s
+        host = address.removeprefix('http://').rstrip('/')
+        if not HOST.fullmatch(host):
+            advice = NOT_TWO if address.startswith('https') else ''
+            raise BridgeError(
+                'not an address of Robot Web Services 1.0',
+                where='rws_address',
+                found=address,
+                expected='host or host:port',
+                advice=advice,
+            )
+        self._base, self._timeout_s = f'http://{host}', timeout_s
         passwords = HTTPPasswordMgrWithDefaultRealm()
         passwords.add_password(None, self._base, user, password)
         # No proxy: a controller is on the machine's own network.
         self._opener = build_opener(
-            ProxyHandler({}), HTTPCookieProcessor(CookieJar()), HTTPDigestAuthHandler(passwords)
+            ProxyHandler({}),
+            HTTPCookieProcessor(CookieJar()),
+            HTTPDigestAuthHandler(passwords),
+            _NoRedirection(),
         )
 
-    def start(self, name: str, module: str) -> None:
-        """Load a module and run it from its beginning.
+    def check_automatic(self) -> None:
+        """Refuse any mode but automatic.
+
+        Raises
+        ------
+        BridgeError
+            Another mode, or the controller cannot be reached.
+        """
+        self._expect('/rw/panel/opmode', 'opmode', 'AUTO')
+
+    def load(self, name: str, module: str) -> None:
+        """Load a module and go to its beginning; nothing runs yet.
 
         Raises
         ------
         BridgeError
             Not in automatic mode, motors off, a program running, or the controller refuses.
         """
-        for path, field, expected in (
-            ('/rw/panel/opmode', 'opmode', 'AUTO'),
-            ('/rw/panel/ctrlstate', 'ctrlstate', 'motoron'),
-            ('/rw/rapid/execution', 'ctrlexecstate', 'stopped'),
-        ):
-            found = self.value(path, field)
-            if found != expected:
-                raise BridgeError(
-                    'the controller is not ready', where=field, found=found, expected=expected
-                )
+        self.check_automatic()
+        self._expect('/rw/panel/ctrlstate', 'ctrlstate', 'motoron')
+        self._expect('/rw/rapid/execution', 'ctrlexecstate', 'stopped')
         file = quote(f'{name}.mod')
         self._ask('PUT', f'/fileservice/$HOME/{file}', module.encode())
         self._post('/rw/rapid/tasks/T_ROB1?action=loadmod', {
             'modulepath': f'$HOME/{name}.mod', 'replace': 'true',
         })  # fmt: skip
         self._post('/rw/rapid/execution?action=resetpp', {})
+
+    def run(self) -> None:
+        """Run what was loaded, once, from its beginning.
+
+        Raises
+        ------
+        BridgeError
+            The controller refuses or cannot be reached.
+        """
         self._post('/rw/rapid/execution?action=start', START)
 
     def stop(self) -> None:
@@ -116,6 +155,13 @@ class RwsClient:
         except (ValueError, LookupError, TypeError) as error:
             raise BridgeError('unexpected answer of the controller', where=path) from error
 
+    def _expect(self, path: str, field: str, expected: str) -> None:
+        found = self.value(path, field)
+        if found != expected:
+            raise BridgeError(
+                'the controller is not ready', where=field, found=found, expected=expected
+            )
+
     def _post(self, path: str, form: dict[str, str]) -> None:
         self._ask('POST', path, urlencode(form).encode())
 
@@ -128,6 +174,17 @@ class RwsClient:
                 return bytes(answer.read(LARGEST_ANSWER_BYTES))
         except HTTPError as error:
             detail = error.read(2000).decode(errors='replace')
+            if error.code == UNAUTHORISED:
+                raise BridgeError(
+                    'the controller refuses user or password',
+                    where=self._base,
+                    advice='set rws_user, and rws_password_file or AMA_RWS_PASSWORD',
+                ) from error
+            if 300 <= error.code < 400:
+                raise BridgeError(
+                    'no Robot Web Services 1.0 here', where=self._base, found=error.code,
+                    advice=NOT_TWO,
+                ) from error  # fmt: skip
             raise BridgeError(
                 f'the controller refuses {method} {path.split("?")[0]}',
                 where=self._base,
@@ -135,6 +192,26 @@ class RwsClient:
             ) from error
         except (OSError, HTTPException, ValueError) as error:
             reason = getattr(error, 'reason', None) or error
+            if isinstance(error, ValueError) and 'Basic' in str(error):
+                raise BridgeError(
+                    'the controller asks for basic authentication', where=self._base,
+                    expected='digest', advice=NOT_TWO,
+                ) from error  # fmt: skip
             raise BridgeError(
                 f'the controller cannot be reached: {reason}', where=self._base
             ) from error
+
+
+class _NoRedirection(HTTPRedirectHandler):
+    """A controller that sends us elsewhere is not the one we were told of."""
+
+    def redirect_request(
+        self,
+        req: Request,
+        fp: IO[bytes],
+        code: int,
+        msg: str,
+        headers: HTTPMessage,
+        newurl: str,
+    ) -> None:
+        """Follow nothing: it becomes an error."""

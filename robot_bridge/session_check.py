@@ -107,6 +107,11 @@ class SessionCheck:
         """Note a datagram that could not be decoded."""
         return self._refuse(Verdict.IGNORE, 'malformed')
 
+    def refuse_stale(self) -> Judgement:
+        """Note a packet that waited too long to be worth an answer; it counts as missed."""
+        self.counts['stale'] += 1
+        return Judgement(Verdict.IGNORE, 'stale')
+
     def _compare(self, feedback: RobotFeedback, address: Address, now_s: float) -> Judgement:
         last = self._last
         if last is None:

@@ -17,6 +17,7 @@ from robot_bridge.plan_player import Reference
 from robot_bridge.session_check import Judgement, Verdict
 
 LONGEST_WAIT_S = 120.0
+PENDANT = 'use the pendant: the bridge has no way to stop the program'
 # Moves of a real controller are not exactly as long as planned.
 SHORTEST_PART = 0.9
 
@@ -36,6 +37,7 @@ class StreamFlow(OperatorFlow):
         self._began_s = math.inf
         self._wait_until_s = math.inf
         self._streamed_s = 0.0
+        self._stopping: threading.Thread | None = None
 
     def start(self, now_s: float) -> None:
         """Expect the armed plan's program to run.
@@ -56,13 +58,22 @@ class StreamFlow(OperatorFlow):
             self._enter(FlowState.RUNNING, 'waiting for the program: start it at the pendant')
 
     def abort(self, reason: str) -> None:
-        """Latch, and have the program stopped if there is a way to."""
+        """Latch, and have the program stopped; where there is no way to, tell who can.
+
+        Asked again while a program still runs, it is stopped again.
+        """
         with self._lock:
-            expected = self.state == FlowState.RUNNING
+            heard = self.feedback is not None and self.feedback.rapid_running
+            may_run = self.state == FlowState.RUNNING or heard
             super().abort(reason)
-        if expected and self.stop_program is not None:
-            # The network must not hold up the thread that listens.
-            threading.Thread(target=self.stop_program, name='stop_program', daemon=True).start()
+            if may_run and self.stop_program is None:
+                self.note(PENDANT)
+            elif may_run and not (self._stopping and self._stopping.is_alive()):
+                # The network must not hold up the thread that listens.
+                self._stopping = threading.Thread(
+                    target=self.stop_program, name='stop_program', daemon=True
+                )
+                self._stopping.start()
 
     def on_feedback(
         self, feedback: RobotFeedback, judgement: Judgement, now_s: float
@@ -119,7 +130,7 @@ class StreamFlow(OperatorFlow):
         if self.state == FlowState.ARMED and now_s > self._armed_until_s:
             self._enter(FlowState.DISCONNECTED, 'the release timed out')
         if self.state == FlowState.RUNNING and self._heartbeat_lost(now_s):
-            self.abort('the operator heartbeat is lost: stop the program at the pendant')
+            self.abort('the operator heartbeat is lost')
         if self.state == FlowState.RUNNING and self._began_s == math.inf:
             if now_s > self._wait_until_s:
                 self.abort('the program was not started in time')

@@ -1,0 +1,151 @@
+"""A robot behind a backend: link, operator flow and packet log, without ROS."""
+
+from collections.abc import Callable
+import time
+
+import numpy as np
+
+from excitation_planner.limits import check_limits, PlanLimits
+from excitation_planner.plan import ExcitationPlan
+from modal_core.errors import PlanError
+from robot_bridge.backends import make_backend
+from robot_bridge.bridge_settings import BridgeSettings
+from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.egm_link import EgmLink, Packet
+from robot_bridge.operator_flow import FlowState
+from robot_bridge.packet_log import PacketLog
+from robot_bridge.plan_path import PlanPath
+from robot_bridge.plan_player import Reference
+from robot_bridge.session_check import Judgement, SessionCheck, SessionLimits
+from structural_model.flexible_joint_model import FlexibleJointModel
+
+SPEED_SLACK = 1.2
+LAST_REPLIES_S = 0.2
+STANDSTILL_CYCLES = 5
+Hear = Callable[[RobotFeedback, int], None]
+
+
+class Bridge:
+    """Listens from the beginning; answers and releases plans once it is activated.
+
+    Parameters
+    ----------
+    settings : BridgeSettings
+        What it is made from.
+    model : FlexibleJointModel
+        The robot.
+    hear : callable
+        Given every accepted feedback and the host time of its receipt [ns].
+    on_change : callable
+        Told every state and the reason for it; called in the thread that enters it.
+
+    Raises
+    ------
+    ModalAnalysisError
+        The backend refuses its settings, the port is in use, the log cannot be made.
+    """
+
+    def __init__(
+        self,
+        settings: BridgeSettings,
+        model: FlexibleJointModel,
+        hear: Hear,
+        on_change: Callable[[FlowState, str], None],
+    ) -> None:
+        self.settings, self.model = settings, model
+        self._hear, self._on_change = hear, on_change
+        self.backend = make_backend(settings.backend, model)
+        self.flow = self.backend.flow
+        self.flow.set_speed_override(settings.speed_override)
+        self.flow.deactivate()
+        self.flow.mute()
+        self.flow.on_change = self._changed
+        self.log: PacketLog | None = None
+        self.link = EgmLink(
+            settings.bind_address,
+            settings.port,
+            SessionCheck(self._session_limits()),
+            self._answer,
+            self.backend.abort,
+            self.flow.poll,
+            log=self._add_to_log,
+            stale_s=self.flow.settings.link_timeout_s,
+        )
+        try:
+            if settings.packet_log is not None:
+                self.log = PacketLog(settings.packet_log, settings.packet_log_bytes)
+            self.link.start()
+        except BaseException:
+            self.link.close()
+            raise
+
+    def take(self, plan: ExcitationPlan) -> str:
+        """Take a plan in hand, checked as a whole before anything moves.
+
+        Returns
+        -------
+        str
+            What the operator should know.
+
+        Raises
+        ------
+        ModalAnalysisError
+            It is for another robot, breaks a limit, or the arm is moving.
+        """
+        model = self.model
+        if plan.robot_name != model.robot_name:
+            raise PlanError(
+                'plan is for another robot', found=plan.robot_name, expected=model.robot_name
+            )
+        if plan.joint_names != model.joint_names:
+            raise PlanError('plan has other joints', found=plan.joint_names)
+        limits = PlanLimits(
+            model,
+            point_speed_m_s=self.settings.point_speed_m_s,
+            guided=self.backend.guides,
+        )
+        check_limits(plan.trajectory, limits)
+        path = PlanPath.from_trajectory(plan.plan_hash, plan.trajectory, model.to_controller)
+        return self.backend.take(plan, path)
+
+    def come_to_rest(self) -> None:
+        """Stop the motion, see it through, then answer no more."""
+        flow = self.flow
+        flow.deactivate()
+        deadline_s = time.monotonic() + flow.settings.player.stop_ramp_s + LAST_REPLIES_S
+        while flow.moving and flow.connected and time.monotonic() < deadline_s:
+            time.sleep(flow.settings.cycle_s)
+        # The reference to stand still must have left.
+        time.sleep(STANDSTILL_CYCLES * flow.settings.cycle_s)
+        flow.mute()
+
+    def close(self) -> None:
+        """Come to rest, give the port back, finish the log."""
+        self.come_to_rest()
+        self.link.close()
+        if self.log is not None:
+            self.log.close()
+
+    def _session_limits(self) -> SessionLimits:
+        speed = np.degrees(self.model.limits.velocity) * SPEED_SLACK
+        return SessionLimits(
+            cycle_s=self.flow.settings.cycle_s,
+            max_speed_deg_s=tuple(speed.tolist()),
+            controller_address=self.settings.backend.controller_address,
+        )
+
+    def _answer(
+        self, feedback: RobotFeedback, judgement: Judgement, now_s: float, receipt_ns: int
+    ) -> Reference | None:
+        reference = self.backend.answer(feedback, judgement, now_s)
+        self._hear(feedback, receipt_ns)
+        return reference
+
+    def _add_to_log(self, packet: Packet) -> None:
+        if self.log is not None:
+            self.log.add(packet)
+
+    def _changed(self, state: FlowState, reason: str) -> None:
+        if self.log is not None:
+            self.log.add_event(time.time_ns(), f'{state.name}: {reason}')
+        self._on_change(state, reason)
