@@ -9,6 +9,7 @@ from enum import Enum
 
 import numpy as np
 
+from model_gap.discriminate import experiments_between, separation_now
 from model_gap.search import Candidate, Search, Step
 
 # Calibrated on simulated campaigns, see docs/model_gap.md.
@@ -19,6 +20,7 @@ EXPLAINED_MISFIT = 2.25
 NO_GAP_MISFIT = 1.7
 MOST_TOLERANCE = 4.5
 LEAST_FIT_POSES = 2
+EXPERIMENT_SEED = 0
 
 
 class Verdict(Enum):
@@ -74,7 +76,8 @@ def decide(search: Search) -> Decision:
     final = accepted[-1]
     misfit = _worst(final.fit.misfit, final.heldout_misfit)
     stretched = float(np.abs(final.fit.hypothesis.tolerance_values).max(initial=0.0))
-    rivals = _rivals(search, accepted)
+    pairs = _rivals(search, accepted)
+    rivals = tuple(other for _, other in pairs)
     if misfit > EXPLAINED_MISFIT or stretched > MOST_TOLERANCE:
         reason = (
             f'the best explanation leaves {np.sqrt(misfit):.1f} times the noise'
@@ -88,7 +91,7 @@ def decide(search: Search) -> Decision:
             accepted,
             rivals,
             (*(f'{item.effect!r} explains it nearly as well' for item in rivals), *limits),
-            experiments(accepted, rivals) + limits,
+            experiments(search, pairs) + limits,
         )
     return Decision(Verdict.NAMED, accepted)
 
@@ -107,13 +110,15 @@ def _worst(misfit: float, heldout: float) -> float:
     return max(misfit, heldout) if np.isfinite(heldout) else misfit
 
 
-def _rivals(search: Search, accepted: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+def _rivals(
+    search: Search, accepted: tuple[Candidate, ...]
+) -> tuple[tuple[Candidate, Candidate], ...]:
     found = []
     for step, best in zip(search.steps, accepted, strict=False):
         for other in step.candidates[1:]:
             close = best.gain - other.gain < EVIDENCE_BETWEEN
             if close and other.effect.key != best.effect.key:
-                found.append(other)
+                found.append((best, other))
     return tuple(found)
 
 
@@ -129,16 +134,33 @@ def too_little(search: Search) -> tuple[str, ...]:
     return tuple(lacks)
 
 
-def experiments(accepted: tuple[Candidate, ...], rivals: tuple[Candidate, ...]) -> tuple[str, ...]:
-    """Return what would tell the rivals apart."""
+def experiments(
+    search: Search, rivals: tuple[tuple[Candidate, Candidate], ...]
+) -> tuple[str, ...]:
+    """Return what would tell the rivals apart: computed first, then what is known of the pair.
+
+    Parameters
+    ----------
+    search : Search
+        Its records are what a next one is compared with.
+    rivals : tuple of (Candidate, Candidate)
+        Accepted one and its rival.
+    """
     found = []
-    for best in accepted:
-        for other in rivals:
-            text = best.effect.confused_with.get(other.effect.type) or (
-                other.effect.confused_with.get(best.effect.type)
-            )
-            if best.effect.type == other.effect.type:
-                text = 'poses that load the two places differently'
-            if text:
-                found.append(f'{best.effect!r} or {other.effect!r}: {text}')
+    for best, other in rivals:
+        one, two = best.fit.hypothesis, other.fit.hypothesis
+        rng = np.random.default_rng(EXPERIMENT_SEED)
+        now = separation_now(one, two, search.coarse)
+        pair = f'{best.effect!r} or {other.effect!r}'
+        for item in experiments_between(one, two, search.coarse, rng)[:2]:
+            if item.separation > 1.2 * now:
+                found.append(
+                    f'{pair}: {item.words}; they would differ by {item.separation:.1f} times the '
+                    f'noise, {now:.1f} in this campaign'
+                )
+        text = best.effect.confused_with.get(other.effect.type) or (
+            other.effect.confused_with.get(best.effect.type)
+        )
+        if text:
+            found.append(f'{pair}: {text}')
     return tuple(dict.fromkeys(found))

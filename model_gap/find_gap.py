@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from modal_core.errors import ModelError
 from model_gap.campaign import Campaign
@@ -78,7 +79,12 @@ def find_gap(
         raise ModelError('model has no flexibility', where=model.robot_name)
     divided = split(campaign, np.random.default_rng(seed))
     search = Search(model, divided, settings or SearchSettings(), progress)
-    search.run()
+    with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait
+        search.run()
+        return _result(search, seed)
+
+
+def _result(search: Search, seed: int) -> GapResult:
     decision = decide(search)
     final = search.steps[0].before.hypothesis
     if decision.accepted and decision.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS):

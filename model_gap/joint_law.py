@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 # Of α e²: beyond, the spring is held as it is there.
 MOST_SOFTENING = 0.6
 MOST_HARDENING = 30.0
+# Of the play: teeth under less static twist than this rest between the flanks, not on one.
+CENTRED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ class BacklashLaw(JointLaw):
         gap, share = self.values
         k, rest = self.stiffness, share * self.static_twist
         load = k * rest
-        place = rest + gap * np.where(rest >= 0.0, 1.0, -1.0)
+        place = rest + gap * held(rest / (CENTRED * gap), -1.0, 1.0)
         upper, lower = k * (place - gap) - load, k * (place + gap) - load
         high = state.twist - state.give * upper + place > gap
         low = state.twist - state.give * lower + place < -gap

@@ -1,6 +1,7 @@
 """How much of a gap torques in one joint could explain at best, whatever their law."""
 
 import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,11 +11,28 @@ from model_gap.joint_vector import joint_vector
 from model_gap.predict import Predictor
 
 
-def joint_reach(hypothesis: Hypothesis, predictor: Predictor) -> dict[str, float]:
-    """Return the largest rise of log evidence per joint (``marked`` name), tolerances held.
+@dataclass(frozen=True)
+class JointShares:
+    """What free torques in single joints would account for.
 
-    In every bin of every record the residual is projected on what a torque in the joint would
-    make the sensors read.  Noise alone reaches nothing: the data this takes up are not counted.
+    Parameters
+    ----------
+    explained : dict of str to float
+        Σ|part of the residual|²/σ² per joint (``marked`` name); the parts overlap.
+    total : float
+        Of the whole residual.
+    count, free : int
+        Complex data, and those a free torque uses up: one per bin and record.
+    """
+
+    explained: dict[str, float]
+    total: float
+    count: int
+    free: int
+
+
+def joint_shares(hypothesis: Hypothesis, predictor: Predictor) -> JointShares:
+    """Project the residual of every bin on what a torque in each joint makes the sensors read.
 
     Parameters
     ----------
@@ -27,8 +45,7 @@ def joint_reach(hypothesis: Hypothesis, predictor: Predictor) -> dict[str, float
     systems = predictor.systems(setup.spec, setup.channels)
     predicted = predictor.predict(setup)
     model = dataclasses.replace(predictor.model, spec=setup.spec)
-    places = hypothesis.scene.joint_marks
-    explained = dict.fromkeys(places, 0.0)
+    explained = dict.fromkeys(hypothesis.scene.joint_marks, 0.0)
     total, count, bins = 0.0, 0, 0
     for item, group, reading in zip(predictor.records, predictor.groups, predicted, strict=True):
         system, omega = systems[group], item.omega[:, 1]
@@ -38,20 +55,27 @@ def joint_reach(hypothesis: Hypothesis, predictor: Predictor) -> dict[str, float
         count += rest.size
         bins += rest.shape[1]
         transfer = system.transfer(omega)
-        for place in places:
+        for place in explained:
             force = joint_vector(model, place, system.dof_names)
             response = np.einsum('cnb,n->cb', transfer, force)
             for step in setup.outputs:
                 response = step(omega, response)
             response = response * scale
             size = np.maximum(np.sum(np.abs(response) ** 2, axis=0), 1e-300)
-            explained[place] += float(
-                np.sum(np.abs(np.sum(response.conj() * rest, axis=0)) ** 2 / size)
-            )
-    left = {
-        place: max(total - part, 1e-9 * total) / (count - bins)
-        for place, part in explained.items()
-    }
-    return {
-        place: float(EFFECTIVE_DATA * np.log(total / count / chi)) for place, chi in left.items()
-    }
+            part = np.abs(np.sum(response.conj() * rest, axis=0)) ** 2 / size
+            explained[place] += float(part.sum())
+    return JointShares(explained, total, count, bins)
+
+
+def joint_reach(hypothesis: Hypothesis, predictor: Predictor) -> dict[str, float]:
+    """Return the largest rise of log evidence by a torque in each joint, tolerances held.
+
+    Noise alone reaches nothing: the data a free torque uses up are not counted.
+    """
+    found = joint_shares(hypothesis, predictor)
+    before = found.total / found.count
+    reach = {}
+    for place, part in found.explained.items():
+        left = max(found.total - part, 1e-9 * found.total) / (found.count - found.free)
+        reach[place] = float(EFFECTIVE_DATA * np.log(before / left))
+    return reach

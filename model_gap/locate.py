@@ -1,4 +1,4 @@
-"""Where the gap is: by pose, level, sensor and band, before and after."""
+"""Where the gap is: by sensor, joint, mode, band, pose, level and record, before and after."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,10 +8,15 @@ import numpy as np
 
 from modal_core.channel import Channel
 from model_gap.hypothesis import Hypothesis
+from model_gap.joint_reach import joint_shares
+from model_gap.joint_vector import plain_joint
 from model_gap.predict import Predictor
 from model_gap.search import Search
 from model_gap.spectra import Complex
+from model_gap.split import pose_groups
 
+NEAR_MODE = 0.12
+KINDS = ('sensor', 'joint', 'mode', 'band', 'pose', 'level', 'record')
 BAND_EDGES_HZ = (3.0, 8.0, 12.0, 18.0, 26.0, 38.0, 60.0, 120.0)
 
 
@@ -22,9 +27,10 @@ class Where:
     Parameters
     ----------
     kind, name : str
-        ``pose``, ``level``, ``sensor``, ``band`` or ``record``.
+        ``sensor``, ``joint``, ``mode``, ``band``, ``pose``, ``level`` or ``record``.
     before, after : float
-        χ with the nominal model, and with what was found.
+        χ with the nominal model, and with what was found; of a joint, the part of χ that a torque
+        there would account for, whatever its law (the parts overlap).
     share : float
         Of the whole gap before.
     """
@@ -51,7 +57,7 @@ def locate(search: Search, after: Hypothesis) -> tuple[Where, ...]:
     channels = search.campaign.layout.channels
     total = sum(float(one.sum()) for _, one, _ in parts)
     table = []
-    for kind, names, pick in _kinds(search, channels):
+    for kind, names, pick in _kinds(search, channels, after):
         for name in names:
             chosen = [(pick(item, one, name), pick(item, two, name)) for item, one, two in parts]
             count = sum(one.size for one, _ in chosen)
@@ -62,8 +68,41 @@ def locate(search: Search, after: Hypothesis) -> tuple[Where, ...]:
             table.append(
                 Where(kind, name, before_sum / count, after_sum / count, before_sum / total)
             )
-    order = {kind: number for number, kind in enumerate(dict.fromkeys(w.kind for w in table))}
+    table += _joints(search, after)
+    order = {kind: number for number, kind in enumerate(KINDS)}
     return tuple(sorted(table, key=lambda item: (order[item.kind], -item.share)))
+
+
+def _joints(search: Search, after: Hypothesis) -> list[Where]:
+    before, left = (joint_shares(item, search.fitting) for item in (search.nominal, after))
+    return [
+        Where(
+            'joint',
+            plain_joint(place) + (' (between links)' if place != plain_joint(place) else ''),
+            part / before.count,
+            left.explained[place] / left.count,
+            part / before.total,
+        )
+        for place, part in before.explained.items()
+    ]
+
+
+def _modes(search: Search, hypothesis: Hypothesis) -> dict[int, np.ndarray]:
+    """Return the mode nearest to every bin, per record; -1 far from all."""
+    setup = hypothesis.setup()
+    nearest = {}
+    for predictor in (search.fitting, search.heldout):
+        if not predictor.records:
+            continue
+        systems = predictor.systems(setup.spec, setup.channels)
+        for item, group in zip(predictor.records, predictor.groups, strict=True):
+            poles = systems[group].poles
+            own = np.sort(np.abs(poles[poles.imag > 0.0])) / (2.0 * np.pi)
+            distance = np.abs(np.log(item.frequency_hz[:, None] / own))
+            place = np.argmin(distance, axis=1)
+            place[distance.min(axis=1) > NEAR_MODE] = -1
+            nearest[id(item)] = place
+    return nearest
 
 
 def _squares(predictor: Predictor, hypothesis: Hypothesis) -> list[np.ndarray]:
@@ -77,7 +116,9 @@ def _squares(predictor: Predictor, hypothesis: Hypothesis) -> list[np.ndarray]:
 Pick = Callable[..., np.ndarray]
 
 
-def _kinds(search: Search, channels: Sequence[Channel]) -> list[tuple[str, list[str], Pick]]:
+def _kinds(
+    search: Search, channels: Sequence[Channel], after: Hypothesis
+) -> list[tuple[str, list[str], Pick]]:
     sensors = [channel.name.rsplit('.', 1)[0] for channel in channels]
     empty = np.zeros((0, 0))
 
@@ -95,12 +136,29 @@ def _kinds(search: Search, channels: Sequence[Channel]) -> list[tuple[str, list[
         inside = (item.frequency_hz >= low) & (item.frequency_hz < high)
         return squares[:, inside]
 
+    nearest = _modes(search, after)
+    count = max(int(place.max(initial=-1)) for place in nearest.values()) + 1
+
+    def by_mode(item, squares, name):  # type: ignore[no-untyped-def]
+        return squares[:, nearest[id(item)] == int(name.split()[1]) - 1]
+
+    groups = pose_groups(search.campaign)
+    pose_of = {
+        record.name: f'pose {group + 1}'
+        for record, group in zip(search.campaign.records, groups, strict=True)
+    }
+
+    def by_pose(item, squares, name):  # type: ignore[no-untyped-def]
+        return squares if pose_of[item.record.name] == name else empty
+
     records = list(dict.fromkeys(item.name for item in search.campaign.records))
     levels = list(dict.fromkeys(item.level for item in search.campaign.records))
     bands = [f'{low:g}-{high:g} Hz' for low, high in itertools.pairwise(BAND_EDGES_HZ)]
     return [
         ('sensor', list(dict.fromkeys(sensors)), by_sensor),
         ('band', bands, by_band),
+        ('mode', [f'mode {number + 1}' for number in range(count)], by_mode),
+        ('pose', list(dict.fromkeys(pose_of.values())), by_pose),
         ('level', levels, by_level),
         ('record', records, by_record),
     ]

@@ -26,7 +26,7 @@ SCREEN_BINS = 90
 MANY_CHANNELS = 15
 LEAST_BINS = 60
 SCREEN_POSES = 3
-COARSE_STEPS = 500.0
+COARSE_STEPS = 400.0
 SCREEN_S = 12.0
 # A torque law is tried in a joint only when a free torque there could gain so much.
 LEAST_REACH = 6.0
@@ -35,7 +35,10 @@ ROUGH = 8
 ROUGH_PER_TYPE = 3
 REFINED = 4
 # Rough fits this far behind the best are not refined.
-HOPELESS = 150.0
+HOPELESS = 80.0
+# Once a rough fit is this good, torque laws that promised less than this share are not tried.
+SETTLED_MISFIT = 1.5
+SETTLED_SHARE = 0.5
 # Nor is what promised less than this share of the best in the screening.
 LEAST_PROMISE = 0.06
 # Nothing is refined when the best promises less than this share of what is worth adding.
@@ -244,24 +247,35 @@ class Search:
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Candidate]:
         if not trials:
             return []
-        base = trials[0].base
-        shared = tolerance_columns(base, self.coarse, self.coarse_weighting)
-        rough = [
-            fit(
-                trial.base.with_effect(trial.effect, trial.values),
-                self.coarse,
-                self.coarse_weighting,
-                columns=shared,
-                iterations=6,
-                relinearise=0 if trial.effect.amplitude_dependent else 1,
+        shared = tolerance_columns(trials[0].base, self.coarse, self.coarse_weighting)
+        rough: list[Fit] = []
+        for trial in trials:
+            slow = trial.effect.amplitude_dependent
+            done = min((item.misfit for item in rough), default=np.inf) < SETTLED_MISFIT
+            if slow and done and trial.gain < SETTLED_SHARE * trials[0].gain:
+                continue
+            rough.append(
+                fit(
+                    trial.base.with_effect(trial.effect, trial.values),
+                    self.coarse,
+                    self.coarse_weighting,
+                    columns=shared,
+                    iterations=5 if slow else 6,
+                    relinearise=0 if slow else 1,
+                )
             )
-            for trial in trials
-        ]
         rough.sort(key=lambda item: -item.log_evidence)
         close = [item for item in rough if item.log_evidence > rough[0].log_evidence - HOPELESS]
         found = []
         for item in close[:REFINED]:
-            fine = fit(item.hypothesis, self.fitting, self.weighting, iterations=5, relinearise=0)
+            slow = item.hypothesis.effects[-1].amplitude_dependent
+            fine = fit(
+                item.hypothesis,
+                self.fitting,
+                self.weighting,
+                iterations=3 if slow else 5,
+                relinearise=0,
+            )
             found.append(
                 Candidate(
                     effect=fine.hypothesis.effects[-1],

@@ -96,7 +96,7 @@ def make_campaign(
         gains.append(1 + 0.007 * size * rng.standard_normal(3))
     gains = np.concatenate(gains)
     nonlinear = any(e['type'] in NONLINEAR for e in effects)
-    dt = 1 / 4000 if nonlinear else 1 / 1000
+    dt = 1 / 2000 if nonlinear else 1 / 1000
     samples = int(duration / dt)
     cases = [
         (p, level, i >= n_fit)
@@ -117,9 +117,8 @@ def make_campaign(
     systems = []
     for pose, _, _ in cases:
         systems.append(linearise(arm, pose, places))
-    if by.get('transmission_error'):
-        a, q = transmission(by['transmission_error'], systems, cases, arm, a, v, q, dt)
-    local = local_forces(effects, systems, cases, arm, v, dt, rng)
+    angle = np.array([pose for pose, _, _ in cases])[:, None, :] + q
+    local = local_forces(effects, systems, cases, arm, v, dt, rng, angle)
     y, _x, _xv = respond(systems, a, q, dt, local)
     y = sensor_faults(by, y, sensors, dt)
     records = []
@@ -164,6 +163,7 @@ NONLINEAR = {
     'end_stop',
     'drifting_stiffness',
     'tonal_disturbance',
+    'transmission_error',
 }
 
 
@@ -209,6 +209,8 @@ def structural(e, extra, arm):
                 'zeta': e['zeta'],
             }
         )
+    elif kind == 'servo_compliance':
+        extra['servo'] = (2 * math.pi * e['f'], e['zeta'])
     elif kind == 'rod_spring':
         extra.setdefault('rods', []).append((e['weights'], e['k'], 3e-4 * e['k']))
     elif kind == 'sensor_mass':
@@ -218,11 +220,7 @@ def structural(e, extra, arm):
         )
 
 
-def transmission(items, systems, cases, arm, a, v, q, dt):
-    raise NotImplementedError
-
-
-def local_forces(effects, systems, cases, arm, v, dt, rng):
+def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
     """Explicit nonlinear or time-varying forces on the dofs."""
     terms = []
     n = len(systems[0].M)
@@ -245,6 +243,15 @@ def local_forces(effects, systems, cases, arm, v, dt, rng):
         i = place[f'{e["joint"]}/drive']
         j = joint[e['joint']]
         k = arm.k[f'{e["joint"]}/drive']
+        if kind == 'transmission_error':  # the gear's output runs ahead of the motor by a ripple
+            axis = angle @ arm.couple[j]
+            push = k * e['amplitude'] * np.sin(e['order'] * arm.orders[e['joint']] * axis)
+            push -= push[:, :1]
+            for number, weight in enumerate(arm.couple[j]):
+                if weight:
+                    row = place[f'{arm.joints[number]}/drive']
+                    terms.append((row, lambda t, x, xv, w=weight, p=push: w * p[:, t]))
+            continue
         if kind == 'coulomb_friction':
             tc, v0 = e['torque'], e['v0']
             if e.get('total', False):

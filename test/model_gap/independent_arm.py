@@ -71,6 +71,7 @@ class Arm:
     couple: np.ndarray = None
     frames: dict = field(default_factory=dict)  # link -> (depth, R, p) relative to the chain
     absorbers: list = field(default_factory=list)
+    motors: list = field(default_factory=list)  # inertia behind the gear, rad/s, damping ratio
 
 
 def across(axis):
@@ -199,6 +200,15 @@ def read_arm(folder, extra=None):
     arm.rods = extra.get('rods', [])
     arm.absorbers = extra.get('absorbers', [])
     arm.cscale = extra.get('c', {})
+    if 'servo' in extra:
+        for name in arm.joints:
+            data = (model.get('joints') or {})[name]
+            inertia = float(data['rotor_inertia_kg_m2']) * float(data['gear_ratio']) ** 2
+            arm.motors.append((inertia, *extra['servo']))
+    arm.orders = {
+        name: float(((model.get('joints') or {}).get(name) or {}).get('gear_ratio', 1.0))
+        for name in arm.joints
+    }
     return arm
 
 
@@ -272,7 +282,8 @@ def linearise(arm, q, sensors, gravity=9.81):
         Jv, _ = jac(depth, point)
         axis = Rb @ Rl @ np.array(item['axis'], float)
         extra_rows.append((item, Jv, axis))
-    size = n + len(extra_rows)
+    servo = n + len(extra_rows)
+    size = servo + len(arm.motors)
     MM, KK, CC = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
     MM[:n, :n], KK[:n, :n] = M, G
     springs = np.zeros((size, size))
@@ -282,9 +293,15 @@ def linearise(arm, q, sensors, gravity=9.81):
         springs[i, i] = arm.k[name]
         CC[i, i] += arm.c[name]
     place = np.flatnonzero(joint)
-    for row, name in zip(arm.couple, arm.joints, strict=False):
+    for number, (row, name) in enumerate(zip(arm.couple, arm.joints, strict=False)):
         w = np.zeros(size)
         w[place] = row
+        if arm.motors:  # the gear twists between link and a motor that gives way
+            inertia, omega, zeta = arm.motors[number]
+            w[servo + number] = -1.0
+            MM[servo + number, servo + number] = inertia
+            springs[servo + number, servo + number] += inertia * omega**2
+            CC[servo + number, servo + number] += 2 * zeta * omega * inertia
         springs += arm.k[f'{name}/drive'] * np.outer(w, w)
         CC += arm.c[f'{name}/drive'] * np.outer(w, w)
     for weights, k, c in arm.rods:
