@@ -86,13 +86,14 @@ class Cell:
         seen = len(self.tap.robot)
         self.operator.until(lambda: len(self.tap.robot) > seen + n, 'cycles')
 
-    def backlog(self):
-        """Return how many replies a busy machine has left in the controller's queue."""
+    def backlog(self, until_s):
+        """Return how many replies a busy machine had left in the controller's queue then."""
         events = [(time_s, 1) for time_s, _ in self.tap.sensor]
         events += [(time_s, -1) for time_s, _ in self.tap.robot]  # takes one each cycle
         queued = 0
-        for _, step in sorted(events):
-            queued = max(queued + step, 0)
+        for time_s, step in sorted(events):
+            if time_s <= until_s:
+                queued = max(queued + step, 0)
         return queued
 
     def told(self, seen=0):
@@ -180,7 +181,8 @@ def test_a_killed_controller_latches_and_its_return_starts_nothing(cell, message
 def test_a_killed_bridge_leaves_little_motion(cell, message, record_property):
     cell.running(message, COMM_TIMEOUT_S)
     cell.bridge.kill()
-    queued, last_s = cell.backlog(), cell.tap.sensor[-1][0]
+    last_s = cell.tap.sensor[-1][0]
+    queued = cell.backlog(last_s)
     seen = sum(time_s <= last_s for time_s, _ in cell.tap.robot)
     cell.operator.until(lambda: len(cell.tap.robot) > seen + 150, 'cycles')
     rows = cell.told(seen)
