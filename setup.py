@@ -70,7 +70,7 @@ setup(
             'types-protobuf',
             'types-defusedxml',
         ],
-        'bench': ['pyOMA-2>=1.4', 'koma-python>=1.3'],
+        'bench': ['h5py>=3.10', 'koma-python>=1.3', 'pyOMA-2>=1.4', 'strid>=0.4'],
         # Pictures of docs/: make reproduce.
         'docs': ['matplotlib>=3.8'],
     },

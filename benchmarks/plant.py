@@ -57,6 +57,21 @@ def chain_plant(n_channels: int = 42, highest_hz: float = 250.0) -> Plant:
     )
 
 
+def random_plant(generator: np.random.Generator, n_channels: int = 6) -> Plant:
+    """Return eight modes between 6 and 95 Hz, two of them 1 % apart, damping 0.5 to 6 %."""
+    n_modes = 8
+    place = np.arange(n_modes - 1) + generator.uniform(-0.3, 0.3, n_modes - 1)
+    single = 6.0 * (94.0 / 6.0) ** (np.clip(place, 0.0, n_modes - 2) / (n_modes - 2))
+    twin = single[generator.integers(n_modes - 1)]
+    frequency = np.sort(np.append(single, 1.01 * twin))
+    damping = 0.005 * 12.0 ** generator.uniform(size=n_modes)
+    shapes = generator.standard_normal((n_channels, n_modes))
+    participation = generator.standard_normal((n_modes, 6))
+    participation /= np.linalg.norm(participation, axis=1, keepdims=True)
+    participation *= (frequency[:, None] / 40.0) ** -0.35
+    return Plant(frequency, damping, shapes, participation)
+
+
 def simulate(
     plant: Plant,
     generator: np.random.Generator,

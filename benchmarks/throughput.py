@@ -1,0 +1,146 @@
+"""Taking in many sensors, and working through a recording: multiples of real time."""
+
+from collections.abc import Iterator
+from pathlib import Path
+import struct
+import tempfile
+import time
+
+import numpy as np
+
+from autonomous_modal_analysis.identification import identify_recording
+from benchmarks.plant import chain_plant, simulate
+from benchmarks.table import Line
+from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
+from oma_identifier.sample_buffer import SampleBuffer
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.topic_intake import TopicIntake
+from recordings.cdr import IMU
+from recordings.decode import BLOCK
+from recordings.encode import encode
+from recordings.open_recording import open_recording
+from recordings.writer import RecordingWriter
+
+START_NS = 1_700_000_000 * NANOSECONDS_PER_SECOND
+N_IMUS, IMU_HZ, BLOCK_HZ, N_CHANNELS = 6, 1000, 4096, 42
+BATCHES_HZ = 8
+"""How often what has arrived is taken in."""
+
+
+def rows(ingest_s: int, record_s: float) -> Iterator[Line]:
+    """Yield the lines."""
+    yield from _ingest(ingest_s)
+    yield _offline(record_s)
+
+
+def _ingest(seconds: int) -> Iterator[Line]:
+    """Serialised messages in, windows out; middleware and identification left out."""
+    intake = TopicIntake()
+    buffer = SampleBuffer(IdentificationSettings(window_s=60.0, hop_s=30.0))
+    rng = np.random.default_rng(74000)
+    values = rng.standard_normal((BLOCK_HZ, N_CHANNELS)).astype(np.float32)
+    imu = [_imu_messages(rng, index) for index in range(N_IMUS)]
+    cpu_s, n_windows, n_lost, resident = 0.0, 0, 0, []
+    for number in range(seconds * BATCHES_HZ):
+        batches = [*_stamped(imu, number), *_blocks(values, number)]
+        start = time.process_time()
+        for topic, kind, raws in batches:
+            for measurement in intake.decode(raws, kind, topic):
+                buffer.add(measurement)
+        for window in buffer.windows():
+            n_windows += 1
+            n_lost += sum(channel.n_lost for channel in window.quality.channels)
+        cpu_s += time.process_time() - start
+        resident.append(_resident_mb())
+    share = cpu_s / seconds
+    yield Line(
+        'intake of 6 IMUs at 1 kHz, singly, and 42 channels at 4,096 Hz: share of a core',
+        f'{share:.1%}',
+        reach='≤ 10 %',
+        met=share <= 0.10,
+    )
+    refused = sum(intake.n_refused.values()) + buffer.counters.n_rejected
+    yield Line(
+        f'the same: samples lost, messages refused; {n_windows} windows',
+        f'{n_lost}, {refused}',
+        reach='0, 0',
+        met=n_lost == 0 and refused == 0 and n_windows > 0,
+    )
+    settled = resident[len(resident) // 2 :]
+    growth = max(settled) - settled[0]
+    yield Line(
+        f'the same: growth of memory over the second half of {seconds} s',
+        f'{growth:.1f} MB of {settled[0]:.0f} MB',
+        reach='none',
+        met=growth < 0.02 * settled[0],
+    )
+
+
+def _imu_messages(rng: np.random.Generator, index: int) -> list[bytes]:
+    """Return one batch of messages, to be stamped anew."""
+    count = IMU_HZ // BATCHES_HZ
+    values = rng.standard_normal((2, count, 3))
+    samples = StampedSamples(
+        f'/imu_{index}', f'link_{index}', np.zeros(count, dtype=np.int64), values[0], values[1]
+    )
+    return [message.data for message in encode(samples, samples.source)]
+
+
+def _stamped(imu: list[list[bytes]], number: int) -> Iterator[tuple[str, str, list[bytes]]]:
+    count = IMU_HZ // BATCHES_HZ
+    for index, messages in enumerate(imu):
+        raws = []
+        for row, message in enumerate(messages):
+            stamp = START_NS + (number * count + row) * (NANOSECONDS_PER_SECOND // IMU_HZ)
+            head = struct.pack('<iI', *divmod(stamp, NANOSECONDS_PER_SECOND))
+            raws.append(message[:4] + head + message[12:])
+        yield f'/imu_{index}', IMU, raws
+
+
+def _blocks(values: np.ndarray, number: int) -> Iterator[tuple[str, str, list[bytes]]]:
+    count = BLOCK_HZ // BATCHES_HZ
+    first = number * count
+    stamp = START_NS + number * NANOSECONDS_PER_SECOND // BATCHES_HZ
+    part = np.roll(values, number, axis=0)[:count]
+    names = tuple(f'c{channel}' for channel in range(N_CHANNELS))
+    block = SampleBlock('/block', stamp, first, float(BLOCK_HZ), names, part)
+    yield '/block', BLOCK, [message.data for message in encode(block, '/block')]
+
+
+def _resident_mb() -> float:
+    pages = int(Path('/proc/self/statm').read_text(encoding='ascii').split()[1])
+    return pages * 4096 / 2**20
+
+
+def _offline(seconds: float) -> Line:
+    """Read an MCAP recording and identify its windows and the whole, all by default."""
+    rate_hz = 512
+    samples = simulate(chain_plant(42), np.random.default_rng(74001), seconds, float(rate_hz))
+    rows = samples.acceleration.astype(np.float32)
+    with tempfile.TemporaryDirectory() as folder:
+        writer = RecordingWriter(Path(folder) / 'record.mcap')
+        for first in range(0, len(rows), 64):
+            stamp = START_NS + first * NANOSECONDS_PER_SECOND // rate_hz
+            block = SampleBlock(
+                '/block',
+                stamp,
+                first,
+                float(rate_hz),
+                samples.channel_names,
+                rows[first : first + 64],
+            )
+            for message in encode(block, '/block'):
+                writer.write('/block', BLOCK, stamp, message.data)
+        path = writer.close()
+        del samples, rows
+        start = time.process_time()
+        found = identify_recording(open_recording(path), IdentificationSettings())
+        cpu_s = time.process_time() - start
+    count = len(found.identification.windows)
+    return Line(
+        f'offline, 42 channels at 512 Hz from MCAP, {seconds:.0f} s, {count} windows and the'
+        ' whole, all by default: multiple of real time',
+        f'{seconds / cpu_s:.0f}',
+        reach='≥ 200',
+        met=seconds / cpu_s >= 200.0,
+    )
