@@ -1,6 +1,9 @@
 """The command line `ama`."""
 
+import atexit
+import gc
 from importlib.metadata import version as installed_version
+import signal
 import sys
 from typing import Annotated
 
@@ -51,6 +54,11 @@ def _options(
 
 def main() -> None:
     """Run the command line; what a user can put right is one line and exit status 2."""
+    # Collecting the garbage of numerical libraries would hold up the end by a second.
+    atexit.register(gc.freeze)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        # As an exception, so that the nodes a command has started end with it.
+        signal.signal(number, lambda received, _: sys.exit(128 + received))
     try:
         app()
     except ModalAnalysisError as error:

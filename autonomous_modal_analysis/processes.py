@@ -15,7 +15,7 @@ from typing import IO, Self
 
 from modal_core.errors import ModalAnalysisError
 
-STOP_PATIENCE_S = 5.0
+STOP_PATIENCE_S = 10.0
 SINGLE_BLAS_THREAD = {
     'OPENBLAS_NUM_THREADS': '1',
     'OMP_NUM_THREADS': '1',
@@ -96,9 +96,11 @@ class NodeProcesses:
         try:
             for command in self._commands:
                 self._start(command)
-        except OSError as error:
+        except BaseException as error:
             self.stop()
-            raise ModalAnalysisError(f'cannot start a node: {error}') from error
+            if isinstance(error, OSError):
+                raise ModalAnalysisError(f'cannot start a node: {error}') from error
+            raise
         return self
 
     def __exit__(
@@ -137,17 +139,17 @@ class NodeProcesses:
 
     def stop(self) -> None:
         """Ask all nodes to stop, then insist; in reverse order of their start."""
-        for process in reversed(self._running.values()):
-            if process.poll() is None:
-                process.send_signal(signal.SIGINT)
-        for insist in ('', 'terminate', 'kill'):
+        # A second Ctrl-C must not leave nodes behind.
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        # Not SIGINT: a node that is still importing would answer it with a traceback.
+        for number in (signal.SIGTERM, signal.SIGKILL):
             deadline = time.monotonic() + STOP_PATIENCE_S
-            for process in self._running.values():
-                if insist and process.poll() is None:
-                    getattr(process, insist)()
+            for process in reversed(self._running.values()):
+                process.send_signal(number)
             for process in self._running.values():
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     process.wait(max(0.0, deadline - time.monotonic()))
+        signal.signal(signal.SIGINT, before)
         self._running.clear()
         for log in self._logs:
             log.close()

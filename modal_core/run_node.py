@@ -1,6 +1,8 @@
 """The life of a node's process: start, spin, stop quietly, say in one line what is wrong."""
 
+import atexit
 from collections.abc import Callable, Sequence
+import gc
 import sys
 from typing import TypeVar
 
@@ -44,6 +46,8 @@ def run_node(
     SystemExit
         Status 2, after one line: the user can put it right.
     """
+    # Collecting the garbage of numerical libraries would hold up the end by a second.
+    atexit.register(gc.freeze)
     node = None
     try:
         _init(args)
