@@ -7,7 +7,6 @@ from autonomous_modal_analysis.results import Identification, IdentifiedWindow
 from autonomous_modal_analysis.terminal import ProgressCallback
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
-from modal_core.measurements import Measurement, SampleBlock
 from modal_core.window import Window
 from oma_identifier.identify import NO_MODE
 from oma_identifier.pipeline import IdentificationPipeline
@@ -62,8 +61,6 @@ def identify_recording(
     IdentificationError
         It cannot be identified with these settings at all.
     """
-    info = recording.info()
-    duration_ns = max(1, info.end_ns - info.start_ns)
     pipeline = IdentificationPipeline(settings, layout, robot=robot)
     windows: list[IdentifiedWindow] = []
 
@@ -78,7 +75,7 @@ def identify_recording(
     for measurement in recording.measurements():
         pipeline.add(measurement)
         take([identify(window) for window in pipeline.windows()])
-        progress(0.9 * (_last_stamp_ns(measurement) - info.start_ns) / duration_ns)
+        progress(0.9 * recording.fraction_read)
     take([identify(window) for window in pipeline.finish()])
     _check_windows(windows, pipeline, recording)
     whole = pipeline.whole()
@@ -125,14 +122,14 @@ def _check_windows(
     windows: Sequence[IdentifiedWindow], pipeline: IdentificationPipeline, recording: Recording
 ) -> None:
     """Say why there is nothing to identify, where that is so."""
-    info, path = recording.info(), str(recording.info().path)
-    layout = pipeline.buffer.layout
+    path, layout = str(recording.path), pipeline.buffer.layout
     if not windows and layout is not None and 'not_in_layout' in pipeline.buffer.counters.reasons:
         expected = ', '.join(channel.name for channel in layout.channels)
         raise LayoutError(
             f'{layout.name} names no channel of the recording', where=path, expected=expected
         )
     if not windows:
+        info = recording.info()
         raise IdentificationError(
             'too short for the window',
             where=path,
@@ -144,9 +141,3 @@ def _check_windows(
         reasons = {window.quality.reason for window in windows} - {NO_MODE}
         if reasons:
             raise IdentificationError('; '.join(sorted(reasons)), where=path)
-
-
-def _last_stamp_ns(measurement: Measurement) -> int:
-    if isinstance(measurement, SampleBlock):
-        return measurement.stamp_ns
-    return int(measurement.stamp_ns[-1]) if len(measurement.stamp_ns) else 0

@@ -39,12 +39,18 @@ class ArrayRecording:
     ------
     RecordingError
         No rate, wrong number of channel names, unknown unit, a value or time that is not finite.
+
+    Attributes
+    ----------
+    fraction_read : float
+        How much of its rows the last pass has read, 0..1.
     """
 
     def __init__(self, path: Path, table: ArrayTable, options: ArrayOptions) -> None:
         self.path = path
         self.kind = path.suffix.lstrip('.').lower()
         self.source = path.stem
+        self.fraction_read = 0.0
         self._values = table.values
         self.channel_names = _channel_names(path, table, options)
         self.notes: tuple[str, ...] = ()
@@ -68,6 +74,7 @@ class ArrayRecording:
         """Yield the samples in stretches of a quarter of a second."""
         step = max(FEWEST_ROWS, round(BLOCK_S * self.sample_rate_hz))
         for first in range(0, len(self._values), step):
+            self.fraction_read = min(1.0, (first + step) / len(self._values))
             rows = np.asarray(self._values[first : first + step], dtype=np.float64) * self.scale
             if self.stamp_ns is None:
                 offset = round(first * NANOSECONDS_PER_SECOND / self.sample_rate_hz)

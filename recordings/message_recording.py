@@ -31,6 +31,11 @@ class MessageRecording:
     ------
     RecordingError
         A topic that is not there or of no use, or no usable topic at all; lists the usable ones.
+
+    Attributes
+    ----------
+    fraction_read : float
+        How much of its messages the last pass has read, 0..1.
     """
 
     def __init__(self, path: Path, file: MessageFile, topics: Sequence[str] | None = None) -> None:
@@ -38,6 +43,7 @@ class MessageRecording:
         self.kind = file.kind
         self.file = file
         self.entries = file.topics()
+        self.fraction_read = 0.0
         self.n_refused: dict[str, int] = {}
         self.refused: dict[str, str] = {}
         usable = {entry.name for entry in self.entries if not why_unusable(entry)}
@@ -84,7 +90,9 @@ class MessageRecording:
     def raw_batches(self) -> Iterator[dict[tuple[str, str], list[bytes]]]:
         """Yield raw messages by topic and type, a quarter of a second of log time at once."""
         batch: dict[tuple[str, str], list[bytes]] = {}
-        end_ns = n_bytes = 0
+        end_ns = n_bytes = n_read = 0
+        selected = (entry for entry in self.entries if entry.name in self.selected)
+        n_expected = max(1, sum(entry.n_messages or 0 for entry in selected))
         for message in self.file.messages(self.selected):
             if message.log_time_ns >= end_ns or n_bytes > LARGEST_BATCH_BYTES:
                 if batch:
@@ -92,6 +100,8 @@ class MessageRecording:
                 batch, n_bytes = {}, 0
                 end_ns = message.log_time_ns + BATCH_NS
             batch.setdefault((message.topic, message.message_type), []).append(message.data)
+            n_read += 1
+            self.fraction_read = min(1.0, n_read / n_expected)
             n_bytes += len(message.data)
         if batch:
             yield batch
