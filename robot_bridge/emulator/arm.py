@@ -1,9 +1,9 @@
 """The flexible arm as a plant: rigid motion, gravity and vibration together, in real time.
 
-M(q) x'' + C x' + K x = f(q, q', q'') - f_n(x, x'): exact steps of the linear part with the load
-as straight lines between samples; the nonlinear torques of the gears act as further loads, held
-over a substep and solved for implicitly.  The dynamics are linearised anew whenever the pose has
-moved.
+Springs and dampers about a nearby pose take exact steps; all that is nonlinear in the arm, such as
+its changing mass, Coriolis forces and gravity at the bent pose, comes from a recursion over the
+whole arm at every sample and drives the linear part as a further load.  The nonlinear torques of
+the gears are held over a substep and solved for implicitly.
 """
 
 from collections.abc import Sequence
@@ -11,17 +11,26 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.errors import BridgeError
 from robot_bridge.emulator.arm_effect import ArmEffect
 from robot_bridge.emulator.gear_disturbance import GearDisturbance
-from robot_bridge.emulator.gear_torque import gears_with_effects, GearSettings, GearTorque
-from robot_bridge.emulator.rigid_sensors import RigidSensors
+from robot_bridge.emulator.gear_friction import GearFriction
+from robot_bridge.emulator.gear_place import drive_places
+from robot_bridge.emulator.gear_settings import gears_with_effects, GearSettings
+from robot_bridge.emulator.gear_springs import GearSprings
+from robot_bridge.emulator.linear_step import LinearStep
+from robot_bridge.emulator.sensor_readings import SensorReadings
+from robot_bridge.emulator.whole_arm import WholeArm
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
-POSE_STEP_RAD = 2e-3
+POSE_STEP_RAD = 0.015
+MOST_SETTLING_STEPS = 100
+SOFTEST = 0.9
+SETTLED_RAD = 1e-13
+BALANCED_NM = 1e-2
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,20 +47,6 @@ class ArmMotion:
 
     readings: Array
     deflection: Array
-
-
-@dataclass(frozen=True)
-class _Linear:
-    pose: Array
-    step: Array
-    first: Array
-    second: Array
-    gear: Array
-    inverse_mass: Array
-    damping: Array
-    stiffness: Array
-    jacobian: Array
-    gravity: Array
 
 
 class Arm:
@@ -87,40 +82,27 @@ class Arm:
     ) -> None:
         self.model, self.channels = model, tuple(channels)
         settings = gears_with_effects(gears or GearSettings(), effects, model.joint_names)
-        self._gears = GearTorque(settings, model)
-        self._disturbance = GearDisturbance(effects, model, self._gears.place)
-        self._time_s = uptime_s
-        self._sensors = RigidSensors(model, channels)
+        self._place = drive_places(model)
+        self._springs, self._friction = GearSprings(settings, model), GearFriction(settings)
+        self._disturbance = GearDisturbance(effects, model, self._place)
+        self._sensors = SensorReadings(model, self.channels)
+        self._whole = WholeArm(model, self._sensors.joints)
         self._gyro = np.array([c.unit == ANGULAR_VELOCITY for c in self.channels], dtype=bool)
-        self.n_substeps = self._gears.n_substeps
-        self._step_s = step_s
-        self._torque = np.zeros(model.n_joints)
-        self._linear = self._linearise(np.asarray(pose, float))
-        still = np.zeros(model.n_joints)
-        self._load = model.rigid_force(pose, still, still)
-        deflection = self._settle(self._load)
-        self._state = np.concatenate([deflection, np.zeros(model.n_dof)])
-
-    def _settle(self, load: Array) -> Array:
-        """Return the deflection at which springs, gears and weight balance."""
-        stiffness, place = self._linear.stiffness, self._gears.place
-        deflection: Array = np.asarray(np.linalg.solve(stiffness, load), float)
-        if self._gears.active:
-            self._gears.start(deflection)
-            give = np.linalg.solve(stiffness, place)
-            response = np.vstack([place.T @ give, np.zeros((place.shape[1],) * 2)])
-            free = np.concatenate([place.T @ deflection, np.zeros(place.shape[1])])
-            self._torque = self._gears.solve(free, response, self._torque, None)
-            deflection = deflection - give @ self._torque
-        return deflection
+        self._mass_damping = model.spec.damping.mass_proportional_1_s
+        self._step_s, self._time_s = step_s, uptime_s
+        self._rise = self._last_rise = np.zeros(model.n_dof)
+        self._push = np.zeros(model.n_dof)
+        self._state = self._settle(np.asarray(pose, float))
+        self._linearise(np.asarray(pose, float))
 
     def at_rest(self) -> Array:
         """Return what the channels read while nothing moves, (n_channels,) [m/s²], [rad/s]."""
-        pose = self._linear.pose
         still = np.zeros((1, self.model.n_joints))
-        deflection = self._state[: self.model.n_dof]
-        rigid = self._sensors.readings(pose[None, :], still, still)[0]
-        return np.asarray(rigid + self._linear.gravity @ deflection)
+        motor = self._whole.motor_side(self._linear.pose[None, :], still, still)
+        self._whole.unbalanced(motor[0], self._state, np.zeros(self.model.n_dof))
+        motion = np.empty((1, self._whole.n_motion))
+        self._whole.motion(motion[0])
+        return np.asarray(self._sensors.readings(motion)[0])
 
     def advance(self, q: Array, qd: Array, qdd: Array) -> ArmMotion:
         """Move the motor side through some samples.
@@ -130,99 +112,130 @@ class Arm:
         q, qd, qdd : (n_samples, n_joints) array [rad], [rad/s], [rad/s²]
             Serial motor-side motion at the end of each step.
         """
-        if np.max(np.abs(q[-1] - self._linear.pose)) > POSE_STEP_RAD:
-            self._linear = self._linearise(q[-1])
-        linear = self._linear
-        load = self.model.rigid_force(q, qd, qdd)
         time_s: Array = self._time_s + self._step_s * np.arange(1.0, len(q) + 1)
         self._time_s = float(time_s[-1])
-        if self._disturbance.active:
-            load = load + self._disturbance.load(q, qd, time_s)
-        change = None
-        if self._gears.varies:
-            change = self._gears.change_of_stiffness(qd @ self.model.axes.matrix.T, time_s)
-        before = np.vstack([self._load, load[:-1]])
-        self._load = load[-1]
-        states, torques = self._integrate(before, load, change)
-        n_dof = self.model.n_dof
-        deflection, rate = states[:, :n_dof], states[:, n_dof:]
-        force = load - rate @ linear.damping.T - deflection @ linear.stiffness.T
-        force -= torques
-        acceleration = force @ linear.inverse_mass.T
-        readings = self._sensors.readings(q, qd, qdd)
-        flexible = acceleration @ linear.jacobian.T + deflection @ linear.gravity.T
-        flexible[:, self._gyro] = rate @ linear.jacobian[self._gyro].T
-        readings += flexible
-        return ArmMotion(readings, deflection)
+        factor = self._springs.factor(qd @ self.model.axes.matrix.T, time_s)
+        extra = self._disturbance.load(q, qd, time_s)
+        motor = self._whole.motor_side(q, qd, qdd)
+        parts, begin = [], 0
+        while begin < len(q):
+            end = self._near(q, begin)
+            parts.append(self._run(motor[begin:end], extra[begin:end], factor[begin:end]))
+            begin = end
+        return ArmMotion(
+            np.concatenate([part.readings for part in parts]),
+            np.concatenate([part.deflection for part in parts]),
+        )
 
-    def _integrate(self, before: Array, after: Array, change: Array | None) -> tuple[Array, Array]:
-        """Return the states and gear torques at the end of each sample."""
-        linear = self._linear
-        states = np.empty((len(after), len(self._state)))
-        torques = np.zeros_like(after)
-        state = self._state
-        if not self._gears.active:
-            push = before @ linear.first.T + after @ linear.second.T
-            for index in range(len(after)):
-                state = linear.step @ state + push[index]
-                states[index] = state
-            self._state = state
-            return states, torques
-        self._state, self._torque = self._integrate_gears(before, after, change, states, torques)
-        return states, torques
+    def _near(self, q: Array, begin: int) -> int:
+        """Return up to which sample the arm is near the pose it is linearised at; move that."""
+        if np.max(np.abs(q[begin] - self._linear.pose)) > POSE_STEP_RAD:
+            ahead = _first(np.max(np.abs(q[begin:] - q[begin]), axis=1) > POSE_STEP_RAD)
+            self._linearise(q[begin + ahead - 1])
+        away = np.max(np.abs(q[begin:] - self._linear.pose), axis=1) > POSE_STEP_RAD
+        # At least one sample, should the arm jump.
+        return begin + max(_first(away), 1)
 
-    def _integrate_gears(
-        self,
-        before: Array,
-        after: Array,
-        change: Array | None,
-        states: Array,
-        torques: Array,
-    ) -> tuple[Array, Array]:
-        """Fill in states and torques, substep by substep; return the last ones."""
-        linear, n_sub = self._linear, self.n_substeps
-        place = np.ascontiguousarray(np.kron(np.eye(2), self._gears.place).T)
-        response, gear, step = place @ linear.gear, linear.gear, linear.step
-        # What the straight-line load adds in each substep, all of them at once.
-        part = np.arange(n_sub)[None, :, None] / n_sub
-        here = before[:, None] + part * (after - before)[:, None]
-        there = here + (after - before)[:, None] / n_sub
-        push = here @ linear.first.T + there @ linear.second.T
-        state, torque = self._state, self._torque
-        for index in range(len(after)):
-            softer = None if change is None else change[index]
-            for addition in push[index]:
-                state = step @ state + addition
-                torque = self._gears.solve(place @ state, response, torque, softer)
-                state -= gear @ torque
+    def _run(self, motor: Array, extra: Array, factor: Array) -> ArmMotion:
+        """Take some samples about one pose."""
+        linear, n_dof, step_s = self._linear, self.model.n_dof, self._step_s
+        states, missed = np.empty((2, len(extra), 2 * n_dof))
+        motion = np.empty((len(extra), self._whole.n_motion))
+        state, rise, last_rise = self._state, self._rise, self._last_rise
+        for index in range(len(extra)):
+            # Foresee the end of the step, with x'' on a straight line.
+            next_rise = 2.0 * rise - last_rise
+            x, speed = state[:n_dof], state[n_dof:]
+            next_x = x + step_s * (speed + (step_s / 6.0) * (2.0 * rise + next_rise))
+            next_speed = speed + (0.5 * step_s) * (rise + next_rise)
+            foreseen = np.concatenate([next_x, next_speed])
+            force = extra[index] + self._whole.unbalanced(motor[index], foreseen, next_rise)
+            self._whole.motion(motion[index])
+            push = next_rise + linear.inverse_mass @ force - linear.rise @ foreseen
+            state, last_rise = self._step(state, push, next_x, factor[index]), rise
+            rise = self._push + linear.rise @ state
+            if self._friction.active:
+                rise -= linear.gear_rise @ self._friction.torque
             states[index] = state
-            torques[index] = self._gears.load(torque)
-        return state, torque
+            missed[index, :n_dof] = rise - next_rise - self._mass_damping * next_speed
+            missed[index, n_dof:] = state[n_dof:] - next_speed
+        self._state, self._rise, self._last_rise = state, rise, last_rise
+        readings = self._sensors.readings(motion)
+        late = missed[:, :n_dof] @ linear.jacobian.T
+        late[:, self._gyro] = missed[:, n_dof:] @ linear.jacobian[self._gyro].T
+        return ArmMotion(readings + late, states[:, :n_dof])
 
-    def _linearise(self, pose: Array) -> _Linear:
-        matrices = self.model.matrices(pose)
-        n_dof, step_s = self.model.n_dof, self._step_s / self.n_substeps
-        inverse = np.linalg.inv(matrices.M)
-        # States x, x' and the load with its slope: one exponential gives the exact step.
-        rate = np.zeros((4 * n_dof, 4 * n_dof))
-        eye = np.eye(n_dof)
-        rate[:n_dof, n_dof : 2 * n_dof] = eye
-        rate[n_dof : 2 * n_dof, : 3 * n_dof] = np.hstack(
-            [-inverse @ matrices.K, -inverse @ matrices.C, inverse]
+    def _step(self, state: Array, push: Array, next_x: Array, factor: Array) -> Array:
+        """Return the state at the end of a sample; ``push`` is u there without the gears."""
+        linear, n_dof, place = self._linear, self.model.n_dof, self._place
+        if self._springs.active:
+            twist = next_x @ place
+            torque, slope = self._springs.torque(twist, factor)
+            push = push - linear.gear_rise @ torque
+            found = linear.advance @ np.concatenate([state, self._push, push])
+            # Where the twist was foreseen wrongly, each spring follows its slope.
+            more = slope * (found[:n_dof] @ place - twist) / (1.0 + slope * self._give)
+            push -= linear.gear_rise @ more
+            found -= linear.rising @ more
+        else:
+            found = linear.advance @ np.concatenate([state, self._push, push])
+        if self._friction.active:
+            found -= linear.held @ self._friction.solve(found[n_dof:] @ place, self._response)
+        if self._springs.active:
+            self._springs.arrive(found[:n_dof] @ place)
+        self._push = push
+        return np.asarray(found)
+
+    def _settle(self, pose: Array) -> Array:
+        """Return the state in which springs, gears and weight balance (Newton), at rest.
+
+        Raises
+        ------
+        BridgeError
+            There is none: an arm that falls through its springs.
+        """
+        n_dof, place = self.model.n_dof, self._place
+        stiffness, still = self.model.matrices(pose).K, np.zeros((1, self.model.n_joints))
+        softest = -SOFTEST * self._springs.stiffness
+        factor = self._springs.factor(still, np.array([self._time_s]))[0]
+        state, last = np.zeros(2 * n_dof), np.inf
+        step: Array = np.zeros(n_dof)
+        state[:n_dof] = self.model.static_deflection(pose)
+        for _ in range(MOST_SETTLING_STEPS):
+            motor = self._whole.motor_side(pose[None, :], still, still)[0]
+            force = self._whole.unbalanced(motor, state, np.zeros(n_dof))
+            torque, slope = self._springs.torque(state[:n_dof] @ place, factor)
+            force -= place @ torque
+            size = float(np.linalg.norm(force))
+            if size > last:
+                step = 0.5 * step
+                state[:n_dof] -= step
+                continue
+            last = size
+            tangent = stiffness + (place * np.maximum(slope, softest)) @ place.T
+            step = np.asarray(np.linalg.solve(tangent, force), float)
+            state[:n_dof] += step
+            if np.max(np.abs(step)) < SETTLED_RAD:
+                break
+        if last > BALANCED_NM:
+            raise BridgeError(
+                'the arm finds no rest in its own weight', where='gears',
+                found=f'{last:.3g} N m left over', expected=f'<= {BALANCED_NM:g} N m',
+            )  # fmt: skip
+        self._springs.rest(state[:n_dof] @ place)
+        return state
+
+    def _linearise(self, pose: Array) -> None:
+        """Linearise about another pose; u takes over what the linear part now leaves."""
+        self._linear = linear = LinearStep.at(
+            self.model, pose, self.channels, self._step_s, self._place
         )
-        rate[2 * n_dof : 3 * n_dof, 3 * n_dof :] = eye
-        full = expm(rate * step_s)[: 2 * n_dof]
-        held = full[:, 2 * n_dof : 3 * n_dof]
-        second = full[:, 3 * n_dof :] / step_s
-        return _Linear(
-            pose=pose.copy(),
-            step=np.ascontiguousarray(full[:, : 2 * n_dof]),
-            first=held - second,
-            second=second,
-            gear=held @ self._gears.place,
-            inverse_mass=np.asarray(inverse, float),
-            damping=matrices.C,
-            stiffness=matrices.K,
-            jacobian=self.model.sensor_jacobian(pose, self.channels),
-            gravity=self.model.gravity_jacobian(pose, self.channels),
-        )
+        self._response = self._place.T @ linear.held[self.model.n_dof :]
+        self._give = np.diag(self._place.T @ linear.rising[: self.model.n_dof])
+        self._push = self._rise - linear.rise @ self._state
+        self._push += linear.gear_rise @ self._friction.torque
+
+
+def _first(flags: NDArray[np.bool_]) -> int:
+    """Return the place of the first True; the length when there is none."""
+    return int(np.argmax(flags)) if flags.any() else len(flags)

@@ -18,7 +18,7 @@ from robot_bridge.emulator.arm_structure import (
 )
 from robot_bridge.emulator.controller import Controller, ControllerSettings
 from robot_bridge.emulator.delay_line import DelayLine
-from robot_bridge.emulator.gear_torque import GearSettings
+from robot_bridge.emulator.gear_settings import GearSettings
 from robot_bridge.emulator.sensor_errors import SensorErrors
 from robot_bridge.emulator.sensors import SensorArray, SensorSettings
 from robot_bridge.emulator.servo import Servo, ServoSettings

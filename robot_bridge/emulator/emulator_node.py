@@ -30,7 +30,7 @@ from robot_bridge.egm_link import ask_for_real_time
 from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide, SensorBlock
 from robot_bridge.emulator.controller import ControllerSettings
 from robot_bridge.emulator.fault_desk import Fault, FaultDesk
-from robot_bridge.emulator.gear_torque import GearSettings
+from robot_bridge.emulator.gear_settings import GearSettings
 from robot_bridge.emulator.guidance_law import GuidanceSettings
 from robot_bridge.emulator.link_faults import LinkFaults
 from robot_bridge.emulator.program_task import ProgramTask

@@ -29,7 +29,7 @@ from recordings.writer import RecordingWriter
 from robot_bridge.emulator.arm_effect import ArmEffect, read_effects
 from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide, SensorBlock
 from robot_bridge.emulator.controller import Controller, Program
-from robot_bridge.emulator.gear_torque import GearSettings
+from robot_bridge.emulator.gear_settings import GearSettings
 from robot_bridge.emulator.guidance_law import GuidanceLaw, GuidanceSettings
 from robot_bridge.emulator.program_task import ProgramTask
 from robot_bridge.emulator.recorder import Recorder

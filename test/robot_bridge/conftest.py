@@ -17,6 +17,12 @@ def helper(name):
 
 
 @pytest.fixture(scope='session')
+def helpers():
+    """Return the function that imports a helper beside this file."""
+    return helper
+
+
+@pytest.fixture(scope='session')
 def peers():
     """Return the module of the independent controller."""
     return helper('strict_peer')
