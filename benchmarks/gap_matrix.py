@@ -168,7 +168,7 @@ def read_back(records):
                 motion[0],
                 motion[1],
                 shift,
-                item.heldout,
+                heldout=item.heldout,
             )
         )
     return tuple(found)

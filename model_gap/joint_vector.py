@@ -55,6 +55,15 @@ def joint_vector(
     return vector
 
 
+def force_vector(
+    model: FlexibleJointModel, place: str, dof_names: tuple[str, ...]
+) -> NDArray[np.float64]:
+    """Return the unit force on one degree of freedom, or the unit torque in a joint."""
+    if place in dof_names:
+        return np.asarray(np.eye(len(dof_names))[dof_names.index(place)])
+    return joint_vector(model, place, dof_names)
+
+
 def joint_spring(spec: ModelSpec, joint: str) -> Spring:
     """Return the drive spring of a joint."""
     return next(item.drive.spring for item in spec.joints if item.name == plain_joint(joint))

@@ -8,9 +8,9 @@ import numpy as np
 
 from modal_core.channel import Channel
 from model_gap.hypothesis import Hypothesis
-from model_gap.joint_reach import joint_shares
 from model_gap.joint_vector import plain_joint
 from model_gap.predict import Predictor
+from model_gap.reach import joint_shares
 from model_gap.search import Search
 from model_gap.spectra import Complex
 from model_gap.split import pose_groups
@@ -108,7 +108,7 @@ def _modes(search: Search, hypothesis: Hypothesis) -> dict[int, np.ndarray]:
 def _squares(predictor: Predictor, hypothesis: Hypothesis) -> list[np.ndarray]:
     predicted = predictor.predict(hypothesis.setup())
     return [
-        np.abs(item.measured - reading) ** 2 / item.noise_power[:, None]
+        np.abs(item.measured - reading) ** 2 / item.noise_power
         for item, reading in zip(predictor.records, predicted, strict=True)
     ]
 
@@ -182,8 +182,7 @@ def noise_floor(predictor: Predictor) -> float:
 
 def _response(predictor: Predictor) -> float:
     return sum(
-        float(np.sum(np.abs(item.measured) ** 2 / item.noise_power[:, None]))
-        for item in predictor.records
+        float(np.sum(np.abs(item.measured) ** 2 / item.noise_power)) for item in predictor.records
     )
 
 

@@ -98,6 +98,12 @@ class PoseSystem:
         """Return the force of the motor motion on the degrees of freedom, (n, n_bins)."""
         return np.asarray(self.inertia_input @ acceleration + self.shift_input @ shift)
 
+    def response(self, omega: Array, force: Array) -> Complex:
+        """Return readings per constant force spectrum (n,), (n_channels, n_bins)."""
+        modal = (self.drives @ force)[:, None] / (1j * omega - self.poles[:, None])
+        deflection = self.shapes @ modal + (self.instant @ force)[:, None]
+        return np.asarray(self.flexible @ (-(omega**2) * deflection) + self.gravity @ deflection)
+
     def transfer(self, omega: Array) -> Complex:
         """Return readings per force on the degrees of freedom, (n_channels, n, n_bins)."""
         resolvent = 1.0 / (1j * omega - self.poles[:, None])

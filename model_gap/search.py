@@ -10,12 +10,11 @@ from model_gap.effects import CATALOGUE, Effect, Scene
 from model_gap.explicit_damping import explicit_damping
 from model_gap.fit import EFFECTIVE_DATA, Fit, fit
 from model_gap.hypothesis import Hypothesis
-from model_gap.joint_reach import joint_reach
-from model_gap.joint_vector import plain_joint
 from model_gap.linearise import misfit, tolerance_columns, Weighting
 from model_gap.lines import common_lines
 from model_gap.nuisance import nuisances, Tolerances
 from model_gap.predict import Predictor, SAME_POSE_RAD
+from model_gap.reach import within_reach
 from model_gap.screen import Projection, screen, Trial
 from model_gap.setup import Setup
 from model_gap.spectra import Band, record_spectra, TARGET_BINS
@@ -28,9 +27,9 @@ LEAST_BINS = 60
 SCREEN_POSES = 3
 COARSE_STEPS = 400.0
 SCREEN_S = 12.0
-# A torque law is tried in a joint only when a free torque there could gain so much.
-LEAST_REACH = 6.0
-REACH_SHARE = 0.15
+# An effect is tried only where a free force could gain so much, and this share of the best place.
+LEAST_REACH = 3.0
+REACH_SHARE = 0.1
 ROUGH = 8
 ROUGH_PER_TYPE = 3
 REFINED = 4
@@ -43,6 +42,7 @@ SETTLED_SHARE = 0.5
 LEAST_PROMISE = 0.06
 # Nothing is refined when the best promises less than this share of what is worth adding.
 PROMISE = 0.5
+FURTHER_PROMISE = 1.0
 # Tolerances this far out of their range, or a misfit this large, mean that the fit without an
 # effect is distorted: candidates are then tried on the nominal model.
 DISTORTED_TOLERANCE = 3.5
@@ -217,7 +217,8 @@ class Search:
             if effect.key not in [item.key for item in current.hypothesis.effects]
         ]
         trials = self._screen(current, candidates)
-        promising = trials and trials[0].gain >= PROMISE * self.settings.worth_adding
+        share = FURTHER_PROMISE if current.hypothesis.effects else PROMISE
+        promising = trials and trials[0].gain >= share * self.settings.worth_adding
         refined = self._refine(current, chosen(trials)) if promising else []
         return Step(
             before=current,
@@ -234,14 +235,7 @@ class Search:
         predictor, weighting = self.screening, self.screening_weighting
         columns = tolerance_columns(base, predictor, weighting)
         projection = Projection.of(base, predictor, weighting, columns)
-        reach = joint_reach(base, predictor)
-        least = max(LEAST_REACH, REACH_SHARE * max(reach.values(), default=0.0))
-        within = [
-            effect
-            for effect in candidates
-            if not effect.amplitude_dependent
-            or reach.get(effect.place, reach.get(str(effect.location), 0.0)) >= least
-        ]
+        within = within_reach(candidates, base, predictor, LEAST_REACH, REACH_SHARE)
         return screen(within, [projection], predictor, weighting)
 
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Candidate]:
@@ -285,10 +279,6 @@ class Search:
                 )
             )
         return found
-
-
-def _within(reach: dict[str, float], effect: Effect) -> float:
-    return reach.get(effect.place, reach.get(plain_joint(effect.place), 0.0))
 
 
 def chosen(trials: Sequence[Trial]) -> list[Trial]:

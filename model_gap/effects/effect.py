@@ -128,6 +128,13 @@ class Effect(ABC):
         grids = [np.linspace(item.low, item.high, 5) for item in self.parameters(scene)]
         return [tuple(grid[1] for grid in grids), tuple(grid[3] for grid in grids)]
 
+    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+        """Return where a force bounds what the effect explains: an arm, a coordinate of it.
+
+        None when the effect does not act along one coordinate.
+        """
+        return (setup, self.place) if self.amplitude_dependent else None
+
     @property
     def place(self) -> str:
         """Name of the joint torque, for effects that are one."""

@@ -31,6 +31,10 @@ class JointDamping(Effect):
         """Return the factor."""
         return (EffectParameter('factor', '1', 1.0, 0.02, 50.0, neutral=1.0, log=True),)
 
+    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+        """Return the drive."""
+        return setup, self.place
+
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Scale the drive's damping."""
         factor = values[0]

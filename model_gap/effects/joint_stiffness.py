@@ -35,6 +35,10 @@ class JointStiffness(Effect):
         """Return the factor."""
         return (EffectParameter('factor', '1', 0.7, 0.05, 5.0, neutral=1.0, log=True),)
 
+    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+        """Return the drive."""
+        return setup, self.place
+
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Scale the drive spring."""
         factor = values[0]

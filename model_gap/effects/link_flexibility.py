@@ -44,11 +44,21 @@ class LinkFlexibility(Effect):
             EffectParameter('loss_time', 's', 0.7, 1e-5, 1e-2, neutral=4e-4, log=True),
         )
 
+    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+        """Return the hinge, all but rigid."""
+        stiff = (1e-4 * 0.3 / softest(scene), 4e-4)
+        return self.apply(setup, stiff, scene), self.name
+
+    @property
+    def name(self) -> str:
+        """Name of the hinge."""
+        return f'gap_{self.location}_{self.variant}'
+
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Divide the link."""
         compliance, loss = max(values[0], 1e-14), values[1]
         hinge = HingeSpec(
-            name=f'gap_{self.location}_{self.variant}',
+            name=self.name,
             link=str(self.location),
             position_m=dict(spans(scene))[str(self.location)],
             axis=AXES[self.variant],

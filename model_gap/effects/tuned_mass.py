@@ -40,12 +40,21 @@ class TunedMass(Effect):
             EffectParameter('damping_ratio', '1', 0.8, 0.002, 0.5, neutral=0.04, log=True),
         )
 
+    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+        """Return the place the mass pulls at: a mass too light to matter."""
+        return self.apply(setup, (1e-4, 20.0, 0.05), scene), self.name
+
+    @property
+    def name(self) -> str:
+        """Name of the swinging mass."""
+        return f'swing_{self.location}_{self.variant}'
+
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Hang the mass on the link."""
         mass, frequency, damping = max(values[0], 1e-6), values[1], values[2]
         omega = 2.0 * math.pi * frequency
         item = AbsorberSpec(
-            name=f'gap_{self.location}_{self.variant}',
+            name=self.name,
             link=str(self.location),
             position_m=centre(scene, str(self.location)),
             axis=AXES[self.variant],
