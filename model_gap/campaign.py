@@ -11,6 +11,32 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class MotionNoise:
+    """Noise of the known motion: encoder steps, or whatever else is white in what was recorded.
+
+    Parameters
+    ----------
+    density : (n_joints,) array [rad²/Hz] or [rad²/s²/Hz]
+        Two-sided, of the recorded quantity; empty: none.
+    derivatives : int
+        From the recorded quantity to the acceleration: 2 for positions, 1 for velocities.
+    """
+
+    density: Array = field(default_factory=lambda: np.zeros(0))
+    derivatives: int = 2
+
+    def acceleration_density(self, omega: Array) -> Array:
+        """Return the two-sided density of the acceleration's noise, (n_joints, n) [rad²/s⁴/Hz].
+
+        Parameters
+        ----------
+        omega : (n,) array [rad/s]
+            Where.
+        """
+        return np.asarray(self.density[:, None] * omega ** (2 * self.derivatives))
+
+
+@dataclass(frozen=True)
 class GapRecord:
     """One recording at one pose and one amplitude level, on one uniform time grid.
 
@@ -32,6 +58,8 @@ class GapRecord:
         Motor side.
     motor_shift : (n_samples, n_joints) array [rad]
         Motor-side position less the pose.
+    motion_noise : MotionNoise
+        Of the motor side.
     heldout : bool or None
         As the campaign says; None: the workflow decides.
     """
@@ -44,6 +72,7 @@ class GapRecord:
     motor_acceleration: Array
     motor_velocity: Array
     motor_shift: Array
+    motion_noise: MotionNoise = field(default_factory=MotionNoise)
     heldout: bool | None = None
 
 
@@ -61,12 +90,22 @@ class Campaign:
         Columns of the motor motion.
     excitation : str
         What the known motion was taken from.
+    effort_recorded : bool
+        Joint efforts are there in every recording.
+    motion_rate_hz, motion_band_hz : float [Hz]
+        Rate of the joint states, and up to where the motion is known from them.
     notes : tuple of str
         What was assumed, left out or limits the comparison.
+    remarks : tuple of str
+        What the person who recorded it wrote.
     """
 
     records: tuple[GapRecord, ...]
     layout: SensorLayout
     joint_names: tuple[str, ...]
     excitation: str = 'joint states'
-    notes: tuple[str, ...] = field(default=())
+    effort_recorded: bool = False
+    motion_rate_hz: float = 0.0
+    motion_band_hz: float = 0.0
+    notes: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()

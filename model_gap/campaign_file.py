@@ -13,6 +13,7 @@ from modal_core.yaml_file import load_yaml
 LISTS = ('recordings', 'records')
 FILES = ('file', 'path', 'recording', 'bag')
 LEVELS = ('level', 'amplitude', 'amplitude_level')
+NOTES = ('notes', 'note', 'remarks')
 HELDOUT = ('heldout', 'held_out')
 SUFFIXES = ('.mcap', '.db3', '.bag')
 
@@ -51,11 +52,14 @@ class CampaignFile:
         In order.
     layout : mapping or Path or None
         Sensor layout, when the campaign brings its own.
+    remarks : tuple of str
+        Notes of the campaign and of its recordings.
     """
 
     folder: Path
     entries: tuple[CampaignEntry, ...]
     layout: Any = None
+    remarks: tuple[str, ...] = ()
 
 
 def read_campaign_file(folder: Path) -> CampaignFile:
@@ -86,7 +90,32 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         layout = _inside(folder, layout, f'{path}: layout')
     elif isinstance(layout, list):
         layout = {'sensors': layout}
-    return CampaignFile(folder, entries, layout if layout is not None else _own(folder))
+    _refuse_doubles(entries, path)
+    layout = layout if layout is not None else _own(folder)
+    return CampaignFile(folder, entries, layout, _remarks(data, items))
+
+
+def _refuse_doubles(entries: tuple[CampaignEntry, ...], path: Path) -> None:
+    seen: set[Path] = set()
+    for entry in entries:
+        if entry.path in seen:
+            raise SettingsError('recording named twice', where=path, found=entry.path.name)
+        seen.add(entry.path)
+
+
+def _remarks(data: Mapping[str, Any], items: list[Any]) -> tuple[str, ...]:
+    """Return what people wrote, of one recording with its name before it."""
+    found = list(_texts(data))
+    for item in items:
+        if isinstance(item, Mapping):
+            name = next((str(item[key]) for key in FILES if key in item), '')
+            found += [f'{name}: {text}' for text in _texts(item)]
+    return tuple(found)
+
+
+def _texts(data: Mapping[str, Any]) -> list[str]:
+    value: Any = next((data[key] for key in NOTES if data.get(key)), [])
+    return [str(item) for item in (value if isinstance(value, list) else [value])]
 
 
 def _own(folder: Path) -> Path | None:

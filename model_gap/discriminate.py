@@ -136,7 +136,7 @@ def _differences(
 ) -> list[float]:
     first, second = (predictor.predict(_loaded(item, mass_kg)) for item in (one, other))
     return [
-        float(np.sqrt(np.mean(np.abs(a - b) ** 2 / item.noise_power[:, None])))
+        float(np.sqrt(np.mean(np.abs(a - b) ** 2 / item.noise_power)))
         for item, a, b in zip(predictor.records, first, second, strict=True)
     ]
 

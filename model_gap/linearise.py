@@ -36,7 +36,7 @@ class Weighting:
     @classmethod
     def of(cls, predictor: Predictor) -> 'Weighting':
         """Weight the records of a predictor."""
-        scale = [np.sqrt(1.0 / item.noise_power)[:, None] for item in predictor.records]
+        scale = [np.sqrt(1.0 / item.noise_power) for item in predictor.records]
         measured = _rows([item.measured for item in predictor.records], scale)
         return cls(scale, measured)
 

@@ -1,6 +1,6 @@
 """Read a campaign folder: recordings on one grid, known motion, poses, levels."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +12,9 @@ from modal_core.errors import RecordingError, SettingsError
 from modal_core.yaml_file import load_yaml
 from model_gap.campaign import Campaign, GapRecord
 from model_gap.campaign_file import CampaignEntry, read_campaign_file
-from model_gap.resample import at_times
-from model_gap.series import gather, RawRecording, Series
+from model_gap.motion import Motion, motion_on_grid
+from model_gap.resample import at_times, thinned
+from model_gap.series import gather, joint_columns, RawRecording, Series
 from recordings import open_recording
 from structural_model import FlexibleJointModel, load_layout
 from structural_model.robot_files import robot_folder
@@ -21,9 +22,13 @@ from structural_model.robot_files import robot_folder
 Array = NDArray[np.float64]
 LONGEST_S = 60.0
 SHORTEST_S = 4.0
-HIGHEST_MOTION_HZ = 110.0
-LEAST_VELOCITY_AGREEMENT = 0.98
+# Accelerations are kept at about this rate: twice what is compared, and room to see the noise.
+HIGHEST_RATE_HZ = 640.0
+LEAST_BAND_HZ = 55.0
 AT_REST = 0.3
+POSE_SAID_RAD = 0.05
+FULL_TURNS = 3.0
+G_BAND = 0.15
 
 
 def read_campaign(
@@ -56,23 +61,42 @@ def read_campaign(
     notes: list[str] = []
     raws: list[tuple[CampaignEntry, RawRecording]] = []
     for number, entry in enumerate(file.entries):
-        recording = open_recording(entry.path)
-        raw = gather(recording.measurements(), sensors, str(entry.path))
-        raws.append((entry, raw))
-        for name in raw.unknown:
-            note = f'channel {name} is not in the sensor layout and was left out'
-            if note not in notes:
-                notes.append(note)
+        raws.append((entry, _gathered(entry, sensors, model, notes)))
         progress((number + 1) / len(file.entries))
     kept = _common_layout(sensors, [raw for _, raw in raws], notes)
-    records = [_record(entry, raw, kept, model, notes) for entry, raw in raws]
+    found = [_record(entry, raw, kept, model, notes) for entry, raw in raws]
+    sources = sorted({motion.source for _, motion in found})
     return Campaign(
-        records=tuple(_with_levels(records)),
+        records=tuple(_with_levels([record for record, _ in found])),
         layout=kept,
         joint_names=model.joint_names,
-        excitation=_excitation([raw for _, raw in raws]),
+        excitation=' and '.join(sources),
+        effort_recorded=all(raw.effort is not None for _, raw in raws),
+        motion_rate_hz=min(raw.position.rate_hz for _, raw in raws if raw.position is not None),
+        motion_band_hz=min(motion.highest_hz for _, motion in found),
         notes=tuple(dict.fromkeys(notes)),
+        remarks=file.remarks,
     )
+
+
+def _gathered(
+    entry: CampaignEntry, sensors: SensorLayout, model: FlexibleJointModel, notes: list[str]
+) -> RawRecording:
+    """Read one recording; fast accelerations are thinned out at once, to need little memory."""
+    recording = open_recording(entry.path)
+    raw = gather(recording.measurements(), sensors, str(entry.path), model.joint_names)
+    notes += [f'{entry.path.name}: {note}' for note in (*raw.notes, *recording.damage())]
+    for name in raw.unknown:
+        note = f'channel {name} is not in the sensor layout and was left out'
+        if note not in notes:
+            notes.append(note)
+    return replace(raw, accelerations=tuple(_thinned(item) for item in raw.accelerations))
+
+
+def _thinned(item: Series) -> Series:
+    every = max(1, int(item.rate_hz // HIGHEST_RATE_HZ))
+    values = thinned(item.values, item.rate_hz, every)
+    return replace(item, rate_hz=item.rate_hz / every, values=values)
 
 
 def _layout(own: object, given: SensorLayout | None, folder: Path) -> SensorLayout:
@@ -115,7 +139,7 @@ def _record(
     layout: SensorLayout,
     model: FlexibleJointModel,
     notes: list[str],
-) -> GapRecord:
+) -> tuple[GapRecord, Motion]:
     where = str(entry.path)
     if raw.position is None:
         raise RecordingError(
@@ -123,16 +147,9 @@ def _record(
             where=where,
             advice='record sensor_msgs/JointState beside the accelerations',
         )
+    order = _joint_order(raw.position.names, model, where)
     chosen = [item for item in raw.accelerations if _uses(item, layout)]
-    start = max(item.start_s for item in (*chosen, raw.position))
-    end = min(item.end_s for item in (*chosen, raw.position))
-    if end - start < SHORTEST_S:
-        raise RecordingError(
-            'too short a stretch with all sensors and joint states',
-            where=where,
-            found=f'{max(end - start, 0.0):.2f} s',
-            expected=f'>= {SHORTEST_S} s',
-        )
+    start, end = _stretch([*chosen, raw.position], where)
     if end - start > LONGEST_S:
         notes.append(f'of each recording at most the first {LONGEST_S:.0f} s were used')
         end = start + LONGEST_S
@@ -144,7 +161,85 @@ def _record(
         columns = [number for number, name in enumerate(item.names) if name in names]
         values = _on_grid(item, item.values[:, columns], grid, rate)
         acceleration[:, [names.index(item.names[column]) for column in columns]] = values
-    return _with_motion(entry, raw, model, grid, rate, acceleration, notes)
+    motion = motion_on_grid(raw, raw.position, order, grid, rate)
+    _check_units(motion.pose, acceleration, layout, model, where, notes)
+    notes += _doubts(entry, motion, rate)
+    record = GapRecord(
+        name=entry.path.name,
+        pose=motion.pose,
+        level=entry.level,
+        sample_rate_hz=rate,
+        acceleration=acceleration,
+        motor_acceleration=motion.acceleration,
+        motor_velocity=motion.velocity,
+        motor_shift=motion.shift,
+        motion_noise=motion.noise,
+        heldout=entry.heldout,
+    )
+    return record, motion
+
+
+def _stretch(series: Sequence[Series], where: str) -> tuple[float, float]:
+    """Return when all series are there."""
+    start = max(item.start_s for item in series)
+    end = min(item.end_s for item in series)
+    if end - start >= SHORTEST_S:
+        return start, end
+    apart = end < start
+    spans = ', '.join(f'{item.names[0]} {item.start_s:.2f}..{item.end_s:.2f} s' for item in series)
+    raise RecordingError(
+        'sensors and joint states were not recorded at the same time'
+        if apart
+        else 'too short a stretch with all sensors and joint states',
+        where=where,
+        found=spans if apart else f'{end - start:.2f} s',
+        expected=f'>= {SHORTEST_S} s together',
+        advice='stamp both with one clock' if apart else 'record half a minute in each pose',
+    )
+
+
+def _check_units(
+    pose: Array,
+    acceleration: Array,
+    layout: SensorLayout,
+    model: FlexibleJointModel,
+    where: str,
+    notes: list[str],
+) -> None:
+    """Refuse angles in degrees; note accelerations that look like multiples of g."""
+    farthest = np.maximum(np.abs(model.limits.position_low), np.abs(model.limits.position_high))
+    if np.any(np.abs(pose) > np.minimum(farthest, 2.0 * np.pi) + FULL_TURNS * 2.0 * np.pi):
+        raise RecordingError(
+            'joint positions are out of all range',
+            where=where,
+            found=', '.join(f'{angle:.3g}' for angle in pose),
+            expected='radians',
+        )
+    first = 0
+    for sensor in layout:
+        mean = acceleration[:, first : first + len(sensor.axes)].mean(axis=0)
+        first += len(sensor.axes)
+        if len(sensor.axes) == 3 and abs(np.linalg.norm(mean) - 1.0) < G_BAND:
+            notes.append(f'{sensor.name} reads 1 at rest: its unit may be g instead of m/s²')
+
+
+def _doubts(entry: CampaignEntry, motion: Motion, rate_hz: float) -> list[str]:
+    """Return what of a recording limits the comparison."""
+    found = [motion.note] if motion.note else []
+    if motion.highest_hz < LEAST_BAND_HZ:
+        found.append(f'joint states limit the comparison to {motion.highest_hz:.0f} Hz')
+    begin = motion.velocity[: max(2, round(0.05 * rate_hz))]
+    if np.sqrt(np.mean(begin**2)) > AT_REST * np.sqrt(np.mean(motion.velocity**2)):
+        found.append('recordings begin in motion: their first seconds count as gap')
+    said = entry.pose
+    if said is not None and len(said) == len(motion.pose):
+        away = float(np.abs(np.array(said) - motion.pose).max())
+        if away > POSE_SAID_RAD:
+            found.append(
+                f'{entry.path.name}: the joint states stand {np.degrees(away):.0f} deg away from'
+                ' the pose in campaign.yaml; the joint states count'
+            )
+    return found
 
 
 def _uses(item: Series, layout: SensorLayout) -> bool:
@@ -160,72 +255,16 @@ def _on_grid(item: Series, values: Array, grid: Array, rate: float) -> Array:
     return at_times(values, item.rate_hz, grid - item.start_s, highest_hz=0.45 * rate)
 
 
-def _with_motion(
-    entry: CampaignEntry,
-    raw: RawRecording,
-    model: FlexibleJointModel,
-    grid: Array,
-    rate: float,
-    acceleration: Array,
-    notes: list[str],
-) -> GapRecord:
-    position = raw.position
-    assert position is not None  # noqa: S101  checked by the caller
-    order = _joint_order(position.names, model, str(entry.path))
-    values = position.values[:, order]
-    times = grid - position.start_s
-    pose = values.mean(axis=0)
-    highest = min(HIGHEST_MOTION_HZ, 0.45 * position.rate_hz, 0.45 * rate)
-    if highest < 55.0:
-        notes.append(
-            f'joint states at {position.rate_hz:.0f} Hz limit the band to {highest:.0f} Hz'
-        )
-    shift = at_times(values - pose, position.rate_hz, times, highest_hz=highest)
-    speed = at_times(values - pose, position.rate_hz, times, 1, highest)
-    rise = at_times(values - pose, position.rate_hz, times, 2, highest)
-    if raw.velocity is not None:
-        recorded = raw.velocity.values[:, order]
-        told = at_times(recorded, position.rate_hz, times, 0, highest)
-        if _agree(told, speed):
-            speed, rise = told, at_times(recorded, position.rate_hz, times, 1, highest)
-        else:
-            notes.append('recorded joint velocities contradict the positions and were not used')
-    begin = speed[: max(2, round(0.05 * rate))]
-    if np.sqrt(np.mean(begin**2)) > AT_REST * np.sqrt(np.mean(speed**2)):
-        notes.append('recordings begin in motion: their first seconds count as gap')
-    return GapRecord(
-        name=entry.path.name,
-        pose=pose,
-        level=entry.level,
-        sample_rate_hz=rate,
-        acceleration=acceleration,
-        motor_acceleration=rise,
-        motor_velocity=speed,
-        motor_shift=shift,
-        heldout=entry.heldout,
-    )
-
-
 def _joint_order(names: tuple[str, ...], model: FlexibleJointModel, where: str) -> list[int]:
-    if all(name in names for name in model.joint_names):
-        return [names.index(name) for name in model.joint_names]
-    raise RecordingError(
-        'joint states of another robot',
-        where=where,
-        found=', '.join(names),
-        expected=', '.join(model.joint_names),
-    )
-
-
-def _agree(told: Array, derived: Array) -> bool:
-    moving = derived.std(axis=0) > 1e-6
-    if not moving.any():
-        return False
-    pairs = [
-        np.corrcoef(told[:, number], derived[:, number])[0, 1] for number in np.flatnonzero(moving)
-    ]
-    ratio = told[:, moving].std(axis=0) / derived[:, moving].std(axis=0)
-    return min(pairs) > LEAST_VELOCITY_AGREEMENT and bool(np.all(np.abs(ratio - 1.0) < 0.1))
+    columns = joint_columns(names, model.joint_names)
+    if columns is None:
+        raise RecordingError(
+            'joint states of another robot',
+            where=where,
+            found=', '.join(names[:12]),
+            expected=', '.join(model.joint_names),
+        )
+    return columns
 
 
 def _with_levels(records: list[GapRecord]) -> list[GapRecord]:
@@ -238,12 +277,6 @@ def _with_levels(records: list[GapRecord]) -> list[GapRecord]:
         replace(record, level=record.level or f'{int(value)} oct')
         for record, value in zip(records, rank, strict=True)
     ]
-
-
-def _excitation(raws: list[RawRecording]) -> str:
-    return (
-        'joint velocities' if all(raw.velocity is not None for raw in raws) else 'joint positions'
-    )
 
 
 def campaign_layout(folder: Path, model: str) -> SensorLayout | None:

@@ -52,3 +52,28 @@ def at_times(
     elif order == 1:
         found = found + slope
     return np.asarray(found)
+
+
+def thinned(values: Array, rate_hz: float, every: int) -> Array:
+    """Return every so-manieth sample of a series whose upper band was taken away before.
+
+    Parameters
+    ----------
+    values : (n_samples, n_columns) array
+        Uniform; continued at both ends by point reflection.
+    rate_hz : float [Hz]
+        Of the samples.
+    every : int
+        1 returns the series itself.
+    """
+    if every == 1:
+        return values
+    count = len(values) // every * every
+    values = values[:count]
+    pad = min(count - 1, round(PADDING_S * rate_hz)) // every * every
+    before = 2.0 * values[0] - values[pad:0:-1]
+    after = 2.0 * values[-1] - values[-2 : -pad - 2 : -1]
+    long = np.concatenate([before, values, after])
+    spectrum = np.fft.rfft(long, axis=0)[: len(long) // every // 2 + 1]
+    short = np.fft.irfft(spectrum, len(long) // every, axis=0) / every
+    return np.asarray(short[pad // every : (pad + count) // every])

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import RecordingError
@@ -13,6 +14,7 @@ from modal_core.measurements import JointSamples, Measurement, SampleBlock, Stam
 
 Array = NDArray[np.float64]
 LARGEST_GAP_STEPS = 1.5
+LEAST_SAMPLES = 16
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,8 @@ class RawRecording:
         Of the joints; velocity and effort None where not recorded.
     unknown : tuple of str
         Channels the layout does not have.
+    notes : tuple of str
+        What was left out, and why.
     """
 
     accelerations: tuple[Series, ...]
@@ -61,10 +65,27 @@ class RawRecording:
     velocity: Series | None
     effort: Series | None
     unknown: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
-def gather(measurements: Iterable[Measurement], layout: SensorLayout, where: str) -> RawRecording:
+def gather(
+    measurements: Iterable[Measurement],
+    layout: SensorLayout,
+    where: str,
+    joint_names: tuple[str, ...] = (),
+) -> RawRecording:
     """Collect a recording's measurements.
+
+    Parameters
+    ----------
+    measurements : iterable of Measurement
+        In any order.
+    layout : SensorLayout
+        Channels that count.
+    where : str
+        For errors.
+    joint_names : tuple of str
+        Joints that count, where several sets of joints are recorded.
 
     Raises
     ------
@@ -82,9 +103,11 @@ def gather(measurements: Iterable[Measurement], layout: SensorLayout, where: str
         else:
             joints.append(item)
     unknown: list[str] = []
+    notes: list[str] = []
     found = [_from_blocks(items, layout, unknown) for items in blocks.values()]
     found += [_from_stamped(items, layout, unknown) for items in stamped.values()]
-    series = tuple(item for item in found if item is not None)
+    whole = [_without_holes(part, notes) for part in found if part is not None]
+    series = tuple(part for part in whole if part is not None)
     if not series:
         raise RecordingError(
             'no acceleration of the sensor layout',
@@ -92,8 +115,36 @@ def gather(measurements: Iterable[Measurement], layout: SensorLayout, where: str
             found=', '.join(unknown[:12]) or 'none',
             expected=', '.join(channel.name for channel in layout.channels[:12]),
         )
-    position, velocity, effort = _joints(joints)
-    return RawRecording(series, position, velocity, effort, tuple(unknown))
+    position, velocity, effort = _joints(joints, joint_names, notes)
+    return RawRecording(series, position, velocity, effort, tuple(unknown), tuple(notes))
+
+
+def joint_columns(names: tuple[str, ...], wanted: tuple[str, ...]) -> list[int] | None:
+    """Return the column of every wanted joint; a robot's prefix before the names does not matter.
+
+    Parameters
+    ----------
+    names : tuple of str
+        As recorded.
+    wanted : tuple of str
+        As the model calls them.
+
+    Returns
+    -------
+    list of int or None
+        None when one is missing or not unique.
+    """
+    columns = []
+    for joint in wanted:
+        same = [number for number, name in enumerate(names) if name == joint] or [
+            number
+            for number, name in enumerate(names)
+            if name.endswith(joint) and name[-len(joint) - 1] in '/_-.'
+        ]
+        if len(same) != 1:
+            return None
+        columns.append(same[0])
+    return columns
 
 
 def match_channel(name: str, layout: SensorLayout) -> Channel | None:
@@ -188,7 +239,7 @@ def _uniform(stamps: NDArray[np.int64], values: Array) -> tuple[float, float, Ar
     stamps, values = stamps[order], values[order]
     keep = np.r_[True, np.diff(stamps) > 0]
     stamps, values = stamps[keep], values[keep]
-    if len(stamps) < 16:
+    if len(stamps) < LEAST_SAMPLES:
         return None
     step = float(np.median(np.diff(stamps)))
     cuts = np.flatnonzero(np.diff(stamps) > LARGEST_GAP_STEPS * 2.0 * step) + 1
@@ -197,22 +248,63 @@ def _uniform(stamps: NDArray[np.int64], values: Array) -> tuple[float, float, Ar
     low, high = max(spans, key=lambda span: span[1] - span[0])
     stamps, values = stamps[low:high], values[low:high]
     seconds = (stamps - stamps[0]) * 1e-9
-    slope = float(np.polyfit(np.arange(len(seconds)), seconds, 1)[0])
-    ideal = np.arange(len(seconds)) * slope
-    offset = float(np.median(seconds - ideal))
-    if np.abs(seconds - ideal - offset).max() < 1.0 * slope:
+    # Samples keep their place in the row when their stamps jitter; lost ones leave a hole in it.
+    steps = np.maximum(np.rint(np.diff(stamps) / step), 1.0).astype(int)
+    index = np.concatenate([[0], np.cumsum(steps)])
+    slope = float(np.polyfit(index, seconds, 1)[0])
+    offset = float(np.median(seconds - index * slope))
+    if np.abs(seconds - index * slope - offset).max() < slope:
+        if len(index) < index[-1] + 1:
+            values = CubicSpline(index, values, axis=0)(np.arange(index[-1] + 1))
         return stamps[0] * 1e-9 + offset, 1.0 / slope, values
     count = int(seconds[-1] / (step * 1e-9)) + 1
-    grid = np.arange(count) * step * 1e-9
-    even = np.column_stack([np.interp(grid, seconds, column) for column in values.T])
-    return stamps[0] * 1e-9, 1e9 / step, even
+    even = CubicSpline(seconds, values, axis=0)(np.arange(count) * step * 1e-9)
+    return stamps[0] * 1e-9, 1e9 / step, np.asarray(even)
 
 
-def _joints(items: list[JointSamples]) -> tuple[Series | None, Series | None, Series | None]:
-    if not items:
+def _without_holes(series: Series, notes: list[str]) -> Series | None:
+    """Leave out channels that hold no numbers, then keep the longest stretch without a hole."""
+    good = np.isfinite(series.values)
+    dead = [
+        name for name, share in zip(series.names, good.mean(axis=0), strict=True) if share < 0.5
+    ]
+    if dead:
+        notes.append(f'left out, mostly not a number: {", ".join(dead)}')
+    columns = [number for number, name in enumerate(series.names) if name not in dead]
+    if not columns:
+        return None
+    whole = np.asarray(good[:, columns].all(axis=1))
+    first, end = 0, len(whole)
+    if not whole.all():
+        edges = [-1, *np.flatnonzero(~whole).tolist(), len(whole)]
+        low, high = max(itertools.pairwise(edges), key=lambda span: span[1] - span[0])
+        first, end = low + 1, high
+        notes.append(f'{int((~whole).sum())} samples are not numbers; the longest rest was used')
+    if end - first < LEAST_SAMPLES:
+        return None
+    return Series(
+        tuple(series.names[number] for number in columns),
+        series.start_s + first / series.rate_hz,
+        series.rate_hz,
+        series.values[first:end][:, columns],
+    )
+
+
+def _joints(
+    items: list[JointSamples], wanted: tuple[str, ...], notes: list[str]
+) -> tuple[Series | None, Series | None, Series | None]:
+    groups: dict[frozenset[str], list[JointSamples]] = {}
+    for item in items:
+        groups.setdefault(frozenset(item.joint_names), []).append(item)
+    if not groups:
         return None, None, None
+    fitting = [
+        group
+        for group in groups.values()
+        if joint_columns(group[0].joint_names, wanted) is not None
+    ]
+    items = max(fitting or groups.values(), key=lambda group: sum(len(i.stamp_ns) for i in group))
     names = items[0].joint_names
-    items = [item for item in items if set(item.joint_names) == set(names)]
     order = [[item.joint_names.index(name) for name in names] for item in items]
     stamps = np.concatenate([item.stamp_ns for item in items])
 
@@ -221,9 +313,12 @@ def _joints(items: list[JointSamples]) -> tuple[Series | None, Series | None, Se
         if any(len(part) != len(item.stamp_ns) for part, item in zip(parts, items, strict=True)):
             return None
         values = np.concatenate([part[:, o] for part, o in zip(parts, order, strict=True)])
-        if not np.isfinite(values).all():
+        kept = np.isfinite(values).all(axis=1)
+        if kept.sum() < LEAST_SAMPLES:
             return None
-        uniform = _uniform(stamps, values)
+        if field == 'position' and not kept.all():
+            notes.append(f'{int((~kept).sum())} joint states are not numbers and were left out')
+        uniform = _uniform(stamps[kept], values[kept])
         return None if uniform is None else Series(names, *uniform)
 
     return series('position'), series('velocity'), series('effort')

@@ -12,7 +12,11 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 # A Hann window is this combination of neighbouring bins of the rectangular one.
 HANN = (-0.25, 0.5, -0.25)
+# E|Hann bin|² of white noise of unit rectangular bins.
+HANN_POWER = 0.375
 TARGET_BINS = 160
+# Bins to either side over which powers are averaged for the noise of the motion.
+SMOOTHING_BINS = 12
 COARSE_HZ = 240.0
 COARSE_S = 25.0
 BLOCK = 64
@@ -46,8 +50,9 @@ class RecordSpectra:
         Motor motion on the same bins, rectangular window.
     measured : (n_channels, n_bins) complex array
         Readings, Hann window.
-    noise_power : (n_channels,) array
-        Expected |noise|² of ``measured``.
+    noise_power : (n_channels, n_bins) array
+        Expected |noise|² of ``measured`` less a right prediction: noise of the sensors, and what
+        the noise of the known motion makes of the prediction.
     tail : (BLOCK, n_blocks, n_joints) array [rad/s²]
         Motor acceleration in time, every few samples, for what rings on after the record; the
         last sample first, running down the blocks.
@@ -113,13 +118,17 @@ def record_spectra(
 
     stride = max(1, int(record.sample_rate_hz / COARSE_HZ))
     response = transform(record.acceleration - record.acceleration.mean(axis=0))
+    sensor_noise = noise_power(response, np.asarray(frequency, dtype=float), band)
+    motion = transform(record.motor_acceleration)
+    share = motion_noise_share(record, motion, bins, 2.0 * np.pi * frequency[bins])
+    power = smoothed(np.abs(response) ** 2, bins) * HANN_POWER
     return RecordSpectra(
         record=record,
         omega=2.0 * np.pi * frequency[triples],
-        motor_acceleration=transform(record.motor_acceleration).T[:, triples],
+        motor_acceleration=motion.T[:, triples],
         motor_shift=transform(record.motor_shift).T[:, triples],
         measured=hann(response.T[:, triples]),
-        noise_power=noise_power(response, np.asarray(frequency, dtype=float), band),
+        noise_power=sensor_noise[:, None] + share * power.T,
         tail=_tail(record.motor_acceleration, stride, COARSE_S * record.sample_rate_hz / stride),
         coarse_period_s=stride / record.sample_rate_hz,
         end_scale=record.sample_rate_hz * scale,
@@ -132,6 +141,45 @@ def _tail(acceleration: Array, stride: int, most: float) -> Array:
     padded = np.zeros((blocks * BLOCK, acceleration.shape[1]))
     padded[: len(newest_first)] = newest_first
     return np.ascontiguousarray(padded.reshape(blocks, BLOCK, -1).transpose(1, 0, 2))
+
+
+def motion_noise_share(
+    record: GapRecord, motion: Complex, bins: NDArray[np.intp], omega: Array
+) -> Array:
+    """Return by how much of its power the prediction is wrong for noise of the known motion.
+
+    What moves the joints and what is only noise on their angles goes through the same arm, so the
+    prediction's share of noise is the motion's: S_n / (S - S_n), summed over the joints.
+
+    Parameters
+    ----------
+    record : GapRecord
+        With the noise of its motion.
+    motion : (n_frequencies, n_joints) complex array [rad/s²]
+        Rectangular window, over the root of the number of samples.
+    bins : (n_bins,) array of int
+        Which rows.
+    omega : (n_bins,) array [rad/s]
+        Their frequencies.
+
+    Returns
+    -------
+    (n_bins,) array
+        At most ten: there the motion is not known at all.
+    """
+    if not record.motion_noise.density.size:
+        return np.zeros(len(bins))
+    noise = record.motion_noise.acceleration_density(omega).sum(axis=0) * record.sample_rate_hz
+    known = smoothed(np.sum(np.abs(motion) ** 2, axis=1, keepdims=True), bins)[:, 0]
+    return np.asarray(noise / np.maximum(known - noise, 0.1 * np.maximum(noise, 1e-300)))
+
+
+def smoothed(power: Array, bins: NDArray[np.intp]) -> Array:
+    """Return the mean of a power over the bins around some, (n_bins, n_columns)."""
+    total = np.concatenate([np.zeros((1, power.shape[1])), np.cumsum(power, axis=0)])
+    low = np.maximum(bins - SMOOTHING_BINS, 0)
+    high = np.minimum(bins + SMOOTHING_BINS + 1, len(power))
+    return np.asarray((total[high] - total[low]) / (high - low)[:, None])
 
 
 def noise_power(response: Complex, frequency: Array, band: Band) -> Array:

@@ -62,7 +62,7 @@ def _line(
     motion = system.deflection(np.full(pushes.shape[1], omega), pushes.astype(complex))
     still = np.zeros((system.rigid.shape[1], pushes.shape[1]), dtype=complex)
     shapes = system.reading(np.full(pushes.shape[1], omega), motion, still, still)
-    scale = 1.0 / np.sqrt(item.noise_power)[:, None]
+    scale = 1.0 / np.sqrt(item.noise_power)
     patterns = np.array([((shape[:, None] * line) * scale).ravel() for shape in shapes.T]).T
     rest = ((item.measured - reading) * scale).ravel()
     gram = patterns.conj().T @ patterns

@@ -79,9 +79,13 @@ def _map(result: GapResult) -> Markup:
             place = sensors.index(name)
             for band in range(shape[1]):
                 chosen = bands == band
-                power = item.noise_power[row]
-                before[place, band] += _power(measured[row, chosen] - nominal[row, chosen]) / power
-                after[place, band] += _power(measured[row, chosen] - fitted[row, chosen]) / power
+                power = item.noise_power[row, chosen]
+                before[place, band] += _power(
+                    (measured[row, chosen] - nominal[row, chosen]) / np.sqrt(power)
+                )
+                after[place, band] += _power(
+                    (measured[row, chosen] - fitted[row, chosen]) / np.sqrt(power)
+                )
                 count[place, band] += chosen.sum()
     with np.errstate(invalid='ignore', divide='ignore'):
         before, after = before / count, after / count
@@ -102,7 +106,7 @@ def _pictures(result: GapResult) -> list[Markup]:
         residual = np.abs(nominal[number][0] - nominal[number][1]) ** 2
         for row, channel in enumerate(search.campaign.layout.channels):
             found.append(
-                (float(residual[row].sum() / item.noise_power[row]), number, row, channel)
+                (float((residual[row] / item.noise_power[row]).sum()), number, row, channel)
             )
     found.sort(key=lambda entry: -entry[0])
     seen: set[str] = set()
@@ -120,7 +124,7 @@ def _pictures(result: GapResult) -> list[Markup]:
                 f'{channel.name}, {item.record.name}',
                 frequency,
                 [('measured', measured), ('before', before), ('after', after)],
-                float(np.sqrt(item.noise_power[row])),
+                float(np.sqrt(np.median(item.noise_power[row]))),
             )
         )
     return pictures
