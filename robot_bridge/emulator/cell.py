@@ -138,7 +138,8 @@ class MotorSide:
         self._n_steps = n_end
         part = ((times - begin_s) / self._cycle_s)[:, None]
         motion = self._servo.advance(before + part * (after - before))
-        controller.measured_deg = self._servo.measured_deg
+        late_s = self._n_cycles * self._cycle_s - n_end / self.true_rate_hz
+        controller.measured_deg = self._servo.measured_deg(late_s)
         controller.report()
         return (
             np.radians(motion.position_deg) @ self._to_serial,

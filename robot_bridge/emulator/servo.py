@@ -88,10 +88,10 @@ class Servo:
         """Motor-side angles, (6,) [deg]."""
         return np.array(self._state[0])
 
-    @property
-    def measured_deg(self) -> Array:
-        """The same as the encoders count them."""
-        return np.asarray(np.round(self._state[0] / self._count_deg) * self._count_deg)
+    def measured_deg(self, late_s: float) -> Array:
+        """Return what the encoders count a part of a plant step after the last, (6,) [deg]."""
+        now = self._state[0] + late_s * self._state[1]
+        return np.asarray(np.round(now / self._count_deg) * self._count_deg)
 
     def advance(self, commands_deg: Array) -> MotorMotion:
         """Follow one command per plant step.
