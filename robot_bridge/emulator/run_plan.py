@@ -25,7 +25,6 @@ from modal_core.measurements import (
 )
 from recordings.encode import encode
 from recordings.raw_message import RawMessage
-from recordings.raw_message import RawMessage
 from recordings.writer import RecordingWriter
 from robot_bridge.emulator.arm_effect import ArmEffect, read_effects
 from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide, SensorBlock
@@ -175,8 +174,6 @@ def run_plan(
     duration_s = 0.0
     cell = _Cell(options, model, layout, plan)
     with RecordingWriter(path) as writer:
-        for item in beside:
-            writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
         for item in first:
             writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
         for duration_s, messages in cell.seconds():
