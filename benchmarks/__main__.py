@@ -46,8 +46,15 @@ def throughput(full: bool, store: Path | None) -> Iterator[Line]:
     return rows(3600, 600.0) if full else rows(90, 600.0)
 
 
+def streaming(full: bool, store: Path | None) -> Iterator[Line]:
+    from benchmarks.streaming import rows
+
+    return rows(full)
+
+
 GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {
     'speed': speed,
+    'streaming': streaming,
     'selection': selection,
     'scatter': scatter,
     'tracking': tracking,
