@@ -174,17 +174,17 @@ class RwsClient:
                 return bytes(answer.read(LARGEST_ANSWER_BYTES))
         except HTTPError as error:
             detail = error.read(2000).decode(errors='replace')
+            asks_for = error.headers.get('WWW-Authenticate', '').lower()
+            if 300 <= error.code < 400 or asks_for.startswith('basic'):
+                raise BridgeError(
+                    'no Robot Web Services 1.0 here', where=self._base, advice=NOT_TWO
+                ) from error
             if error.code == UNAUTHORISED:
                 raise BridgeError(
                     'the controller refuses user or password',
                     where=self._base,
                     advice='set rws_user, and rws_password_file or AMA_RWS_PASSWORD',
                 ) from error
-            if 300 <= error.code < 400:
-                raise BridgeError(
-                    'no Robot Web Services 1.0 here', where=self._base, found=error.code,
-                    advice=NOT_TWO,
-                ) from error  # fmt: skip
             raise BridgeError(
                 f'the controller refuses {method} {path.split("?")[0]}',
                 where=self._base,
@@ -192,11 +192,6 @@ class RwsClient:
             ) from error
         except (OSError, HTTPException, ValueError) as error:
             reason = getattr(error, 'reason', None) or error
-            if isinstance(error, ValueError) and 'Basic' in str(error):
-                raise BridgeError(
-                    'the controller asks for basic authentication', where=self._base,
-                    expected='digest', advice=NOT_TWO,
-                ) from error  # fmt: skip
             raise BridgeError(
                 f'the controller cannot be reached: {reason}', where=self._base
             ) from error

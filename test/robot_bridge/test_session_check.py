@@ -72,3 +72,31 @@ def test_a_jump_no_axis_can_make_raises_the_alarm(check):
     assert check.feedback(jump, HOME, 0.004).reason == 'joint_jump'
     slow = after(2, joints_deg=(0.0, 2.5, 0.0, 0.0, 0.0, 0.0))
     assert check.feedback(slow, HOME, 0.008).verdict == Verdict.ACCEPT
+
+
+def test_a_wrapped_sequence_is_followed_across_a_loss():
+    fresh = SessionCheck(SessionLimits())
+    fresh.feedback(replace(FIRST, seqno=2**32 - 2, tm_ms=2**32 - 8), HOME, 0.0)
+    after_loss = fresh.feedback(replace(FIRST, seqno=1, tm_ms=4), HOME, 0.012)
+    assert (after_loss.verdict, after_loss.n_steps) == (Verdict.ACCEPT, 3)
+    old = fresh.feedback(replace(FIRST, seqno=2**32 - 1, tm_ms=2**32 - 4), HOME, 0.016)
+    assert old.reason == 'out_of_order'
+
+
+def test_a_controller_that_was_switched_off_and_on_is_believed_after_a_silence(check):
+    # Its clock begins anew as well, so only the silence tells it from a replayed packet.
+    again = replace(FIRST, seqno=0, tm_ms=0)
+    assert check.feedback(again, HOME, 0.1).reason == 'out_of_order'
+    assert check.feedback(again, HOME, 0.6).verdict == Verdict.NEW_SESSION
+
+
+def test_a_packet_too_old_for_an_answer_is_counted_and_is_no_refusal(check):
+    assert check.refuse_stale().verdict == Verdict.IGNORE
+    assert (check.counts['stale'], check.counts['rejected']) == (1, 0)
+
+
+@pytest.mark.parametrize('step_ms', [0, 4, 5, 24])
+def test_any_rate_and_a_clock_of_whole_milliseconds_are_taken(check, step_ms):
+    for number in range(1, 20):
+        packet = replace(FIRST, seqno=10 + number, tm_ms=1000 + step_ms * number)
+        assert check.feedback(packet, HOME, 0.004 * number).verdict == Verdict.ACCEPT

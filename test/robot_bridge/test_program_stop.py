@@ -1,0 +1,219 @@
+"""A program of the controller is stopped by every abort; where it cannot be, a person is told."""
+
+from dataclasses import replace
+import importlib.util
+from pathlib import Path
+import threading
+import time
+
+import pytest
+
+from excitation_planner.plan import RANDOM_PULSES
+from excitation_planner.planner import plan_excitation
+from excitation_planner.request import PlanRequest
+from modal_core.errors import BridgeError
+from robot_bridge.backends import BackendSettings, make_backend
+from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.egm_messages import MCI_STOPPED
+from robot_bridge.operator_flow import FlowSettings, FlowState
+from robot_bridge.plan_path import PlanPath
+from robot_bridge.session_check import Judgement, Verdict
+from structural_model.robot_files import load_layout
+
+_spec = importlib.util.spec_from_file_location(
+    'web_controller', Path(__file__).with_name('web_controller.py')
+)
+_module = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(_module)
+CYCLE_S = 0.004032
+
+
+@pytest.fixture(scope='module')
+def plan(model):
+    """Return a short plan of moves; seed 1."""
+    request = PlanRequest(
+        seed=1,
+        signal=RANDOM_PULSES,
+        duration_s=3.0,
+        start_position=tuple(model.pose('P1').tolist()),
+    )
+    return plan_excitation(model, load_layout('irb6660_205_190', 'sensors'), request)
+
+
+class Rig:
+    """A backend, the stream of the program it waits for, and a clock that only the rig moves."""
+
+    def __init__(self, model, plan, folder, address=''):
+        settings = BackendSettings(
+            name='abb_rapid',
+            rapid_file=folder / 'plan.mod',
+            rws_address=address,
+            flow=FlowSettings(dry_run=False, cycle_s=CYCLE_S),
+        )
+        self.backend = make_backend(settings, model)
+        self.flow, self.now, self.plan = self.backend.flow, 100.0, plan
+        path = PlanPath.from_trajectory(plan.plan_hash, plan.trajectory, model.to_controller)
+        start = tuple(path.start_deg.tolist())
+        self.feedback = RobotFeedback(
+            seqno=0, tm_ms=0, joints_deg=start, planned_deg=start, time_us=0, motors_on=True,
+            mci_state=MCI_STOPPED, rapid_running=True, converged=False,
+        )  # fmt: skip
+        self.backend.take(plan, path)
+
+    def armed(self):
+        self.flow.heartbeat(self.now)
+        self.flow.arm(self.plan.plan_hash, 30.0, self.now)
+        return self
+
+    def waiting(self):
+        self.armed().backend.start(self.now)
+        return self
+
+    def running(self):
+        return self.waiting().stream(50)
+
+    def stream(self, cycles=1, verdict=Verdict.ACCEPT, **changes):
+        for _ in range(cycles):
+            self.now += CYCLE_S
+            self.flow.heartbeat(self.now)
+            packet = replace(self.feedback, **changes)
+            self.backend.answer(packet, Judgement(verdict, 'session_restarted'), self.now)
+        return self
+
+    def wait(self, time_s, holding=True):
+        self.now += time_s
+        if holding:
+            self.flow.heartbeat(self.now)
+        self.flow.poll(self.now)
+        return self
+
+
+@pytest.fixture
+def rig(model, plan, tmp_path):
+    return Rig(model, plan, tmp_path)
+
+
+ABORTS = {
+    'operator, waiting': lambda rig: rig.waiting().backend.abort('aborted by the operator'),
+    'operator, running': lambda rig: rig.running().backend.abort('aborted by the operator'),
+    'operator, a program of somebody else': lambda rig: rig.stream(3).backend.abort('by hand'),
+    'second sender': lambda rig: rig.running().backend.abort('second_sender 127.0.0.2:1'),
+    'heartbeat': lambda rig: rig.running().wait(0.2, holding=False),
+    'heartbeat, waiting': lambda rig: rig.waiting().wait(0.2, holding=False),
+    'link': lambda rig: rig.running().wait(0.1),
+    'session': lambda rig: rig.running().stream(verdict=Verdict.NEW_SESSION),
+    'motors': lambda rig: rig.running().stream(motors_on=False),
+    'program ended early': lambda rig: rig.running().stream(rapid_running=False),
+    'never started': lambda rig: rig.waiting().wait(121.0),
+    'away from the start': lambda rig: rig.waiting().stream(joints_deg=(0.0,) * 6),
+    'deactivated': lambda rig: rig.running().flow.deactivate(),
+}
+
+
+@pytest.mark.parametrize('path', ABORTS)
+def test_without_web_services_every_abort_sends_to_the_pendant(rig, path):
+    ABORTS[path](rig)
+    assert rig.flow.state == FlowState.ABORTED
+    assert rig.flow.reason.count('use the pendant') == 1, rig.flow.reason
+
+
+def test_a_program_that_ends_in_time_needs_nobody(rig):
+    rig.running().stream(round(0.95 * rig.plan.duration_s / CYCLE_S))
+    rig.stream(rapid_running=False)
+    assert rig.flow.state == FlowState.HOLDING
+    assert 'pendant' not in rig.flow.reason
+
+
+def until(condition):
+    deadline = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+@pytest.fixture
+def web():
+    made = []
+
+    def start(**options):
+        made.append(_module.WebController(**options))
+        return made[-1]
+
+    yield start
+    for item in made:
+        item.close()
+
+
+@pytest.mark.parametrize('path', ABORTS)
+def test_with_web_services_every_abort_stops_the_program(model, plan, tmp_path, web, path):
+    controller = web()
+    rig = Rig(model, plan, tmp_path, controller.address)
+    ABORTS[path](rig)
+    assert rig.flow.state == FlowState.ABORTED
+    until(lambda: controller.posts()[-1:] == ['stop'])
+    assert 'pendant' not in rig.flow.reason
+
+
+def test_a_stop_that_fails_sends_to_the_pendant_and_may_be_asked_for_again(
+    model, plan, tmp_path, web
+):
+    controller = web()
+    rig = Rig(model, plan, tmp_path, controller.address).running()
+    controller.answers['/rw/rapid/execution'] = (503, {})
+    rig.backend.abort('aborted by the operator')
+    until(lambda: 'NOT STOPPED, use the pendant' in rig.flow.reason)
+    controller.answers.clear()
+    n_stops = controller.posts().count('stop')
+    rig.stream(1)  # it still runs
+    until(lambda: not rig.flow._stopping.is_alive())
+    rig.backend.abort('aborted by the operator')
+    until(lambda: controller.posts().count('stop') > n_stops)
+
+
+@pytest.mark.parametrize('hold', ['loadmod', 'resetpp', 'action=start'])
+def test_an_abort_while_it_is_being_started_leaves_it_stopped(model, plan, tmp_path, web, hold):
+    controller = web(hold=hold)
+    rig = Rig(model, plan, tmp_path, controller.address).armed()
+    refused = []
+
+    def start():
+        try:
+            rig.backend.start(rig.now)
+        except BridgeError as error:
+            refused.append(str(error))
+
+    starting = threading.Thread(target=start)
+    starting.start()
+    until(controller.waiting.is_set)
+    rig.backend.abort('aborted by the operator')
+    controller.release.set()
+    starting.join()
+    assert 'aborted by the operator' in refused[0]
+    posts = controller.posts()
+    if hold == 'action=start':
+        assert posts[-1] == 'stop' and rig.flow.state == FlowState.ABORTED
+    else:
+        assert 'start' not in posts
+    assert rig.flow.state == FlowState.ABORTED
+
+
+def test_a_faster_point_than_manual_mode_allows_needs_automatic_mode(model, web):
+    settings = BackendSettings(
+        name='abb_egm',
+        guidance_enabled=True,
+        controller_address='192.168.125.1',
+        point_speed_m_s=0.5,
+        flow=FlowSettings(dry_run=False),
+    )
+    with pytest.raises(BridgeError, match='operating mode'):
+        make_backend(settings, model)
+    manual = web(states={'/rw/panel/opmode': {'opmode': 'MANR'}})
+    backend = make_backend(replace(settings, rws_address=manual.address), model)
+    with pytest.raises(BridgeError, match='MANR'):
+        backend.start(time.monotonic())
+    automatic = make_backend(replace(settings, rws_address=web().address), model)
+    with pytest.raises(BridgeError, match='not armed'):  # asked, answered, and refused for this
+        automatic.start(time.monotonic())
+    slow = make_backend(replace(settings, point_speed_m_s=0.25), model)
+    with pytest.raises(BridgeError, match='not armed'):
+        slow.start(time.monotonic())
