@@ -99,6 +99,12 @@ def decide(search: Search) -> Decision:
 def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
     step = search.steps[0]
     misfit = _worst(step.before.misfit, step.heldout_before)
+    values = step.before.hypothesis.tolerance_values
+    stretched = float(np.abs(values).max(initial=0.0))
+    if misfit <= NO_GAP_MISFIT and stretched > MOST_TOLERANCE:
+        name = step.before.hypothesis.tolerances[int(np.argmax(np.abs(values)))].name
+        reason = f'{name} would have to be {stretched:.1f} times its tolerance from nominal'
+        return Decision(Verdict.UNEXPLAINED, (), step.candidates[:3], (reason, *limits))
     if misfit <= NO_GAP_MISFIT:
         reasons = ('what differs is noise and known tolerance', *limits)
         return Decision(Verdict.NONE, reasons=reasons)
@@ -114,7 +120,10 @@ def _rivals(
     search: Search, accepted: tuple[Candidate, ...]
 ) -> tuple[tuple[Candidate, Candidate], ...]:
     found = []
+    final = [effect.key for effect in accepted[-1].fit.hypothesis.effects]
     for step, best in zip(search.steps, accepted, strict=False):
+        if best.effect.key not in final:
+            continue  # dropped later
         for other in step.candidates[1:]:
             close = best.gain - other.gain < EVIDENCE_BETWEEN
             if close and other.effect.key != best.effect.key:

@@ -96,7 +96,7 @@ def shares(
 
 def within_reach(
     candidates: Sequence[Effect],
-    hypothesis: Hypothesis,
+    hypotheses: Sequence[Hypothesis],
     predictor: Predictor,
     least_gain: float,
     least_share: float,
@@ -107,8 +107,8 @@ def within_reach(
     ----------
     candidates : sequence of Effect
         Those that do not act along one coordinate stay.
-    hypothesis : Hypothesis
-        What they would be added to.
+    hypotheses : sequence of Hypothesis
+        What they would be added to; the residual of one is enough.
     predictor : Predictor
         Of the records.
     least_gain : float
@@ -116,21 +116,24 @@ def within_reach(
     least_share : float
         Of the gain of the best place.
     """
-    setup = hypothesis.setup()
-    probes: dict[str, tuple[Setup, str]] = {}
-    place_of: dict[int, str] = {}
-    for number, effect in enumerate(candidates):
-        probe = effect.probe(setup, hypothesis.scene)
-        if probe is not None:
-            place_of[number] = probe[1]
-            probes.setdefault(probe[1], probe)
-    if not probes:
-        return list(candidates)
-    found = shares(hypothesis, predictor, probes)
-    gains = {place: found.gain(place) for place in probes}
-    least = max(least_gain, least_share * max(gains.values()))
-    return [
-        effect
-        for number, effect in enumerate(candidates)
-        if number not in place_of or gains[place_of[number]] >= least
-    ]
+    kept: set[int] = set()
+    for hypothesis in hypotheses:
+        setup = hypothesis.setup()
+        probes: dict[str, tuple[Setup, str]] = {}
+        place_of: dict[int, str] = {}
+        for number, effect in enumerate(candidates):
+            probe = effect.probe(setup, hypothesis.scene)
+            if probe is not None:
+                place_of[number] = probe[1]
+                probes.setdefault(probe[1], probe)
+        if not probes:
+            return list(candidates)
+        found = shares(hypothesis, predictor, probes)
+        gains = {place: found.gain(place) for place in probes}
+        least = max(least_gain, least_share * max(gains.values()))
+        kept |= {
+            number
+            for number in range(len(candidates))
+            if number not in place_of or gains[place_of[number]] >= least
+        }
+    return [candidates[number] for number in sorted(kept)]

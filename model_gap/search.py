@@ -43,8 +43,8 @@ LEAST_PROMISE = 0.06
 # Nothing is refined when the best promises less than this share of what is worth adding.
 PROMISE = 0.5
 FURTHER_PROMISE = 1.0
-# Tolerances this far out of their range, or a misfit this large, mean that the fit without an
-# effect is distorted: candidates are then tried on the nominal model.
+# Tolerances this far out of their range absorb an effect.  A misfit this large means that the fit
+# without an effect is distorted: candidates are then tried on the nominal model.
 DISTORTED_TOLERANCE = 3.5
 DISTORTED_MISFIT = 4.0
 
@@ -192,7 +192,7 @@ class Search:
         """Search until nothing more is worth adding."""
         current = fit(self.nominal, self.fitting, self.weighting)
         for number in range(self.settings.most_effects):
-            step = self._step(current)
+            step = self._without_idle(self._step(current))
             self.steps.append(step)
             self.progress((number + 1.0) / (self.settings.most_effects + 1.0))
             if not step.candidates or step.candidates[0].gain < self.settings.worth_adding:
@@ -202,6 +202,22 @@ class Search:
                 break
         self.progress(1.0)
         return self.steps
+
+    def _without_idle(self, step: Step) -> Step:
+        """Drop earlier effects that no longer earn their place beside the best candidate."""
+        if not step.candidates or step.candidates[0].gain < self.settings.worth_adding:
+            return step
+        best = step.candidates[0]
+        number = 0
+        while number < len(best.fit.hypothesis.effects) - 1:
+            fewer = best.fit.hypothesis.without(number)
+            again = fit(fewer, self.fitting, self.weighting, iterations=5, relinearise=0)
+            if best.fit.log_evidence - again.log_evidence < self.settings.worth_adding:
+                gain = again.log_evidence - step.before.log_evidence
+                best = Candidate(best.effect, again, gain, self.heldout_misfit(again.hypothesis))
+            else:
+                number += 1
+        return replace(step, candidates=(best, *step.candidates[1:]))
 
     def _room_left(self, current: Fit) -> float:
         """Return what one more effect could gain at best: down to the noise, at no prior cost."""
@@ -218,7 +234,8 @@ class Search:
         ]
         trials = self._screen(current, candidates)
         share = FURTHER_PROMISE if current.hypothesis.effects else PROMISE
-        promising = trials and trials[0].gain >= share * self.settings.worth_adding
+        stretched = _stretched(current.hypothesis) > DISTORTED_TOLERANCE
+        promising = trials and (stretched or trials[0].gain >= share * self.settings.worth_adding)
         refined = self._refine(current, chosen(trials)) if promising else []
         return Step(
             before=current,
@@ -229,14 +246,16 @@ class Search:
 
     def _screen(self, current: Fit, candidates: Sequence[Effect]) -> list[Trial]:
         base = current.hypothesis
-        far = float(np.abs(base.tolerance_values).max(initial=0.0)) > DISTORTED_TOLERANCE
-        if not base.effects and (far or current.misfit > DISTORTED_MISFIT):
-            base = self.nominal
         predictor, weighting = self.screening, self.screening_weighting
+        stretched = _stretched(base) > DISTORTED_TOLERANCE
+        poor = current.misfit > DISTORTED_MISFIT
+        if poor or not stretched:  # else tolerances hide what there is to reach
+            bases = [base] if base.effects or not poor else [base, self.nominal]
+            candidates = within_reach(candidates, bases, predictor, LEAST_REACH, REACH_SHARE)
+            base = bases[-1]
         columns = tolerance_columns(base, predictor, weighting)
         projection = Projection.of(base, predictor, weighting, columns)
-        within = within_reach(candidates, base, predictor, LEAST_REACH, REACH_SHARE)
-        return screen(within, [projection], predictor, weighting)
+        return screen(candidates, [projection], predictor, weighting)
 
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Candidate]:
         if not trials:
@@ -279,6 +298,10 @@ class Search:
                 )
             )
         return found
+
+
+def _stretched(hypothesis: Hypothesis) -> float:
+    return float(np.abs(hypothesis.tolerance_values).max(initial=0.0))
 
 
 def chosen(trials: Sequence[Trial]) -> list[Trial]:
