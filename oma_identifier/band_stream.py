@@ -8,15 +8,14 @@ from numpy.typing import NDArray
 
 from oma_identifier.bands import Band
 from oma_identifier.condition import BandConditioner
-from oma_identifier.output_covariance import (
-    CovarianceAccumulator,
-    OutputCovariance,
-    WhenFull,
-)
-from oma_identifier.references import choose_references
+from oma_identifier.output_covariance import CovarianceAccumulator, OutputCovariance, WhenFull
+from oma_identifier.references import combine_references
 from oma_identifier.settings import IdentificationSettings
+from oma_identifier.ssi_cov import compress_outputs
 
 N_BLOCKS = 64
+MOST_OUTPUTS = 16
+"""More channels are combined to this many outputs; mode shapes keep all channels."""
 FEWEST_BLOCK_ROWS = 20
 ROWS_PER_ORDER = 1.5
 """Rows of the block Hankel matrix (and columns) per unit of the highest model order."""
@@ -30,21 +29,21 @@ class BandCovariance:
     ----------
     band : Band
         Which band.
+    mean : (n_lags, n_channels, n_references) array
+        Covariance of the channels divided by ``scale`` with the references, over all blocks.
     covariance : OutputCovariance
-        Of channels divided by ``scale``.
+        The same in blocks, of combinations of the channels where there are many of them.
     scale : (n_channels,) array [m/s²]
         Root mean square in the band.
     block_rows : int
         Of the block Hankel matrix.
-    references : (n_references,) int array
-        Reference channels.
     """
 
     band: Band
+    mean: NDArray[np.float64]
     covariance: OutputCovariance
     scale: NDArray[np.float64]
     block_rows: int
-    references: NDArray[np.int64]
 
 
 class BandStream:
@@ -89,8 +88,8 @@ class BandStream:
             self._accumulator.interrupt()
 
     def _start(self, rows: NDArray[np.float64]) -> CovarianceAccumulator:
-        references = choose_references(rows, self._settings.n_references)
-        automatic = math.ceil(ROWS_PER_ORDER * self._settings.max_order / len(references))
+        references = combine_references(rows, self._settings.n_references)
+        automatic = math.ceil(ROWS_PER_ORDER * self._settings.max_order / references.shape[1])
         self._block_rows = self._settings.block_rows or max(FEWEST_BLOCK_ROWS, automatic)
         return CovarianceAccumulator(
             n_lags=2 * self._block_rows - 1,
@@ -102,18 +101,19 @@ class BandStream:
 
     def result(self) -> BandCovariance | None:
         """Return the covariances so far; None before the first block is complete."""
-        if self._accumulator is None or self._accumulator.n_blocks == 0:
+        blocks = self._accumulator
+        if blocks is None or blocks.n_blocks == 0:
             return None
-        covariance = self._accumulator.result(self.band.sample_rate_hz)
-        power = self._accumulator.power
-        scale = np.sqrt(power)
+        scale = np.sqrt(blocks.power)
         inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0.0)
-        references = self._accumulator.references
-        scaled = covariance.blocks * (inverse[:, None] * inverse[references])
+        mean = blocks.mean * inverse[:, None]
+        outputs = np.diag(inverse)
+        if len(scale) > MOST_OUTPUTS:
+            outputs = inverse[:, None] * compress_outputs(mean, MOST_OUTPUTS)
         return BandCovariance(
             band=self.band,
-            covariance=OutputCovariance(scaled, covariance.sample_rate_hz, covariance.n_samples),
+            mean=mean,
+            covariance=blocks.result(self.band.sample_rate_hz, outputs),
             scale=scale,
             block_rows=self._block_rows,
-            references=references,
         )

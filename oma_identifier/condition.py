@@ -8,8 +8,9 @@ own poles are overdamped and never taken for modes.
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import butter, firwin, kaiser_beta, sosfilt, sosfilt_zi, upfirdn
+from scipy.signal import butter, firwin, kaiser_beta, sosfilt, sosfilt_zi
 
 from oma_identifier.bands import Band
 
@@ -17,6 +18,8 @@ PASS, STOP = 0.4, 0.6
 """Edges of the decimation filter over the new rate; what aliases lands above ``PASS``."""
 ATTENUATION_DB = 70.0
 HIGH_PASS_ORDER = 4
+GROUP = 16
+"""Outputs of the decimation filter made at once."""
 
 
 class Decimator:
@@ -38,6 +41,10 @@ class Decimator:
             (PASS + STOP) / factor,
             window=('kaiser', kaiser_beta(ATTENUATION_DB)),
         )
+        # The filter is symmetric, so a row of taps is the filter itself.
+        self._group = np.zeros((GROUP, (GROUP - 1) * factor + len(self.taps)))
+        for row in range(GROUP):
+            self._group[row, row * factor : row * factor + len(self.taps)] = self.taps
         self._past: NDArray[np.float64] | None = None
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -58,14 +65,27 @@ class Decimator:
         self._past = data[n_out * self.factor :].copy()
         if n_out == 0:
             return np.empty((0, rows.shape[1]))
-        used = data[: (n_out - 1) * self.factor + len(self.taps)]
-        # upfirdn starts before the data: output m sees input m * factor and the taps before it,
-        # so pad the front until the first full overlap falls on a multiple of the factor.
-        lead = -(len(self.taps) - 1) % self.factor
-        padded = np.concatenate([np.zeros((lead, used.shape[1])), used])
-        filtered = upfirdn(self.taps, padded, up=1, down=self.factor, axis=0)
-        first = (lead + len(self.taps) - 1) // self.factor
-        return np.asarray(filtered[first : first + n_out])
+        return self._filtered(data, n_out)
+
+    def _filtered(self, data: NDArray[np.float64], n_out: int) -> NDArray[np.float64]:
+        """Return outputs that each see the taps from ``factor`` times their number on.
+
+        One product of matrices makes a group of outputs of all channels.
+        """
+        group, reach = self._group.shape
+        step = group * self.factor
+        n_groups = n_out // group
+        filtered = np.empty((n_out, data.shape[1]))
+        if n_groups:
+            whole = sliding_window_view(data, reach, axis=0)[::step][:n_groups]
+            whole = self._group @ whole.transpose(0, 2, 1)
+            filtered[: n_groups * group] = whole.reshape(n_groups * group, -1)
+        rest = n_out - n_groups * group
+        if rest:
+            used = (rest - 1) * self.factor + len(self.taps)
+            left = data[n_groups * step : n_groups * step + used]
+            filtered[n_groups * group :] = self._group[:rest, :used] @ left
+        return filtered
 
 
 class HighPass:

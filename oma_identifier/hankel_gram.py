@@ -9,10 +9,8 @@ block rows × channels × samples exists.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 
-FEW_PAIRS = 100
-"""Up to so many channel pairs the fast Fourier transform beats one product per lag."""
+from oma_identifier.lagged_sums import lagged_sums
 
 
 class HankelGram:
@@ -31,7 +29,7 @@ class HankelGram:
     def __init__(self, left: NDArray[np.float64], right: NDArray[np.float64], n_rows: int) -> None:
         self.n_columns = len(left) - n_rows + 1
         self._n_left, self._n_right = left.shape[1], right.shape[1]
-        base = _lagged(left, right[: self.n_columns], n_rows)
+        base = lagged_sums(left, right[: self.n_columns], n_rows)
         edge_left, edge_right = left[self.n_columns :], right[self.n_columns :]
         self._block = np.empty((n_rows, n_rows, self._n_left, self._n_right))
         for lag in range(n_rows):
@@ -73,15 +71,3 @@ class HankelGram:
             for b in range(a + 1, count):
                 full[a, :, b] = lower[b, a].T
         return np.asarray(full.reshape(count * self._n_right, count * self._n_right))
-
-
-def _lagged(
-    left: NDArray[np.float64], right: NDArray[np.float64], n_lags: int
-) -> NDArray[np.float64]:
-    """Return Σ_t x(t+d) w(t)ᵀ over the rows of ``right``, d = 0 .. n_lags - 1."""
-    n = len(right)
-    if left.shape[1] * right.shape[1] > FEW_PAIRS:
-        return np.array([left[lag : lag + n].T @ right for lag in range(n_lags)])
-    n_fft = next_fast_len(len(left), real=True)
-    cross = rfft(left, n_fft, axis=0)[:, :, None] * rfft(right, n_fft, axis=0).conj()[:, None]
-    return np.asarray(irfft(cross, n_fft, axis=0)[:n_lags])

@@ -9,10 +9,14 @@ from collections import deque
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
+
+from oma_identifier.lagged_sums import lagged_sums
+
+Real = TypeVar('Real', np.float32, np.float64)
 
 
 class WhenFull(Enum):
@@ -28,7 +32,7 @@ class OutputCovariance:
 
     Parameters
     ----------
-    blocks : (n_blocks, n_lags, n_channels, n_references) array [(m/s²)²]
+    blocks : (n_blocks, n_lags, n_channels, n_references) float32 array [(m/s²)²]
         Covariance R_k = E[y(t) y_ref(t-k)ᵀ] of each block, lag k = row + 1, scaled so that their
         mean over the blocks is the covariance of the record.
     sample_rate_hz : float [Hz]
@@ -37,19 +41,19 @@ class OutputCovariance:
         Samples in all blocks together.
     """
 
-    blocks: NDArray[np.float64]
+    blocks: NDArray[np.float32]
     sample_rate_hz: float
     n_samples: int
 
     @cached_property
     def mean(self) -> NDArray[np.float64]:
         """Covariance of the record, (n_lags, n_channels, n_references)."""
-        return np.asarray(self.blocks.mean(axis=0))
+        return np.asarray(self.blocks.mean(axis=0, dtype=np.float64))
 
     @cached_property
     def single_blocks(self) -> NDArray[np.float32]:
-        """Blocks as rows in single precision, (n_blocks, n_lags * n_channels * n_references)."""
-        return self.blocks.reshape(len(self.blocks), -1).astype(np.float32)
+        """Blocks as rows, (n_blocks, n_lags * n_channels * n_references)."""
+        return self.blocks.reshape(len(self.blocks), -1).astype(np.float32, copy=False)
 
     @property
     def duration_s(self) -> float:
@@ -60,12 +64,16 @@ class OutputCovariance:
 class CovarianceAccumulator:
     """Block sums of lagged products, updated once per sample.
 
+    A sample enters one sum, and the running total of all sums; what a solution costs does not
+    depend on the number of samples.  Sums are kept in single precision (their estimation errors
+    are larger by six decades), the total is exact for them.
+
     Parameters
     ----------
     n_lags : int
         Lags 1 .. n_lags.
-    references : sequence of int
-        Columns that serve as references.
+    references : (n_references,) int array or (n_channels, n_references) array
+        Columns that serve as references, or the combinations of columns that do.
     block_samples : int
         Samples per block at first.
     capacity : int
@@ -77,7 +85,7 @@ class CovarianceAccumulator:
     def __init__(
         self,
         n_lags: int,
-        references: NDArray[np.int64],
+        references: NDArray[np.int64] | NDArray[np.float64],
         block_samples: int,
         capacity: int,
         when_full: WhenFull = WhenFull.JOIN,
@@ -87,8 +95,9 @@ class CovarianceAccumulator:
         self.block_samples = block_samples
         self.capacity = capacity
         self.when_full = when_full
-        self._blocks: deque[NDArray[np.float64]] = deque()
+        self._blocks: deque[NDArray[np.float32]] = deque()
         self._powers: deque[NDArray[np.float64]] = deque()
+        self._total: NDArray[np.float64] | None = None
         self._past: NDArray[np.float64] | None = None
         self._pending: list[NDArray[np.float64]] = []
         self._n_pending = 0
@@ -101,7 +110,7 @@ class CovarianceAccumulator:
         self._n_pending += len(rows)
         if self._n_pending < self.block_samples:
             return
-        data = np.concatenate(self._pending)
+        data = self._pending[0] if len(self._pending) == 1 else np.concatenate(self._pending)
         start = 0
         while len(data) - start >= self.block_samples:
             if self.when_full is WhenFull.JOIN and len(self._blocks) >= self.capacity:
@@ -137,11 +146,15 @@ class CovarianceAccumulator:
             sums *= np.divide(len(rows), counts, out=np.zeros(len(lags)), where=counts > 0)[
                 :, None, None
             ]
-        self._past = np.concatenate([past, rows])[-self.n_lags :]
-        self._blocks.append(sums)
-        self._powers.append(np.sum(rows**2, axis=0))
+        self._past = np.concatenate([past, rows[-self.n_lags :]])[-self.n_lags :]
+        block = sums.astype(np.float32)
+        self._blocks.append(block)
+        self._powers.append(np.einsum('tc,tc->c', rows, rows))
+        if self._total is None:
+            self._total = np.zeros(sums.shape)
+        self._total += block
         if self.when_full is WhenFull.RETIRE and len(self._blocks) > self.capacity:
-            self._blocks.popleft()
+            self._total -= self._blocks.popleft()
             self._powers.popleft()
 
     @property
@@ -150,26 +163,54 @@ class CovarianceAccumulator:
         return len(self._blocks)
 
     @property
+    def n_samples(self) -> int:
+        """Samples in all blocks kept."""
+        return len(self._blocks) * self.block_samples
+
+    @property
     def power(self) -> NDArray[np.float64]:
         """Mean square of each channel over the blocks kept, (n_channels,) array."""
         return np.asarray(np.mean(np.array(self._powers), axis=0) / self.block_samples)
 
-    def result(self, sample_rate_hz: float) -> OutputCovariance:
-        """Return the covariances of all blocks kept; one lag is one sample at this rate."""
-        return OutputCovariance(
-            blocks=np.array(self._blocks) / self.block_samples,
-            sample_rate_hz=sample_rate_hz,
-            n_samples=len(self._blocks) * self.block_samples,
-        )
+    @property
+    def mean(self) -> NDArray[np.float64]:
+        """Covariance over the blocks kept, (n_lags, n_channels, n_references); needs one block."""
+        return np.asarray(self._total) / self.n_samples
+
+    def result(
+        self, sample_rate_hz: float, outputs: NDArray[np.float64] | None = None
+    ) -> OutputCovariance:
+        """Return the covariances of all blocks kept; one lag is one sample at this rate.
+
+        Parameters
+        ----------
+        sample_rate_hz : float [Hz]
+            Of the samples.
+        outputs : (n_channels, n_outputs) array or None
+            Combinations of channels to return instead of the channels.
+        """
+        first = self._blocks[0]
+        n_outputs = first.shape[1] if outputs is None else outputs.shape[1]
+        blocks = np.empty((self.n_blocks, len(first), n_outputs, first.shape[2]), np.float32)
+        if outputs is None:
+            for place, block in zip(blocks, self._blocks, strict=True):
+                np.divide(block, self.block_samples, out=place)
+        else:
+            combine = (outputs.T / self.block_samples).astype(np.float32)
+            for place, block in zip(blocks, self._blocks, strict=True):
+                np.matmul(combine, block, out=place)
+        return OutputCovariance(blocks, sample_rate_hz, self.n_samples)
 
 
-def _in_pairs(sums: deque[NDArray[np.float64]]) -> deque[NDArray[np.float64]]:
+def _in_pairs(sums: deque[NDArray[Real]]) -> deque[NDArray[Real]]:
     blocks = list(sums)
     return deque(first + second for first, second in zip(blocks[::2], blocks[1::2], strict=True))
 
 
 def lagged_products(
-    rows: NDArray[np.float64], past: NDArray[np.float64], references: NDArray[np.int64]
+    rows: NDArray[np.float64],
+    past: NDArray[np.float64],
+    references: NDArray[np.int64] | NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return Σ_t y(t) y_ref(t-k)ᵀ for lags 1 .. n_lags.
 
@@ -179,26 +220,15 @@ def lagged_products(
         The block, t runs over its rows.
     past : (n_lags, n_channels) array
         Samples just before the block.
-    references : (n_references,) int array
-        Columns that serve as references.
+    references : (n_references,) int array or (n_channels, n_references) array
+        Columns that serve as references, or the combinations of columns that do.
 
     Returns
     -------
     (n_lags, n_channels, n_references) array
         Sums, exact: nothing wraps around.
     """
-    n_lags, n_samples = len(past), len(rows)
-    reference = np.concatenate([past, rows])[:, references]
-    if len(references) * rows.shape[1] > 100:
-        products = [
-            rows.T @ reference[n_lags - lag : n_lags - lag + n_samples]
-            for lag in range(1, n_lags + 1)
-        ]
-        return np.array(products)
-    # y(t) y_ref(t-k): with the reference advanced by n_lags, a correlation at shift n_lags - k.
-    n_fft = next_fast_len(n_samples + n_lags, real=True)
-    outputs = rfft(rows, n_fft, axis=0)
-    inputs = rfft(reference, n_fft, axis=0)
-    cross = np.conj(outputs)[:, :, None] * inputs[:, None, :]
-    shifts = np.asarray(irfft(cross, n_fft, axis=0))
-    return np.asarray(shifts[n_lags - 1 :: -1][:n_lags])
+    both = np.concatenate([past, rows])
+    reference = both[:, references] if references.ndim == 1 else both @ references
+    # y(t) y_ref(t-k): the references, begun n_lags earlier, are n_lags - k ahead.
+    return lagged_sums(reference, rows, len(past))[::-1].transpose(0, 2, 1)

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh, qr, solve_triangular
 
+from oma_identifier.lag_gradient import LagGradient
+
 
 @dataclass(frozen=True)
 class HankelFactors:
@@ -38,14 +40,9 @@ class HankelFactors:
     n_references: int
 
     @cached_property
-    def single_left(self) -> NDArray[np.float32]:
-        """Left singular vectors in single precision."""
-        return self.left.astype(np.float32)
-
-    @cached_property
-    def single_right(self) -> NDArray[np.float32]:
-        """Right singular vectors in single precision."""
-        return self.right.astype(np.float32)
+    def to_lags(self) -> LagGradient:
+        """What carries a gradient on the left singular vectors over to the covariances."""
+        return LagGradient(self.left, self.values, self.right, self.n_outputs, self.n_references)
 
 
 @dataclass(frozen=True, slots=True)

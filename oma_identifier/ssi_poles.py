@@ -8,10 +8,8 @@ from numpy.typing import NDArray
 
 from oma_identifier.band_stream import BandCovariance
 from oma_identifier.bands import PERIODS
-from oma_identifier.output_covariance import OutputCovariance
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.ssi_cov import (
-    compress_outputs,
     factorise,
     MultiOrder,
     OrderSolution,
@@ -21,8 +19,7 @@ from oma_identifier.ssi_cov import (
 from oma_identifier.stabilise import BandPoles
 from oma_identifier.uncertainty import influence, OrderSensitivity
 
-MOST_OUTPUTS = 16
-"""More channels are combined to this many outputs; mode shapes keep all channels."""
+EVERY_ORDER_TO = 28
 SAMPLES_PER_ORDER = 40
 """Samples of the record per unit of the highest model order: higher orders would fit noise."""
 
@@ -35,10 +32,8 @@ class BandIdentification:
     ----------
     source : BandCovariance
         What they were identified from.
-    outputs : OutputCovariance
-        Of combinations of channels where there are many.
     system : MultiOrder
-        Of the block Hankel matrix of ``outputs``.
+        Of the block Hankel matrix.
     solutions : mapping of int to OrderSolution
         By model order.
     poles : BandPoles
@@ -50,7 +45,6 @@ class BandIdentification:
     """
 
     source: BandCovariance
-    outputs: OutputCovariance
     system: MultiOrder
     solutions: Mapping[int, OrderSolution]
     poles: BandPoles
@@ -73,15 +67,28 @@ class BandIdentification:
         missing = [int(row) for row in rows if int(row) not in self.series]
         if missing:
             gradients = np.array([self._gradient(row) for row in missing])
-            found = influence(gradients, self.poles.eigenvalue[missing], self.outputs)
+            found = influence(gradients, self.poles.eigenvalue[missing], self.source.covariance)
             self.series.update(zip(missing, found.T, strict=True))
         return np.column_stack([self.series[int(row)] for row in rows])
 
-    def _gradient(self, row: int) -> NDArray[np.complex128]:
+    def _gradient(self, row: int) -> NDArray[np.complex64]:
         order = int(self.poles.model_order[row])
         if order not in self.sensitivities:
             self.sensitivities[order] = OrderSensitivity(self.system, self.solutions[order])
         return self.sensitivities[order].gradient(self.poles.eigenvalue[row])
+
+
+def model_orders(lowest: int, highest: int) -> list[int]:
+    """Return the even model orders to solve: all low ones, every other of the high ones.
+
+    A pole that is stable from one high order to the next but one is stable in between, and the
+    time of a solution grows with the cube of its order.
+    """
+    return [
+        order
+        for order in range(lowest + lowest % 2, highest + 1, 2)
+        if order <= EVERY_ORDER_TO or (highest - order) % 4 == 0
+    ]
 
 
 def identify_band(
@@ -93,28 +100,19 @@ def identify_band(
         return None
     source = replace(source, band=replace(source.band, low_hz=low_hz))
     highest = min(settings.max_order, source.covariance.n_samples // SAMPLES_PER_ORDER)
-    orders = range(settings.min_order + settings.min_order % 2, highest + 1, 2)
+    orders = model_orders(settings.min_order, highest)
     if len(orders) < 2:
         return None
-    mean = source.covariance.mean
-    if not np.any(mean):
+    if not np.any(source.mean):
         return None
-    outputs = source.covariance
-    if mean.shape[1] > MOST_OUTPUTS:
-        outputs = _compressed(outputs, mean)
-    factors = factorise(outputs.mean, source.block_rows)
+    factors = factorise(source.covariance.mean, source.block_rows)
     system = MultiOrder(factors, orders[-1])
     solutions = {order: system.solve(order) for order in orders if order <= system.highest}
-    raw = poles_of_orders(tuple(solutions.values()), output_matrix(mean, factors))
+    raw = poles_of_orders(tuple(solutions.values()), output_matrix(source.mean, factors))
     poles = BandPoles(
         model_order=raw.model_order,
         eigenvalue=raw.eigenvalue,
         pole=np.asarray(np.log(raw.eigenvalue) * source.covariance.sample_rate_hz, dtype=complex),
         shape=raw.shape,
     )
-    return BandIdentification(source, outputs, system, solutions, poles)
-
-
-def _compressed(covariance: OutputCovariance, mean: NDArray[np.float64]) -> OutputCovariance:
-    combinations = compress_outputs(mean, MOST_OUTPUTS)
-    return replace(covariance, blocks=combinations.T @ covariance.blocks)
+    return BandIdentification(source, system, solutions, poles)

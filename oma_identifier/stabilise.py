@@ -1,6 +1,7 @@
 """Which poles repeat from one model order to the next, and why the others do not count."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,9 +68,9 @@ def stabilise(poles: BandPoles, band: Band, max_damping_ratio: float) -> NDArray
     eligible = np.flatnonzero(status == PoleStatus.KEPT)
     order = poles.model_order[eligible]
     best = np.full(len(eligible), np.iinfo(np.uint8).max, dtype=np.uint8)
-    for low in np.unique(order):
-        below, above = np.flatnonzero(order == low), np.flatnonzero(order == low + 2)
-        if len(above) == 0:
+    for low, high in pairwise(np.unique(poles.model_order)):
+        below, above = np.flatnonzero(order == low), np.flatnonzero(order == high)
+        if len(below) == 0 or len(above) == 0:
             continue
         reason = _agreement(poles, eligible[below], eligible[above])
         best[below] = _better(best[below], reason.min(axis=1))

@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.stats import t as student_t
 
+from oma_identifier.lag_gradient import times
 from oma_identifier.output_covariance import OutputCovariance
-from oma_identifier.ssi_cov import HankelFactors, MultiOrder, OrderSolution
+from oma_identifier.ssi_cov import MultiOrder, OrderSolution
 
 TWO_SIGMA = 0.97724987
 """Normal probability below +2 standard deviations."""
@@ -64,9 +65,8 @@ class OrderSensitivity:
         self._orthogonal = system.orthogonal[:, :order]
         self._triangle = system.triangle[:order, :order]
         self._solution = solution
-        self._left_vectors = np.linalg.inv(solution.vector)
 
-    def gradient(self, eigenvalue: complex) -> NDArray[np.complex128]:
+    def gradient(self, eigenvalue: complex) -> NDArray[np.complex64]:
         """Return the derivative of a discrete-time pole with respect to the covariances.
 
         Parameters
@@ -82,70 +82,22 @@ class OrderSensitivity:
         factors, triangle = self._factors, self._triangle
         nearest = int(np.argmin(np.abs(self._solution.eigenvalue - eigenvalue)))
         value = self._solution.eigenvalue[nearest]
-        vector = self._solution.vector[:, nearest]
+        vector = self._solution.vector[:, nearest, None]
+        unit = np.eye(1, len(vector), nearest).T
+        left_vector = np.linalg.solve(self._solution.vector.T, unit)
         # dλ = a·dU φ + e·dU g, from the normal equations of A = U↑⁺ U↓
-        half = solve_triangular(triangle, self._left_vectors[nearest], trans='T')
-        weight = self._orthogonal @ half
-        zeros = np.zeros(factors.n_outputs)
+        half = solve_triangular(triangle, left_vector, trans='T', check_finite=False)
+        g = solve_triangular(triangle, half, check_finite=False)
+        weight = times(self._orthogonal, half)
+        zeros = np.zeros((factors.n_outputs, 1))
         a = np.concatenate([zeros, weight]) - value * np.concatenate([weight, zeros])
-        residual = np.concatenate([self._lower @ vector - value * (self._upper @ vector), zeros])
-        g = solve_triangular(triangle, half)
-        hankel = _through_singular_vectors(
-            factors, np.column_stack([a, residual]), np.column_stack([vector, g])
-        )
-        return _sum_over_lags(hankel, factors.n_outputs, factors.n_references)
-
-
-def _through_singular_vectors(
-    factors: HankelFactors, rows: NDArray[np.complex128], columns: NDArray[np.complex128]
-) -> NDArray[np.complex128]:
-    """Carry a gradient ``rows @ columns.T`` on the leading left singular vectors over to H.
-
-    A change of H turns the leading vectors only towards the others:
-    u_jᵀ du_k = (s_k u_jᵀ dH v_k + s_j u_kᵀ dH v_j) / (s_k² - s_j²).
-    """
-    order = len(columns)
-    kept, rest = slice(0, order), slice(order, None)
-    left, right, values = factors.left, factors.right, factors.values
-    projected = left.T @ rows
-    outside = rows - left @ projected
-    gap = values[kept] ** 2 - values[rest, None] ** 2
-    mixed = (projected[rest] @ columns.T) / gap
-    low_rank = outside @ (columns / values[kept, None]).T
-    # A standard deviation needs no more than single precision: half the time.
-    left32, right32 = factors.single_left, factors.single_right
-    outer_right = np.empty((2 * order, len(right)), dtype=np.float32)
-    outer_right[:order] = right32[:, kept].T
-    outer_left = np.empty((len(left), 2 * order), dtype=np.float32)
-    outer_left[:, order:] = left32[:, kept]
-    parts = []
-    # Real and imaginary part apart: complex times real products would double the work.
-    for mix, extra in ((mixed.real, low_rank.real), (mixed.imag, low_rank.imag)):
-        into_left = (mix * values[kept]).astype(np.float32)
-        into_right = (mix * values[rest, None]).astype(np.float32)
-        outer_left[:, :order] = left32[:, rest] @ into_left + extra
-        outer_right[order:] = (right32[:, rest] @ into_right).T
-        parts.append(outer_left @ outer_right)
-    return np.asarray(parts[0] + 1j * parts[1])
-
-
-def _sum_over_lags(
-    hankel_gradient: NDArray[np.complex128], n_channels: int, n_references: int
-) -> NDArray[np.complex128]:
-    """Sum a gradient over equal lags: (n_lags, n_channels, n_references) complex array."""
-    rows, columns = hankel_gradient.shape
-    block_rows, block_columns = rows // n_channels, columns // n_references
-    blocks = hankel_gradient.reshape(block_rows, n_channels, block_columns, n_references)
-    gradient = np.zeros(
-        (block_rows + block_columns - 1, n_channels, n_references), dtype=np.complex64
-    )
-    for row in range(block_rows):
-        gradient[row : row + block_columns] += blocks[row].transpose(1, 0, 2)
-    return gradient
+        residual = times(self._lower, vector) - value * times(self._upper, vector)
+        e = np.concatenate([residual, zeros])
+        return factors.to_lags(np.hstack([a, e]), np.hstack([vector, g]))
 
 
 def influence(
-    gradients: NDArray[np.complex128],
+    gradients: NDArray[np.complex64],
     eigenvalues: NDArray[np.complex128],
     covariance: OutputCovariance,
 ) -> NDArray[np.complex128]:
