@@ -10,6 +10,7 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
@@ -65,6 +66,9 @@ class BridgeNode(LifecycleNode):
         self._publisher: threading.Thread | None = None
         self.add_on_set_parameters_callback(self._accept)
         self._make_interfaces()
+        # As it comes, a transition that is not possible now ends the process.
+        self._rclpy_change_state = self._service_change_state.callback
+        self._service_change_state.callback = self._on_change_state
 
     def begin(self) -> None:
         """Configure and activate, if that is asked for.
@@ -121,6 +125,16 @@ class BridgeNode(LifecycleNode):
         self._close()
         self.condition = 'shut down'
         return TransitionCallbackReturn.SUCCESS
+
+    def _on_change_state(
+        self, request: ChangeState.Request, response: ChangeState.Response
+    ) -> ChangeState.Response:
+        try:
+            return self._rclpy_change_state(request, response)
+        except RCLError as error:
+            self.get_logger().warning(f'not possible now: {error}')
+            response.success = False
+            return response
 
     def _open(self) -> None:
         values = {item.name: self.get_parameter(item.name).value for item in PARAMETERS}
