@@ -1,6 +1,7 @@
 """What is known about the health of a window of data."""
 
 from dataclasses import dataclass
+import math
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +20,8 @@ class ChannelQuality:
         Scatter of the stamps about a uniform grid.
     rms : float [m/s²]
         Of the signal without its mean.
+    lag_s, lag_std_s : float [s]
+        How much later than the joint states its stamps are; NaN where nothing tells.
     excluded : bool
         Took no part in the identification.
     flags : tuple of str
@@ -33,6 +36,8 @@ class ChannelQuality:
     measured_rate_hz: float = 0.0
     jitter_std_s: float = 0.0
     rms: float = 0.0
+    lag_s: float = math.nan
+    lag_std_s: float = math.nan
     excluded: bool = False
     flags: tuple[str, ...] = ()
 

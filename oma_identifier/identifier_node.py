@@ -31,6 +31,7 @@ from oma_identifier.node_parameters import (
 )
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
+from oma_identifier.rigid_motion import LATE
 from oma_identifier.robot_motion import load_robot_motion
 from oma_identifier.ros_messages import (
     MESSAGE_CLASSES,
@@ -226,6 +227,11 @@ class IdentifierNode(Node):
             for channel in excluded:
                 flags = ', '.join(channel.flags)
                 found.append(('CHANNEL_EXCLUDED', f'{channel.name}: {flags}'))
+            found += [
+                ('NOT_SYNCHRONOUS', f'{c.name}: {1e3 * c.lag_s:.2f} ± {1e3 * c.lag_std_s:.2f} ms')
+                for c in result.quality.channels
+                if LATE in c.flags
+            ]
         full_names = [
             f'{namespace.rstrip("/")}/{name}'
             for name, namespace in self.get_node_names_and_namespaces()

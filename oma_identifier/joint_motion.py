@@ -10,7 +10,7 @@ Wiener (1949), Extrapolation, Interpolation, and Smoothing of Stationary Time Se
 (gain signal over signal plus noise).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
 from scipy.ndimage import uniform_filter1d
 
+from modal_core.measurements import NANOSECONDS_PER_SECOND
 from oma_identifier.lattice import Lattice, make_lattice
 from oma_identifier.source_stream import OrderedSamples
 
@@ -32,6 +33,8 @@ SAFETY = 2.0
 """Times its estimate that the noise is reckoned with: a gain must not follow its scatter."""
 TAPER = 0.85
 """Share of the band from where on everything fades out."""
+FADE = 1.3
+"""A lower end of the band fades out up to this many times its frequency."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +49,6 @@ class JointMotion:
         Step.
     position, velocity, acceleration : (n_samples, n_joints) array [rad], [rad/s], [rad/s²]
         Noise removed.
-    error : (n_frequencies, n_joints) array [(rad/s²)²/Hz]
-        Power spectral density of what is wrong with the acceleration: noise that came through and
-        motion that did not; from zero to half the rate at equal steps.
     """
 
     origin_ns: float
@@ -56,16 +56,17 @@ class JointMotion:
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
     acceleration: NDArray[np.float64]
-    error: NDArray[np.float64]
 
-    def error_at(self, frequency_hz: float) -> NDArray[np.float64]:
-        """Return the error at one frequency, (n_joints,) [(rad/s²)²/Hz]; all of it above."""
-        place = frequency_hz * 2.0 * self.period_ns * 1e-9 * (len(self.error) - 1)
-        return np.asarray(self.error[min(round(place), len(self.error) - 1)])
+    def delayed(self, lag_s: float) -> 'JointMotion':
+        """Return the same motion, later by some time."""
+        return replace(self, origin_ns=self.origin_ns + lag_s * NANOSECONDS_PER_SECOND)
 
 
 def joint_motion(
-    stamp_ns: NDArray[np.int64], position: NDArray[np.float64], reference_ns: int
+    stamp_ns: NDArray[np.int64],
+    position: NDArray[np.float64],
+    reference_ns: int,
+    highest_hz: float = math.inf,
 ) -> JointMotion | None:
     """Differentiate sampled joint positions.
 
@@ -77,6 +78,8 @@ def joint_motion(
         Sampled at roughly equal steps.
     reference_ns : int [ns]
         Time that ``origin_ns`` counts from.
+    highest_hz : float [Hz]
+        Motion above is left out, fading out.
 
     Returns
     -------
@@ -91,10 +94,10 @@ def joint_motion(
     lattice = make_lattice(ordered, reference_ns, period_ns, uniform=False)
     if lattice is None or lattice.lost.any():
         return None
-    return _differentiated(lattice)
+    return _differentiated(lattice, highest_hz)
 
 
-def _differentiated(lattice: Lattice) -> JointMotion:
+def _differentiated(lattice: Lattice, highest_hz: float) -> JointMotion:
     values, period_s = lattice.values, lattice.period_ns * 1e-9
     n = len(values)
     # Each end goes on along a parabola for a while; the line between the new ends is taken out and
@@ -108,19 +111,14 @@ def _differentiated(lattice: Lattice) -> JointMotion:
     length = len(odd)
     spectrum = rfft(odd, axis=0)
     power = np.abs(spectrum) ** 2
-    gain, noise = _gain(power), _noise(power)
-    spectrum *= gain
+    spectrum *= _gain(power) * _fade(len(power), 2.0 * highest_hz * period_s)
     turn = 2.0j * math.pi * np.arange(len(spectrum))[:, None] / (length * period_s)
-    missed = np.clip(_smooth(power) - noise, 0.0, None)
-    error = (1.0 - gain) ** 2 * missed + gain**2 * noise
     return JointMotion(
         origin_ns=lattice.origin_ns,
         period_ns=lattice.period_ns,
         position=(irfft(spectrum, length, axis=0)[: len(line)] + line)[inside],
         velocity=irfft(spectrum * turn, length, axis=0)[inside] + slope / period_s,
         acceleration=irfft(spectrum * turn**2, length, axis=0)[inside],
-        # One-sided: two over the length and the rate.
-        error=2.0 * period_s / length * np.abs(turn) ** 4 * error,
     )
 
 
@@ -142,14 +140,16 @@ def _noise(power: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.median(power[int(NOISE_BAND * len(power)) :], axis=0) / math.log(2.0))
 
 
-def _smooth(power: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(uniform_filter1d(power, max(5, len(power) // 100) | 1, axis=0))
-
-
 def _gain(power: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the Wiener gain per frequency and joint."""
-    n, smooth = len(power), _smooth(power)
+    smooth = uniform_filter1d(power, max(5, len(power) // 100) | 1, axis=0)
     share = np.divide(_noise(power), smooth, out=np.ones_like(smooth), where=smooth > 0.0)
-    fade = (np.arange(n) / n - TAPER) / (1.0 - TAPER)
-    taper = 0.5 + 0.5 * np.cos(math.pi * np.clip(fade, 0.0, 1.0))
-    return np.asarray(np.clip(1.0 - SAFETY * share, 0.0, 1.0) * taper[:, None])
+    return np.asarray(np.clip(1.0 - SAFETY * share, 0.0, 1.0))
+
+
+def _fade(n: int, highest: float) -> NDArray[np.float64]:
+    """Return the gain that ends the band, (n, 1); ``highest`` is a share of it."""
+    first = min(highest, TAPER)
+    last = min(FADE * highest, 1.0)
+    part = np.clip((np.arange(n) / n - first) / (last - first), 0.0, 1.0)
+    return np.asarray(0.5 + 0.5 * np.cos(math.pi * part))[:, None]

@@ -40,6 +40,7 @@ from oma_identifier.result import WindowResult
 from oma_identifier.robot_motion import RobotMotion
 from oma_identifier.robot_signals import RobotSignals, with_flags
 from oma_identifier.sample_buffer import SampleBuffer
+from oma_identifier.sensor_lag import in_step, Lag
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectrum import (
     empty_spectrum,
@@ -79,6 +80,7 @@ class IdentificationPipeline:
         self.last_tracked: TrackedModes | None = None
         self._buffer = SampleBuffer(self.settings, layout)
         self._clean = RobotSignals(robot)
+        self._lags: dict[str, Lag] = {}
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz)
@@ -143,7 +145,9 @@ class IdentificationPipeline:
         if self.settings.refines:
             modes = adopt_refined(samples, found.modes, found.harmonics)
             found = replace(found, modes=modes)
-        self.last_tracked = self.tracker.update(found.modes, window.pose)
+        self._lags = cleaned.lags
+        modes = in_step(found.modes, self._lags)
+        self.last_tracked = self.tracker.update(modes, window.pose)
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
 
     def _by_method(self, window: Window, spectrum: SingularValueSpectrum) -> WindowResult:
@@ -184,7 +188,7 @@ class IdentificationPipeline:
         with threadpool_limits(limits=1):
             kept = self._kept
             result = self._record.identify() if kept is None else self._whole_by_method(kept)
-        return replace(result, modes=self.tracker.label(result.modes))
+        return replace(result, modes=self.tracker.label(in_step(result.modes, self._lags)))
 
 
 def _result(window: Window, found: Identified, spectrum: SingularValueSpectrum) -> WindowResult:

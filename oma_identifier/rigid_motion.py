@@ -2,7 +2,8 @@
 
 The joints move while the arm vibrates, so an accelerometer carries the acceleration of its link,
 the turning direction of gravity, and a gyroscope the turning itself.  All follow from the joint
-states through the robot's model; what is left is vibration and noise.
+states through the robot's model, as far up as the links follow the motors (`rigid_fit`); what is
+left is vibration and noise.
 """
 
 from collections.abc import Sequence
@@ -11,26 +12,29 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from modal_core.channel import Channel
 from modal_core.measurements import JointSamples, NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
 from oma_identifier.joint_motion import joint_motion, JointMotion
 from oma_identifier.resample import half_width, interpolate
+from oma_identifier.rigid_fit import rigid_fit, RigidFit
 from oma_identifier.robot_motion import in_model_order, RobotMotion
+from oma_identifier.sensor_lag import Lag
 
 MOST_OUTSIDE_S = 0.25
 """Time at either end of a window that the joint states may leave uncovered."""
 WORSE = 1.5
 """Times its power below the vibrations that removal may leave on a channel the model fits."""
-STANDS_OUT = 6.0
-"""Times the power that the prediction's own error leaves, that a mode must have."""
-MISMATCH = 'rigid_motion_mismatch'
+MISMATCH, LATE = 'rigid_motion_mismatch', 'not_synchronous'
 SAME_GRID = 0.01
 """Steps between the samples of two windows that pass for none."""
 SLOW_HZ = 2.0
 """Below, rigid motion outweighs vibration: where model and sensor are compared."""
+SURPRISE = 3.0
+"""Standard deviations from where on a newer delay is another one."""
+SAME_REACH = 0.3
+"""Share by which the reach may scatter from window to window."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,38 +47,32 @@ class RigidRemoval:
         What is left; the mean, gravity at rest, included in what was taken out.
     flags : dict of str to str
         By channel: ``rigid_motion_mismatch`` where the prediction does not fit and nothing was
-        taken out.
+        taken out, ``not_synchronous`` where its sensor has another delay than the others.
     motion : JointMotion or None
-        The joints' motion, for the drives' orders.
-    jacobian : (n_channels, n_joints) array [m/s² per rad/s²]
-        Reading per joint acceleration at the mean pose; zero where nothing was taken out.
+        The joints' motion, all of it, on the clock of the responses.
+    fit : RigidFit or None
+        Delays of the channels named by ``fitted``, and where rigid motion ends; None where nothing
+        moves as a rigid arm would, and nothing was taken out.
+    fitted : tuple of str
+        Channels on links of the model.
     """
 
     samples: Samples
     flags: dict[str, str]
     motion: JointMotion | None
-    jacobian: NDArray[np.float64] | None = None
+    fit: RigidFit | None = None
+    fitted: tuple[str, ...] = ()
 
-    def explains(
-        self, frequency_hz: float, width_hz: float, shape: NDArray[np.complex128]
-    ) -> bool:
-        """Tell whether a peak is no more than what is wrong with the prediction.
-
-        Encoder noise, differentiated twice, and motion below that noise stay in the samples.  The
-        power they leave along a shape is known; a mode must stand out of it.
-
-        Parameters
-        ----------
-        frequency_hz, width_hz : float [Hz]
-            Place and half-power half-width of the peak.
-        shape : (n_channels,) complex array [m/s²]
-            Direction of the peak.
-        """
-        if self.motion is None or self.jacobian is None:
-            return False
-        unit = shape.conj() / np.linalg.norm(shape)
-        blurred = np.abs(unit @ self.jacobian) ** 2 @ self.motion.error_at(frequency_hz)
-        return bool(power_at(self.samples, frequency_hz, width_hz, unit) < STANDS_OUT * blurred)
+    @property
+    def lags(self) -> dict[str, Lag]:
+        """Delay against the joint states, by channel."""
+        if self.fit is None:
+            return {}
+        rows = zip(self.fitted, self.fit.lag_s, self.fit.lag_std_s, self.fit.odd, strict=True)
+        return {
+            name: Lag(float(lag), float(std), float(lag - self.fit.common_lag_s) if odd else 0.0)
+            for name, lag, std, odd in rows
+        }
 
 
 class RigidMotionRemoval:
@@ -89,6 +87,8 @@ class RigidMotionRemoval:
     def __init__(self, robot: RobotMotion) -> None:
         self._robot = robot
         self._last: _Prediction | None = None
+        self._fit: RigidFit | None = None
+        self._fitted: tuple[tuple[Channel, ...], int] = ((), 0)
 
     def __call__(self, samples: Samples, joints: JointSamples | None) -> RigidRemoval:
         """Subtract rigid motion from all channels on links the model knows.
@@ -105,38 +105,66 @@ class RigidMotionRemoval:
         columns = [
             place for place, channel in enumerate(samples.channels) if channel.frame_id in links
         ]
-        if motion is None or not columns:
+        if joints is None or motion is None or not columns:
             self._last = None
             return RigidRemoval(samples, {}, motion)
         chosen = tuple(samples.channels[column] for column in columns)
-        rigid = self._predict(samples, motion, chosen)
+        fit = self._compare(samples, motion, columns)
+        if fit is None:
+            self._last = None
+            return RigidRemoval(samples, {}, motion)
+        slow = motion_of(samples, joints, self._robot, fit.reach_hz)
+        rigid = self._predict(samples, slow or motion, chosen, fit)
         left, flags = samples.acceleration.copy(), {}
-        jacobian = np.zeros((len(samples.channels), len(self._robot.joint_names)))
-        per_acceleration = _per_acceleration(self._robot, motion, chosen)
         for place, column in enumerate(columns):
-            if _fits(left[:, column], rigid[:, place], samples.sample_rate_hz):
-                left[:, column] -= rigid[:, place]
-                jacobian[column] = per_acceleration[place]
-            else:
+            if not _fits(left[:, column], rigid[:, place], samples.sample_rate_hz):
                 flags[samples.channels[column].name] = MISMATCH
-        return RigidRemoval(replace(samples, acceleration=left), flags, motion, jacobian)
+                continue
+            left[:, column] -= rigid[:, place]
+            if fit.odd[place]:
+                flags[samples.channels[column].name] = LATE
+        clean = replace(samples, acceleration=left)
+        moved = motion.delayed(float(np.median(fit.proved_lag_s)))
+        return RigidRemoval(clean, flags, moved, fit, tuple(c.name for c in chosen))
+
+    def _compare(
+        self, samples: Samples, motion: JointMotion, columns: Sequence[int]
+    ) -> RigidFit | None:
+        """Return delay and reach, compared anew with every window that shares nothing."""
+        chosen = tuple(samples.channels[column] for column in columns)
+        channels, end_ns = self._fitted
+        if channels == chosen and samples.start_ns < end_ns and self._fit is not None:
+            return self._fit
+        fresh = rigid_fit(
+            samples.acceleration[:, columns],
+            self._readings(samples, motion, chosen, 0, np.zeros(len(chosen))),
+            samples.sample_rate_hz,
+            [channel.name.rpartition('.')[0] or channel.name for channel in chosen],
+        )
+        known = self._fit if channels == chosen else None
+        self._fitted = chosen, samples.end_ns
+        if fresh is None or known is None or not _same(fresh, known):
+            self._fit = fresh or known
+        return self._fit
 
     def _predict(
-        self, samples: Samples, motion: JointMotion, channels: tuple[Channel, ...]
+        self, samples: Samples, motion: JointMotion, channels: tuple[Channel, ...], fit: RigidFit
     ) -> NDArray[np.float64]:
-        known = self._known(samples, channels)
+        known = self._known(samples, channels, fit)
         n_known = 0 if known is None else len(known)
-        rows = self._readings(samples, motion, channels, n_known)
+        rows = self._readings(samples, motion, channels, n_known, fit.proved_lag_s)
         rigid = rows if known is None else np.concatenate([known, rows])
-        self._last = _Prediction(channels, samples.sample_rate_hz, samples.start_ns, rigid)
+        self._last = _Prediction(channels, samples.sample_rate_hz, samples.start_ns, rigid, fit)
         return rigid
 
     def _known(
-        self, samples: Samples, channels: tuple[Channel, ...]
+        self, samples: Samples, channels: tuple[Channel, ...], fit: RigidFit
     ) -> NDArray[np.float64] | None:
         """Return the predictions of the last window that this one begins with."""
         last = self._last
-        if last is None or (last.channels, last.rate_hz) != (channels, samples.sample_rate_hz):
+        if last is None or last.fit is not fit:
+            return None
+        if (last.channels, last.rate_hz) != (channels, samples.sample_rate_hz):
             return None
         passed = (samples.start_ns - last.start_ns) * last.rate_hz / NANOSECONDS_PER_SECOND
         first = round(passed)
@@ -146,24 +174,35 @@ class RigidMotionRemoval:
         return shared
 
     def _readings(
-        self, samples: Samples, motion: JointMotion, channels: tuple[Channel, ...], first: int
+        self,
+        samples: Samples,
+        motion: JointMotion,
+        channels: tuple[Channel, ...],
+        first: int,
+        lag_s: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """Return the readings of a rigid arm at the samples from ``first`` on."""
         step_ns = NANOSECONDS_PER_SECOND / samples.sample_rate_hz
-        grid_ns = np.arange(first, len(samples.acceleration)) * step_ns
-        place = (grid_ns - motion.origin_ns) / motion.period_ns
-        place = np.clip(place, 0.0, len(motion.position) - 1.0)
-        if len(place) == 0:
-            return np.empty((0, len(channels)))
+        grid_ns = np.arange(first, len(samples.acceleration), dtype=float) * step_ns
+        result = np.empty((len(grid_ns), len(channels)))
+        if len(grid_ns) == 0:
+            return result
         cutoff = min(1.0, motion.period_ns / step_ns)
         margin = half_width(cutoff) + 1
-        low = max(0, math.floor(place[0]) - margin)
-        high = math.ceil(place[-1]) + margin + 1
-        part = slice(low, high)
-        readings = self._robot.rigid_acceleration(
-            motion.position[part], motion.velocity[part], motion.acceleration[part], channels
+        # Early enough for the latest channel.
+        low = float(_place(grid_ns, motion, float(lag_s.max()))[0])
+        low = max(0, math.floor(low) - margin)
+        part = slice(low, None)
+        readings = np.asarray(
+            self._robot.rigid_acceleration(
+                motion.position[part], motion.velocity[part], motion.acceleration[part], channels
+            )
         )
-        return interpolate(np.asarray(readings), place - low, cutoff)
+        for lag in np.unique(lag_s):
+            alike = lag_s == lag
+            place = _place(grid_ns, motion, float(lag)) - low
+            result[:, alike] = interpolate(readings[:, alike], place, cutoff)
+        return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,37 +211,35 @@ class _Prediction:
     rate_hz: float
     start_ns: int
     rows: NDArray[np.float64]
+    fit: RigidFit
 
 
-def power_at(
-    samples: Samples, frequency_hz: float, width_hz: float, unit: NDArray[np.complex128]
-) -> float:
-    """Return the power spectral density along a direction near a frequency [(m/s²)²/Hz]."""
-    signal = (samples.acceleration - samples.acceleration.mean(axis=0)) @ unit
-    rate = samples.sample_rate_hz
-    length = min(len(signal), max(64, round(4.0 * rate / max(width_hz, 1e-3))))
-    frequency, density = welch(signal, rate, nperseg=length, return_onesided=False)
-    near = np.abs(np.abs(frequency) - frequency_hz) <= max(width_hz, 1.0 * rate / length)
-    return float(2.0 * density[near].mean()) if near.any() else math.inf
+def _place(grid_ns: NDArray[np.float64], motion: JointMotion, lag_s: float) -> NDArray[np.float64]:
+    """Return where in the motion samples lie that are later by ``lag_s``."""
+    place = (grid_ns - lag_s * NANOSECONDS_PER_SECOND - motion.origin_ns) / motion.period_ns
+    return np.clip(place, 0.0, len(motion.position) - 1.0)
 
 
-def _per_acceleration(
-    robot: RobotMotion, motion: JointMotion, channels: Sequence[Channel]
-) -> NDArray[np.float64]:
-    pose = np.tile(motion.position.mean(axis=0), (len(robot.joint_names) + 1, 1))
-    unit = np.vstack([np.zeros(len(robot.joint_names)), np.eye(len(robot.joint_names))])
-    readings = np.asarray(robot.rigid_acceleration(pose, 0.0 * pose, unit, channels))
-    return np.asarray((readings[1:] - readings[0]).T)
+def _same(fresh: RigidFit, known: RigidFit) -> bool:
+    """Tell whether a window says nothing new."""
+    spread = np.hypot(fresh.lag_std_s, known.lag_std_s)
+    late = np.abs(fresh.lag_s - known.lag_s) > SURPRISE * spread
+    less_sure = bool(np.all(fresh.lag_std_s >= 0.8 * known.lag_std_s))
+    alike = math.isclose(fresh.reach_hz, known.reach_hz, rel_tol=SAME_REACH)
+    return less_sure and alike and not late.any() and bool(np.all(fresh.odd == known.odd))
 
 
 def motion_of(
-    samples: Samples, joints: JointSamples | None, robot: RobotMotion
+    samples: Samples,
+    joints: JointSamples | None,
+    robot: RobotMotion,
+    highest_hz: float = math.inf,
 ) -> JointMotion | None:
     """Return the motion of the model's joints; None where joint states do not tell."""
     position = None if joints is None else in_model_order(joints, robot)
     if joints is None or position is None:
         return None
-    motion = joint_motion(joints.stamp_ns, position, samples.start_ns)
+    motion = joint_motion(joints.stamp_ns, position, samples.start_ns, highest_hz)
     if motion is None:
         return None
     last_ns = motion.origin_ns + len(motion.position) * motion.period_ns

@@ -1,23 +1,26 @@
 """What the robot's own motion puts into the responses of a window, taken out or recognised."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
-from modal_core.quality import DataQuality
+from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
 from oma_identifier.drive_orders import remove_drive_orders
-from oma_identifier.gross_motion import explained_by_motion, is_gross
 from oma_identifier.joint_motion import joint_motion, JointMotion
+from oma_identifier.motion_peak import is_motion
 from oma_identifier.resample import interpolate
 from oma_identifier.rigid_motion import RigidMotionRemoval
 from oma_identifier.robot_motion import RobotMotion
+from oma_identifier.sensor_lag import Lag
 
+GROSS_RAD = 0.1
+"""Range of a joint in a window that self-excitation stays far below."""
 PeakTest = Callable[[float, float, NDArray[np.complex128]], bool]
 """Place [Hz], half-power half-width [Hz] and direction of a peak: is it no mode?"""
 
@@ -43,6 +46,8 @@ class Cleaned:
         Of the window: ``rigid_motion_removed``, ``drive_lines``, ``gross_motion``.
     channel_flags : dict of str to str
         By channel.
+    lags : dict of str to Lag
+        Delays against the joint states, by channel.
     """
 
     samples: Samples
@@ -50,20 +55,23 @@ class Cleaned:
     explains: PeakTest
     flags: tuple[str, ...]
     channel_flags: dict[str, str]
+    lags: dict[str, Lag] = field(default_factory=dict)
 
 
 def with_flags(quality: DataQuality, cleaned: Cleaned) -> DataQuality:
     """Return the health of a window with what was found in cleaning it."""
-    if not cleaned.flags and not cleaned.channel_flags:
-        return quality
-    channels = tuple(
-        replace(channel, flags=(*channel.flags, cleaned.channel_flags[channel.name]))
-        if channel.name in cleaned.channel_flags
-        else channel
-        for channel in quality.channels
-    )
+    channels = tuple(_with_finding(channel, cleaned) for channel in quality.channels)
     flags = tuple(dict.fromkeys((*quality.flags, *cleaned.flags)))
     return replace(quality, flags=flags, channels=channels)
+
+
+def _with_finding(channel: ChannelQuality, cleaned: Cleaned) -> ChannelQuality:
+    lag = cleaned.lags.get(channel.name)
+    if lag is not None:
+        channel = replace(channel, lag_s=lag.seconds, lag_std_s=lag.std_s)
+    if channel.name in cleaned.channel_flags:
+        channel = replace(channel, flags=(*channel.flags, cleaned.channel_flags[channel.name]))
+    return channel
 
 
 class RobotSignals:
@@ -81,19 +89,20 @@ class RobotSignals:
 
     def __call__(self, window: Window) -> Cleaned:
         """Return the window's samples without what the joint states explain."""
-        if self._robot is not None and self._remove is not None:
-            removed = self._remove(window.samples, window.joints)
-            if removed.motion is not None:
-                flags = ['rigid_motion_removed'] if removed.jacobian is not None else []
-                angle = self._robot.drive_angle(removed.motion.position)
-                found = remove_drive_orders(
-                    removed.samples, _at_samples(angle, removed.motion, window.samples)
-                )
-                flags += ['drive_lines'] if found.orders else []
-                return Cleaned(
-                    found.samples, found.lines, removed.explains, tuple(flags), removed.flags
-                )
-        return _unmodelled(window)
+        if self._robot is None or self._remove is None:
+            return _unmodelled(window)
+        removed = self._remove(window.samples, window.joints)
+        if removed.motion is None:
+            return _unmodelled(window)
+        angle = self._robot.drive_angle(removed.motion.position)
+        found = remove_drive_orders(
+            removed.samples, _at_samples(angle, removed.motion, window.samples)
+        )
+        flags = [*_flags(removed.motion)]
+        flags += ['rigid_motion_removed'] if removed.fit is not None else []
+        flags += ['drive_lines'] if found.orders else []
+        test = _peak_test(window.samples, found.samples, removed.motion)
+        return Cleaned(found.samples, found.lines, test, tuple(flags), removed.flags, removed.lags)
 
 
 def _unmodelled(window: Window) -> Cleaned:
@@ -101,14 +110,21 @@ def _unmodelled(window: Window) -> Cleaned:
     motion = None
     if joints is not None and np.ptp(joints.position, axis=0).max() > 0.0:
         motion = joint_motion(joints.stamp_ns, joints.position, samples.start_ns)
-    if motion is None or not is_gross(motion):
+    if motion is None:
         return Cleaned(samples, (), never, (), {})
-    known = motion
+    return Cleaned(samples, (), _peak_test(samples, samples, motion), _flags(motion), {})
 
+
+def _flags(motion: JointMotion) -> tuple[str, ...]:
+    travels = np.ptp(motion.position, axis=0).max() > GROSS_RAD
+    return ('gross_motion',) if travels else ()
+
+
+def _peak_test(measured: Samples, left: Samples, motion: JointMotion) -> PeakTest:
     def explains(frequency_hz: float, width_hz: float, shape: NDArray[np.complex128]) -> bool:
-        return explained_by_motion(samples, known, frequency_hz, width_hz, shape)
+        return is_motion(measured, left, motion, frequency_hz, width_hz, shape)
 
-    return Cleaned(samples, (), explains, ('gross_motion',), {})
+    return explains
 
 
 def _at_samples(

@@ -38,6 +38,7 @@ FLAG_WORDS = {
     'unit_g_suspicion': 'gravity reads 1: perhaps in g instead of m/s²',
     'gravity_suspicion': 'gravity has the wrong length: check gain and unit',
     'rigid_motion_mismatch': "does not fit the robot's motion: check polarity, axes and place",
+    'not_synchronous': 'sampled later or earlier than the other sensors',
     'rigid_motion_removed': 'rigid motion of the arm taken out',
     'drive_lines': 'lines of the drives taken out',
     'gross_motion': 'the robot moved far',

@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from modal_core.indicators import mac
 from modal_core.measurements import JointSamples
+from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Pose, Window
 from oma_identifier.identify import identify_samples
 from oma_identifier.joint_motion import joint_motion
 from oma_identifier.pipeline import IdentificationPipeline
-from oma_identifier.rigid_motion import MISMATCH, RigidMotionRemoval
+from oma_identifier.rigid_motion import LATE, MISMATCH, RigidMotionRemoval
 from oma_identifier.settings import IdentificationSettings
 
 pytest.importorskip('pinocchio')
@@ -74,7 +76,9 @@ def joint_states(robot, position, rng):
 def window(readings, channels, joints, rng):
     noisy = readings + NOISE * rng.standard_normal(readings.shape)
     pose = Pose(joints.joint_names, joints.position.mean(axis=0), np.ptp(joints.position, axis=0))
-    return Window(0, Samples(noisy, RATE_HZ, channels, START), pose=pose, joints=joints)
+    quality = DataQuality(channels=tuple(ChannelQuality(channel.name) for channel in channels))
+    samples = Samples(noisy, RATE_HZ, channels, START)
+    return Window(0, samples, quality, pose=pose, joints=joints)
 
 
 def test_derivatives_against_a_known_motion():
@@ -143,28 +147,62 @@ def excitation(time, seed, n_joints=6):
     return position, acceleration
 
 
-def test_a_flexible_arm_keeps_its_modes_in_motion(robot, layout):
-    rng = np.random.default_rng(SEED)
+LATE_SENSOR, LATE_SAMPLES = 'elbow_top', 1
+
+
+@pytest.fixture(scope='module')
+def shaken(robot, layout):
+    """Return readings of a flexible arm, shaken while all joints travel far, and its joints.
+
+    The flexible part is that of the resting pose, so that there is one truth; a quarter of a
+    radian and more of travel turns gravity by many times the vibrations.
+    """
     rest, channels = robot.pose('P1'), layout.channels
     sweep = Motion(rest, 0.0, SEED)
-    # The modes stay those of the pose: a sweep of a fortieth, still far above the vibrations.
-    sweep.terms = [(joint, hz, size / 40.0, phase) for joint, hz, size, phase in sweep.terms]
     shake = excitation(times(RATE_HZ), SEED)[1]
     vibration = robot.time_response(rest, channels, shake, RATE_HZ).output
     readings = vibration + robot.rigid_acceleration(*sweep.at(times(RATE_HZ)), channels)
+    late = [n for n, channel in enumerate(channels) if channel.name.startswith(LATE_SENSOR)]
+    readings[LATE_SAMPLES:, late] = readings[:-LATE_SAMPLES, late]
     at_joints = sweep.at(times(JOINT_RATE_HZ))[0] + excitation(times(JOINT_RATE_HZ), SEED)[0]
+    return readings, at_joints
+
+
+@pytest.mark.parametrize(
+    ('modelled', 'early_s'), [(True, 0.0), (True, 0.03), (True, -0.2), (False, 0.0)]
+)
+def test_a_flexible_arm_keeps_its_modes_in_motion(robot, layout, shaken, modelled, early_s):
+    """No mode is lost, none is added: with a model, without, and with joint states out of step."""
+    rng = np.random.default_rng(SEED)
+    readings, at_joints = shaken
     joints = joint_states(robot, at_joints, rng)
-    seen = window(readings, channels, joints, rng)
-    result = IdentificationPipeline(SETTINGS, robot=robot).identify(seen)
-    truth = robot.damped_modes(rest, channels)
+    joints = replace(joints, stamp_ns=joints.stamp_ns - round(early_s * 1e9))
+    seen = window(readings, layout.channels, joints, rng)
+    result = IdentificationPipeline(SETTINGS, robot=robot if modelled else None).identify(seen)
+    truth = robot.damped_modes(robot.pose('P1'), layout.channels)
     expected = truth.frequency_hz[truth.frequency_hz < 45.0]
     assert result.modes.frequency_hz == pytest.approx(expected, rel=0.015), f'seed {SEED}'
+    assert 'gross_motion' in result.quality.flags
+    if not modelled:
+        return
     assert 'rigid_motion_removed' in result.quality.flags
-    left = RigidMotionRemoval(robot)(seen.samples, joints).samples.acceleration
+    removal = RigidMotionRemoval(robot)(seen.samples, joints)
+    fit = removal.fit
+    assert abs(fit.common_lag_s - early_s) < 3.0 * fit.common_lag_std_s < 1.5e-3, f'seed {SEED}'
+    assert 4.0 < fit.reach_hz < expected[0], 'rigid motion ends below the first mode'
+    assert removal.flags == {f'{LATE_SENSOR}.{axis}': LATE for axis in 'xyz'}
+    reported = {c.lag_s for c in result.quality.channels if LATE in c.flags}
+    assert reported == {removal.lags[f'{LATE_SENSOR}.x'].seconds}
+    lag = removal.lags[f'{LATE_SENSOR}.x']
+    assert lag.behind_s == pytest.approx(LATE_SAMPLES / RATE_HZ, abs=5e-4)
+    # Put right, the shapes are those of sensors that were sampled together.
+    for mode, exact in zip(result.modes, truth.channel_shapes.T, strict=False):
+        assert mac(mode.shape, exact)[0, 0] > 0.97, mode.frequency_hz
 
     def slow(data):
         return data[256:].reshape(-1, 256, data.shape[1]).mean(axis=1).std()
 
+    left = removal.samples.acceleration
     assert slow(left) < 0.1 * slow(seen.samples.acceleration), 'slow motion is left'
 
 
