@@ -1,11 +1,22 @@
 """Which readings go where: channels of the common recorder, and IMUs with topics of their own."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from modal_core.channel import ANGULAR_VELOCITY, Channel, Sensor, SensorLayout
+from modal_core.measurements import (
+    Measurement,
+    NANOSECONDS_PER_SECOND,
+    SampleBlock,
+    StampedSamples,
+)
 
 N_IMU = 6
+# Below the size of a datagram.
+LARGEST_BLOCK_BYTES = 64_000
 ALL_AXES = ('x', 'y', 'z')
 
 
@@ -58,6 +69,49 @@ class Recorder:
             imus.append(ImuPort(sensor.topic, sensor.frame_id, columns))
             channels += _imu_channels(sensor)
         return cls(tuple(channels), n_recorded, tuple(imus))
+
+    def measurements(
+        self,
+        block_topic: str,
+        first_index: int,
+        samples: NDArray[np.float32],
+        rate_hz: float,
+        start_ns: int,
+    ) -> Iterator[tuple[str, Measurement]]:
+        """Return what each topic carries of a block of samples.
+
+        Parameters
+        ----------
+        block_topic : str
+            Of the common recorder.
+        first_index : int
+            Running number of the first sample.
+        samples : (n_samples, n_channels) float32 array [m/s²], [rad/s]
+            All channels.
+        rate_hz : float [Hz]
+            Of the samples.
+        start_ns : int [ns]
+            Time of the beginning; the first sample is the end of the first step.
+        """
+        row = first_index + 1 + np.arange(len(samples))
+        stamps = start_ns + np.rint(row / rate_hz * NANOSECONDS_PER_SECOND).astype(np.int64)
+        if self.n_recorded:
+            names = tuple(channel.name for channel in self.channels[: self.n_recorded])
+            largest = max(LARGEST_BLOCK_BYTES // (4 * self.n_recorded), 1)
+            for first in range(0, len(samples), largest):
+                part = samples[first : first + largest, : self.n_recorded]
+                yield (
+                    block_topic,
+                    SampleBlock(
+                        block_topic, int(stamps[first]), first_index + first, rate_hz, names, part
+                    ),
+                )
+        for port in self.imus:
+            values = np.asarray(samples[:, port.columns], dtype=np.float64)
+            yield (
+                port.topic,
+                StampedSamples(port.topic, port.frame_id, stamps, values[:, :3], values[:, 3:]),
+            )
 
 
 def _imu_channels(sensor: Sensor) -> Iterable[Channel]:

@@ -1,64 +1,16 @@
 """What the emulated cell publishes, as ROS messages."""
 
-from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import Imu
 
 from modal_core.channel import Channel
-from oma_msgs.msg import AccelerationBlock, ModalParameters, Mode
-from robot_bridge.emulator.cell import SensorBlock
+from oma_msgs.msg import ModalParameters, Mode
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
-NANOSECONDS = 1_000_000_000
-LARGEST_BLOCK_BYTES = 64_000
-UNKNOWN = [-1.0, *[0.0] * 8]
-
-
-def stamp(time_ns: int) -> Time:
-    """Return a time as a message."""
-    sec, nanosec = divmod(time_ns, NANOSECONDS)
-    return Time(sec=sec, nanosec=nanosec)
-
-
-def block_messages(
-    block: SensorBlock, names: Sequence[str], rate_hz: float, start_ns: int
-) -> Iterator[AccelerationBlock]:
-    """Return a block as one or more messages that stay below the size of a datagram."""
-    largest = max(LARGEST_BLOCK_BYTES // (4 * len(names)), 1)
-    for first in range(0, len(block.acceleration), largest):
-        rows = np.ascontiguousarray(block.acceleration[first : first + largest])
-        message = AccelerationBlock(
-            first_index=block.first_index + first,
-            n_samples=len(rows),
-            sample_rate_hz=rate_hz,
-            channel_names=list(names),
-        )
-        # The first row is the end of the first step.
-        time_s = (block.first_index + first + 1) / rate_hz
-        message.header.stamp = stamp(start_ns + round(time_s * NANOSECONDS))
-        message.header.frame_id = 'abb_emulator'
-        message.acceleration = array('f', rows.tobytes())
-        yield message
-
-
-def imu_messages(
-    block: SensorBlock, columns: slice, frame_id: str, rate_hz: float, start_ns: int
-) -> Iterator[Imu]:
-    """Return one message per sample: three accelerations, then three angular velocities."""
-    for row, values in enumerate(block.acceleration[:, columns].astype(float).tolist()):
-        message = Imu(orientation_covariance=UNKNOWN)
-        time_s = (block.first_index + row + 1) / rate_hz
-        message.header.stamp = stamp(start_ns + round(time_s * NANOSECONDS))
-        message.header.frame_id = frame_id
-        force, turn = message.linear_acceleration, message.angular_velocity
-        force.x, force.y, force.z, turn.x, turn.y, turn.z = values
-        yield message
 
 
 def truth_message(

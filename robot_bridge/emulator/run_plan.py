@@ -20,14 +20,12 @@ from modal_core.measurements import (
     JointSamples,
     Measurement,
     NANOSECONDS_PER_SECOND,
-    SampleBlock,
-    StampedSamples,
 )
 from recordings.encode import encode
 from recordings.raw_message import RawMessage
 from recordings.writer import RecordingWriter
 from robot_bridge.emulator.arm_effect import ArmEffect, read_effects
-from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide, SensorBlock
+from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide
 from robot_bridge.emulator.controller import Controller, Program
 from robot_bridge.emulator.gear_settings import GearSettings
 from robot_bridge.emulator.guidance_law import GuidanceLaw, GuidanceSettings
@@ -268,31 +266,17 @@ class _Cell:
                 break
         first = self._n_cycles
         self._n_cycles += len(angles)
-        found = [item for block in blocks for item in self._measured(block)]
+        rate_hz = self._options.cell.sample_rate_hz
+        found = [
+            item
+            for block in blocks
+            for item in self._recorder.measurements(
+                BLOCK_TOPIC, block.first_index, block.acceleration, rate_hz, START_NS
+            )
+        ]
         if angles:
             found.append((JOINT_TOPIC, self._joints(np.array(angles), first)))
         return self._n_cycles * self._cycle_s, found
-
-    def _measured(self, block: SensorBlock) -> Iterator[tuple[str, Measurement]]:
-        rate_hz, recorder = self._options.cell.sample_rate_hz, self._recorder
-        # The first row is the end of the first step.
-        row = block.first_index + 1 + np.arange(len(block.acceleration))
-        stamps = START_NS + np.round(row / rate_hz * NANOSECONDS_PER_SECOND).astype(np.int64)
-        if recorder.n_recorded:
-            names = tuple(channel.name for channel in recorder.channels[: recorder.n_recorded])
-            values = block.acceleration[:, : recorder.n_recorded]
-            yield (
-                BLOCK_TOPIC,
-                SampleBlock(
-                    BLOCK_TOPIC, int(stamps[0]), block.first_index, rate_hz, names, values
-                ),
-            )
-        for port in recorder.imus:
-            imu = np.asarray(block.acceleration[:, port.columns], dtype=np.float64)
-            yield (
-                port.topic,
-                StampedSamples(port.topic, port.frame_id, stamps, imu[:, :3], imu[:, 3:]),
-            )
 
     def _joints(self, angles_deg: Array, first_cycle: int) -> JointSamples:
         times = (first_cycle + 1 + np.arange(len(angles_deg))) * self._cycle_s
