@@ -2,6 +2,7 @@
 
 import itertools
 import os
+from pathlib import Path
 import time
 
 import numpy as np
@@ -81,6 +82,10 @@ class Listener:
 
     def _take(self, message):
         self.got.append((time.monotonic(), message))
+
+    def listen_raw(self, topic, kind):
+        self.raw = []
+        self.node.create_subscription(kind, topic, self.raw.append, DEEP, raw=True)
 
     @property
     def messages(self):
@@ -291,3 +296,65 @@ def test_bad_requests_end_in_one_line(recording, processes, parameters, words):
     said = process.stop()
     assert process.process.returncode == 2, said
     assert words in said and len(said.strip().splitlines()) == 1
+
+
+N_CHANNELS, FAST_RATE_HZ, FAST_ROWS, N_FAST = 42, 4096.0, 64, 320
+
+
+def fast_blocks():
+    """Yield 5 s of 42 channels at 4096 Hz: 172,032 samples a second; seed 8."""
+    random = np.random.default_rng(8)
+    names = tuple(f's{index // 3}.{"xyz"[index % 3]}' for index in range(N_CHANNELS))
+    for index in range(N_FAST):
+        first = index * FAST_ROWS
+        yield SampleBlock(
+            source='acceleration_block',
+            stamp_ns=BEGIN_NS + round(first / FAST_RATE_HZ * 1e9),
+            first_index=first,
+            sample_rate_hz=FAST_RATE_HZ,
+            channel_names=names,
+            acceleration=random.standard_normal((FAST_ROWS, N_CHANNELS)).astype(np.float32),
+        )
+
+
+def cpu_s(process):
+    """Return the processor time a process has used so far [s]."""
+    fields = Path(f'/proc/{process.pid}/stat').read_text().rsplit(')', 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
+def test_172_000_samples_a_second_arrive_whole_in_the_identifiers_buffer(
+    tmp_path, processes, listen, record_property
+):
+    from oma_identifier.sample_buffer import SampleBuffer
+    from oma_identifier.settings import IdentificationSettings
+    from oma_identifier.topic_intake import TopicIntake
+
+    path, topic = tmp_path / 'fast.mcap', '/acceleration_block'
+    with RecordingWriter(path) as writer:
+        for block in fast_blocks():
+            for raw in encode(block, topic):
+                writer.write(raw.topic, raw.message_type, raw.log_time_ns, raw.data)
+    listener = listen({'/nothing': AccelerationBlock})
+    listener.listen_raw(topic, AccelerationBlock)
+    process = processes('replay', recording=str(path), exit_at_end=False).process
+    listener.spin(lambda: listener.raw)
+    began_s, cpu_before_s = time.monotonic(), cpu_s(process)
+    # Whatever the machine does meanwhile, every message comes.
+    listener.spin(lambda: len(listener.raw) >= N_FAST, 120.0)
+    took_s, took_cpu_s = time.monotonic() - began_s, cpu_s(process) - cpu_before_s
+    intake = TopicIntake()
+    buffer = SampleBuffer(IdentificationSettings(window_s=4.0))
+    found = intake.decode(listener.raw, 'oma_msgs/msg/AccelerationBlock', topic)
+    rows = np.concatenate([block.acceleration for block in found])
+    wanted = np.concatenate([block.acceleration for block in fast_blocks()])
+    assert np.array_equal(rows, wanted)
+    for block in found:
+        buffer.add(block)
+    windows = [*buffer.windows(), *buffer.finish()]
+    assert intake.n_refused == {} and buffer.counters.reasons == {}
+    assert windows and all(window.quality.identifiable for window in windows)
+    assert all(channel.n_lost == 0 for window in windows for channel in window.quality.channels)
+    n_after_the_first = (N_FAST - 1) * FAST_ROWS * N_CHANNELS
+    record_property('samples_per_s', round(n_after_the_first / took_s))
+    record_property('replay_cpu_s_per_recorded_s', round(took_cpu_s / took_s, 3))
