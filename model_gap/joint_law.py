@@ -5,7 +5,6 @@ without it and fall by ``give``·N and ``rate_give``·N with it.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,29 +17,8 @@ MOST_HARDENING = 30.0
 CENTRED = 1e-3
 
 
-@dataclass(frozen=True)
-class JointState:
-    """Everything a law may depend on, one entry per lane.
-
-    Parameters
-    ----------
-    twist, rate : (n,) array [rad], [rad/s]
-        Of the joint, without the torque asked for.
-    give, rate_give : (n,) array
-        Fall of both per unit of torque.
-    motor_speed : (n,) array [rad/s]
-        Of the joint.
-    """
-
-    twist: Array
-    rate: Array
-    give: Array
-    rate_give: Array
-    motor_speed: Array
-
-
 class JointLaw(ABC):
-    """Torque of one joint in many records at once.
+    """Torque of one joint in many records at once; one lane per record.
 
     Parameters
     ----------
@@ -50,16 +28,35 @@ class JointLaw(ABC):
         Of the joint's linear spring.
     static_twist : (n,) array [rad]
         Twist of the linear spring under gravity.
+    give, rate_give : (n,) array
+        Fall of twist and of its rate per unit of torque.
     """
 
-    def __init__(self, values: Array, stiffness: Array, static_twist: Array) -> None:
+    def __init__(
+        self, values: Array, stiffness: Array, static_twist: Array, give: Array, rate_give: Array
+    ) -> None:
         self.values = values
         self.stiffness = stiffness
         self.static_twist = static_twist
+        self.give = give
+        self.rate_give = rate_give
+        self.prepare()
 
     @abstractmethod
-    def torque(self, state: JointState) -> Array:
-        """Return N, the torque beyond that of the linear spring."""
+    def prepare(self) -> None:
+        """Work out what does not change from step to step."""
+
+    @abstractmethod
+    def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
+        """Return N, the torque beyond that of the linear spring, (n,).
+
+        Parameters
+        ----------
+        twist, rate : (n,) array [rad], [rad/s]
+            Of the joint, without the torque asked for.
+        motor_speed : (n,) array [rad/s]
+            Of the joint.
+        """
 
 
 def held(values: Array, low: Array | float, high: Array | float) -> Array:
@@ -70,59 +67,73 @@ def held(values: Array, low: Array | float, high: Array | float) -> Array:
 class FrictionLaw(JointLaw):
     """τ·sat(v/v₀): Coulomb friction with a viscous transition; values τ, v₀."""
 
-    def torque(self, state: JointState) -> Array:
-        """Return the torque; inside the transition the implicit equation is linear."""
-        level, width = self.values
-        return np.asarray(level * held(state.rate / (width + state.rate_give * level), -1.0, 1.0))
+    def prepare(self) -> None:
+        """Solve inside the transition, where the implicit equation is linear."""
+        self.level, width = self.values
+        self.slope = self.level / (width + self.rate_give * self.level)
+
+    def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
+        """Return the torque."""
+        return held(self.slope * rate, -self.level, self.level)
 
 
 class JointFrictionLaw(FrictionLaw):
     """The same on the whole joint speed: friction between two links."""
 
-    def torque(self, state: JointState) -> Array:
+    def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
         """Return the torque."""
-        level, width = self.values
-        speed = state.rate + state.motor_speed
-        return np.asarray(level * held(speed / (width + state.rate_give * level), -1.0, 1.0))
+        return held(self.slope * (rate + motor_speed), -self.level, self.level)
 
 
 class CubicLaw(JointLaw):
     """k α e³; value α [1/rad²]."""
 
-    def torque(self, state: JointState) -> Array:
-        """Return the torque by Newton's method; a softening spring never turns round."""
+    def prepare(self) -> None:
+        """Set the range: a softening spring never turns round."""
         alpha = self.values[0]
         reach = np.sqrt(MOST_SOFTENING / np.maximum(-alpha, 1e-30))
-        largest = np.where(alpha < 0.0, reach, MOST_HARDENING / np.sqrt(np.abs(alpha) + 1e-30))
-        rate = self.stiffness * alpha
-        twist = held(state.twist, -largest, largest)
+        self.largest = np.where(
+            alpha < 0.0, reach, MOST_HARDENING / np.sqrt(np.abs(alpha) + 1e-30)
+        )
+        self.rate = self.stiffness * alpha
+        self.yielding = self.give * self.rate
+
+    def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
+        """Return the torque by Newton's method."""
+        found = held(twist, -self.largest, self.largest)
         for _ in range(2):
-            wrong = twist + state.give * rate * twist**3 - state.twist
-            slope = 1.0 + 3.0 * state.give * rate * twist**2
-            twist = held(twist - wrong / np.maximum(slope, 0.2), -largest, largest)
-        return np.asarray(rate * twist**3)
+            curve = self.yielding * found * found
+            step = (found - twist + curve * found) / np.maximum(1.0 + 3.0 * curve, 0.2)
+            found = held(found - step, -self.largest, self.largest)
+        return np.asarray(self.rate * found * found * found)
 
 
 class BacklashLaw(JointLaw):
     """k·dz(e + e_r, b) less the linear spring; values b [rad] and the share of gravity preload."""
 
-    def torque(self, state: JointState) -> Array:
-        """Return the torque: linear in three branches."""
+    def prepare(self) -> None:
+        """Solve between the flanks; on them the torque is constant."""
         gap, share = self.values
         k, rest = self.stiffness, share * self.static_twist
-        load = k * rest
+        self.load = k * rest
         place = rest + gap * held(rest / (CENTRED * gap), -1.0, 1.0)
-        upper, lower = k * (place - gap) - load, k * (place + gap) - load
-        high = state.twist - state.give * upper + place > gap
-        low = state.twist - state.give * lower + place < -gap
-        inside = (state.twist + state.give * load) / np.maximum(1.0 - state.give * k, 0.05)
-        return np.asarray(np.where(high, upper, np.where(low, lower, -load - k * inside)))
+        self.upper, self.lower = k * (place - gap) - self.load, k * (place + gap) - self.load
+        self.slope = k / np.maximum(1.0 - self.give * k, 0.05)
+
+    def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
+        """Return the torque, continuous in the twist."""
+        between = -self.load - self.slope * (twist + self.give * self.load)
+        return held(between, self.upper, self.lower)
 
 
 class SpeedStiffnessLaw(JointLaw):
     """k β |q'| e; value β [s/rad]."""
 
-    def torque(self, state: JointState) -> Array:
+    def prepare(self) -> None:
+        """Set the change of stiffness per speed."""
+        self.rate = self.stiffness * self.values[0]
+
+    def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
         """Return the torque: linear in the twist."""
-        rate = self.stiffness * self.values[0] * np.abs(state.motor_speed)
-        return np.asarray(rate * state.twist / np.maximum(1.0 + state.give * rate, 0.2))
+        added = self.rate * np.abs(motor_speed)
+        return np.asarray(added * twist / np.maximum(1.0 + self.give * added, 0.2))

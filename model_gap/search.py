@@ -192,7 +192,7 @@ class Search:
         """Search until nothing more is worth adding."""
         current = fit(self.nominal, self.fitting, self.weighting)
         for number in range(self.settings.most_effects):
-            step = self._without_idle(self._step(current))
+            step = self._settled(self._step(current))
             self.steps.append(step)
             self.progress((number + 1.0) / (self.settings.most_effects + 1.0))
             if not step.candidates or step.candidates[0].gain < self.settings.worth_adding:
@@ -203,21 +203,28 @@ class Search:
         self.progress(1.0)
         return self.steps
 
-    def _without_idle(self, step: Step) -> Step:
-        """Drop earlier effects that no longer earn their place beside the best candidate."""
+    def _settled(self, step: Step) -> Step:
+        """Fit the best candidate to the end; drop earlier effects that no longer earn a place."""
         if not step.candidates or step.candidates[0].gain < self.settings.worth_adding:
             return step
         best = step.candidates[0]
+        last = fit(best.fit.hypothesis, self.fitting, self.weighting, iterations=4)
         number = 0
-        while number < len(best.fit.hypothesis.effects) - 1:
-            fewer = best.fit.hypothesis.without(number)
+        while number < len(last.hypothesis.effects) - 1:
+            fewer = last.hypothesis.without(number)
             again = fit(fewer, self.fitting, self.weighting, iterations=5, relinearise=0)
-            if best.fit.log_evidence - again.log_evidence < self.settings.worth_adding:
-                gain = again.log_evidence - step.before.log_evidence
-                best = Candidate(best.effect, again, gain, self.heldout_misfit(again.hypothesis))
+            if last.log_evidence - again.log_evidence < self.settings.worth_adding:
+                last = again
             else:
                 number += 1
-        return replace(step, candidates=(best, *step.candidates[1:]))
+        return replace(
+            step,
+            candidates=(self._candidate(best.effect, last, step.before), *step.candidates[1:]),
+        )
+
+    def _candidate(self, effect: Effect, fitted: Fit, before: Fit) -> Candidate:
+        gain = fitted.log_evidence - before.log_evidence
+        return Candidate(effect, fitted, gain, self.heldout_misfit(fitted.hypothesis))
 
     def _room_left(self, current: Fit) -> float:
         """Return what one more effect could gain at best: down to the noise, at no prior cost."""
@@ -289,14 +296,7 @@ class Search:
                 iterations=3 if slow else 5,
                 relinearise=0,
             )
-            found.append(
-                Candidate(
-                    effect=fine.hypothesis.effects[-1],
-                    fit=fine,
-                    gain=fine.log_evidence - current.log_evidence,
-                    heldout_misfit=self.heldout_misfit(fine.hypothesis),
-                )
-            )
+            found.append(self._candidate(fine.hypothesis.effects[-1], fine, current))
         return found
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.joint_law import JointState
 from model_gap.joint_vector import axis_row, joint_spring, joint_vector
 from model_gap.pose_system import PoseSystem
 from model_gap.ripple import transform_at
@@ -143,12 +142,6 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Arr
     Exact step of a modal state under a force linear between steps: Van Loan (1978),
     doi:10.1109/TAC.1978.1101743.
     """
-    kind = force[0].law
-    law = kind(
-        np.array([item.values for item in force], dtype=float).T,
-        np.array([item.stiffness for item in paths]),
-        np.array([item.static_twist for item in paths]),
-    )
     period = 1.0 / paths[0].steps_per_s
     size = max(len(item.poles) for item in paths)
     poles, residues = np.full((len(paths), size), -1e3 + 0j), np.zeros((len(paths), size), complex)
@@ -161,26 +154,28 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Arr
     instant = np.array([item.instant for item in paths])
     give = np.sum(residues * change, axis=1).real + instant
     rate_give = np.sum(residues * poles * change, axis=1).real
-    rate_give = np.maximum(rate_give, 1e-3 * give / period)
-    twist = np.array([item.twist for item in paths]).T.copy()
-    rate = np.array([item.rate for item in paths]).T.copy()
-    speed = np.array([item.speed for item in paths]).T.copy()
+    law = force[0].law(
+        np.array([item.values for item in force], dtype=float).T,
+        np.array([item.stiffness for item in paths]),
+        np.array([item.static_twist for item in paths]),
+        give,
+        np.maximum(rate_give, 1e-3 * give / period),
+    )
+    twist, rate, speed = (
+        np.ascontiguousarray(np.array(rows).T)
+        for rows in zip(*((item.twist, item.rate, item.speed) for item in paths), strict=True)
+    )
+    # The state without the present torque: y' = g y - (g change + held) N.
+    mixed = grow * change + now - change
     state = np.zeros_like(poles)
-    last = np.zeros(len(paths))
     found = np.zeros_like(twist)
-    held = now - change
     readout = np.array([residues, residues * poles])
     for number in range(len(twist)):
-        state *= grow
-        state -= held * last[:, None]
         free, free_rate = np.einsum('klm,lm->kl', readout, state).real
-        torque = law.torque(
-            JointState(
-                twist[number] + free, rate[number] + free_rate, give, rate_give, speed[number]
-            )
-        )
-        state -= change * torque[:, None]
-        found[number] = last = torque
+        torque = law.torque(twist[number] + free, rate[number] + free_rate, speed[number])
+        found[number] = torque
+        state *= grow
+        state -= mixed * torque[:, None]
     return found.T
 
 
