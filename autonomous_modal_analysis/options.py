@@ -44,8 +44,15 @@ MinFrequency = Annotated[
 MaxFrequency = Annotated[
     float | None, typer.Option('--max-frequency-hz', help='Upper edge of the band.')
 ]
-
 Method = Annotated[str, typer.Option('--method', help='ssi_cov, ssi_data, plscf, efdd or fdd.')]
+RobotName = Annotated[
+    str | None,
+    typer.Option(
+        '--robot',
+        help='Robot by name or folder: its rigid motion and drive lines, predicted from joint '
+        'states, are taken out; its sensors.yaml is the layout unless --layout names another.',
+    ),
+]
 
 
 def channel_names(channels: str | None) -> tuple[str, ...] | None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 import time
 from typing import Any
 
@@ -29,15 +28,12 @@ class ReplaySettings:
 
     Parameters
     ----------
-    recording : Path
-        Any recording.
     replay_parameters, identifier_parameters : dict
         ROS parameters of the two nodes.
     duration_s : float [s]
         Of the recording at the chosen rate; 0 when it is looped.
     """
 
-    recording: Path
     replay_parameters: dict[str, object]
     identifier_parameters: dict[str, object]
     duration_s: float
@@ -122,7 +118,7 @@ def _replay_command(settings: ReplaySettings) -> NodeCommand:
     return NodeCommand(
         name=REPLAY,
         module='robot_bridge.replay_node',
-        parameters={'recording': str(settings.recording), **settings.replay_parameters},
+        parameters=settings.replay_parameters,
     )
 
 

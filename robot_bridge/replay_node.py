@@ -46,14 +46,19 @@ class ReplayNode(Node):
         declare('exit_at_end', True, 'end the process when everything is played')
         declare('sample_rate_hz', 0.0, 'plain arrays: rate [Hz]; 0: from the sidecar file')
         declare('unit', '', 'plain arrays: unit; empty: from the sidecar file')
+        declare(
+            'channels', [''], 'plain arrays: names of the columns; empty: from the sidecar file'
+        )
         value = self._value
         if not value('recording'):
             raise RecordingError('parameter recording is empty', expected='a path')
         topics = [topic for topic in value('topics') if topic]
+        channels = [name for name in value('channels') if name]
         self.recording = open_recording(
             value('recording'),
             sample_rate_hz=value('sample_rate_hz') or None,
             unit=value('unit') or None,
+            channels=channels or None,
             topics=topics or None,
         )
         self.playback = Playback(

@@ -5,48 +5,18 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import (
-    channel_names,
-    Channels,
-    Hop,
-    Json,
-    LayoutPath,
-    MaxFrequency,
-    Method,
-    MinFrequency,
-    read_layout,
-    RecordingPath,
-    SampleRate,
-    Topics,
-    Unit,
-    WindowLength,
-)
+from autonomous_modal_analysis.option_groups import grouped, Identifier, Source
+from autonomous_modal_analysis.options import Json
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command('identify')(identify)
+    app.command('identify')(grouped(identify))
 
 
 def identify(
-    recording: RecordingPath,
-    window_s: WindowLength = 60.0,
-    hop_s: Hop = None,
-    min_frequency_hz: MinFrequency = None,
-    max_frequency_hz: MaxFrequency = None,
-    method: Method = 'ssi_cov',
-    topic: Topics = None,
-    layout: LayoutPath = None,
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            help='Robot by name or folder: its rigid motion and drive lines, predicted from joint '
-            'states, are taken out; its sensors.yaml is the layout unless --layout names another.'
-        ),
-    ] = None,
-    sample_rate_hz: SampleRate = None,
-    unit: Unit = None,
-    channels: Channels = None,
+    source: Source,
+    identifier: Identifier,
     out: Annotated[
         Path | None, typer.Option(help='Folder for modes.json, modes.csv and report.html.')
     ] = None,
@@ -65,34 +35,15 @@ def identify(
     )
     from autonomous_modal_analysis.results import identification_json
     from autonomous_modal_analysis.terminal import print_json, progress_bar
-    from oma_identifier.settings import IdentificationSettings
-    from recordings.open_recording import open_recording
-    from structural_model.robot_files import load_layout, load_robot
 
-    settings = IdentificationSettings(
-        window_s=window_s,
-        hop_s=hop_s,
-        min_frequency_hz=min_frequency_hz,
-        max_frequency_hz=max_frequency_hz,
-        method=method,
-    )
-    model = load_robot(robot) if robot else None
-    sensors = load_layout(robot) if robot and layout is None else read_layout(layout)
-    if model is not None and sensors is not None:
-        sensors.check_links(model.link_names, model.robot_name)
-    source = open_recording(
-        recording,
-        sample_rate_hz=sample_rate_hz,
-        unit=unit,
-        channels=channel_names(channels),
-        topics=tuple(topic) if topic else None,
-    )
-    with progress_bar(f'identifying {recording.name}') as progress:
-        found = identify_recording(source, settings, sensors, progress, model)
+    settings, model, sensors = identifier.settings(), identifier.model(), identifier.sensors()
+    recording, name = source.open(), source.recording.name
+    with progress_bar(f'identifying {name}') as progress:
+        found = identify_recording(recording, settings, sensors, progress, model)
     show_damage(found.identification.damage)
     if json:
         print_json(identification_json(found.identification))
     else:
-        show_identification(found, recording.name)
+        show_identification(found, name)
     if out is not None:
-        write_results(out, found, recording.name)
+        write_results(out, found, name)

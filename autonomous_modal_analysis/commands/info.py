@@ -2,32 +2,18 @@
 
 import typer
 
-from autonomous_modal_analysis.options import (
-    channel_names,
-    Channels,
-    Json,
-    RecordingPath,
-    SampleRate,
-    Topics,
-    Unit,
-)
+from autonomous_modal_analysis.option_groups import grouped, Source
+from autonomous_modal_analysis.options import Json
 
 MOST_NAMED = 3
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command('info')(info)
+    app.command('info')(grouped(info))
 
 
-def info(
-    recording: RecordingPath,
-    topic: Topics = None,
-    sample_rate_hz: SampleRate = None,
-    unit: Unit = None,
-    channels: Channels = None,
-    json: Json = False,
-) -> None:
+def info(source: Source, json: Json = False) -> None:
     """Show topics, channels, rates and gaps of a recording, and what would be used of it."""
     from dataclasses import asdict
 
@@ -37,15 +23,8 @@ def info(
 
     from autonomous_modal_analysis.results import plain
     from autonomous_modal_analysis.terminal import OUTPUT, print_json
-    from recordings.open_recording import open_recording
 
-    found = open_recording(
-        recording,
-        sample_rate_hz=sample_rate_hz,
-        unit=unit,
-        channels=channel_names(channels),
-        topics=tuple(topic) if topic else None,
-    ).info()
+    found = source.open().info()
     if json:
         derived = {'duration_s': found.duration_s, 'channels': found.channels}
         print_json(plain({**asdict(found), **derived}))

@@ -4,28 +4,18 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import (
-    Hop,
-    Json,
-    LayoutPath,
-    MaxFrequency,
-    MinFrequency,
-    read_layout,
-    RecordingPath,
-    SampleRate,
-    Topics,
-    Unit,
-    WindowLength,
-)
+from autonomous_modal_analysis.option_groups import grouped, Identifier, Source
+from autonomous_modal_analysis.options import Json
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command('replay')(replay)
+    app.command('replay')(grouped(replay))
 
 
 def replay(
-    recording: RecordingPath,
+    source: Source,
+    identifier: Identifier,
     rate: Annotated[float, typer.Option(help='1: as recorded; 10: ten times as fast.')] = 1.0,
     start_offset_s: Annotated[float, typer.Option(help='Skip this much at the beginning.')] = 0.0,
     loop: Annotated[bool, typer.Option('--loop', help='Begin again at the end.')] = False,
@@ -36,14 +26,6 @@ def replay(
         bool,
         typer.Option('--only-play', help='Play into the ROS domain of this shell, no identifier.'),
     ] = False,
-    window_s: WindowLength = 60.0,
-    hop_s: Hop = None,
-    min_frequency_hz: MinFrequency = None,
-    max_frequency_hz: MaxFrequency = None,
-    topic: Topics = None,
-    layout: LayoutPath = None,
-    sample_rate_hz: SampleRate = None,
-    unit: Unit = None,
     json: Json = False,
 ) -> None:
     """Play a recording through the identifier node and show each window's modes.
@@ -51,53 +33,25 @@ def replay(
     The recording keeps its own stamps, so the modes are those of `ama identify`, window by window.
     """
     from autonomous_modal_analysis.message_view_node import WindowView
-    from autonomous_modal_analysis.replay_session_node import (
-        play_only,
-        ReplaySettings,
-    )
-    from autonomous_modal_analysis.replay_session_node import (
-        replay as run,
-    )
+    from autonomous_modal_analysis.replay_session_node import play_only, ReplaySettings
+    from autonomous_modal_analysis.replay_session_node import replay as run
     from autonomous_modal_analysis.terminal import MESSAGES, print_json, progress_bar
     from modal_core.errors import SettingsError
-    from oma_identifier.settings import IdentificationSettings
-    from recordings.open_recording import open_recording
 
-    # Opened here too: what is wrong with it is said before any node starts.
-    info = open_recording(
-        recording, sample_rate_hz=sample_rate_hz, unit=unit, topics=tuple(topic) if topic else None
-    ).info()
-    IdentificationSettings(
-        window_s=window_s,
-        hop_s=hop_s,
-        min_frequency_hz=min_frequency_hz,
-        max_frequency_hz=max_frequency_hz,
-    )
-    read_layout(layout)
+    # Opened and built here too: what is wrong is said before any node starts.
+    info = source.open().info()
+    identifier.settings()
+    identifier.sensors()
     if not 0.0 < rate <= 1000.0:
         raise SettingsError('out of range', where='--rate', found=rate, expected='above 0 to 1000')
+    playing = {'rate': rate, 'start_offset_s': start_offset_s, 'loop': loop}
     settings = ReplaySettings(
-        recording=recording.resolve(),
-        replay_parameters={
-            'rate': rate,
-            'start_offset_s': start_offset_s,
-            'loop': loop,
-            'remap': remap or [''],
-            'topics': topic or [''],
-            'sample_rate_hz': sample_rate_hz or 0.0,
-            'unit': unit or '',
-        },
-        identifier_parameters={
-            'window_s': window_s,
-            'hop_s': hop_s or 0.0,
-            'min_frequency_hz': min_frequency_hz or 0.0,
-            'max_frequency_hz': max_frequency_hz or 0.0,
-            'layout_file': str(layout.resolve()) if layout else '',
-        },
+        replay_parameters={**source.parameters(), **playing, 'remap': remap or ['']},
+        identifier_parameters=identifier.parameters(),
         duration_s=0.0 if loop else max(info.duration_s - start_offset_s, 0.0) / rate,
     )
     view = WindowView(json=json)
-    with progress_bar(f'playing {recording.name}') as progress:
+    with progress_bar(f'playing {source.recording.name}') as progress:
         if only_play:
             play_only(settings, progress)
             return

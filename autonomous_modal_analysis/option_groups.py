@@ -1,0 +1,177 @@
+"""Options that several commands share as a whole, each group one record.
+
+A command marked with :func:`grouped` takes such a record where its help shows the single options.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass, MISSING
+import inspect
+from typing import Any, TYPE_CHECKING
+
+from autonomous_modal_analysis.options import (
+    channel_names,
+    Channels,
+    Hop,
+    LayoutPath,
+    MaxFrequency,
+    Method,
+    MinFrequency,
+    read_layout,
+    RecordingPath,
+    RobotName,
+    SampleRate,
+    Topics,
+    Unit,
+    WindowLength,
+)
+from modal_core.channel import SensorLayout
+
+if TYPE_CHECKING:
+    from oma_identifier.settings import IdentificationSettings
+    from recordings.open_recording import Recording
+    from structural_model.flexible_joint_model import FlexibleJointModel
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Which recording, what of it, and how a plain array is to be read."""
+
+    recording: RecordingPath
+    topic: Topics = None
+    sample_rate_hz: SampleRate = None
+    unit: Unit = None
+    channels: Channels = None
+
+    def open(self) -> 'Recording':
+        """Open the recording.
+
+        Raises
+        ------
+        RecordingError
+            It cannot be read.
+        """
+        from recordings.open_recording import open_recording
+
+        return open_recording(
+            self.recording,
+            sample_rate_hz=self.sample_rate_hz,
+            unit=self.unit,
+            channels=channel_names(self.channels),
+            topics=tuple(self.topic) if self.topic else None,
+        )
+
+    def parameters(self) -> dict[str, object]:
+        """Return the same as parameters of the replay node."""
+        return {
+            'recording': str(self.recording.resolve()),
+            'topics': self.topic or [''],
+            'sample_rate_hz': self.sample_rate_hz or 0.0,
+            'unit': self.unit or '',
+            'channels': list(channel_names(self.channels) or ('',)),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Identifier:
+    """How a recording is identified."""
+
+    window_s: WindowLength = 60.0
+    hop_s: Hop = None
+    min_frequency_hz: MinFrequency = None
+    max_frequency_hz: MaxFrequency = None
+    method: Method = 'ssi_cov'
+    layout: LayoutPath = None
+    robot: RobotName = None
+
+    def settings(self) -> 'IdentificationSettings':
+        """Return the settings.
+
+        Raises
+        ------
+        SettingsError
+            One is out of range.
+        """
+        from oma_identifier.settings import IdentificationSettings
+
+        return IdentificationSettings(
+            window_s=self.window_s,
+            hop_s=self.hop_s,
+            min_frequency_hz=self.min_frequency_hz,
+            max_frequency_hz=self.max_frequency_hz,
+            method=self.method,
+        )
+
+    def model(self) -> 'FlexibleJointModel | None':
+        """Return the model of the robot, None without one.
+
+        Raises
+        ------
+        ModelError
+            There is no such robot.
+        """
+        from structural_model.robot_files import load_robot
+
+        return load_robot(self.robot) if self.robot else None
+
+    def sensors(self) -> SensorLayout | None:
+        """Return the sensor layout: the one named, else the robot's own.
+
+        Raises
+        ------
+        ModalAnalysisError
+            It cannot be read, or does not fit the robot.
+        """
+        from structural_model.robot_files import load_layout
+
+        model = self.model()
+        sensors = read_layout(self.layout)
+        if model is None:
+            return sensors
+        sensors = sensors or load_layout(self.robot or '')
+        sensors.check_links(model.link_names, model.robot_name)
+        return sensors
+
+    def parameters(self) -> dict[str, object]:
+        """Return the same as parameters of the identifier node."""
+        from structural_model.robot_files import robot_folder
+
+        layout = self.layout.resolve() if self.layout else ''
+        if self.robot and not layout:
+            layout = robot_folder(self.robot) / 'sensors.yaml'
+        return {
+            'window_s': self.window_s,
+            'hop_s': self.hop_s or 0.0,
+            'min_frequency_hz': self.min_frequency_hz or 0.0,
+            'max_frequency_hz': self.max_frequency_hz or 0.0,
+            'method': self.method,
+            'layout_file': str(layout),
+            'robot': self.robot or '',
+        }
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """Let a command take groups of options; its own options stand after them."""
+    groups: dict[str, type[Any]] = {}
+    options: list[inspect.Parameter] = []
+    for name, parameter in inspect.signature(command).parameters.items():
+        if not is_dataclass(parameter.annotation):
+            options.append(parameter)
+            continue
+        groups[name] = parameter.annotation  # type: ignore[assignment]
+        for item in fields(parameter.annotation):
+            default = inspect.Parameter.empty if item.default is MISSING else item.default
+            options.append(
+                inspect.Parameter(item.name, parameter.kind, default=default, annotation=item.type)
+            )
+
+    def run(**values: Any) -> None:
+        made = {
+            name: group(**{item.name: values.pop(item.name) for item in fields(group)})
+            for name, group in groups.items()
+        }
+        command(**made, **values)
+
+    run.__name__, run.__doc__ = command.__name__, command.__doc__
+    run.__annotations__ = {item.name: item.annotation for item in options}
+    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    return run
