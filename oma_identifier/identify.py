@@ -19,6 +19,7 @@ from oma_identifier.band_stream import BandCovariance, BandStream
 from oma_identifier.bands import plan_bands
 from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
 from oma_identifier.output_covariance import WhenFull
+from oma_identifier.peaks import SpectralPeaks
 from oma_identifier.result import WindowResult
 from oma_identifier.robot_signals import never, PeakTest
 from oma_identifier.selection import (
@@ -91,7 +92,11 @@ def identify_samples(
             if progress is not None:
                 progress((done + 1) / len(bands))
         found = identify_bands(
-            sources, samples.channels, settings, lambda hz: line_at(samples, hz)
+            sources,
+            samples.channels,
+            settings,
+            lambda hz: line_at(samples, hz),
+            peaks=SpectralPeaks(samples),
         )
         if settings.refines:
             modes = adopt_refined(samples, found.modes, found.harmonics)
@@ -141,6 +146,7 @@ def identify_bands(
     settings: IdentificationSettings,
     test_line: LineTest,
     explains: PeakTest = never,
+    peaks: SpectralPeaks | None = None,
 ) -> Identified:
     """Solve every band, select the modes and sort out the harmonics.
 
@@ -156,12 +162,14 @@ def identify_bands(
         Frequency [Hz] to the line there, None where nothing can be said.
     explains : callable
         Tells a peak that motion of the robot explains from a mode.
+    peaks : SpectralPeaks or None
+        Of the samples behind the covariances, where they are at hand.
     """
     selections = []
     for source in sources:
         band = None if source is None else identify_band(source, settings)
         if band is not None:
-            selections.append(select_in_band(band, settings))
+            selections.append(select_in_band(band, settings, peaks))
     names = tuple(channel.name for channel in channels)
     poles = without_repeats([pole for each in selections for pole in each.selected])
     lines = _lines(selections, poles, test_line)

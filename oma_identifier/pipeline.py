@@ -35,6 +35,7 @@ from oma_identifier.identify import (
 from oma_identifier.kept_record import KeptRecord
 from oma_identifier.methods import identify_by
 from oma_identifier.output_covariance import WhenFull
+from oma_identifier.peaks import SpectralPeaks
 from oma_identifier.record_streams import RecordStreams
 from oma_identifier.result import WindowResult
 from oma_identifier.robot_motion import RobotMotion
@@ -138,6 +139,7 @@ class IdentificationPipeline:
             self.settings,
             lambda frequency_hz: line_at(samples, frequency_hz),
             cleaned.explains,
+            SpectralPeaks(samples),
         )
         found = with_lines(found, cleaned.lines)
         window = replace(window, quality=with_flags(window.quality, cleaned))

@@ -1,17 +1,19 @@
 """Automatic selection: which clusters of poles are modes of the structure.
 
-What decides is a statistical statement instead of a tuned threshold: the data must determine the
-pole.  Its standard deviations, in half-power half-widths, must be smaller than one (the peak is
-narrower than its own blur), and not much larger than the information in the record allows any
-method to reach for a real mode, u₀ = 1 / sqrt(2π ζ f T).  A mode comes within a small multiple of
-that limit; a spurious pole follows the noise and misses it by a factor of ten or more, at any
-rate, length and number of channels.
+What decides are statistical statements instead of tuned thresholds.  The data must determine the
+pole: its half-power half-width must be two standard deviations from zero.  A spurious pole follows
+the noise, so that its width is its own blur, at any rate, length and number of channels.  A mode
+also comes near what the information in the record allows any method, u₀ = 1 / sqrt(2π ζ f T)
+half-widths.  Where the blur is a multiple of that, or the shape complex, the spectrum must peak:
+edges of an excited band do not; and where it is a large multiple, the width must be three standard
+deviations from zero.
 
 References
 ----------
 Au (2014), doi:10.1016/j.ymssp.2014.03.008 (uncertainty laws of operational modal analysis).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
@@ -22,30 +24,38 @@ from modal_core.indicators import mac, mpc
 from modal_core.poles import PoleStatus
 from oma_identifier.bands import UPPER, UPPER_UNDECIMATED
 from oma_identifier.cluster import Cluster, cluster_poles
+from oma_identifier.peaks import SpectralPeaks
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.ssi_poles import BandIdentification
 from oma_identifier.stabilise import stabilise
 from oma_identifier.uncertainty import deviation_from, PoleDeviation
 
-WIDEST = 0.7
+WIDEST = 0.5
 """Largest standard deviation of the most precise member, in half-power half-widths."""
 WIDEST_MEAN = 1.0
 """Largest standard deviation of what is reported, in half-power half-widths."""
-WIDEST_LIMIT = 0.3
-"""Largest limit u₀: noise has peaks that look like less certain modes."""
-FROM_LIMIT = 6.0
-"""Largest standard deviation in multiples of what the record allows."""
-WIDEST_FROM_LIMIT = 3.0
-"""Largest product of the two: what is blurred must be near the limit."""
+DOUBTFUL, FAR, FARTHEST = 4.0, 6.0, 9.0
+"""Multiples of u₀ from where on the spectrum must peak, the blur be below ``WIDEST_FAR``, and
+there is no mode."""
+WIDEST_FAR = 1.0 / 3.0
+LEAST_CYCLES = 1.0
+"""Least number of half-power half-widths ζf that the record resolves, ζfT; of fewer, a mode cannot
+be told from a line."""
+PEAK_CHANCE = 0.01
+"""Probability of taking the edge of an excited band for a peak."""
 LEAST_MPC = 0.5
-"""Below, the phases of a shape are nearer to a circle than to a line."""
+"""Below, the phases of a shape are nearer to a circle than to a line; a close pair mixes."""
+CLOSE = 3.0
+"""Distance of a close pair, in half-power half-widths of the wider mode."""
 ORDERS_SHARE = 6
 """A mode repeats over at least one in this many model orders, and over three."""
 SAME_MAC = 0.9
-HOPELESS = 1.5
-"""A cluster is dropped early when three members miss what is asked for by this factor."""
-TRIALS = 6
-"""Members of a cluster, spread over the model orders, whose standard deviations are compared."""
+TRIALS = (0.0, 0.2, 0.4, 0.6, 0.9)
+"""Members whose standard deviations are compared, as shares of a cluster by model order; those of
+low order scatter least, those of higher order tell whether the lower ones are biased."""
+LOOSEST = 0.5
+"""Largest median distance of members of successive orders, of all or of the lower half, in
+half-power half-widths."""
 WITHIN = 2.0
 """Members whose variance is within this factor of the best are averaged."""
 BIASED = 1.5
@@ -68,8 +78,9 @@ class SelectedPole:
         Mode shape over channels divided by their root mean square in the band.
     deviation : PoleDeviation
         Standard deviations of the mean.
-    best : PoleDeviation
-        Standard deviations of the most precise member: whether there is a mode at all.
+    blur : float
+        Standard deviation of the most precise member in half-power half-widths, root mean square
+        of frequency and damping.
     """
 
     band: BandIdentification
@@ -77,7 +88,7 @@ class SelectedPole:
     pole: complex
     shape: NDArray[np.complex128]
     deviation: PoleDeviation
-    best: PoleDeviation
+    blur: float
 
     @property
     def frequency_hz(self) -> float:
@@ -94,25 +105,24 @@ class SelectedPole:
         """Mode shape in units of the channels."""
         return np.asarray(self.shape * self.band.source.scale)
 
-    def _widths(self, deviation: PoleDeviation) -> float:
-        """Return the larger standard deviation in half-power half-widths."""
-        width = self.damping_ratio * self.frequency_hz
-        return max(
-            deviation.frequency_std_hz / width, deviation.damping_ratio_std / self.damping_ratio
+    @property
+    def is_determined(self) -> bool:
+        """Whether the data determine the mean pole; False when a deviation is NaN."""
+        width = WIDEST_MEAN * self.damping_ratio * self.frequency_hz
+        return (
+            self._cycles > LEAST_CYCLES
+            and self.deviation.frequency_std_hz < width
+            and self.deviation.damping_ratio_std < WIDEST_MEAN * self.damping_ratio
         )
 
     @property
-    def is_determined(self) -> bool:
-        """Whether the data determine the pole; False when a deviation is NaN."""
-        blur, reported = self._widths(self.best), self._widths(self.deviation)
-        cycles = self.damping_ratio * self.frequency_hz * self.band.source.covariance.duration_s
-        limit = 1.0 / math.sqrt(2.0 * math.pi * cycles)
-        return (
-            limit < WIDEST_LIMIT
-            and reported < WIDEST_MEAN
-            and blur < min(WIDEST, FROM_LIMIT * limit)
-            and blur**2 < WIDEST_FROM_LIMIT * limit
-        )
+    def from_limit(self) -> float:
+        """The blur in multiples of the least that any method can reach."""
+        return self.blur * math.sqrt(2.0 * math.pi * self._cycles)
+
+    @property
+    def _cycles(self) -> float:
+        return self.damping_ratio * self.frequency_hz * self.band.source.covariance.duration_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +144,20 @@ class BandSelection:
     status: NDArray[np.uint8]
 
 
-def select_in_band(band: BandIdentification, settings: IdentificationSettings) -> BandSelection:
-    """Select the modes of one band."""
+def select_in_band(
+    band: BandIdentification, settings: IdentificationSettings, peaks: SpectralPeaks | None = None
+) -> BandSelection:
+    """Select the modes of one band.
+
+    Parameters
+    ----------
+    band : BandIdentification
+        Poles over the model order.
+    settings : IdentificationSettings
+        Limit of the damping.
+    peaks : SpectralPeaks or None
+        Of the same samples; None where they are no longer at hand.
+    """
     poles = band.poles
     status = stabilise(poles, band.source.band, settings.max_damping_ratio)
     candidates = np.flatnonzero(status == PoleStatus.KEPT)
@@ -143,35 +165,70 @@ def select_in_band(band: BandIdentification, settings: IdentificationSettings) -
     least = max(3, math.ceil(band.n_orders / ORDERS_SHARE))
     selected = []
     for cluster in cluster_poles(poles, candidates):
-        verdict, pole = _judge(band, cluster, least)
+        verdict, pole = _judge(band, cluster, least, peaks)
         status[cluster.members] = verdict
         if pole is not None:
             selected.append(pole)
-    distinct = without_repeats(selected)
+    distinct = _beside_others(without_repeats(selected))
     for pole in selected:
         if not any(pole is other for other in distinct):
             status[pole.cluster.members] = PoleStatus.CLUSTER_OUTLIER
     return BandSelection(band, tuple(distinct), status)
 
 
+def _beside_others(poles: list[SelectedPole]) -> list[SelectedPole]:
+    """Return the poles that make sense beside the others.
+
+    A complex shape needs a neighbour that it is mixed with.  And the peak that speaks for a
+    doubtful pole must be its own, not that of a narrower mode inside it.
+    """
+    return [
+        pole
+        for pole in poles
+        if (not _turns(pole.shape) or _near(pole, poles, CLOSE, narrower=False))
+        and (pole.from_limit < DOUBTFUL or not _near(pole, poles, 1.0, narrower=True))
+    ]
+
+
+def _near(pole: SelectedPole, poles: list[SelectedPole], reach: float, *, narrower: bool) -> bool:
+    """Tell whether there is another mode within half-power half-widths, of the wider."""
+    return any(
+        abs(pole.pole - other.pole) < reach * -min(pole.pole.real, other.pole.real)
+        for other in poles
+        if other is not pole and (other.pole.real > pole.pole.real or not narrower)
+    )
+
+
 def _judge(
-    band: BandIdentification, cluster: Cluster, least: int
+    band: BandIdentification, cluster: Cluster, least: int, peaks: SpectralPeaks | None
 ) -> tuple[PoleStatus, SelectedPole | None]:
     if len(cluster) < least:
         return PoleStatus.SMALL_CLUSTER, None
-    picks = np.unique(np.linspace(0, len(cluster) - 1, TRIALS).round().astype(int))
-    rows = cluster.members[picks]
     # What costs least comes first: most clusters never need a gradient.
-    if _turns(mean_shape(band.poles.shape[:, rows])):
-        return PoleStatus.COMPLEX_SHAPE, None
-    if _hopeless(band, rows):
+    members = band.poles.pole[cluster.members]
+    steps = np.abs(np.diff(members))
+    step = min(np.median(steps), np.median(steps[: (len(steps) + 1) // 2]))
+    if step > LOOSEST * np.median(-members.real):
+        return PoleStatus.UNCERTAIN, None
+    rows = _trials(cluster)
+    if not any(_blur(band, [row]) < WIDEST for row in (rows[1], rows[0], *rows[2:])):
         return PoleStatus.UNCERTAIN, None
     pole = _average(band, cluster, rows)
-    if not pole.is_determined or _cut_off(pole):
+    if not pole.is_determined or pole.from_limit > FARTHEST or _cut_off(pole):
         return PoleStatus.UNCERTAIN, None
-    if _turns(pole.shape):
-        return PoleStatus.COMPLEX_SHAPE, None
+    turns = _turns(pole.shape)
+    if (turns or pole.from_limit > DOUBTFUL) and not _peaks(pole, turns, peaks):
+        return PoleStatus.COMPLEX_SHAPE if turns else PoleStatus.UNCERTAIN, None
     return PoleStatus.KEPT, pole
+
+
+def _peaks(pole: SelectedPole, turns: bool, peaks: SpectralPeaks | None) -> bool:
+    """Tell whether the spectrum peaks at a pole, as far as that can be told."""
+    far = pole.from_limit > FAR
+    if peaks is None or (far and pole.blur > WIDEST_FAR):
+        return not turns and not far
+    chance = peaks.chance(pole.frequency_hz, pole.damping_ratio * pole.frequency_hz)
+    return chance is None or chance < PEAK_CHANCE
 
 
 def _turns(shape: NDArray[np.complex128]) -> bool:
@@ -189,22 +246,18 @@ def _cut_off(pole: SelectedPole) -> bool:
     return pole.frequency_hz > UPPER * rate and flank > UPPER_UNDECIMATED * rate
 
 
-def _hopeless(band: BandIdentification, rows: NDArray[np.int64]) -> bool:
-    """Tell from up to three members whether it is worth looking at the others."""
-    duration_s = band.source.covariance.duration_s
-    pole = band.poles.pole[rows]
-    cycles = np.median(-pole.real) * duration_s / (2.0 * math.pi)
-    limit = 1.0 / math.sqrt(2.0 * math.pi * cycles)
-    if limit > HOPELESS * WIDEST_LIMIT:
-        return True
-    widest = min(WIDEST, FROM_LIMIT * limit, math.sqrt(WIDEST_FROM_LIMIT * limit))
-    for member in (len(rows) // 2, len(rows) - 1, 0):
-        series = band.influence(rows[member : member + 1])[:, 0]
-        variance = np.mean(np.abs(series) ** 2) / len(series)
-        # The variance of a complex pole is that of frequency and damping together.
-        if variance <= 2.0 * (HOPELESS * widest * pole.real[member]) ** 2:
-            return False
-    return True
+def _trials(cluster: Cluster) -> NDArray[np.int64]:
+    """Return the members whose standard deviations are compared, by model order."""
+    places = np.unique(np.rint(np.array(TRIALS) * (len(cluster) - 1)).astype(int))
+    return np.asarray(cluster.members[places])
+
+
+def _blur(band: BandIdentification, rows: Sequence[int] | NDArray[np.int64]) -> float:
+    """Return the least of the members' deviations, in half-power half-widths."""
+    series = band.influence(rows)
+    # The variance of a complex pole is that of frequency and damping together.
+    variance = np.mean(np.abs(series) ** 2, axis=0) / len(series) / 2.0
+    return float(np.min(np.sqrt(variance) / -band.poles.pole[rows].real))
 
 
 def _average(band: BandIdentification, cluster: Cluster, rows: NDArray[np.int64]) -> SelectedPole:
@@ -215,13 +268,11 @@ def _average(band: BandIdentification, cluster: Cluster, rows: NDArray[np.int64]
     """
     series = band.influence(rows)
     duration_s = band.source.covariance.duration_s
-    best = int(np.argmin(np.mean(np.abs(series) ** 2, axis=0)))
     good = _agreeing(band.poles.pole[rows], series)
     pole = complex(np.mean(band.poles.pole[rows[good]]))
     deviation = deviation_from(series[:, good].mean(axis=1), pole, duration_s)
     shape = mean_shape(band.poles.shape[:, rows[good]])
-    precise = deviation_from(series[:, best], complex(band.poles.pole[rows[best]]), duration_s)
-    return SelectedPole(band, cluster, pole, shape, deviation, precise)
+    return SelectedPole(band, cluster, pole, shape, deviation, _blur(band, rows))
 
 
 def _agreeing(poles: NDArray[np.complex128], series: NDArray[np.complex128]) -> NDArray[np.bool_]:

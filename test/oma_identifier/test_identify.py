@@ -57,9 +57,10 @@ def test_order_and_gain_of_channels_do_not_matter(structure):
     gain = np.array([1.0, 30.0, 0.01, 5.0, 2.0, 1.0])
     turned = identify_samples(named((samples.acceleration * gain)[:, ::-1], 64.0))
     assert len(plain.modes) == 3
-    # Round-off of another order of summation, carried through the eigenvalues.
-    np.testing.assert_allclose(turned.modes.frequency_hz, plain.modes.frequency_hz, rtol=1e-7)
-    np.testing.assert_allclose(turned.modes.damping_ratio, plain.modes.damping_ratio, rtol=1e-6)
+    # Round-off of another order of summation, carried through the Gram matrix and eigenvalues.
+    for mode, other in zip(plain.modes, turned.modes, strict=True):
+        assert abs(mode.frequency_hz - other.frequency_hz) < 1e-4 * mode.frequency_std_hz
+        assert abs(mode.damping_ratio - other.damping_ratio) < 1e-4 * mode.damping_ratio_std
 
 
 @pytest.mark.parametrize('n_channels', [1, 6])
@@ -144,8 +145,10 @@ def test_smartphone_on_a_slab(data_path):
     rate_hz = (len(time) - 1) / (time[-1] - time[0])
     grid = time[0] + np.arange(len(time)) / rate_hz
     data = np.column_stack([np.interp(grid, time, column) for column in table[:, 1:].T])
-    result = identify_samples(named(data, rate_hz))
-    np.testing.assert_allclose(result.modes.frequency_hz, [17.85], rtol=0.03)
+    modes = identify_samples(named(data, rate_hz)).modes
+    # The spectrum has a second peak, 10 dB high and broad, near 57 Hz; the example stops before.
+    low = modes.frequency_hz[modes.frequency_hz < 40.0]
+    np.testing.assert_allclose(low, [17.85], rtol=0.03)
 
 
 @pytest.mark.parametrize('setup', [1, 2, 3])

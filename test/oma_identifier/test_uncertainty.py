@@ -69,17 +69,22 @@ def test_two_standard_deviations_hold_the_truth(structure):
     frequency, damping = np.array([6.0, 11.0, 11.5]), np.array([0.03, 0.012, 0.02])
     known = structure(frequency, damping)
     settings = IdentificationSettings(refine=False, min_frequency_hz=4.0, max_order=24)
-    inside, scatter = [], []
+    inside, scatter, n_missed = [], [], 0
     for seed in range(60):
         modes = identify_samples(
             known.simulate(np.random.default_rng(4000 + seed), 60.0, 64.0), settings
         ).modes
         for hz, zeta in zip(frequency, damping, strict=True):
             mode = min(modes, key=lambda mode, hz=hz: abs(mode.frequency_hz - hz))
+            if abs(mode.frequency_hz - hz) > 0.25:
+                n_missed += 1
+                continue
             f_error = (mode.frequency_hz - hz) / mode.frequency_std_hz
             d_error = (mode.damping_ratio - zeta) / mode.damping_ratio_std
             inside += [abs(f_error) < 2.0, abs(d_error) < 2.0]
             scatter.append((mode.frequency_hz / hz - 1.0) / np.sqrt(zeta / (2 * np.pi * hz * 60)))
+    # The lower of the close pair cannot always be told from its neighbour at 24 orders.
+    assert n_missed <= 2, n_missed
     # 360 draws: 95 % ± 2.5 standard deviations of a proportion.
     assert 0.92 < np.mean(inside) < 0.98, np.mean(inside)
     assert np.sqrt(np.mean(np.square(scatter))) < 2.0

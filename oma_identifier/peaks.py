@@ -1,0 +1,95 @@
+"""Whether the spectrum peaks where a pole lies: resonances do, edges of an excited band do not.
+
+Where a spectrum falls from one level to another, as at the end of an excited band or of an
+anti-aliasing filter, a subspace method needs poles to describe it, and the data determine them
+well.  A resonance differs by falling to both sides.  The combination of channels that shows the
+peak best is chosen from every other frequency and the test is made on those in between, which are
+independent: the ratio of two mean powers then follows Fisher's F exactly, whatever was chosen.
+"""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft
+from scipy.linalg import eigh
+from scipy.stats import f as fisher_f
+
+from modal_core.samples import Samples
+
+FLANK = (2.0, 4.0)
+"""Reach of a flank in half-power half-widths; there a resonance has lost 5 to 12 dB and more."""
+FEWEST_LINES = 40
+"""In the peak; narrower ones are no edges, and too few lines for the test."""
+MOST_CHANNELS = 12
+
+
+class SpectralPeaks:
+    """Tests for peaks in the spectra of one stretch.
+
+    Parameters
+    ----------
+    samples : Samples
+        The stretch; transformed when the first test is asked for.
+    """
+
+    def __init__(self, samples: Samples) -> None:
+        self._samples = samples
+
+    @cached_property
+    def _lines(self) -> NDArray[np.complex64]:
+        """Return the discrete Fourier transform, (n_lines, n_channels), of the liveliest."""
+        data = self._samples.acceleration
+        length = next_fast_len(len(data) - len(data) // 100, real=True)
+        length = length if length <= len(data) else len(data)
+        data = data[:length]
+        if data.shape[1] > MOST_CHANNELS:
+            chosen = np.linspace(0, data.shape[1] - 1, MOST_CHANNELS).round().astype(int)
+            data = data[:, chosen]
+        rows = np.ascontiguousarray(data.T)
+        rows = rows - rows.mean(axis=1, keepdims=True)
+        size = rows.std(axis=1)
+        rows = (rows[size > 0.0] / size[size > 0.0, None]).astype(np.float32)
+        return np.ascontiguousarray(rfft(rows, axis=1).T)
+
+    def chance(self, frequency_hz: float, half_width_hz: float) -> float | None:
+        """Return the probability that a spectrum without a peak looks like the one here.
+
+        Parameters
+        ----------
+        frequency_hz, half_width_hz : float [Hz]
+            Natural frequency and half-power half-width of the supposed resonance.
+
+        Returns
+        -------
+        float or None
+            None where the peak is too narrow for the record to tell.
+        """
+        lines = self._lines
+        spacing = self._samples.sample_rate_hz / 2.0 / (len(lines) - 1)
+        at, width = frequency_hz / spacing, half_width_hz / spacing
+        near, far = FLANK
+        peak = lines[_rows(at - width, at + width, len(lines))]
+        low = lines[_rows(at - far * width, at - near * width, len(lines))]
+        high = lines[_rows(at + near * width, at + far * width, len(lines))]
+        if len(peak) < FEWEST_LINES:
+            return None
+        if min(len(low), len(high)) < FEWEST_LINES // 4:
+            return 1.0
+        beside = _power(low[::2]) + _power(high[::2])
+        ridge = 1e-6 * np.trace(beside).real * np.eye(len(beside))
+        weight = eigh(_power(peak[::2]), beside + ridge)[1][:, -1].conj()
+        on = np.abs(peak[1::2] @ weight) ** 2
+        chances = []
+        for flank in (low, high):
+            off = np.abs(flank[1::2] @ weight) ** 2
+            chances.append(fisher_f.sf(on.mean() / off.mean(), 2 * len(on), 2 * len(off)))
+        return float(max(chances))
+
+
+def _rows(first: float, last: float, n_lines: int) -> slice:
+    return slice(max(1, round(first)), max(1, min(round(last) + 1, n_lines)))
+
+
+def _power(lines: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    return np.asarray(lines.T @ lines.conj() / max(len(lines), 1))
