@@ -110,7 +110,7 @@ class Controller:
         self.time_s = time.time() if start_time_s is None else start_time_s
         self.motors_on = True
         self.e_stopped = False
-        self.automatic = True
+        self.automatic = self._key_automatic = True
         self.speed_ratio = 1.0
         self.rapid_undefined = False
         self.clock_skew = 0.0
@@ -156,11 +156,22 @@ class Controller:
         self._program, self._pending = None, None
         return True
 
+    @property
+    def operating_mode(self) -> str:
+        """``MANR``, ``AUTO``, or ``AUTO_CH``: automatic, and nobody has confirmed it yet."""
+        return 'AUTO' if self.automatic else 'AUTO_CH' if self._key_automatic else 'MANR'
+
     def set_automatic(self, automatic: bool) -> None:
-        """Turn the key: a running program stops when the mode changes."""
-        if automatic != self.automatic and self._running:
+        """Turn the key: a running program stops; automatic must be confirmed by the operator."""
+        if automatic != self._key_automatic and self._running:
             self.stop('operating mode changed')
-        self.automatic = automatic
+        self._key_automatic = automatic
+        self.automatic = self.automatic and automatic
+
+    def confirm_automatic(self) -> bool:
+        """Confirm automatic mode; False when the key is not there."""
+        self.automatic = self._key_automatic
+        return self.automatic
 
     def set_speed_ratio(self, ratio: float) -> bool:
         """Set the operator's speed ratio, 0..1, for the moves that begin from now on."""

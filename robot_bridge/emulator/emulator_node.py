@@ -138,6 +138,7 @@ class EmulatorNode(Node):
             if text:
                 self.desk.put(Fault.from_text(text))
         controller.set_automatic(value('automatic'))
+        controller.confirm_automatic()
         if not controller.set_speed_ratio(value('speed_ratio')):
             raise SettingsError(
                 'out of range', where='speed_ratio', found=value('speed_ratio'), expected='0..1'
@@ -165,6 +166,7 @@ class EmulatorNode(Node):
             ('load_module', self._load_module),
             ('emergency_stop', self._emergency_stop),
             ('motors_on', self._motors_on),
+            ('confirm_automatic', self._confirm_automatic),
         ):
             self.create_service(Trigger, f'~/{name}', action)
         self.create_service(SetBool, '~/automatic', self._automatic)
@@ -293,8 +295,14 @@ class EmulatorNode(Node):
     def _automatic(self, request: Any, response: SetBool.Response) -> SetBool.Response:
         with self._lock:
             self.motors.controller.set_automatic(request.data)
+            response.message = self.motors.controller.operating_mode
         response.success = True
-        response.message = 'automatic' if request.data else 'manual, reduced speed'
+        return response
+
+    def _confirm_automatic(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            response.success = self.motors.controller.confirm_automatic()
+            response.message = self.motors.controller.operating_mode
         return response
 
     def _inject_fault(self, request: Any, response: InjectFault.Response) -> InjectFault.Response:
@@ -343,7 +351,7 @@ class EmulatorNode(Node):
             'slips': self.n_slips,
             'plant_real_time_factor': f'{self.real_time_factor:.1f}',
             'arm_backlog_cycles': self._to_arm.qsize(),
-            'automatic': controller.automatic,
+            'operating_mode': controller.operating_mode,
             'speed_ratio': controller.speed_ratio,
             'faults': ', '.join(self.desk.active),
             'last_event': controller.events[-1] if controller.events else '',

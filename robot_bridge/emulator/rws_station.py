@@ -73,8 +73,7 @@ class Station:
         return Resource('pnl-ctrlstate', 'ctrlstate', {'ctrlstate': state})
 
     def _operating_mode(self) -> Resource:
-        mode = 'AUTO' if self._controller.automatic else 'MANR'
-        return Resource('pnl-opmode', 'opmode', {'opmode': mode})
+        return Resource('pnl-opmode', 'opmode', {'opmode': self._controller.operating_mode})
 
     def _speed_ratio(self) -> Resource:
         ratio = str(round(100.0 * self._controller.speed_ratio))
