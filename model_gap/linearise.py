@@ -1,7 +1,7 @@
 """Residuals and their derivatives, as real rows weighted by the noise."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,8 +67,18 @@ def misfit(weighting: Weighting, rows: Rows) -> float:
 def effect_columns(
     hypothesis: Hypothesis, predictor: Predictor, weighting: Weighting, base: Rows
 ) -> Rows:
-    """Return derivatives by the inner parameters, in prior standard deviations, as rows."""
+    """Return derivatives by the inner parameters, in prior standard deviations, as rows.
+
+    Where a parameter changes no torque law, nonlinear torques are held.
+    """
     tolerant = hypothesis.tolerant_setup()
+    now = hypothesis.add_effects(tolerant)
+    held = predictor.hold(now).held if _mixed(hypothesis) else now.held
+    slow = [
+        effect.amplitude_dependent
+        for effect in hypothesis.effects
+        for _ in effect.parameters(hypothesis.scene)
+    ]
     setups, factors = [], []
     for number, scale in enumerate(hypothesis.prior_scale):
         inner = hypothesis.inner.copy()
@@ -77,15 +87,23 @@ def effect_columns(
         if item.inner(item.high) - inner[number] < step:
             step = -step
         inner[number] += step
-        moved = hypothesis.moved(hypothesis.tolerance_values, inner)
-        setups.append(moved.add_effects(tolerant))
+        moved = hypothesis.moved(hypothesis.tolerance_values, inner).add_effects(tolerant)
+        if not slow[number]:
+            moved = replace(moved, forces=(), held=held)
+        setups.append(moved)
         factors.append(np.float32(scale / step))
-    found = predictor.predict_many(setups) if setups else []
-    columns = [
-        (weighting.rows(spectra) - base) * factor
-        for spectra, factor in zip(found, factors, strict=True)
-    ]
+    stepped = [setup for setup, waits in zip(setups, slow, strict=True) if waits]
+    waiting = iter(predictor.predict_many(stepped) if stepped else [])
+    columns = []
+    for setup, waits, factor in zip(setups, slow, factors, strict=True):
+        spectra = next(waiting) if waits else predictor.predict(setup)
+        columns.append((weighting.rows(spectra) - base) * factor)
     return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
+
+
+def _mixed(hypothesis: Hypothesis) -> bool:
+    """Return whether torques in time stand beside effects that can do without."""
+    return len({effect.amplitude_dependent for effect in hypothesis.effects}) > 1
 
 
 def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: Weighting) -> Rows:

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from modal_core.channel import Channel
 from model_gap.joint_law import JointLaw
+from model_gap.joint_vector import joint_vector
 from model_gap.pose_system import pose_arm, pose_system, PoseArm, PoseSystem, with_channels
 from model_gap.ripple import ripple_force
-from model_gap.setup import JointForce, Setup
+from model_gap.setup import HeldTorque, JointForce, Setup
 from model_gap.spectra import hann, RecordSpectra
 from model_gap.time_domain import (
     force_spectra,
@@ -130,6 +131,9 @@ class Predictor:
             force = system.force(acceleration, shift)
             for ripple in setup.ripples:
                 force = force + ripple_force(ripple, item, self.model, setup.spec, system)
+            for torque in setup.held:
+                place = joint_vector(self.model, torque.joint, system.dof_names)
+                force = force + np.outer(place, torque.spectra[index])
             if forces:
                 force = force + forces[index]
             ringing = system.end_state(item.tail, item.coarse_period_s)
@@ -173,13 +177,29 @@ class Predictor:
                 )
         return found
 
+    def hold(self, setup: Setup) -> Setup:
+        """Return a setup whose nonlinear torques stay as they are now, whatever changes."""
+        if not setup.forces:
+            return setup
+        systems = self.systems(setup.spec, setup.channels)
+        model = dataclasses.replace(self.model, spec=setup.spec)
+        held = []
+        for force in setup.forces:
+            alone = dataclasses.replace(setup, forces=(force,))
+            (pushes,) = self.local_forces([alone], systems)
+            vector = joint_vector(model, force.joint, systems[0].dof_names)
+            spectra = tuple(vector @ push / (vector @ vector) for push in pushes)
+            held.append(HeldTorque(force.joint, spectra))
+        return dataclasses.replace(setup, forces=(), held=(*setup.held, *held))
+
     def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:
         """Predict several setups; if only nonlinear forces differ, they are stepped at once."""
         same = all(
-            item.spec is setups[0].spec
-            and item.channels is setups[0].channels
+            item.spec == setups[0].spec
+            and item.channels == setups[0].channels
             and item.inputs == setups[0].inputs
             and item.ripples == setups[0].ripples
+            and item.held == setups[0].held
             for item in setups
         )
         if not same or not any(item.forces for item in setups):
@@ -251,4 +271,9 @@ class _Kept:
 
 
 def _same_motion(one: Setup, other: Setup) -> bool:
-    return (one.inputs, one.forces, one.ripples) == (other.inputs, other.forces, other.ripples)
+    return (one.inputs, one.forces, one.ripples, one.held) == (
+        other.inputs,
+        other.forces,
+        other.ripples,
+        other.held,
+    )

@@ -147,7 +147,7 @@ def screen(
     reference = min(item.value(None)[0] for item in projections)
     best: dict[int, Trial] = {}
     for item in projections:
-        present = item.base.add_effects(item.base.tolerant_setup())
+        present = predictor.hold(item.base.setup())
         for number, values, spectra in _changes(candidates, item, present, predictor):
             value, amplitude = item.value(weighting.rows(spectra) - item.rows)
             gain = reference - value

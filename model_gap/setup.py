@@ -52,6 +52,10 @@ class Setup:
         Applied in order to the motor accelerations and to the readings.
     forces : tuple of JointForce
         Nonlinear torques.
+    ripples, tones : tuple of Ripple, Tone
+        Motions and forces that are there whatever the arm does.
+    held : tuple of HeldTorque
+        Nonlinear torques that were computed before and stay as they are.
     """
 
     spec: ModelSpec
@@ -61,6 +65,7 @@ class Setup:
     forces: tuple[JointForce, ...] = ()
     ripples: tuple['Ripple', ...] = ()
     tones: tuple['Tone', ...] = ()
+    held: tuple['HeldTorque', ...] = ()
 
     def with_spec(self, spec: ModelSpec) -> 'Setup':
         """Return a copy with another arm."""
@@ -73,6 +78,22 @@ class Setup:
     def then_input(self, step: Filter) -> 'Setup':
         """Return a copy with one more step before the motors."""
         return replace(self, inputs=(*self.inputs, step))
+
+
+@dataclass(frozen=True, eq=False)
+class HeldTorque:
+    """A torque in a joint with known spectra.
+
+    Parameters
+    ----------
+    joint : str
+        Where it acts.
+    spectra : tuple of (3 n_bins,) complex array
+        One per record.
+    """
+
+    joint: str
+    spectra: tuple[Spectrum, ...]
 
 
 @dataclass(frozen=True)

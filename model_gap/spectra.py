@@ -1,6 +1,7 @@
 """From records to complex spectra with their noise: what model and measurement are compared on."""
 
 from dataclasses import dataclass
+from functools import cached_property
 import itertools
 
 import numpy as np
@@ -18,6 +19,8 @@ TARGET_BINS = 160
 # Bins to either side over which powers are averaged for the noise of the motion.
 SMOOTHING_BINS = 12
 COARSE_HZ = 240.0
+# Motions are known up to here at most.
+MOTION_HZ = 120.0
 COARSE_S = 25.0
 BLOCK = 64
 
@@ -71,6 +74,22 @@ class RecordSpectra:
     tail: Array
     coarse_period_s: float
     end_scale: float
+
+    @cached_property
+    def long_motion(self) -> tuple[Array, Complex, Complex]:
+        """Frequencies [rad/s], motor accelerations and shifts (n_joints, n) of the whole record.
+
+        Twice as long, so that responses do not wrap around; up to where motion is known.
+        """
+        record = self.record
+        padded = 2 * len(record.motor_acceleration)
+        frequency = np.fft.rfftfreq(padded, 1.0 / record.sample_rate_hz)
+        keep = frequency <= MOTION_HZ
+        spectra = [
+            np.fft.rfft(values, padded, axis=0)[keep].T
+            for values in (record.motor_acceleration, record.motor_shift)
+        ]
+        return np.asarray(2.0 * np.pi * frequency[keep]), spectra[0], spectra[1]
 
     @property
     def frequency_hz(self) -> Array:

@@ -102,10 +102,7 @@ def linear_twist(
     record = item.record
     count = len(record.motor_acceleration)
     padded = 2 * count  # the response must not wrap around
-    frequency = np.fft.rfftfreq(padded, 1.0 / record.sample_rate_hz)
-    omega = np.asarray(2.0 * np.pi * frequency, dtype=float)
-    acceleration = np.fft.rfft(record.motor_acceleration, padded, axis=0).T
-    shift = np.fft.rfft(record.motor_shift, padded, axis=0).T
+    omega, acceleration, shift = item.long_motion
     for step in setup.inputs:
         acceleration, shift = step(omega, acceleration), step(omega, shift)
     force = system.force(acceleration, shift)
