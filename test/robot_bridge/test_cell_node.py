@@ -216,8 +216,10 @@ def test_every_packet_of_the_plan_is_in_the_log(cell):
         for _, channel, record in make_reader(file).iter_messages():
             if not channel.topic.startswith('egm/'):
                 continue
-            counts[channel.topic] = counts.get(channel.topic, 0) + 1
             name = 'EgmRobot' if channel.topic.startswith('egm/robot') else 'EgmSensor'
             cell.peers.CLASSES[name].FromString(record.data)
+            # Until it is active, which takes its time, the bridge answers nothing.
+            if counts or name == 'EgmSensor':
+                counts[channel.topic] = counts.get(channel.topic, 0) + 1
     assert counts['egm/robot'] > 50
     assert abs(counts['egm/robot'] - counts['egm/sensor']) <= 3

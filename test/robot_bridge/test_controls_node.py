@@ -62,6 +62,17 @@ def set_parameter(operator, name, **value):
     return answer.results[0]
 
 
+def figures(operator):
+    """Return the figures of the bridge's newest diagnostic."""
+    found = [
+        status
+        for array in list(operator.diagnostics)
+        for status in array.status
+        if 'bridge' in status.name
+    ]
+    return {item.key: item.value for item in found[-1].values} if found else {}
+
+
 def test_life_cycle_tools_parameters_and_a_dry_run(
     processes, drivers, operator, peers, heard, message, start_deg
 ):
@@ -112,6 +123,15 @@ def test_life_cycle_tools_parameters_and_a_dry_run(
     try:
         peer.start()
         operator.hold().until_connected()
+        # Seven packets that never come are counted, in the state and in the diagnostics.
+        peer.pause()
+        peer.seqno += 7
+        peer.start()
+        operator.until(lambda: operator.last.n_missed_cycles >= 7, 'missed cycles')
+        operator.diagnostics.clear()
+        operator.until(lambda: int(figures(operator).get('missed_cycles', 0)) >= 7, 'diagnostics')
+        shown = figures(operator)
+        assert {'reply_latency_p50_ms', 'reply_latency_p99_ms', 'received', 'sent'} <= set(shown)
         operator.offer(message)
         assert not heard['reference']
         assert operator.arm(message.plan_hash).accepted
