@@ -95,7 +95,10 @@ def record_campaign(
     """
     _check_folder(folder)
     folder.path.mkdir(parents=True, exist_ok=True)
-    write_text(folder.path / SENSORS, yaml.safe_dump(_sensors(folder.layout), sort_keys=False))
+    write_text(
+        folder.path / SENSORS,
+        yaml.safe_dump(folder.layout.to_mapping(), sort_keys=False, default_flow_style=None),
+    )
     entries: list[dict[str, Any]] = []
     for number, item in enumerate(planned):
         path = folder.path / item.file
@@ -166,20 +169,3 @@ def _write_campaign(folder: CampaignFolder, entries: Sequence[dict[str, Any]]) -
     }
     text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
     write_text(folder.path / CAMPAIGN, text)
-
-
-def _sensors(layout: SensorLayout) -> dict[str, Any]:
-    found = []
-    for sensor in layout:
-        entry: dict[str, Any] = {
-            'name': sensor.name,
-            'frame_id': sensor.frame_id,
-            'position_m': list(sensor.position_m),
-            'axes': list(sensor.axes),
-        }
-        if sensor.rotation_quaternion != (0.0, 0.0, 0.0, 1.0):
-            entry['rotation_quaternion'] = list(sensor.rotation_quaternion)
-        if sensor.topic:
-            entry['topic'] = sensor.topic
-        found.append(entry)
-    return {'sensors': found}

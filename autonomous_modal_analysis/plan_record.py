@@ -24,7 +24,7 @@ def plan_message(plan: ExcitationPlan, time_ns: int) -> RawMessage:
         'joint_names': list(plan.joint_names),
         'n_samples': plan.n_samples,
     }
-    kind = types[PLAN]
+    kind: Any = types[PLAN]
     for name in kind.__dataclass_fields__:
         if name in fields or name.startswith('__'):
             continue

@@ -23,11 +23,14 @@ class Channel:
     frame_id : str
         Link the sensor is fixed to; empty when unknown.
     direction : (3,) tuple
-        Unit vector of the sensitive axis in the frame.
+        What the channel reads per unit motion along x, y and z of the frame: a unit vector when
+        its gain is 1.
     position_m : (3,) tuple [m]
         Place of the sensor in the frame.
     unit : str
         SI unit of the samples.
+    delay_s : float [s]
+        By how much the samples are later than their stamps.
     """
 
     name: str
@@ -35,6 +38,7 @@ class Channel:
     direction: Vector = AXES['x']
     position_m: Vector = (0.0, 0.0, 0.0)
     unit: str = ACCELERATION
+    delay_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +59,11 @@ class Sensor:
         Rotation from sensor axes to the frame as (x, y, z, w).
     topic : str
         Topic of a per-sample device; empty for channels of an AccelerationBlock.
+    sensitivity : tuple of (3,) tuple
+        One vector per axis, instead of the rotation, for a device with gains, swapped or reversed
+        axes: what the axis reads per unit motion along x, y and z of the frame.  Empty: none.
+    delay_s : float [s]
+        By how much its samples are later than their stamps.
     """
 
     name: str
@@ -63,18 +72,46 @@ class Sensor:
     axes: tuple[str, ...] = ('x', 'y', 'z')
     rotation_quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
     topic: str = ''
+    sensitivity: tuple[Vector, ...] = ()
+    delay_s: float = 0.0
 
     def channels(self) -> tuple[Channel, ...]:
         """Return one channel per sensitive axis."""
+        directions = self.sensitivity or tuple(
+            rotate(self.rotation_quaternion, AXES[axis]) for axis in self.axes
+        )
         return tuple(
             Channel(
                 name=f'{self.name}.{axis}',
                 frame_id=self.frame_id,
-                direction=rotate(self.rotation_quaternion, AXES[axis]),
+                direction=direction,
                 position_m=self.position_m,
+                delay_s=self.delay_s,
             )
-            for axis in self.axes
+            for axis, direction in zip(self.axes, directions, strict=True)
         )
+
+    def to_mapping(self) -> dict[str, object]:
+        """Return the sensor as the YAML layout lists it, fields at their defaults left out."""
+        entry: dict[str, object] = {
+            'name': self.name,
+            'frame_id': self.frame_id,
+            'position_m': list(self.position_m),
+        }
+        if self.axes != tuple(AXES):
+            entry['axes'] = list(self.axes)
+        if self.sensitivity:
+            entry['sensitivity'] = {
+                axis: list(vector)
+                for axis, vector in zip(self.axes, self.sensitivity, strict=True)
+            }
+        elif self.rotation_quaternion != (0.0, 0.0, 0.0, 1.0):
+            entry['rotation_quaternion'] = list(self.rotation_quaternion)
+        if self.delay_s:
+            entry['delay_s'] = self.delay_s
+        if self.topic:
+            entry['topic'] = self.topic
+        return entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +169,10 @@ class SensorLayout:
                     expected=f'a link of {robot}: {", ".join(known)}',
                 )
 
+    def to_mapping(self) -> dict[str, object]:
+        """Return the content of a layout file; ``from_mapping`` gives the same layout."""
+        return {'sensors': [sensor.to_mapping() for sensor in self.sensors]}
+
     @classmethod
     def from_mapping(cls, data: object, name: str = '') -> 'SensorLayout':
         """Build a layout from a parsed YAML mapping with a ``sensors`` list.
@@ -165,7 +206,10 @@ def rotate(quaternion: tuple[float, float, float, float], vector: Vector) -> Vec
     )
 
 
-FIELDS = ('name', 'frame_id', 'position_m', 'axes', 'rotation_quaternion', 'topic')
+FIELDS = (
+    'name', 'frame_id', 'position_m', 'axes', 'rotation_quaternion', 'topic', 'sensitivity',
+    'delay_s',
+)  # fmt: skip
 
 
 def _sensor(entry: object, index: int, where: str) -> Sensor:
@@ -206,7 +250,31 @@ def _sensor(entry: object, index: int, where: str) -> Sensor:
             quaternion[3] / norm,
         ),
         topic=str(entry.get('topic', '')),
+        sensitivity=_sensitivity(entry, axes, field_of),
+        delay_s=_numbers([entry.get('delay_s', 0.0)], 1, f'{field_of}.delay_s')[0],
     )
+
+
+def _sensitivity(
+    entry: Mapping[str, object], axes: tuple[str, ...], where: str
+) -> tuple[Vector, ...]:
+    table = entry.get('sensitivity')
+    if table is None:
+        return ()
+    place = f'{where}.sensitivity'
+    if not isinstance(table, Mapping) or set(table) != set(axes):
+        raise LayoutError(
+            'not one vector per axis', where=place, found=table, expected=', '.join(axes)
+        )
+    if 'rotation_quaternion' in entry:
+        raise LayoutError('sensitivity and rotation_quaternion exclude each other', where=place)
+    found = []
+    for axis in axes:
+        x, y, z = _numbers(table[axis], 3, f'{place}.{axis}')
+        if x == y == z == 0.0:
+            raise LayoutError('a channel that reads nothing', where=f'{place}.{axis}')
+        found.append((x, y, z))
+    return tuple(found)
 
 
 def _numbers(value: object, count: int, where: str) -> tuple[float, ...]:

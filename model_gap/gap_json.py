@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 
 from modal_core.atomic_file import write_text
+from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
 from model_gap.hypothesis import Hypothesis
+from model_gap.known_effects import known_effects
 from model_gap.search import Candidate
+from structural_model.spec import KnownEffect
 
 PACKAGES = ('autonomous_modal_analysis', 'numpy', 'scipy', 'pin')
 
@@ -68,38 +71,44 @@ def gap_mapping(result: GapResult) -> dict[str, Any]:
     }
 
 
-def found_effects(result: GapResult) -> list[dict[str, Any]]:
+def accepted_effects(result: GapResult) -> tuple[KnownEffect, ...]:
     """Return the effects that were accepted, at their final values."""
-    if result.decision.verdict.value not in ('named', 'ambiguous'):
-        return []
-    last = result.decision.accepted[-1] if result.decision.accepted else None
-    return [] if last is None else effects_of(last)
+    decision = result.decision
+    if decision.verdict not in (Verdict.NAMED, Verdict.AMBIGUOUS) or not decision.accepted:
+        return ()
+    return candidate_effects(decision.accepted[-1])
 
 
-def effects_of(candidate: Candidate) -> list[dict[str, Any]]:
+def found_effects(result: GapResult) -> list[dict[str, Any]]:
+    """Return the accepted effects as gap.json lists them."""
+    return [_effect(item) for item in accepted_effects(result)]
+
+
+def candidate_effects(candidate: Candidate) -> tuple[KnownEffect, ...]:
     """Return all effects of a candidate's hypothesis with values and standard deviations."""
     hypothesis = candidate.fit.hypothesis
     deviation = np.sqrt(np.maximum(np.diag(candidate.fit.covariance), 0.0))
-    found, place = [], 0
-    for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
-        parameters = {}
-        for item, value in zip(effect.parameters(hypothesis.scene), values, strict=True):
-            sigma = deviation[place] * abs(item.slope(float(hypothesis.inner[place])))
-            parameters[item.name] = {
-                'value': _number(value),
-                'sigma': _number(float(sigma)),
+    items = hypothesis.parameters
+    slopes = [
+        abs(item.slope(float(inner))) for item, inner in zip(items, hypothesis.inner, strict=True)
+    ]
+    return known_effects(hypothesis, (deviation[: len(items)] * slopes).tolist())
+
+
+def _effect(effect: KnownEffect) -> dict[str, Any]:
+    return {
+        'type': effect.type,
+        'location': effect.location or None,
+        'variant': effect.variant,
+        'parameters': {
+            item.name: {
+                'value': _number(item.value),
+                'sigma': _number(item.sigma),
                 'unit': item.unit,
             }
-            place += 1
-        found.append(
-            {
-                'type': effect.type,
-                'location': effect.location,
-                'variant': effect.variant,
-                'parameters': parameters,
-            }
-        )
-    return found
+            for item in effect.parameters
+        },
+    }
 
 
 def write_gap_json(result: GapResult, path: Path) -> None:
@@ -109,9 +118,8 @@ def write_gap_json(result: GapResult, path: Path) -> None:
 
 
 def _candidate(item: Candidate) -> dict[str, Any]:
-    effects = effects_of(item)
     return {
-        **effects[-1],
+        **_effect(candidate_effects(item)[-1]),
         'log_evidence_gain': _number(item.gain),
         'misfit': _number(item.fit.misfit),
         'misfit_heldout': _number(item.heldout_misfit),

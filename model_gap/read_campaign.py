@@ -17,7 +17,6 @@ from model_gap.resample import at_times, thinned
 from model_gap.series import gather, joint_columns, RawRecording, Series
 from recordings import open_recording
 from structural_model import FlexibleJointModel, load_layout
-from structural_model.robot_files import robot_folder
 
 Array = NDArray[np.float64]
 LONGEST_S = 60.0
@@ -283,6 +282,4 @@ def campaign_layout(folder: Path, model: str) -> SensorLayout | None:
     """Return the robot's own sensor layout when the campaign brings none."""
     if read_campaign_file(folder).layout is not None:
         return None
-    path = Path(model)
-    home = path.parent if path.is_file() else robot_folder(model)
-    return load_layout(home)
+    return load_layout(model)

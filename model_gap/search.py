@@ -10,6 +10,7 @@ from model_gap.effects import CATALOGUE, Effect, Scene
 from model_gap.explicit_damping import explicit_damping
 from model_gap.fit import EFFECTIVE_DATA, Fit, fit
 from model_gap.hypothesis import Hypothesis
+from model_gap.known_effects import with_known_effects
 from model_gap.linearise import misfit, tolerance_columns, Weighting
 from model_gap.lines import common_lines
 from model_gap.nuisance import nuisances, Tolerances
@@ -146,6 +147,7 @@ class Search:
         names = tuple(sensor.name for sensor in self.campaign.layout)
         self._n_channels = len(setup.channels)
         lines = common_lines(self.campaign.records, self.settings.band)
+        setup = with_known_effects(Scene(self.model, names, setup, lines))
         self.scene = Scene(self.model, names, setup, lines)
         self.tolerances = nuisances(setup, moving_links(self.model), self.settings.tolerances)
         fitting = [record for record in self.campaign.records if not record.heldout]

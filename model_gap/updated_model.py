@@ -7,59 +7,81 @@ from pathlib import Path
 import yaml
 
 from modal_core.atomic_file import atomic_path, write_text
+from modal_core.channel import SensorLayout
 from model_gap.find_gap import GapResult
-from model_gap.gap_json import found_effects
+from model_gap.gap_json import accepted_effects
+from model_gap.known_effects import corrected_layout
 from structural_model import FlexibleJointModel
 from structural_model.robot_writer import model_mapping
+from structural_model.spec import KnownEffect
 
-NAME = 'model_updated.yaml'
+NAME, DIFFERENCE, SENSORS = 'model_updated.yaml', 'model_updated.diff', 'sensors.yaml'
 
 
 def updated_model(result: GapResult) -> FlexibleJointModel:
     """Return the model with the effects' most probable values, tolerances left nominal."""
     search = result.search
+    effects = accepted_effects(result)
+    if not effects:
+        return search.model
     setup = result.final.add_effects(search.nominal.tolerant_setup())
-    labels = tuple(_label(item) for item in found_effects(result))
     unchanged = setup.spec is search.scene.setup.spec
     spec = search.model.spec if unchanged else setup.spec
     return dataclasses.replace(
-        search.model, spec=dataclasses.replace(spec, effects=(*search.model.spec.effects, *labels))
+        search.model,
+        spec=dataclasses.replace(spec, effects=(*search.model.spec.effects, *effects)),
     )
 
 
+def updated_layout(result: GapResult) -> SensorLayout:
+    """Return the sensor layout with the effects of sensors in it."""
+    layout = result.search.campaign.layout
+    return corrected_layout(layout, result.final) if accepted_effects(result) else layout
+
+
 def write_updated_model(result: GapResult, folder: Path) -> Path:
-    """Write ``model_updated.yaml`` with ``robot.urdf`` beside it and a readable difference.
+    """Write ``model_updated.yaml``, ``robot.urdf``, ``sensors.yaml``, and what was changed.
 
     Returns
     -------
     Path
-        Of the model file; ``load_robot`` takes it.
+        Of the model file; ``load_robot`` and ``load_layout`` take it.
     """
-    new = updated_model(result)
+    new, search = updated_model(result), result.search
     with atomic_path(folder / 'robot.urdf') as path:
         path.write_bytes(new.robot.text)
-    before, after = _text(result.search.model), _text(new)
-    lines = [f'# + {label}' for label in new.spec.effects] or ['# no effect was added']
-    write_text(folder / NAME, '\n'.join(lines) + '\n' + after)
-    difference = difflib.unified_diff(
-        before.splitlines(), after.splitlines(), 'model.yaml', NAME, lineterm='', n=1
-    )
-    write_text(folder / 'model_updated.diff', '\n'.join(difference) + '\n')
+    sensors = _text(updated_layout(result).to_mapping())
+    write_text(folder / SENSORS, sensors)
+    before, after = _text(model_mapping(search.model)), _text(model_mapping(new))
+    lines = [f'# + {effect_label(item)}' for item in accepted_effects(result)]
+    write_text(folder / NAME, '\n'.join(lines or ['# no effect was added']) + '\n' + after)
+    difference = [
+        *_difference(before, after, 'model.yaml', NAME),
+        *_difference(_text(search.campaign.layout.to_mapping()), sensors, SENSORS, SENSORS),
+    ]
+    write_text(folder / DIFFERENCE, '\n'.join(difference or ['nothing was changed']) + '\n')
     return folder / NAME
 
 
-def _text(model: FlexibleJointModel) -> str:
-    return yaml.safe_dump(
-        model_mapping(model), sort_keys=False, default_flow_style=None, allow_unicode=True
-    )
-
-
-def _label(effect: dict) -> str:  # type: ignore[type-arg]
-    place = f' at {effect["location"]}' if effect['location'] else ''
-    variant = f' ({effect["variant"]})' if effect['variant'] else ''
+def effect_label(effect: KnownEffect) -> str:
+    """Return an effect in one line, numbers with deviation and unit."""
+    place = f' at {effect.location}' if effect.location else ''
+    variant = f' ({effect.variant})' if effect.variant else ''
     numbers = ', '.join(
-        f'{name} = {item["value"]:.4g} ± {item["sigma"]:.2g}'
-        + ('' if item['unit'] == '1' else f' {item["unit"]}')
-        for name, item in effect['parameters'].items()
+        f'{item.name} = {item.value:.4g} ± {item.sigma:.2g}'
+        + ('' if item.unit == '1' else f' {item.unit}')
+        for item in effect.parameters
     )
-    return f'{effect["type"]}{place}{variant}' + (f': {numbers}' if numbers else '')
+    return f'{effect.type}{place}{variant}' + (f': {numbers}' if numbers else '')
+
+
+def _text(mapping: object) -> str:
+    return yaml.safe_dump(
+        mapping, sort_keys=False, default_flow_style=None, allow_unicode=True, width=100
+    )
+
+
+def _difference(before: str, after: str, old: str, new: str) -> list[str]:
+    return list(
+        difflib.unified_diff(before.splitlines(), after.splitlines(), old, new, lineterm='', n=1)
+    )

@@ -25,6 +25,8 @@ from structural_model.spec import (
     Drive,
     HingeSpec,
     JointSpec,
+    KnownEffect,
+    KnownNumber,
     LinkSpec,
     MassSpec,
     MaterialDamping,
@@ -40,12 +42,14 @@ ENDLESS = (
     'stiffness', 'torsion_n_m2', 'axial_n', 'bending_n_m2[0]', 'bending_n_m2[1]', '_deg', '_deg_s',
     '_deg_s2', '_deg_s3', 'effort_nm',
 )  # fmt: skip
+MODEL_SUFFIXES = ('.yaml', '.yml')
 NAME = re.compile(r'[A-Za-z0-9_.-]+')
 TOP = (
     'robot_name', 'description', 'sources', 'coupling', 'limits', 'poses_controller_deg',
     'collision_ignore', 'joints', 'base', 'links', 'masses', 'hinges', 'beams', 'absorbers',
     'rods', 'compensators', 'damping', 'gravity_m_s2', 'effects', 'fit',
 )  # fmt: skip
+KEPT_IN = ('model', 'layout', 'effects')
 LISTS: dict[str, type] = {
     'links': LinkSpec,
     'masses': MassSpec,
@@ -62,7 +66,7 @@ LIMIT_FIELDS = (
 
 
 def robot_folder(name_or_folder: str | Path) -> Path:
-    """Return the folder of a shipped robot by name, or the folder given.
+    """Return the folder of a shipped robot by name, the folder given, or that of a model file.
 
     Raises
     ------
@@ -70,6 +74,8 @@ def robot_folder(name_or_folder: str | Path) -> Path:
         Neither exists.
     """
     folder = Path(name_or_folder)
+    if folder.suffix in MODEL_SUFFIXES and os.path.isfile(folder):  # noqa: PTH113 - as below
+        return folder.parent
     if os.path.isdir(folder):  # noqa: PTH112 - False, not an error, for names no folder can have
         return folder
     robots = share_path('config', 'robots')
@@ -91,7 +97,7 @@ def load_robot(name_or_folder: str | Path) -> FlexibleJointModel:
         A file is missing, malformed or contradicts another; the message names the field.
     """
     file = Path(name_or_folder)
-    if file.suffix in ('.yaml', '.yml') and file.is_file():
+    if file.suffix in MODEL_SUFFIXES and file.is_file():
         folder, where = file.parent, file
     else:
         folder = robot_folder(name_or_folder)
@@ -179,8 +185,29 @@ def _spec(data: Mapping[str, Any], robot: RigidRobot, where: str) -> ModelSpec:
         gravity_m_s2=_convert(
             data.get('gravity_m_s2', [0.0, 0.0, -9.81]), Vector, f'{where}: gravity_m_s2'
         ),
-        effects=tuple(str(item) for item in _list(data, 'effects', where)),
+        effects=tuple(
+            _effect(item, f'{where}: effects[{index}]')
+            for index, item in enumerate(_list(data, 'effects', where))
+        ),
         **parts,
+    )
+
+
+def _effect(item: object, where: str) -> KnownEffect:
+    """Read a known effect: its name, or a mapping with its parameters by name."""
+    mapping = {'type': item} if isinstance(item, str) else dict(_mapping(item, where))
+    parameters = _mapping(mapping.pop('parameters', {}), f'{where}.parameters')
+    effect: KnownEffect = _fill(KnownEffect, mapping, where)
+    if effect.kept_in not in KEPT_IN:
+        raise ModelError(
+            'unknown place', where=f'{where}.kept_in', found=effect.kept_in, expected=KEPT_IN
+        )
+    return dataclasses.replace(
+        effect,
+        parameters=tuple(
+            _fill(KnownNumber, {'name': name, **_mapping(value, where)}, f'{where}.{name}')
+            for name, value in parameters.items()
+        ),
     )
 
 

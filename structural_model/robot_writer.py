@@ -9,7 +9,7 @@ import yaml
 
 from modal_core.atomic_file import atomic_path, write_text
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.spec import JointSpec, RodSpec
+from structural_model.spec import JointSpec, KnownEffect, RodSpec
 
 LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators')
 
@@ -46,7 +46,7 @@ def model_mapping(model: FlexibleJointModel) -> dict[str, Any]:
         },
         'collision_ignore': [list(pair) for pair in model.collision_ignore],
         'gravity_m_s2': list(spec.gravity_m_s2),
-        'effects': list(spec.effects),
+        'effects': [_effect(item) for item in spec.effects],
         'joints': {joint.name: _joint(joint) for joint in spec.joints},
         'base': _plain(spec.base),
         'damping': _plain(spec.damping),
@@ -55,6 +55,19 @@ def model_mapping(model: FlexibleJointModel) -> dict[str, Any]:
         mapping[name] = [_plain(item) for item in getattr(spec, name)]
     mapping['rods'] = [_rod(item) for item in spec.rods]
     return mapping
+
+
+def _effect(effect: KnownEffect) -> dict[str, Any]:
+    mapping = {
+        name: value
+        for name in ('type', 'location', 'variant', 'kept_in')
+        if (value := getattr(effect, name))
+    }
+    numbers = {
+        item.name: {'value': item.value, 'sigma': item.sigma, 'unit': item.unit}
+        for item in effect.parameters
+    }
+    return {**mapping, 'parameters': numbers} if numbers else mapping
 
 
 def _joint(joint: JointSpec) -> dict[str, Any]:

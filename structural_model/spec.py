@@ -296,6 +296,48 @@ class MaterialDamping:
 
 
 @dataclass(frozen=True, slots=True)
+class KnownNumber:
+    """A parameter of a known effect.
+
+    Parameters
+    ----------
+    name : str
+        Of the parameter.
+    value, sigma : float
+        As it was fitted, and its standard deviation.
+    unit : str
+        Of both; ``1`` for a plain number.
+    """
+
+    name: str
+    value: float
+    sigma: float = 0.0
+    unit: str = '1'
+
+
+@dataclass(frozen=True, slots=True)
+class KnownEffect:
+    """A physical effect that was found missing and has been added.
+
+    Parameters
+    ----------
+    type, location, variant : str
+        As the catalogue of effects names them; empty where there is none.
+    kept_in : str
+        Where its numbers are: ``model`` (masses, springs and dampers beside this list), ``layout``
+        (the sensor layout), or ``effects`` (only in this list, for those who know the effect).
+    parameters : tuple of KnownNumber
+        May be empty.
+    """
+
+    type: str
+    location: str = ''
+    variant: str = ''
+    kept_in: str = 'model'
+    parameters: tuple[KnownNumber, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class ModelSpec:
     """Everything the URDF does not say.
 
@@ -309,8 +351,8 @@ class ModelSpec:
         Proportional damping of everything.
     gravity_m_s2 : (3,) tuple [m/s²]
         In the base frame.
-    effects : tuple of str
-        Names of the catalogue effects this model already contains.
+    effects : tuple of KnownEffect
+        Effects that were added to this model.
     """
 
     joints: tuple[JointSpec, ...]
@@ -324,4 +366,4 @@ class ModelSpec:
     compensators: tuple[CompensatorSpec, ...] = ()
     damping: MaterialDamping = field(default_factory=MaterialDamping)
     gravity_m_s2: Vector = (0.0, 0.0, -9.81)
-    effects: tuple[str, ...] = ()
+    effects: tuple[KnownEffect, ...] = ()

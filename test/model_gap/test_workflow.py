@@ -66,7 +66,8 @@ def test_result_files(softer, tmp_path):
     old = softer.search.model.spec.joints[1].drive.spring.stiffness
     new = model.spec.joints[1].drive.spring.stiffness
     assert new / old == pytest.approx(effect['parameters']['factor']['value'], rel=1e-6)
-    assert any('joint_stiffness' in text for text in model.spec.effects)
+    (known,) = model.spec.effects
+    assert (known.type, known.location, known.kept_in) == ('joint_stiffness', 'joint_2', 'model')
     assert 'stiffness' in (tmp_path / 'model_updated.diff').read_text()
     write_report(softer, tmp_path / 'report.html')
     page = (tmp_path / 'report.html').read_text()

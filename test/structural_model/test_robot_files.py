@@ -262,6 +262,8 @@ def test_saved_model_loads_as_the_same(shipped, tmp_path):
         AbsorberSpec,
         CompensatorSpec,
         HingeSpec,
+        KnownEffect,
+        KnownNumber,
         RodSpec,
         Spring,
     )
@@ -271,7 +273,16 @@ def test_saved_model_loads_as_the_same(shipped, tmp_path):
     link = model.link_names[3]
     spec = dataclasses.replace(
         model.spec,
-        effects=('payload', 'base_tilt'),
+        effects=(
+            KnownEffect('payload', link),
+            KnownEffect(
+                'backlash',
+                second,
+                'links',
+                'effects',
+                (KnownNumber('half_gap', 1e-4, 2e-5, 'rad'),),
+            ),
+        ),
         hinges=(HingeSpec('h', link, (0.1, 0.0, 0.0), (0.0, 0.0, 1.0), Spring(1e6, 5.0)),),
         absorbers=(AbsorberSpec('a', link, (0.0,) * 3, (1.0, 0.0, 0.0), 4.0, Spring(3e4)),),
         rods=(RodSpec('r', ((first, 1.0), (second, -1.0)), Spring(2e5)),),
