@@ -117,15 +117,19 @@ def cell(processes, operator, drivers, peers, tmp_path_factory):
 
 def test_a_plan_is_played_on_the_emulated_arm(cell, message, plan, model, record_property):
     seen, before = len(cell.tap.robot), cell.operator.last
+    replied = len(cell.tap.sensor)
     cell.running(message)
     cell.operator.until_state(HOLDING)
     cell.cycles(250)  # the controller's loop settles with its own time constant
     rows = cell.told(seen)
     # What the arm did is what was planned, shifted by the link and the drives.
     path = np.degrees([model.to_controller(row) for row in plan.position])
+    # Where a busy machine holds up the replies, the last speed asked for goes on acting.
+    held_up_s = np.diff([time_s for time_s, _ in cell.tap.sensor[replied:]]).max() - CYCLE_S
+    fastest = np.degrees(np.abs(message.velocity).max())
     for axis in range(6):
-        found, wanted = rows[:, 7 + axis], path[:, axis]
-        assert abs(np.ptp(found) / np.ptp(wanted) - 1.0) < 0.25, f'axis {axis + 1}'
+        found, wanted = np.ptp(rows[:, 7 + axis]), np.ptp(path[:, axis])
+        assert abs(found - wanted) < 0.25 * wanted + 2.0 * fastest * held_up_s, f'axis {axis + 1}'
     np.testing.assert_allclose(rows[-1, 1:7], path[-1], atol=2e-3)
     state = cell.operator.last
     record_property('reply_latency_p50_ms', 1e3 * state.reply_latency_p50_s)
