@@ -1,7 +1,8 @@
 """One frequency band of a stream of samples: conditioned, and summed into block covariances."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,13 @@ from oma_identifier.references import combine_references
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.ssi_cov import compress_outputs
 
+if TYPE_CHECKING:
+    from oma_identifier.selection import BandSelection
+
 N_BLOCKS = 64
-MOST_OUTPUTS = 16
+REFRESHED = 1.0 / 32.0
+"""Share of the blocks that are new when a band is solved again."""
+MOST_OUTPUTS = 12
 """More channels are combined to this many outputs; mode shapes keep all channels."""
 FEWEST_BLOCK_ROWS = 20
 ROWS_PER_ORDER = 1.5
@@ -37,6 +43,8 @@ class BandCovariance:
         Root mean square in the band.
     block_rows : int
         Of the block Hankel matrix.
+    solved : dict of IdentificationSettings to BandSelection
+        What was identified from it, so that nothing is solved twice.
     """
 
     band: Band
@@ -44,6 +52,7 @@ class BandCovariance:
     covariance: OutputCovariance
     scale: NDArray[np.float64]
     block_rows: int
+    solved: 'dict[IdentificationSettings, BandSelection | None]' = field(default_factory=dict)
 
 
 class BandStream:
@@ -59,10 +68,17 @@ class BandStream:
         Time the blocks shall cover.
     when_full : WhenFull
         Slide over the span, or keep everything in ever longer blocks.
+    turn : int
+        Bands with different turns are refreshed one after the other when hops are short.
     """
 
     def __init__(
-        self, band: Band, settings: IdentificationSettings, span_s: float, when_full: WhenFull
+        self,
+        band: Band,
+        settings: IdentificationSettings,
+        span_s: float,
+        when_full: WhenFull,
+        turn: int = 0,
     ) -> None:
         self.band = band
         self._settings = settings
@@ -71,6 +87,9 @@ class BandStream:
         self._conditioner = BandConditioner(band)
         self._accumulator: CovarianceAccumulator | None = None
         self._block_rows = 0
+        self._last: BandCovariance | None = None
+        self._last_of = 0
+        self._turn = turn
 
     def add(self, rows: NDArray[np.float64]) -> None:
         """Add the next samples at the full rate, (n_samples, n_channels)."""
@@ -100,10 +119,24 @@ class BandStream:
         )
 
     def result(self) -> BandCovariance | None:
-        """Return the covariances so far; None before the first block is complete."""
+        """Return the covariances so far; None before the first block is complete.
+
+        Of a sliding window the same object as last time as long as less than ``REFRESHED`` of
+        the blocks are new: so few change a result by a quarter of its standard deviation.
+        """
         blocks = self._accumulator
         if blocks is None or blocks.n_blocks == 0:
             return None
+        slides = self._when_full is WhenFull.RETIRE
+        least = REFRESHED * N_BLOCKS if slides else 1
+        if self._last is None or blocks.n_added - self._last_of >= least:
+            first = self._last is None
+            self._last, self._last_of = self._result(blocks), blocks.n_added
+            if first:
+                self._last_of -= self._turn
+        return self._last
+
+    def _result(self, blocks: CovarianceAccumulator) -> BandCovariance:
         scale = np.sqrt(blocks.power)
         inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0.0)
         mean = blocks.mean * inverse[:, None]

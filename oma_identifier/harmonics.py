@@ -83,6 +83,12 @@ def _segment_phasors(samples: Samples, frequency_hz: float) -> NDArray[np.comple
     # A taper over each segment keeps strong modes far away out of the phasor.
     taper = np.tile(np.blackman(length + 2)[1:-1], N_SEGMENTS)
     carrier = taper * np.exp(-2j * np.pi * frequency_hz * time)
-    data = samples.acceleration[: len(time)]
-    turned = (carrier[:, None] * (data - data.mean(axis=0))).reshape(N_SEGMENTS, length, -1)
-    return np.asarray(turned.sum(axis=1) * (2.0 / (0.42 * length)))
+    carrier = carrier.reshape(N_SEGMENTS, length)
+    data = samples.acceleration[: len(time)].reshape(N_SEGMENTS, length, -1)
+    turned = _sums(carrier.real, data) + 1j * _sums(carrier.imag, data)
+    turned -= carrier.sum(axis=1)[:, None] * samples.acceleration[: len(time)].mean(axis=0)
+    return np.asarray(turned * (2.0 / (0.42 * length)))
+
+
+def _sums(carrier: NDArray[np.float64], data: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray((carrier[:, None] @ data)[:, 0])

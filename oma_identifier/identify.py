@@ -167,9 +167,9 @@ def identify_bands(
     """
     selections = []
     for source in sources:
-        band = None if source is None else identify_band(source, settings)
-        if band is not None:
-            selections.append(select_in_band(band, settings, peaks))
+        selection = None if source is None else _selection(source, settings, peaks)
+        if selection is not None:
+            selections.append(selection)
     names = tuple(channel.name for channel in channels)
     poles = without_repeats([pole for each in selections for pole in each.selected])
     lines = _lines(selections, poles, test_line)
@@ -184,6 +184,17 @@ def identify_bands(
     modes = ModeSet(tuple(_mode(pole) for pole in kept), names, settings.method)
     harmonics = ModeSet(tuple(harmonic(line) for line in lines), names, settings.method)
     return Identified(modes, harmonics, _table(selections, kept, lines, len(names)))
+
+
+def _selection(
+    source: BandCovariance, settings: IdentificationSettings, peaks: SpectralPeaks | None
+) -> BandSelection | None:
+    """Select the modes of one band; covariances that were solved before are not solved again."""
+    if settings not in source.solved:
+        band = identify_band(source, settings)
+        selected = None if band is None else select_in_band(band, settings, peaks)
+        source.solved[settings] = selected
+    return source.solved[settings]
 
 
 def _lines(

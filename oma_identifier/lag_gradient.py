@@ -7,6 +7,7 @@ the matrix.
 """
 
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class LagGradient:
     def __init__(
         self, left: Real, values: Real, right: Real, n_outputs: int, n_references: int
     ) -> None:
-        self._vectors, self._values = left, values
+        self._values = values
         self._n_outputs, self._n_references = n_outputs, n_references
         self._block_rows = len(left) // n_outputs
         self._block_columns = len(right) // n_references
@@ -78,17 +79,18 @@ class LagGradient:
         (n_lags, n_outputs, n_references) complex array
             Gradient.
         """
-        left, values, order = self._vectors, self._values, len(columns)
-        projected = times(left.T, rows)
-        outside = rows - times(left, projected)
+        values, order = self._values, len(columns)
+        rows, columns = rows.astype(np.complex64), columns.astype(np.complex64)
+        projected = times(self._left.T, rows)
+        outside = rows - times(self._left, projected)
         leading, rest = values[:order], values[order:, None]
-        mixed = (projected[order:] @ columns.T) / (leading**2 - rest**2)
+        gap = (leading**2 - rest**2).astype(np.float32)
+        leading, rest = leading.astype(np.float32), rest.astype(np.float32)
+        mixed = (projected[order:] @ columns.T) / gap
         # Real and imaginary parts side by side: complex times real would double the work.
-        into_left = _as_real(mixed * leading).astype(np.float32)
-        into_right = _as_real(mixed * rest).astype(np.float32)
-        turned_left = self._left[:, order:] @ into_left
+        turned_left = self._left[:, order:] @ _as_real(mixed * leading)
         turned_left += _as_real(outside @ (columns / leading[:, None]).T)
-        turned_right = self._right[:, order:] @ into_right
+        turned_right = self._right[:, order:] @ _as_real(mixed * rest)
         first = self._transformed(turned_left, self._block_rows)
         second = self._transformed(turned_right, self._block_columns)
         n_outputs, n_references = self._n_outputs, self._n_references
@@ -101,19 +103,23 @@ class LagGradient:
         ).transpose(0, 2, 1)
         product += other.reshape(size, n_outputs, n_references, 2).swapaxes(2, 3)
         lags = irfft(product, self._length, axis=0)[: self._n_lags]
-        return np.asarray(lags[:, :, 0] + 1j * lags[:, :, 1], dtype=np.complex64)
+        gradient = np.empty((self._n_lags, n_outputs, n_references), dtype=np.complex64)
+        gradient.real, gradient.imag = lags[:, :, 0], lags[:, :, 1]
+        return gradient
 
 
-def _as_real(values: Complex) -> Real:
+def _as_real(values: NDArray[Any]) -> NDArray[Any]:
     """Return real and imaginary parts side by side."""
     return np.concatenate([values.real, values.imag], axis=1)
 
 
-def times(matrix: Real, values: Complex) -> Complex:
+def times(matrix: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
     """Return a real matrix times complex columns, at the price of real ones."""
     both = matrix @ _as_real(values)
     half = values.shape[1]
-    return np.asarray(both[:, :half] + 1j * both[:, half:])
+    result = np.empty((len(both), half), dtype=values.dtype)
+    result.real, result.imag = both[:, :half], both[:, half:]
+    return result
 
 
 @lru_cache(maxsize=16)

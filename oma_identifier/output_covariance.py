@@ -80,6 +80,11 @@ class CovarianceAccumulator:
         Blocks kept.
     when_full : WhenFull
         Retire the oldest block, or join neighbours in pairs.
+
+    Attributes
+    ----------
+    n_added : int
+        Blocks completed since the start.
     """
 
     def __init__(
@@ -101,6 +106,7 @@ class CovarianceAccumulator:
         self._past: NDArray[np.float64] | None = None
         self._pending: list[NDArray[np.float64]] = []
         self._n_pending = 0
+        self.n_added = 0
 
     def add(self, rows: NDArray[np.float64]) -> None:
         """Add the next samples, (n_samples, n_channels); complete blocks are summed at once."""
@@ -148,6 +154,7 @@ class CovarianceAccumulator:
             ]
         self._past = np.concatenate([past, rows[-self.n_lags :]])[-self.n_lags :]
         block = sums.astype(np.float32)
+        self.n_added += 1
         self._blocks.append(block)
         self._powers.append(np.einsum('tc,tc->c', rows, rows))
         if self._total is None:

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh, qr
 
 MOST_REFERENCES = 12
+MOST_COMBINATIONS = 8
 LAGS = (1, 2, 3, 5, 8, 13, 21, 34)
 LONGEST = 20000
 
@@ -39,9 +40,9 @@ def choose_references(rows: NDArray[np.float64], n_references: int | None) -> ND
 def combine_references(rows: NDArray[np.float64], n_references: int | None) -> NDArray[np.float64]:
     """Return the combinations of channels that serve as references.
 
-    Up to a dozen references are channels.  More of them are reduced to the dozen of orthonormal
-    combinations that hold most of their lagged covariances: a band holds fewer modes than that,
-    and what is left out is sensor noise.
+    Few references are channels.  More of them are reduced to the few orthonormal combinations
+    that hold most of their lagged covariances: a band holds no more modes than that, and what is
+    left out is sensor noise.
 
     Parameters
     ----------
@@ -60,10 +61,10 @@ def combine_references(rows: NDArray[np.float64], n_references: int | None) -> N
     chosen = choose_references(rows, n_references or rows.shape[1])
     combinations = np.zeros((rows.shape[1], len(chosen)))
     combinations[chosen, np.arange(len(chosen))] = inverse[chosen]
-    if len(chosen) <= MOST_REFERENCES:
+    if len(chosen) <= MOST_COMBINATIONS:
         return np.asarray(combinations)
     covariances = _covariances(rows @ combinations)
-    strongest = (len(chosen) - MOST_REFERENCES, len(chosen) - 1)
+    strongest = (len(chosen) - MOST_COMBINATIONS, len(chosen) - 1)
     vectors = eigh(covariances.T @ covariances, subset_by_index=strongest)[1]
     return np.asarray(combinations @ vectors[:, ::-1])
 

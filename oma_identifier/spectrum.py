@@ -14,7 +14,8 @@ from modal_core.samples import Samples
 N_VALUES = 3
 LONGEST_SEGMENT_S = 60.0
 FEWEST_SEGMENTS = 8
-REFRESHED = 1.0 / 16.0
+LINES_AT_ONCE = 256
+REFRESHED = 1.0 / 8.0
 """Share of a window that is new when its spectrum is made again."""
 
 
@@ -69,9 +70,13 @@ def singular_value_spectrum(
         [rfft(rows[:, start : start + length] * shorter, axis=1)[:, keep] for start in starts]
     )
     # Singular values of the density matrix: those of its square root, the segments' lines.
-    root = lines.transpose(2, 1, 0) if data.shape[1] <= len(starts) else lines.transpose(2, 0, 1)
-    root = root * np.float32(math.sqrt(scale / len(starts)))
-    values = np.linalg.eigvalsh(root @ root.conj().transpose(0, 2, 1)).astype(np.float64)
+    few = lines.transpose(2, 1, 0) if data.shape[1] <= len(starts) else lines.transpose(2, 0, 1)
+    values = np.empty((len(few), few.shape[1]))
+    for first in range(0, len(few), LINES_AT_ONCE):
+        root = few[first : first + LINES_AT_ONCE] * np.float32(math.sqrt(scale / len(starts)))
+        values[first : first + LINES_AT_ONCE] = np.linalg.eigvalsh(
+            root @ root.conj().transpose(0, 2, 1)
+        )
     falling: NDArray[np.float64] = np.maximum(values[:, ::-1][:, :n_values], 0.0)
     return SingularValueSpectrum(np.asarray(frequency[keep], dtype=np.float64), falling)
 
@@ -91,7 +96,7 @@ class SlidingSpectrum:
         self._last = empty_spectrum()
 
     def of(self, samples: Samples) -> SingularValueSpectrum:
-        """Return the spectrum of a window, at most a sixteenth of a window old."""
+        """Return the spectrum of a window, at most an eighth of a window old."""
         if self._of is None or not self._nearly(self._of, samples):
             self._last = singular_value_spectrum(samples, self._max_frequency_hz)
             self._of = replace(samples, acceleration=samples.acceleration[:0])

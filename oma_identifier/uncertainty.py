@@ -58,10 +58,9 @@ class OrderSensitivity:
     """
 
     def __init__(self, system: MultiOrder, solution: OrderSolution) -> None:
-        order, size = solution.order, system.factors.n_outputs
-        basis = system.factors.left[:, :order]
+        order = solution.order
         self._factors = system.factors
-        self._upper, self._lower = basis[:-size], basis[size:]
+        self._basis = system.factors.left[:, :order]
         self._orthogonal = system.orthogonal[:, :order]
         self._triangle = system.triangle[:order, :order]
         self._solution = solution
@@ -91,7 +90,8 @@ class OrderSensitivity:
         weight = times(self._orthogonal, half)
         zeros = np.zeros((factors.n_outputs, 1))
         a = np.concatenate([zeros, weight]) - value * np.concatenate([weight, zeros])
-        residual = times(self._lower, vector) - value * times(self._upper, vector)
+        image = times(self._basis, vector)
+        residual = image[factors.n_outputs :] - value * image[: -factors.n_outputs]
         e = np.concatenate([residual, zeros])
         return factors.to_lags(np.hstack([a, e]), np.hstack([vector, g]))
 
