@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.nuisance import Nuisance
-from model_gap.setup import Setup
+from model_gap.setup import HeldTorque, Setup
 from model_gap.spectra import Complex
 
 Array = NDArray[np.float64]
@@ -30,6 +30,8 @@ class Hypothesis:
         In prior standard deviations.
     inner : (n_parameters,) array
         Parameters of all effects, inner scale.
+    held : tuple of HeldTorque
+        Instead of the first torque laws: torques of earlier effects, as they were.
     """
 
     scene: Scene
@@ -37,6 +39,7 @@ class Hypothesis:
     effects: tuple[Effect, ...]
     tolerance_values: Array
     inner: Array
+    held: tuple[HeldTorque, ...] = ()
 
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
@@ -120,6 +123,9 @@ class Hypothesis:
         """Return a setup with the effects added."""
         for effect, values in zip(self.effects, self.values(), strict=True):
             setup = effect.apply(setup, values, self.scene)
+        if self.held:
+            forces = setup.forces[len(self.held) :]
+            setup = dataclasses.replace(setup, forces=forces, held=self.held)
         return setup
 
     def setup(self) -> Setup:

@@ -33,6 +33,8 @@ LEAST_REACH = 3.0
 REACH_SHARE = 0.1
 ROUGH = 8
 ROUGH_PER_TYPE = 3
+# As many beside an accepted torque law, where a fit takes longer.
+AFTER_TORQUES = 4
 REFINED = 4
 # Rough fits this far behind the best are not refined.
 HOPELESS = 80.0
@@ -270,15 +272,16 @@ class Search:
         if not trials:
             return []
         shared = tolerance_columns(trials[0].base, self.coarse, self.coarse_weighting)
+        held = self.coarse.hold(trials[0].base.setup()).held
         rough: list[Fit] = []
-        for trial in trials:
+        for trial in trials[: AFTER_TORQUES if held else None]:
             slow = trial.effect.amplitude_dependent
             done = min((item.misfit for item in rough), default=np.inf) < SETTLED_MISFIT
             if slow and done and trial.gain < SETTLED_SHARE * trials[0].gain:
                 continue
             rough.append(
                 fit(
-                    trial.base.with_effect(trial.effect, trial.values),
+                    replace(trial.base, held=held).with_effect(trial.effect, trial.values),
                     self.coarse,
                     self.coarse_weighting,
                     columns=shared,
@@ -290,9 +293,9 @@ class Search:
         close = [item for item in rough if item.log_evidence > rough[0].log_evidence - HOPELESS]
         found = []
         for item in close[:REFINED]:
-            slow = item.hypothesis.effects[-1].amplitude_dependent
+            slow = any(effect.amplitude_dependent for effect in item.hypothesis.effects)
             fine = fit(
-                item.hypothesis,
+                replace(item.hypothesis, held=()),
                 self.fitting,
                 self.weighting,
                 iterations=3 if slow else 5,
