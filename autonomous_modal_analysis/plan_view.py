@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.table import Table
 
 from autonomous_modal_analysis.results import plain
@@ -18,6 +19,7 @@ def plan_json(plan: ExcitationPlan, model: FlexibleJointModel) -> Mapping[str, o
     names = [name for name in type(plan).__dataclass_fields__ if name not in TRAJECTORY]
     value: dict[str, object] = {name: plain(getattr(plan, name)) for name in names}
     value['start_pose_deg'] = plain(np.rad2deg(model.to_controller(plan.start_position)))
+    value['flange_range_m'] = plain(flange_range(plan, model))
     value['n_samples'] = plan.n_samples
     value['prediction'] = plain(plan.prediction)
     return value
@@ -31,6 +33,8 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
         f' {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz, seed {plan.seed}'
     )
     OUTPUT.print(f'hash {plan.plan_hash}', soft_wrap=True)
+    range_mm = ' x '.join(f'{1e3 * way:.2f}' for way in flange_range(plan, model))
+    OUTPUT.print(f'the flange stays within {range_mm} mm (x, y, z of the base)')
     OUTPUT.print(
         f'fastest point {1e3 * plan.peak_point_speed:.1f} mm/s,'
         f' torque projection rank {plan.torque_projection_rank}'
@@ -40,6 +44,11 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
         OUTPUT.print(_modes(plan))
         for notice in plan.prediction.notices:
             MESSAGES.print(f'[yellow]note[/]: {notice}', soft_wrap=True)
+
+
+def flange_range(plan: ExcitationPlan, model: FlexibleJointModel) -> NDArray[np.float64]:
+    """Return how far the flange goes along x, y and z of the base, (3,) [m]."""
+    return np.asarray(np.ptp(model.frame_positions(plan.position)[:, -1], axis=0))
 
 
 def _joints(plan: ExcitationPlan) -> Table:

@@ -104,9 +104,13 @@ class Bridge:
             point_speed_m_s=self.settings.point_speed_m_s,
             guided=self.backend.guides,
         )
-        check_limits(plan.trajectory, limits)
+        envelope = check_limits(plan.trajectory, limits)
         path = PlanPath.from_trajectory(plan.plan_hash, plan.trajectory, model.to_controller)
-        return self.backend.take(plan, path)
+        told, worst = self.backend.take(plan, path), envelope.worst
+        return (
+            f'{told}; fastest point {1e3 * envelope.peak_point_speed_m_s:.0f} mm/s,'
+            f' most used is {worst.name} with {100.0 * worst.fraction:.0f} %'
+        )
 
     def come_to_rest(self) -> None:
         """Stop the motion, see it through, then answer no more."""

@@ -89,6 +89,7 @@ def test_the_same_seed_gives_the_same_plan_and_another_seed_another(ama):
     assert first['plan_hash'] == again['plan_hash'] != other['plan_hash']
     assert first['torque_projection_rank'] == 3
     assert first['peak_point_speed'] <= 0.25
+    assert len(first['flange_range_m']) == 3 and 0.0 < max(first['flange_range_m']) < 0.05
 
 
 def test_the_model_has_the_published_frequencies(ama):

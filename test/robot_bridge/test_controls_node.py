@@ -1,5 +1,6 @@
 """The bridge as an operator's tools meet it: life cycle, parameters, reference, secrets."""
 
+import copy
 import importlib.util
 import os
 from pathlib import Path
@@ -21,6 +22,7 @@ pytestmark = pytest.mark.node
 IDLE, RUNNING, HOLDING, ABORTED = 1, 3, 5, 6
 SECRET = 'not-to-be-seen'
 NODE = '/robot_bridge'
+CALM = {'link_timeout_s': 10.0, 'heartbeat_timeout_s': 10.0}  # a busy machine is no lost link
 
 _spec = importlib.util.spec_from_file_location(
     'web_controller', Path(__file__).with_name('web_controller.py')
@@ -77,7 +79,7 @@ def test_life_cycle_tools_parameters_and_a_dry_run(
     processes, drivers, operator, peers, heard, message, start_deg
 ):
     port = drivers.free_port()
-    process = processes('robot_bridge', port=port, autostart=False, dry_run=True)
+    process = processes('robot_bridge', port=port, autostart=False, dry_run=True, **CALM)
     operator.until(lambda: operator.last is not None, 'state', 90.0)
     # What `ros2 lifecycle` asks.
     states = operator.call(f'{NODE}/get_available_states', GetAvailableStates).available_states
@@ -132,6 +134,15 @@ def test_life_cycle_tools_parameters_and_a_dry_run(
         operator.until(lambda: int(figures(operator).get('missed_cycles', 0)) >= 7, 'diagnostics')
         shown = figures(operator)
         assert {'reply_latency_p50_ms', 'reply_latency_p99_ms', 'received', 'sent'} <= set(shown)
+        # A plan that is not what its hash says is refused.
+        changed = copy.deepcopy(message)
+        changed.velocity[100] += 1e-6
+        operator.plans.publish(changed)
+        operator.until(
+            lambda: any(code.startswith('PLAN_REFUSED') for code in operator.codes('bridge')),
+            'refusal',
+        )
+        assert operator.last.plan_hash == ''
         operator.offer(message)
         assert not heard['reference']
         assert operator.arm(message.plan_hash).accepted
@@ -163,7 +174,7 @@ def test_abort_does_not_wait_for_a_start_and_the_password_is_nowhere(
         port=drivers.free_port(),
         method='rapid',
         dry_run=False,
-        heartbeat_timeout_s=5.0,
+        **CALM,
         rapid_file=str(tmp_path / 'plan.mod'),
         rws_address=web.address,
         rws_password_file=str(secret),
