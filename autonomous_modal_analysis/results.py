@@ -209,6 +209,8 @@ def _mode(mode: Mode) -> dict[str, object]:
         'damping_ratio_std': plain(mode.damping_ratio_std),
         'shape_real': plain(np.real(mode.shape)),
         'shape_imag': plain(np.imag(mode.shape)),
+        'shape_std_real': None if mode.shape_std is None else plain(np.real(mode.shape_std)),
+        'shape_std_imag': None if mode.shape_std is None else plain(np.imag(mode.shape_std)),
         'mpc': plain(mode.mpc),
         'mpd': plain(mode.mpd),
         'harmonic': bool(mode.harmonic),

@@ -30,6 +30,9 @@ class Mode:
         A line of a machine or drive, not a mode of the structure.
     id : int
         Stays the same over windows; 0 before tracking.
+    shape_std : (n_channels,) complex array or None
+        Standard deviations of the real parts + i · those of the imaginary parts of ``shape``, 0 at
+        its largest entry; None when not estimated.
     """
 
     frequency_hz: float
@@ -41,6 +44,7 @@ class Mode:
     mpd: float = math.nan
     harmonic: bool = False
     id: int = 0
+    shape_std: NDArray[np.complex128] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,7 @@ def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> ModeS
     samples : Samples
         What the modes were identified from.
     modes, harmonics : ModeSet
-        From the subspace identification; the shapes stay as they are.
+        From the subspace identification.
     """
     if not len(modes):
         return modes
@@ -74,4 +74,8 @@ def _merged(plain: Mode, refined: Mode) -> Mode:
         frequency_std_hz=refined.frequency_std_hz,
         damping_ratio=refined.damping_ratio,
         damping_ratio_std=refined.damping_ratio_std,
+        shape=refined.shape,
+        shape_std=refined.shape_std,
+        mpc=refined.mpc,
+        mpd=refined.mpd,
     )

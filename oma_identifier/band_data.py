@@ -95,6 +95,11 @@ class ReducedBand:
     back: Real
     projected_out: Real
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether no combination of channels is left out."""
+        return bool(self.back.shape[0] == self.back.shape[1])
+
 
 def group_modes(start: StartModes, reach: float = HALF_WIDTHS) -> list[list[int]]:
     """Group modes whose bands overlap; narrow the bands of groups that are too large."""

@@ -28,6 +28,7 @@ from oma_identifier.band_data import (
     Spectra,
     StartModes,
 )
+from oma_identifier.shape_scatter import normalised_std
 from oma_identifier.unlisted import with_unlisted
 from oma_identifier.whittle import BandFit, fit_band, SlopePrior
 
@@ -187,10 +188,8 @@ def _refine_ordered(
             outcomes[index] = _judge(each, position, given[mode], start, mode, samples.duration_s)
             if each.fit is not None:
                 misfit[index] = each.fit.misfit
-            if outcomes[index] is Outcome.REFINED and each.fit is not None:
-                result[index] = _refined(
-                    given[mode], each.fit, position, now.shapes[:, mode], alive
-                )
+            if outcomes[index] is Outcome.REFINED:
+                result[index] = _refined(given[mode], each, position, now.shapes[:, mode], alive)
     return Refinement(replace(modes, modes=tuple(result)), tuple(outcomes), misfit)
 
 
@@ -332,21 +331,30 @@ def _known(value: float, otherwise: float) -> float:
 
 def _refined(
     given: Mode,
-    fit: BandFit,
+    each: _GroupFit,
     position: int,
     shape: NDArray[np.complex128],
     alive: NDArray[np.intp],
 ) -> Mode:
+    if each.fit is None or each.band is None:
+        return given
+    fit, band = each.fit, each.band
     frequency = float(fit.model.frequency_hz[position])
     damping = float(fit.model.damping_ratio[position])
+    factor = np.vdot(fit.model.shapes[:, position], band.project.T @ shape)
+    scatter = band.back @ (factor * fit.shape_scatter[position])
     whole = np.zeros(len(given.shape), dtype=complex)
     whole[alive] = shape
     whole = normalise(whole)
+    std = np.zeros(len(given.shape), dtype=complex)
+    std[alive] = normalised_std(shape, scatter)
     return replace(
         given,
         frequency_hz=frequency,
         damping_ratio=damping,
         shape=whole,
+        # Few combinations of many channels say nothing about what they leave out.
+        shape_std=std if band.is_whole and np.isfinite(std).all() else None,
         frequency_std_hz=float(fit.frequency_std[position]) * frequency,
         damping_ratio_std=float(fit.damping_ratio_std[position]) * damping,
         mpc=float(mpc(whole[:, None])[0]),

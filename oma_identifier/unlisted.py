@@ -15,6 +15,8 @@ STANDS_OUT = 10.0
 """Largest over median singular value of the residual spectrum, as powers."""
 LINES = 8
 ASSUMED_DAMPING = 0.02
+SHAPE_ERROR = 0.02
+"""Share of the power at a listed mode's peak that an error of its shape may leave."""
 
 
 def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]) -> StartModes:
@@ -27,12 +29,12 @@ def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]
     power = np.mean(np.abs(values) ** 2, axis=0)
     frequency, damping, shapes = start.frequency_hz, start.damping_ratio, start.shapes
     scale = 1.0 / np.sqrt(power)
+    explained = shapes * scale[:, None]
     for _ in range(MOST_UNLISTED):
-        n_channels, n_modes = shapes.shape
-        if n_channels < 2 * n_modes:
+        n_channels, n_explained = explained.shape
+        if n_channels < 2 * n_explained:
             break
-        scaled = shapes * scale[:, None]
-        basis = np.linalg.svd(scaled, full_matrices=True)[0][:, n_modes:].conj()
+        basis = np.linalg.svd(explained, full_matrices=True)[0][:, n_explained:].conj()
         # The whole spectrum at once: one strong direction of the residual is one mode.
         residual = (values * scale) @ basis
         covariance = residual.conj().T @ residual / len(residual)
@@ -42,9 +44,16 @@ def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]
         track = np.abs(residual @ vectors[:, -1]) ** 2
         smooth = np.convolve(track, np.full(LINES, 1.0 / LINES), mode='same')
         peak = int(np.argmax(smooth))
+        at = spectra.frequency_hz[lines[peak]]
         near = values[max(0, peak - LINES) : peak + LINES + 1] * scale
-        shape = np.linalg.eigh(near.T @ near.conj())[1][:, -1] / scale
+        listed = np.any(np.abs(frequency - at) < damping * frequency)
+        if listed and smooth[peak] < SHAPE_ERROR * np.mean(np.sum(np.abs(near) ** 2, axis=1)):
+            explained = np.column_stack([explained, basis.conj() @ vectors[:, -1].conj()])
+            continue
+        scaled = np.linalg.eigh(near.T @ near.conj())[1][:, -1]
+        explained = np.column_stack([explained, scaled])
+        shape = scaled / scale
         shapes = np.column_stack([shapes, shape / np.linalg.norm(shape)])
-        frequency = np.append(frequency, spectra.frequency_hz[lines[peak]])
+        frequency = np.append(frequency, at)
         damping = np.append(damping, ASSUMED_DAMPING)
     return StartModes(frequency, damping, shapes)

@@ -116,6 +116,9 @@ class BandFit:
         At the maximum.
     frequency_std, damping_ratio_std : (n_free,) array
         Relative standard deviations from the Fisher information.
+    shape_scatter : (n_free, n_channels, n_directions) complex array
+        First-order errors of each shape along independent directions of one standard deviation,
+        across the shape.
     slope_std : float
         Of the exponent of the force density.
     converged : bool
@@ -129,6 +132,7 @@ class BandFit:
     model: BandModel
     frequency_std: Real
     damping_ratio_std: Real
+    shape_scatter: Complex
     slope_std: float
     converged: bool
     n_steps: int
@@ -246,7 +250,8 @@ def _fit_band(data: BandData, start: BandModel, max_steps: int, warm: BandModel 
         current = _evaluate(data, start, prior)
     if current is None:
         unknown = np.full(start.n_free, np.nan)
-        return BandFit(start, unknown, unknown, np.nan, False, 0, np.inf)
+        none = np.full((start.n_free, len(start.shapes), 0), np.nan + 0j)
+        return BandFit(start, unknown, unknown, none, np.nan, False, 0, np.inf)
     quadratic = _quadratic(data, model, prior, current)
     misfit = np.inf
     while n_steps < max_steps and damping < LARGEST_DAMPING and not converged:
@@ -265,11 +270,14 @@ def _fit_band(data: BandData, start: BandModel, max_steps: int, warm: BandModel 
         damping = max(damping / 4.0, LEAST_DAMPING)
         model, current = candidate, trial
         quadratic = _quadratic(data, model, prior, current)
-    deviation = _deviations(quadratic.information)
-    poles = deviation[: start.n_free * 2 * len(model.shapes)].reshape(start.n_free, -1)
-    slope_std = float(deviation[start.n_free * 2 * len(model.shapes) + len(start.force) ** 2])
+    covariance = _covariance(quadratic.information)
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    size = 2 * len(model.shapes)
+    poles = deviation[: start.n_free * size].reshape(start.n_free, -1)
+    slope_std = float(deviation[start.n_free * size + len(start.force) ** 2])
+    scatter = _shape_scatter(covariance, model)
     misfit = _misfit(data, current)
-    return BandFit(model, poles[:, 0], poles[:, 1], slope_std, converged, n_steps, misfit)
+    return BandFit(model, poles[:, 0], poles[:, 1], scatter, slope_std, converged, n_steps, misfit)
 
 
 def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | None:
@@ -400,13 +408,30 @@ def _force(force: Complex, step: Real) -> Complex:
     return np.asarray(force + change + np.triu(change, 1).conj().T)
 
 
-def _deviations(information: Real) -> Real:
-    """Return the standard deviations; NaN where the information is no number."""
+def _covariance(information: Real) -> Real:
+    """Return the covariance of the parameters; NaN where the information is no number."""
     scale = np.sqrt(np.diag(information))
     if not (np.isfinite(information).all() and np.all(scale > 0.0)):
-        return np.full(len(scale), np.nan)
-    covariance = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-12, hermitian=True)
-    return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0)) / scale)
+        return np.full_like(information, np.nan)
+    scaled = information / np.outer(scale, scale)
+    covariance = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True)
+    return np.asarray(covariance / np.outer(scale, scale))
+
+
+def _shape_scatter(covariance: Real, model: BandModel) -> Complex:
+    """Return the shapes' errors along the principal directions of their covariance."""
+    n_channels = len(model.shapes)
+    size = 2 * n_channels
+    scatter = np.full((model.n_free, n_channels, size - 2), np.nan, dtype=complex)
+    for mode, shape in enumerate(model.shapes.T[: model.n_free]):
+        own = slice(mode * size + 2, (mode + 1) * size)
+        block = covariance[own, own]
+        if not np.isfinite(block).all():
+            continue
+        variance, directions = np.linalg.eigh(block)
+        steps = directions * np.sqrt(np.maximum(variance, 0.0))
+        scatter[mode] = _across(shape) @ (steps[::2] + 1j * steps[1::2])
+    return scatter
 
 
 def _misfit(data: BandData, at: _Evaluation) -> float:

@@ -64,7 +64,7 @@ def monte_carlo() -> dict[str, np.ndarray]:
     plant = small_plant()
     limit = law(plant, DURATION_S)
     truth = np.array([plant.frequency_hz, plant.damping_ratio])
-    error, deviation, refined = [], [], 0
+    error, deviation, shape_z, refined = [], [], [], 0
     for seed in range(N_RUNS):
         generator = np.random.default_rng(seed)
         samples = simulate(plant, generator, DURATION_S, RATE_HZ)
@@ -74,9 +74,18 @@ def monte_carlo() -> dict[str, np.ndarray]:
         sigma = [[mode.frequency_std_hz, mode.damping_ratio_std] for mode in result.modes]
         error.append((found / truth - 1.0) / limit)
         deviation.append(np.array(sigma).T / truth / limit)
+        for mode, shape in zip(result.modes, plant.shapes.T, strict=True):
+            if mode.shape_std is None:
+                continue
+            largest = int(np.argmax(np.abs(mode.shape)))
+            assert mode.shape_std[largest] == 0.0
+            others = np.arange(len(shape)) != largest
+            step, std = (mode.shape - shape / shape[largest])[others], mode.shape_std[others]
+            shape_z.append([step.real / std.real, step.imag / std.imag])
     return {
         'error': np.array(error),
         'deviation': np.array(deviation),
+        'shape_z': np.array(shape_z),
         'refined': np.array(refined / (3 * N_RUNS)),
     }
 
@@ -105,6 +114,29 @@ def test_standard_deviations_are_honest(monte_carlo):
     # 180 values each: 95 % ± 1.6 %.
     assert np.all(share > 0.90), f'seeds 0..{N_RUNS - 1}: {share}'
     assert np.all(share < 0.995), f'seeds 0..{N_RUNS - 1}: {share}'
+
+
+def test_standard_deviations_of_shapes_are_honest(monte_carlo):
+    inside = np.abs(monte_carlo['shape_z']) < 2.0
+    assert len(inside) > 0.98 * 3 * N_RUNS
+    # Entries of one shape err together: as if 180 values each, 95 % ± 1.6 %.
+    share = inside.mean(axis=(0, 2))
+    assert np.all(share > 0.91), f'seeds 0..{N_RUNS - 1}: {share}'
+    assert np.all(share < 0.99), f'seeds 0..{N_RUNS - 1}: {share}'
+
+
+def test_many_channels_get_no_deviation_of_shapes():
+    generator = np.random.default_rng(30)
+    plant = Plant(
+        frequency_hz=np.array([9.0, 14.0]),
+        damping_ratio=np.array([0.02, 0.015]),
+        shapes=generator.standard_normal((18, 2)),
+        participation=generator.standard_normal((2, 4)),
+    )
+    samples = simulate(plant, generator, 60.0, RATE_HZ)
+    result = refine(samples, start_modes(plant, samples, generator))
+    assert result.n_refined == 2
+    assert all(mode.shape_std is None for mode in result.modes)
 
 
 def test_force_that_is_not_white_does_no_harm():

@@ -29,6 +29,8 @@ MODE_KEYS = {
     'damping_ratio_std',
     'shape_real',
     'shape_imag',
+    'shape_std_real',
+    'shape_std_imag',
     'mpc',
     'mpd',
     'harmonic',
@@ -37,7 +39,8 @@ LINE = Mode(24.0, 0.0, np.array([0.3j, 1.0 + 0j]), harmonic=True)
 
 
 def identification():
-    mode = Mode(12.5, 0.02, np.array([1.0 + 0j, -0.5 + 0.1j]), frequency_std_hz=math.nan, id=3)
+    shape, shape_std = np.array([1.0 + 0j, -0.5 + 0.1j]), np.array([0j, 0.02 + 0.03j])
+    mode = Mode(12.5, 0.02, shape, frequency_std_hz=math.nan, id=3, shape_std=shape_std)
     modes = ModeSet((mode,), ('a.x', 'b,"x'))
     start = 1_760_000_000_000_000_000
     lines = ModeSet((LINE,), ('a.x', 'b,"x'))
@@ -71,6 +74,8 @@ def test_json_has_the_promised_keys_and_no_nan():
     back = json.loads(json_text(found), parse_constant=refuse)
     assert back['modes'][0]['frequency_std_hz'] is None
     assert back['modes'][0]['shape_imag'] == [0.0, 0.1]
+    assert back['modes'][0]['shape_std_imag'] == [0.0, 0.03]
+    assert back['harmonics'][0]['shape_std_real'] is None
     assert back['settings'] == {'window_s': None, 'band_hz': [1.0, None]}
 
 
