@@ -44,7 +44,9 @@ MinFrequency = Annotated[
 MaxFrequency = Annotated[
     float | None, typer.Option('--max-frequency-hz', help='Upper edge of the band.')
 ]
-Method = Annotated[str, typer.Option('--method', help='ssi_cov, ssi_data, plscf, efdd or fdd.')]
+Method = Annotated[
+    str, typer.Option('--method', help='ssi_cov, ssi_data, plscf, csi, efdd or fdd.')
+]
 RobotName = Annotated[
     str | None,
     typer.Option(

@@ -27,6 +27,7 @@ SIGNIFICANT = 4.0
 """Prominence of a peak of ln σ₁ over its own scatter."""
 BELL_MAC = 0.8
 BELL_HALF_WIDTHS = 6.0
+WHOLE = (0.0, np.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,14 +96,29 @@ def decompose(samples: Samples, resolution_hz: float | None = None) -> Decomposi
     )
 
 
-def fdd(samples: Samples, resolution_hz: float | None = None) -> ModeSet:
+def fdd(
+    samples: Samples,
+    resolution_hz: float | None = None,
+    band_hz: tuple[float, float] = WHOLE,
+) -> ModeSet:
     """Return the modes at the significant peaks of the first singular value, without damping.
+
+    A line of the spectrum is no estimate with a known scatter: all deviations are NaN.
+
+    Parameters
+    ----------
+    samples : Samples
+        Responses.
+    resolution_hz : float [Hz] or None
+        Distance of lines; None: a dozen segments.
+    band_hz : (2,) tuple [Hz]
+        Peaks outside are left alone.
 
     Raises no error when there is no peak: the set is empty.
     """
     spectrum = decompose(samples, resolution_hz)
     modes = []
-    for peak in peaks(spectrum):
+    for peak in _inside(spectrum, band_hz):
         shape = normalise(spectrum.vector[peak] * spectrum.scale)
         modes.append(_mode(_parabola(spectrum, peak), np.nan, shape))
     return ModeSet(tuple(modes), samples.channel_names, 'fdd')
@@ -123,10 +139,29 @@ def peaks(spectrum: Decomposition) -> NDArray[np.int64]:
     return np.array(alike, dtype=np.int64)
 
 
-def efdd(samples: Samples, resolution_hz: float | None = None) -> ModeSet:
+def _inside(spectrum: Decomposition, band_hz: tuple[float, float]) -> NDArray[np.int64]:
+    found = peaks(spectrum)
+    place_hz = spectrum.frequency_hz[found]
+    return found[(place_hz >= band_hz[0]) & (place_hz <= band_hz[1])]
+
+
+def efdd(
+    samples: Samples,
+    resolution_hz: float | None = None,
+    band_hz: tuple[float, float] = WHOLE,
+) -> ModeSet:
     """Return the modes at the peaks with frequency and damping fitted over their bells.
 
-    A peak whose bell cannot be fitted is left out.
+    A peak whose bell cannot be fitted is left out.  Deviations are those of the likelihood.
+
+    Parameters
+    ----------
+    samples : Samples
+        Responses.
+    resolution_hz : float [Hz] or None
+        Distance of lines; None: a dozen segments.
+    band_hz : (2,) tuple [Hz]
+        Peaks outside are left alone.
 
     References
     ----------
@@ -134,7 +169,7 @@ def efdd(samples: Samples, resolution_hz: float | None = None) -> ModeSet:
     decomposition as a robust technique to harmonic excitation (bells).
     """
     spectrum = decompose(samples, resolution_hz)
-    lines = peaks(spectrum)
+    lines = _inside(spectrum, band_hz)
     if len(lines) == 0:
         return ModeSet((), samples.channel_names, 'efdd')
     rows = (samples.acceleration - samples.acceleration.mean(axis=0)) / np.where(

@@ -1,38 +1,35 @@
-"""The methods by name: the same samples in, the same pole table and mode set out."""
+"""The methods by name: the same samples in, the same pole table and mode set out.
+
+All keep to the band asked for and keep the lines of machines out.  What tells their uncertainty
+differs: ``ssi_cov`` has the adjoint of its own poles, ``ssi_data``, ``plscf`` and ``csi`` the
+jackknife of blocks, ``efdd`` the information of its likelihood.  ``fdd`` reads a peak off a
+spectrum: it has no damping and no deviation, both are NaN.
+"""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from modal_core.errors import SettingsError
-from modal_core.indicators import mac, mpc, mpd, normalise, rotate_to_real
 from modal_core.mode import Mode, ModeSet
-from modal_core.poles import PoleStatus, PoleTable
+from modal_core.poles import PoleTable
 from modal_core.samples import Samples
-from oma_identifier.bands import Band, plan_bands
-from oma_identifier.cluster import Cluster, cluster_poles
-from oma_identifier.condition import BandConditioner
-from oma_identifier.csi import csi
+from oma_identifier.banded import banded, by_csi, by_plscf, by_ssi_data, Solver
+from oma_identifier.bands import plan_bands
 from oma_identifier.fdd import efdd, fdd
-from oma_identifier.identify import check_samples, identify_samples, no_poles
-from oma_identifier.plscf import plscf
-from oma_identifier.references import choose_references
-from oma_identifier.settings import IdentificationSettings
-from oma_identifier.ssi_cov import RawPoles
-from oma_identifier.ssi_data import ssi_data
-from oma_identifier.stabilise import BandPoles, stabilise
+from oma_identifier.harmonics import CHANCE, line_at, SUSPECT_DAMPING
+from oma_identifier.identify import check_samples, harmonic, identify_samples, no_poles
+from oma_identifier.robot_signals import never, PeakTest
+from oma_identifier.settings import IdentificationSettings, METHODS
 
-BLOCK_ROWS = 20
-PLSCF_REFERENCES = 6
-PLSCF_LAGS = 512
-LEAST_SHARE = 0.5
-"""A mode repeats over more than half of the model orders, spurious poles over fewer."""
-LEAST_MPC = 0.5
-SAMPLES_PER_ORDER = 20
+SOLVERS: dict[str, Solver] = {'ssi_data': by_ssi_data, 'plscf': by_plscf, 'csi': by_csi}
+SPECTRAL: dict[str, Callable[..., ModeSet]] = {'fdd': fdd, 'efdd': efdd}
+FEWEST_POLES = 3
+SHARP = 2.0 * SUSPECT_DAMPING
+"""Peaks damped less may be lines; the image of a line has next to no damping."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +38,15 @@ class MethodResult:
 
     Parameters
     ----------
-    modes : ModeSet
-        By frequency.
+    modes, harmonics : ModeSet
+        Of the structure, and lines of machines and drives; by frequency.
     poles : PoleTable
         All poles with the reason each was kept or rejected; empty for FDD and EFDD.
     """
 
     modes: ModeSet
+    harmonics: ModeSet
     poles: PoleTable
-
-
-Solver = Callable[[NDArray[np.float64], Band, IdentificationSettings], RawPoles]
 
 
 def identify_by(
@@ -59,6 +54,7 @@ def identify_by(
     samples: Samples,
     settings: IdentificationSettings | None = None,
     inputs: NDArray[np.float64] | None = None,
+    explains: PeakTest = never,
 ) -> MethodResult:
     """Identify the modes of one stretch of samples by the named method.
 
@@ -72,6 +68,8 @@ def identify_by(
         None: the defaults.
     inputs : (n_samples, n_inputs) array or None
         Known inputs on the grid of the samples; ``csi`` needs them, the others do without.
+    explains : callable
+        Tells a peak that motion of the robot explains from a mode.
 
     Raises
     ------
@@ -89,198 +87,56 @@ def identify_by(
         raise SettingsError('csi needs the known inputs', where='inputs')
     check_samples(samples)
     with threadpool_limits(limits=1):
-        return METHODS[method](samples, settings, inputs)
+        if method == 'ssi_cov':
+            result = identify_samples(samples, settings)
+            return MethodResult(result.modes, result.harmonics, result.poles)
+        if method in SOLVERS:
+            known = inputs if method == 'csi' else None
+            modes, poles = banded(method, samples, settings, SOLVERS[method], known)
+        else:
+            bands = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)
+            band_hz = bands[-1].low_hz, bands[0].high_hz
+            modes = SPECTRAL[method](samples, band_hz=band_hz)
+            poles = no_poles(len(samples.channels))
+            suspects = fdd(samples, band_hz=band_hz).frequency_hz
+        if method in SOLVERS:
+            suspects = _undamped(poles)
+        lines = _lines(samples, modes, suspects)
+        return _without_lines(modes, poles, lines, explains)
 
 
-def _by_ssi_cov(
-    samples: Samples, settings: IdentificationSettings, _: NDArray[np.float64] | None
+def _undamped(poles: PoleTable) -> NDArray[np.float64]:
+    """Return the frequencies where poles with next to no damping repeat over the orders [Hz]."""
+    bare = np.sort(poles.frequency_hz[np.abs(poles.damping_ratio) < SUSPECT_DAMPING])
+    runs = np.split(bare, np.flatnonzero(np.diff(bare) > SUSPECT_DAMPING * bare[:-1]) + 1)
+    return np.array([np.median(run) for run in runs if len(run) >= FEWEST_POLES])
+
+
+def _lines(samples: Samples, modes: ModeSet, suspects_hz: NDArray[np.float64]) -> tuple[Mode, ...]:
+    sharp = [mode.frequency_hz for mode in modes if not mode.damping_ratio > SHARP]
+    lines: list[Mode] = []
+    for suspect_hz in sorted((*sharp, *suspects_hz)):
+        line = line_at(samples, suspect_hz)
+        known = lines and abs(lines[-1].frequency_hz / line.frequency_hz - 1.0) < SUSPECT_DAMPING
+        if line.chance < CHANCE and not known:
+            lines.append(harmonic(line))
+    return tuple(lines)
+
+
+def _without_lines(
+    modes: ModeSet, poles: PoleTable, lines: tuple[Mode, ...], explains: PeakTest
 ) -> MethodResult:
-    found = identify_samples(samples, settings)
-    return MethodResult(found.modes, found.poles)
-
-
-def _by_ssi_data(
-    samples: Samples, settings: IdentificationSettings, _: NDArray[np.float64] | None
-) -> MethodResult:
-    return _banded('ssi_data', samples, settings, _solve_ssi_data, None)
-
-
-def _by_plscf(
-    samples: Samples, settings: IdentificationSettings, _: NDArray[np.float64] | None
-) -> MethodResult:
-    return _banded('plscf', samples, settings, _solve_plscf, None)
-
-
-def _by_csi(
-    samples: Samples, settings: IdentificationSettings, inputs: NDArray[np.float64] | None
-) -> MethodResult:
-    if inputs is None:
-        raise SettingsError('csi needs the known inputs', where='inputs')
-    n_inputs = inputs.shape[1]
-
-    def solve(rows: NDArray[np.float64], band: Band, settings: IdentificationSettings) -> RawPoles:
-        outputs, known = rows[:, :-n_inputs], rows[:, -n_inputs:]
-        references = choose_references(outputs, settings.n_references)
-        orders = _orders(rows, settings)
-        return csi(outputs, known, references, settings.block_rows or BLOCK_ROWS, orders)
-
-    return _banded('csi', samples, settings, solve, inputs)
-
-
-def _by_fdd(
-    samples: Samples, settings: IdentificationSettings, _: NDArray[np.float64] | None
-) -> MethodResult:
-    return MethodResult(fdd(samples), no_poles(len(samples.channels)))
-
-
-def _by_efdd(
-    samples: Samples, settings: IdentificationSettings, _: NDArray[np.float64] | None
-) -> MethodResult:
-    return MethodResult(efdd(samples), no_poles(len(samples.channels)))
-
-
-METHODS: dict[
-    str,
-    Callable[[Samples, IdentificationSettings, NDArray[np.float64] | None], MethodResult],
-] = {
-    'ssi_cov': _by_ssi_cov,
-    'ssi_data': _by_ssi_data,
-    'plscf': _by_plscf,
-    'csi': _by_csi,
-    'fdd': _by_fdd,
-    'efdd': _by_efdd,
-}
-
-
-def _orders(rows: NDArray[np.float64], settings: IdentificationSettings) -> range:
-    highest = min(settings.max_order, len(rows) // SAMPLES_PER_ORDER)
-    return range(settings.min_order + settings.min_order % 2, highest + 1, 2)
-
-
-def _solve_ssi_data(
-    rows: NDArray[np.float64], band: Band, settings: IdentificationSettings
-) -> RawPoles:
-    references = choose_references(rows, settings.n_references)
-    block_rows = settings.block_rows or max(
-        BLOCK_ROWS, math.ceil(1.5 * settings.max_order / len(references))
-    )
-    return ssi_data(rows, references, block_rows, _orders(rows, settings))
-
-
-def _solve_plscf(
-    rows: NDArray[np.float64], band: Band, settings: IdentificationSettings
-) -> RawPoles:
-    references = choose_references(rows, settings.n_references or PLSCF_REFERENCES)
-    highest = max(3, 2 * _orders(rows, settings)[-1] // len(references))
-    rate = band.sample_rate_hz
-    reach = (0.7 * band.low_hz / rate, min(0.49, 1.05 * band.high_hz / rate))
-    lags = min(PLSCF_LAGS, len(rows) // 4)
-    raw = plscf(rows, references, lags, range(2, highest + 1), reach)
-    # Neighbouring orders are two apart for the stabilisation diagram, whatever the references.
-    return RawPoles(2 * raw.model_order // len(references), raw.eigenvalue, raw.shape)
-
-
-def _banded(
-    method: str,
-    samples: Samples,
-    settings: IdentificationSettings,
-    solve: Solver,
-    inputs: NDArray[np.float64] | None,
-) -> MethodResult:
-    """Condition and solve every frequency band, select, and join."""
-    tables: list[PoleTable] = []
-    modes: list[Mode] = []
-    data = samples.acceleration
-    if inputs is not None:
-        data = np.concatenate([data, inputs], axis=1)
-    n_channels = len(samples.channels)
-    for band in plan_bands(samples.sample_rate_hz, samples.duration_s, settings):
-        rows = BandConditioner(band)(data)
-        if len(rows) < 10 * SAMPLES_PER_ORDER:
-            continue
-        scale = rows.std(axis=0)
-        rows = np.divide(rows, scale, out=np.zeros_like(rows), where=scale > 0.0)
-        raw = solve(rows, band, settings)
-        poles = BandPoles(
-            raw.model_order,
-            raw.eigenvalue,
-            np.asarray(np.log(raw.eigenvalue) * band.sample_rate_hz, dtype=complex),
-            raw.shape,
+    """Sort out what is no mode of the structure, and number the poles' modes anew."""
+    kept: list[Mode] = []
+    rank = np.zeros(len(modes) + 1, dtype=np.int64)
+    for number, mode in enumerate(modes, start=1):
+        # NaN, where a method knows no damping, may be a line.
+        is_line = not mode.damping_ratio > SHARP and any(
+            abs(line.frequency_hz / mode.frequency_hz - 1.0) < SHARP for line in lines
         )
-        table, found = _selected(poles, band, settings, scale[:n_channels], len(modes))
-        tables.append(table)
-        modes += found
-    ordered = sorted(modes, key=lambda mode: mode.frequency_hz)
-    return MethodResult(
-        ModeSet(tuple(ordered), samples.channel_names, method),
-        _joined(tables, modes, ordered, n_channels),
-    )
-
-
-def _selected(
-    poles: BandPoles,
-    band: Band,
-    settings: IdentificationSettings,
-    scale: NDArray[np.float64],
-    n_before: int,
-) -> tuple[PoleTable, list[Mode]]:
-    status = stabilise(poles, band, settings.max_damping_ratio)
-    candidates = np.flatnonzero(status == PoleStatus.KEPT)
-    mode_id = np.zeros(len(status), dtype=np.int64)
-    least = max(3, math.ceil(LEAST_SHARE * len(np.unique(poles.model_order))))
-    status[candidates] = PoleStatus.CLUSTER_OUTLIER
-    modes: list[Mode] = []
-    clusters = sorted(cluster_poles(poles, candidates), key=len, reverse=True)
-    for cluster in clusters:
-        if len(cluster) < least:
-            status[cluster.members] = PoleStatus.SMALL_CLUSTER
-            continue
-        mode = _mode_of(poles, cluster, scale)
-        if mode.mpc < LEAST_MPC and len(mode.shape) > 1:
-            status[cluster.members] = PoleStatus.COMPLEX_SHAPE
-            continue
-        if any(_same(mode, other) for other in modes):
-            continue
-        modes.append(mode)
-        status[cluster.members] = PoleStatus.KEPT
-        mode_id[cluster.members] = n_before + len(modes)
-    table = PoleTable(poles.model_order, poles.pole, poles.shape * scale[:, None], status, mode_id)
-    return table, modes
-
-
-def _mode_of(poles: BandPoles, cluster: Cluster, scale: NDArray[np.float64]) -> Mode:
-    """Return the cluster's median pole with the shape of its centre."""
-    pole = poles.pole[cluster.members]
-    shape = normalise(rotate_to_real((poles.shape[:, cluster.centre] * scale)[:, None])[:, 0])
-    return Mode(
-        frequency_hz=float(np.median(np.abs(pole))) / (2.0 * math.pi),
-        damping_ratio=float(np.median(-pole.real / np.abs(pole))),
-        shape=shape,
-        mpc=float(mpc(shape[:, None])[0]),
-        mpd=float(mpd(shape[:, None])[0]),
-    )
-
-
-def _same(first: Mode, second: Mode) -> bool:
-    width = max(
-        first.damping_ratio * first.frequency_hz, second.damping_ratio * second.frequency_hz
-    )
-    near = abs(first.frequency_hz - second.frequency_hz) < 2.0 * width
-    return near and bool(mac(first.shape, second.shape)[0, 0] > 0.9)
-
-
-def _joined(
-    tables: list[PoleTable], found: list[Mode], ordered: list[Mode], n_channels: int
-) -> PoleTable:
-    """Join the bands; ids follow the frequency."""
-    if not tables:
-        return no_poles(n_channels)
-    rank = {id(mode): number for number, mode in enumerate(ordered, start=1)}
-    renumber = np.array([0, *(rank[id(mode)] for mode in found)])
-    return PoleTable(
-        np.concatenate([table.model_order for table in tables]),
-        np.concatenate([table.pole for table in tables]),
-        np.concatenate([table.shape for table in tables], axis=1),
-        np.concatenate([table.status for table in tables]),
-        renumber[np.concatenate([table.mode_id for table in tables])],
-    )
+        width_hz = mode.frequency_hz * np.nan_to_num(mode.damping_ratio)
+        if not is_line and not explains(mode.frequency_hz, width_hz, mode.shape):
+            kept.append(mode)
+            rank[number] = len(kept)
+    numbered = replace(poles, mode_id=rank[poles.mode_id])
+    return MethodResult(replace(modes, modes=tuple(kept)), replace(modes, modes=lines), numbered)

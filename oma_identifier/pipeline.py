@@ -21,6 +21,7 @@ from modal_core.errors import IdentificationError
 from modal_core.measurements import Measurement
 from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
+from modal_core.samples import Samples
 from modal_core.window import Window
 from oma_identifier.adopt import adopt_refined
 from oma_identifier.harmonics import line_at
@@ -33,13 +34,20 @@ from oma_identifier.identify import (
     with_lines,
 )
 from oma_identifier.kept_record import KeptRecord
+from oma_identifier.known_inputs import split_inputs, with_inputs
 from oma_identifier.methods import identify_by
 from oma_identifier.output_covariance import WhenFull
 from oma_identifier.peaks import SpectralPeaks
 from oma_identifier.record_streams import RecordStreams
 from oma_identifier.result import WindowResult
 from oma_identifier.robot_motion import RobotMotion
-from oma_identifier.robot_signals import RobotSignals, with_flags
+from oma_identifier.robot_signals import (
+    Cleaned,
+    never,
+    PeakTest,
+    RobotSignals,
+    with_flags,
+)
 from oma_identifier.sample_buffer import SampleBuffer
 from oma_identifier.sensor_lag import in_step, Lag
 from oma_identifier.settings import IdentificationSettings
@@ -82,6 +90,7 @@ class IdentificationPipeline:
         self._buffer = SampleBuffer(self.settings, layout)
         self._clean = RobotSignals(robot)
         self._lags: dict[str, Lag] = {}
+        self._explains: PeakTest = never
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz)
@@ -131,7 +140,7 @@ class IdentificationPipeline:
         check_samples(samples)
         spectrum = self._spectra.of(samples)
         if self._kept is not None:
-            return self._by_method(replace(window, samples=samples), spectrum)
+            return self._by_method(self._kept, window, cleaned, spectrum)
         self._newest.add(samples)
         found = identify_bands(
             self._newest.results(),
@@ -152,23 +161,37 @@ class IdentificationPipeline:
         self.last_tracked = self.tracker.update(modes, window.pose)
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
 
-    def _by_method(self, window: Window, spectrum: SingularValueSpectrum) -> WindowResult:
+    def _by_method(
+        self,
+        kept: KeptRecord,
+        window: Window,
+        cleaned: Cleaned,
+        spectrum: SingularValueSpectrum,
+    ) -> WindowResult:
         """Identify a window by a method that has nothing to carry over from the last one."""
-        if self._kept is not None:
-            self._kept.add(window.samples)
-        by_method = identify_by(self.settings.method, window.samples, self.settings)
-        self.last_tracked = self.tracker.update(by_method.modes, window.pose)
-        none = ModeSet((), window.samples.channel_names, self.settings.method)
-        found = Identified(self.last_tracked.modes, none, by_method.poles)
-        return _result(window, found, spectrum)
+        samples = cleaned.samples
+        if self.settings.method == 'csi':
+            samples = with_inputs(samples, cleaned.motion)
+        kept.add(samples)
+        self._lags, self._explains = cleaned.lags, cleaned.explains
+        found = with_lines(self._found_by_method(samples), cleaned.lines)
+        self.last_tracked = self.tracker.update(in_step(found.modes, self._lags), window.pose)
+        window = replace(window, quality=with_flags(window.quality, cleaned))
+        return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
+
+    def _found_by_method(self, samples: Samples) -> Identified:
+        responses, inputs = split_inputs(samples)
+        by_method = identify_by(
+            self.settings.method, responses, self.settings, inputs, self._explains
+        )
+        return Identified(by_method.modes, by_method.harmonics, by_method.poles)
 
     def _whole_by_method(self, kept: KeptRecord) -> WindowResult:
         samples = kept.samples()
-        by_method = identify_by(self.settings.method, samples, self.settings)
-        none = ModeSet((), samples.channel_names, self.settings.method)
-        spectrum = singular_value_spectrum(samples, self.settings.max_frequency_hz)
-        window = Window(-1, samples)
-        return _result(window, Identified(by_method.modes, none, by_method.poles), spectrum)
+        found = self._found_by_method(samples)
+        responses, _ = split_inputs(samples)
+        spectrum = singular_value_spectrum(responses, self.settings.max_frequency_hz)
+        return _result(Window(-1, responses), found, spectrum)
 
     def _without_modes(self, window: Window, quality: DataQuality) -> WindowResult:
         self.last_tracked = self.tracker.update(ModeSet((), window.samples.channel_names))

@@ -96,7 +96,8 @@ class NormalEquations:
         reduced = self._denominator[index].transpose(0, 2, 1, 3).reshape(size * r, size * r)
         reduced = reduced - stacked.T @ stacked
         # A_0 = I: with the lowest coefficient fixed, spurious poles come out unstable.
-        rest = solve(reduced[r:, r:], -reduced[r:, :r], assume_a='sym', check_finite=False)
+        # A pure line makes the equations nearly singular, which is no reason to warn.
+        rest = np.linalg.solve(reduced[r:, r:], -reduced[r:, :r])
         coefficients = np.concatenate([np.eye(r), rest]).reshape(size, r, r)
         eigenvalue, vector = _roots(coefficients)
         numerators = -np.tensordot(

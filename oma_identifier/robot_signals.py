@@ -6,15 +6,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
 from oma_identifier.drive_orders import remove_drive_orders
 from oma_identifier.joint_motion import joint_motion, JointMotion
+from oma_identifier.known_inputs import at_samples
 from oma_identifier.motion_peak import is_motion
-from oma_identifier.resample import interpolate
 from oma_identifier.rigid_motion import RigidMotionRemoval
 from oma_identifier.robot_motion import RobotMotion
 from oma_identifier.sensor_lag import Lag
@@ -48,6 +47,8 @@ class Cleaned:
         By channel.
     lags : dict of str to Lag
         Delays against the joint states, by channel.
+    motion : JointMotion or None
+        Of the joints, on the clock of the responses as far as a model could tell.
     """
 
     samples: Samples
@@ -56,6 +57,7 @@ class Cleaned:
     flags: tuple[str, ...]
     channel_flags: dict[str, str]
     lags: dict[str, Lag] = field(default_factory=dict)
+    motion: JointMotion | None = None
 
 
 def with_flags(quality: DataQuality, cleaned: Cleaned) -> DataQuality:
@@ -96,13 +98,21 @@ class RobotSignals:
             return _unmodelled(window)
         angle = self._robot.drive_angle(removed.motion.position)
         found = remove_drive_orders(
-            removed.samples, _at_samples(angle, removed.motion, window.samples)
+            removed.samples, at_samples(angle, removed.motion, window.samples)
         )
         flags = [*_flags(removed.motion)]
         flags += ['rigid_motion_removed'] if removed.fit is not None else []
         flags += ['drive_lines'] if found.orders else []
         test = _peak_test(window.samples, found.samples, removed.motion)
-        return Cleaned(found.samples, found.lines, test, tuple(flags), removed.flags, removed.lags)
+        return Cleaned(
+            samples=found.samples,
+            lines=found.lines,
+            explains=test,
+            flags=tuple(flags),
+            channel_flags=removed.flags,
+            lags=removed.lags,
+            motion=removed.motion,
+        )
 
 
 def _unmodelled(window: Window) -> Cleaned:
@@ -112,7 +122,8 @@ def _unmodelled(window: Window) -> Cleaned:
         motion = joint_motion(joints.stamp_ns, joints.position, samples.start_ns)
     if motion is None:
         return Cleaned(samples, (), never, (), {})
-    return Cleaned(samples, (), _peak_test(samples, samples, motion), _flags(motion), {})
+    test = _peak_test(samples, samples, motion)
+    return Cleaned(samples, (), test, _flags(motion), {}, motion=motion)
 
 
 def _flags(motion: JointMotion) -> tuple[str, ...]:
@@ -125,12 +136,3 @@ def _peak_test(measured: Samples, left: Samples, motion: JointMotion) -> PeakTes
         return is_motion(measured, left, motion, frequency_hz, width_hz, shape)
 
     return explains
-
-
-def _at_samples(
-    values: NDArray[np.float64], motion: JointMotion, samples: Samples
-) -> NDArray[np.float64]:
-    """Return values at the joints' instants at those of the samples."""
-    step_ns = NANOSECONDS_PER_SECOND / samples.sample_rate_hz
-    place = (np.arange(len(samples.acceleration)) * step_ns - motion.origin_ns) / motion.period_ns
-    return interpolate(values, np.clip(place, 0.0, len(values) - 1.0))

@@ -5,8 +5,8 @@ import math
 
 from modal_core.errors import SettingsError
 
-METHODS = ('ssi_cov', 'ssi_data', 'plscf', 'efdd', 'fdd')
-"""The combined subspace method ``csi`` needs known inputs: ``methods.identify_by``."""
+METHODS = ('ssi_cov', 'ssi_data', 'plscf', 'csi', 'efdd', 'fdd')
+"""The combined subspace method ``csi`` takes the joints' accelerations as known inputs."""
 LARGEST_ORDER = 100
 SHORTEST_REFINED_HOP_S = 5.0
 

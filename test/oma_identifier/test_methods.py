@@ -19,6 +19,7 @@ from oma_identifier.hankel_gram import HankelGram
 from oma_identifier.merging import merge_covariances, merge_modes
 from oma_identifier.methods import identify_by, METHODS
 from oma_identifier.plscf import NormalEquations
+from oma_identifier.settings import IdentificationSettings
 from oma_identifier.ssi_data import ssi_data
 
 RATE_HZ = 128.0
@@ -99,6 +100,47 @@ def test_efdd_damping_is_not_biased_by_the_spectral_window():
     limit = 1.0 / np.sqrt(2.0 * np.pi * 12.0 * 0.01 * 60.0)
     assert abs(np.mean(errors)) < 0.5 * limit, f'seeds 0..29: {np.mean(errors)}'
     assert np.std(errors) < 1.6 * limit, f'seeds 0..29: {np.std(errors)}'
+
+
+@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd'])
+def test_deviations_say_how_far_off_the_modes_are(method):
+    """Errors over their own standard deviations have a mean square of one."""
+    truth = Plant(
+        np.array([8.0, 15.0, 27.0]),
+        np.array([0.025, 0.02, 0.015]),
+        np.linalg.qr(np.random.default_rng(SEED).standard_normal((4, 4)))[0][:, :3],
+        np.eye(3),
+    )
+    scores = []
+    for seed in range(12):
+        found = simulate(truth, np.random.default_rng(seed), 60.0, RATE_HZ, noise=0.03)
+        for mode in identify_by(method, found).modes:
+            index = int(np.argmin(np.abs(truth.frequency_hz - mode.frequency_hz)))
+            error_hz = mode.frequency_hz - truth.frequency_hz[index]
+            error = mode.damping_ratio - truth.damping_ratio[index]
+            scores.append((error_hz / mode.frequency_std_hz, error / mode.damping_ratio_std))
+    assert len(scores) >= 34, f'seeds 0..11: {len(scores)}'
+    spread = np.sqrt(np.mean(np.square(scores), axis=0))
+    assert np.all((spread > 0.6) & (spread < 1.5)), f'seeds 0..11: {spread}'
+
+
+@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd', 'fdd'])
+def test_lines_are_kept_out_and_the_band_is_kept_to(method, samples):
+    time = np.arange(len(samples.acceleration)) / RATE_HZ
+    size = 0.5 * samples.acceleration.std(axis=0)
+    hum = replace(
+        samples,
+        acceleration=samples.acceleration + np.sin(2 * np.pi * 21.0 * time)[:, None] * size,
+    )
+    settings = IdentificationSettings(min_frequency_hz=10.0, max_frequency_hz=35.0)
+    result = identify_by(method, hum, settings)
+    np.testing.assert_allclose(result.harmonics.frequency_hz, [21.0], atol=0.05)
+    assert all(line.harmonic for line in result.harmonics)
+    expected = plant().frequency_hz[1:4] if method in ('ssi_data', 'plscf') else [27.0]
+    for frequency in expected:
+        assert np.abs(result.modes.frequency_hz / frequency - 1.0).min() < 0.01, method
+    assert np.all(np.abs(result.modes.frequency_hz - 21.0) > 0.5), method
+    assert np.all((result.modes.frequency_hz > 10.0) & (result.modes.frequency_hz < 35.0))
 
 
 def test_methods_are_refused_by_name(samples):
