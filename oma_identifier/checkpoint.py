@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+import math
 
 import numpy as np
 
@@ -53,26 +54,35 @@ def _track(entry: Mapping[str, object]) -> Track:
         fields['shape_imag'], dtype=float
     )
     names = tuple(str(name) for name in _list(fields['channel_names']))
-    joints = fields['joints']
     track = Track(
         id=int(_number(fields['id'])),
         frequency_hz=_number(fields['frequency_hz']),
         damping_ratio=_number(fields['damping_ratio']),
+        level=_number(fields['level']),
+        variance=_number(fields['variance']),
         wander=_number(fields['wander']),
         shape=shape,
         channel_names=names,
         n_seen=int(_number(fields['n_seen'])),
         missed=int(_number(fields['missed'])),
+        presence=_number(fields['presence']),
         places=[
-            Place(np.array(place, dtype=float), _number(frequency))
-            for place, frequency in map(_list, _list(fields['places']))
+            Place(np.array(place, dtype=float), _number(offset), _number(variance))
+            for place, offset, variance in map(_list, _list(fields['places']))
         ],
-        joints=None if joints is None else np.array(joints, dtype=float),
+        companions={
+            int(_number(number)): int(_number(count))
+            for number, count in map(_list, _list(fields['companions']))
+        },
     )
     if len(shape) != len(names) or not np.isfinite(shape).all():
         raise ValueError('shape and channel names differ')
-    if not track.frequency_hz > 0.0 or not track.wander > 0.0:
+    if not track.frequency_hz > 0.0 or not track.wander > 0.0 or not track.variance >= 0.0:
         raise ValueError('frequency not positive')
+    if not 0.0 < track.presence <= 1.0:
+        raise ValueError('presence not within 0..1')
+    if not math.isfinite(track.level):
+        raise ValueError('level not finite')
     return track
 
 

@@ -15,9 +15,15 @@ WANDER = 0.01
 """Share of its frequency a mode may drift from one window to the next, before any is measured."""
 LEAST_WANDER, MOST_WANDER = 0.002, 0.02
 FORGET = 0.2
-"""Weight of the newest window in the running means."""
+"""Weight of the newest window in the running mean of the shape."""
+FORGET_WANDER = 0.05
+FORGET_PRESENCE, LEAST_PRESENCE = 0.1, 0.01
+LONGEST_DRIFT = 25
+"""Windows after which an unseen mode is not searched for any wider."""
 POSE_WANDER_PER_RAD = 0.15
 """Share of the frequency per radian of the largest joint change, in a pose not seen before."""
+LEAST_STD, MOST_STD, UNKNOWN_STD = 0.0005, 0.01, 0.005
+"""Bounds of the relative standard deviation a mode comes with, and what is taken for none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +32,17 @@ class Expectation:
 
     Parameters
     ----------
-    frequency_hz, frequency_std_hz : float [Hz]
-        Mean and standard deviation.
+    frequency_hz : float [Hz]
+        Mean.
+    relative_std : float
+        Standard deviation over the mean, without that of the estimate to come.
+    place_std : float
+        The part of it that comes from not knowing the pose.
     """
 
     frequency_hz: float
-    frequency_std_hz: float
+    relative_std: float
+    place_std: float
 
 
 @dataclass(slots=True)
@@ -42,98 +53,130 @@ class Place:
     ----------
     joints : (n_joints,) array [rad]
         The pose.
-    frequency_hz : float [Hz]
-        Running mean there.
+    offset : float
+        Logarithm of the frequency there over the track's level.
+    variance : float
+        Of the offset.
     """
 
     joints: NDArray[np.float64]
-    frequency_hz: float
+    offset: float
+    variance: float
 
 
 @dataclass(slots=True)
 class Track:
-    """A mode's memory.
+    """A mode's memory: a level that drifts everywhere alike, and an offset of each pose.
+
+    The logarithm of the frequency is level plus offset of the pose; the level is a random walk
+    whose step is learned, and both are followed by a Kalman filter.
 
     Parameters
     ----------
     id : int
         Given to every mode linked to it.
     frequency_hz, damping_ratio : float [Hz], [-]
-        Running means.
+        As last seen.
+    level, variance : float
+        Logarithm of the frequency in the place first seen [ln Hz], and its variance.
     wander : float
-        Running root mean square of the relative change of frequency from window to window.
+        Standard deviation of the level's step from one window to the next.
     shape : (n_channels,) complex array
         Running mean, aligned in phase.
     channel_names : tuple of str
         Entries of the shape.
     n_seen, missed : int
         Windows it was found in; windows since.
+    presence : float
+        Running share of the windows it was found in.
     places : list of Place
-        Frequencies by pose.
-    joints : (n_joints,) array or None [rad]
-        Pose it was last seen in.
+        Offsets by pose.
+    companions : dict of int to int
+        In how many windows this one was found beside another, by its id.
     """
 
     id: int
     frequency_hz: float = math.nan
     damping_ratio: float = math.nan
+    level: float = math.nan
+    variance: float = 0.0
     wander: float = WANDER
     shape: NDArray[np.complex128] = field(default_factory=lambda: np.empty(0, dtype=complex))
     channel_names: tuple[str, ...] = ()
     n_seen: int = 0
     missed: int = 0
+    presence: float = 0.5
     places: list[Place] = field(default_factory=list)
-    joints: NDArray[np.float64] | None = None
+    companions: dict[int, int] = field(default_factory=dict)
 
     def observe(
         self, mode: Mode, joints: NDArray[np.float64] | None, channel_names: tuple[str, ...]
     ) -> None:
         """Learn from a mode linked to this track."""
-        same_place = self._distance_rad(joints) <= SAME_POSE_RAD
-        if self.n_seen and same_place and self.missed == 0:
-            step = mode.frequency_hz / self.frequency_hz - 1.0
-            wander = math.sqrt((1.0 - FORGET) * self.wander**2 + FORGET * step**2)
-            self.wander = min(wander, MOST_WANDER)
+        self._learn_frequency(math.log(mode.frequency_hz), relative_std(mode) ** 2, joints)
         self.frequency_hz = mode.frequency_hz
         self.damping_ratio = mode.damping_ratio
         self._learn_shape(mode.shape, channel_names)
         self.n_seen += 1
         self.missed = 0
-        self.joints = joints
-        if joints is not None:
-            self._learn_place(joints, mode.frequency_hz)
+        self.presence += FORGET_PRESENCE * (1.0 - self.presence)
+
+    def miss(self) -> None:
+        """Let a window pass without this mode."""
+        self.missed += 1
+        self.presence = max((1.0 - FORGET_PRESENCE) * self.presence, LEAST_PRESENCE)
 
     def expected(self, joints: NDArray[np.float64] | None) -> Expectation:
         """Return where the mode should be in a pose."""
-        base, moved = self.frequency_hz, self._distance_rad(joints)
         place = self._place(joints)
-        if place is not None:
-            base, moved = place.frequency_hz, 0.0
-        drift = max(self.wander, LEAST_WANDER) * math.sqrt(1.0 + min(self.missed, 25))
-        return Expectation(base, base * math.hypot(drift, POSE_WANDER_PER_RAD * moved))
+        return Expectation(
+            math.exp(self.level + place.offset),
+            math.sqrt(self.drifted + place.variance),
+            math.sqrt(place.variance),
+        )
 
-    def _distance_rad(self, joints: NDArray[np.float64] | None) -> float:
-        if joints is None or self.joints is None or len(joints) != len(self.joints):
-            return 0.0
-        return float(np.max(np.abs(joints - self.joints), initial=0.0))
+    @property
+    def drifted(self) -> float:
+        """Variance of the level in the window to come."""
+        steps = 1.0 + min(self.missed, LONGEST_DRIFT)
+        return self.variance + max(self.wander, LEAST_WANDER) ** 2 * steps
 
-    def _place(self, joints: NDArray[np.float64] | None) -> Place | None:
-        if joints is None:
-            return None
-        for place in reversed(self.places):
-            if len(place.joints) == len(joints) and np.all(
-                np.abs(place.joints - joints) <= SAME_POSE_RAD
-            ):
-                return place
-        return None
-
-    def _learn_place(self, joints: NDArray[np.float64], frequency_hz: float) -> None:
-        place = self._place(joints)
-        if place is not None:
-            place.frequency_hz += 0.5 * (frequency_hz - place.frequency_hz)
+    def _learn_frequency(
+        self, value: float, noise: float, joints: NDArray[np.float64] | None
+    ) -> None:
+        if not self.n_seen:
+            self.level, self.variance = value, noise
+            if joints is not None:
+                self.places = [Place(joints.copy(), 0.0, 0.0)]
             return
-        self.places.append(Place(joints.copy(), frequency_hz))
-        del self.places[:-MOST_PLACES]
+        place, drifted = self._place(joints), self.drifted
+        innovation = value - self.level - place.offset
+        known = drifted + place.variance + noise
+        if self.missed == 0:
+            excess = innovation**2 - (known - max(self.wander, LEAST_WANDER) ** 2)
+            squared = (1.0 - FORGET_WANDER) * self.wander**2 + FORGET_WANDER * max(excess, 0.0)
+            self.wander = min(math.sqrt(squared), MOST_WANDER)
+        self.level += drifted / known * innovation
+        self.variance = drifted * (1.0 - drifted / known)
+        place.offset += place.variance / known * innovation
+        place.variance *= 1.0 - place.variance / known
+        if joints is not None and not any(place is old for old in self.places):
+            self.places.append(place)
+            del self.places[:-MOST_PLACES]
+
+    def _place(self, joints: NDArray[np.float64] | None) -> Place:
+        """Return what is known of a pose; of a new one what the nearest known one tells."""
+        if joints is None:
+            return Place(np.empty(0), 0.0, 0.0)
+        known = [place for place in self.places if len(place.joints) == len(joints)]
+        if not known:
+            return Place(joints.copy(), 0.0, 0.0)
+        away = [float(np.max(np.abs(place.joints - joints), initial=0.0)) for place in known]
+        nearest = int(np.argmin(away))
+        if away[nearest] <= SAME_POSE_RAD:
+            return known[nearest]
+        unknown = (POSE_WANDER_PER_RAD * away[nearest]) ** 2
+        return Place(joints.copy(), known[nearest].offset, known[nearest].variance + unknown)
 
     def _learn_shape(self, shape: NDArray[np.complex128], channel_names: tuple[str, ...]) -> None:
         unit = shape / max(float(np.linalg.norm(shape)), 1e-300)
@@ -151,12 +194,26 @@ class Track:
             'id': self.id,
             'frequency_hz': self.frequency_hz,
             'damping_ratio': self.damping_ratio,
+            'level': self.level,
+            'variance': self.variance,
             'wander': self.wander,
             'shape_real': self.shape.real.tolist(),
             'shape_imag': self.shape.imag.tolist(),
             'channel_names': list(self.channel_names),
             'n_seen': self.n_seen,
             'missed': self.missed,
-            'places': [[place.joints.tolist(), place.frequency_hz] for place in self.places],
-            'joints': None if self.joints is None else self.joints.tolist(),
+            'presence': self.presence,
+            'places': [
+                [place.joints.tolist(), place.offset, place.variance] for place in self.places
+            ],
+            'companions': [list(item) for item in sorted(self.companions.items())],
         }
+
+
+def relative_std(mode: Mode) -> float:
+    """Return a mode's standard deviation of frequency over its frequency, within belief.
+
+    A mode that is hardly determined must not link to anything near and far.
+    """
+    value = mode.frequency_std_hz / mode.frequency_hz
+    return min(max(value, LEAST_STD), MOST_STD) if math.isfinite(value) else UNKNOWN_STD

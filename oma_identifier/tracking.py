@@ -1,6 +1,6 @@
 """Gives modes ids that stay the same from window to window."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -12,7 +12,7 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose
 from oma_identifier.checkpoint import restore
-from oma_identifier.track import Track
+from oma_identifier.track import relative_std, Track
 
 GATE = 16.0
 """Largest cost of a link: four standard deviations, or that much in shape."""
@@ -22,8 +22,12 @@ LOST_AFTER = 3
 """Windows in a row a mode is missed before it is reported lost; its id is kept."""
 MOST_TRACKS = 400
 FORBIDDEN = 1e6
-WIDEST_STEP = 0.01
-"""Share of the frequency: no larger standard deviation widens the search for a link."""
+SAME_SHAPE, OUTLIER_DEVIATION, WIDEST_OUTLIER = 0.9, 8.0, 0.03
+"""MAC, deviation and share of the frequency of an outlier that is linked all the same."""
+TWIN_DEVIATION, TWIN_COMPANY = 2.0, 0.2
+"""Deviation of two tracks of one mode, and share of windows a method may find it twice."""
+SEEN_TO_JUDGE = 3
+"""Windows a younger track must be seen in before it can be taken for an older one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +76,8 @@ class ModeTracker:
         """
         joints = None if pose is None else np.asarray(pose.position, dtype=float)
         links = self._link(modes, joints)
-        born, returned, numbered = [], [], []
+        born, returned = [], []
+        seen: list[Track] = []
         for row, mode in enumerate(modes):
             track = links.get(row)
             if track is None:
@@ -81,8 +86,15 @@ class ModeTracker:
             elif track.missed >= LOST_AFTER:
                 returned.append(track.id)
             track.observe(mode, joints, modes.channel_names)
-            numbered.append(replace(mode, id=track.id))
-        lost = self._miss({mode.id for mode in numbered})
+            seen.append(track)
+        numbers = {track.id for track in seen}
+        for track in seen:
+            track.companions.update(
+                {other: track.companions.get(other, 0) + 1 for other in numbers - {track.id}}
+            )
+        lost = self._miss(numbers)
+        self._merge_twins(seen)
+        numbered = [replace(mode, id=track.id) for mode, track in zip(modes, seen, strict=True)]
         return TrackedModes(
             replace(modes, modes=tuple(numbered)), tuple(born), tuple(lost), tuple(returned)
         )
@@ -102,18 +114,40 @@ class ModeTracker:
     def _link(self, modes: ModeSet, joints: NDArray[np.float64] | None) -> dict[int, Track]:
         if not len(modes) or not self.tracks:
             return {}
-        cost = np.array(
-            [
-                [link_cost(track, mode, joints, modes.channel_names) for track in self.tracks]
-                for mode in modes
-            ]
-        )
-        rows, columns = linear_sum_assignment(np.minimum(cost, FORBIDDEN))
-        return {
-            int(row): self.tracks[column]
+        closeness = [
+            [closeness_of(track, mode, joints, modes.channel_names) for track in self.tracks]
+            for mode in modes
+        ]
+        cost = np.array([[entry.cost for entry in row] for row in closeness])
+        # Of two tracks that fit alike, the mode that is usually there is there.
+        surprise = -2.0 * np.log([track.presence for track in self.tracks])
+        rows, columns = linear_sum_assignment(np.minimum(cost + surprise, FORBIDDEN))
+        links = {
+            int(row): int(column)
             for row, column in zip(rows, columns, strict=True)
             if cost[row, column] <= GATE
         }
+        # An outlier of frequency gives no second id to a mode whose shape leaves no doubt.
+        free = np.array([[entry.unmistakable for entry in row] for row in closeness])
+        free[list(links)] = False
+        free[:, list(links.values())] = False
+        for row, column in np.argwhere(free):
+            if free[row].sum() == 1 and free[:, column].sum() == 1:
+                links[int(row)] = int(column)
+        return {row: self.tracks[column] for row, column in links.items()}
+
+    def _merge_twins(self, seen: Sequence[Track]) -> None:
+        """Give a track the id of an older one that it turns out to continue."""
+        for young in seen:
+            if young.n_seen < SEEN_TO_JUDGE:
+                continue
+            for old in self.tracks:
+                if old.id < young.id and old.missed and _are_twins(old, young):
+                    self.tracks.remove(old)
+                    young.id, young.n_seen = old.id, young.n_seen + old.n_seen
+                    young.companions = old.companions
+                    break
+        self.tracks.sort(key=lambda track: track.id)
 
     def _birth(self) -> Track:
         track = Track(id=self._next_id)
@@ -127,7 +161,7 @@ class ModeTracker:
         for track in self.tracks:
             if track.id in present:
                 continue
-            track.missed += 1
+            track.miss()
             if track.missed == LOST_AFTER:
                 lost.append(track.id)
         if len(self.tracks) > MOST_TRACKS:
@@ -159,26 +193,66 @@ class ModeTracker:
         return tracker
 
 
-def link_cost(
+@dataclass(frozen=True, slots=True)
+class Closeness:
+    """How well a mode continues a track.
+
+    Parameters
+    ----------
+    deviation : float
+        Distance in frequency in standard deviations of both.
+    step : float
+        Distance in frequency over the frequency.
+    widest : float
+        Largest such distance of an outlier.
+    alike : float
+        MAC.
+    """
+
+    deviation: float
+    step: float
+    widest: float
+    alike: float
+
+    @property
+    def cost(self) -> float:
+        """Squared distance: (Δf / σ)² plus 1 - MAC over its usual spread."""
+        distance = self.deviation**2
+        if distance > GATE:
+            return FORBIDDEN
+        return distance + (1.0 - self.alike) / SHAPE_SPREAD
+
+    @property
+    def unmistakable(self) -> bool:
+        """The same shape at nearly the same frequency, though not within its deviation."""
+        near = self.step <= self.widest and self.deviation <= OUTLIER_DEVIATION
+        return near and self.alike >= SAME_SHAPE
+
+
+def closeness_of(
     track: Track,
     mode: Mode,
     joints: NDArray[np.float64] | None,
     channel_names: tuple[str, ...],
-) -> float:
-    """Return how unlikely it is that a mode continues a track, as a squared distance.
-
-    (Δf / σ)² with the uncertainty of both and the track's own wander, plus (1 - MAC) over its
-    usual spread.
-    """
+) -> Closeness:
+    """Compare a mode with a track, with the uncertainty of both."""
     expected = track.expected(joints)
-    # A mode that is hardly determined must not link to anything near and far.
-    widest = WIDEST_STEP * mode.frequency_hz
-    own = min(mode.frequency_std_hz, widest) if math.isfinite(mode.frequency_std_hz) else 0.0
-    spread = math.hypot(own, expected.frequency_std_hz)
-    distance = ((mode.frequency_hz - expected.frequency_hz) / spread) ** 2
-    if distance > GATE:
-        return FORBIDDEN
-    return distance + (1.0 - _alike(track, mode, channel_names)) / SHAPE_SPREAD
+    step = abs(math.log(mode.frequency_hz / expected.frequency_hz))
+    deviation = step / math.hypot(relative_std(mode), expected.relative_std)
+    widest = WIDEST_OUTLIER + OUTLIER_DEVIATION * expected.place_std
+    alike = _alike(track, mode, channel_names) if deviation <= OUTLIER_DEVIATION else 0.0
+    return Closeness(deviation, step, widest, alike)
+
+
+def _are_twins(old: Track, young: Track) -> bool:
+    """Tell whether two tracks are one mode: alike, and hardly ever found beside one another."""
+    if young.companions.get(old.id, 0) > TWIN_COMPANY * young.n_seen:
+        return False
+    spread = math.sqrt(old.drifted + young.drifted)
+    near = abs(old.level - young.level) <= TWIN_DEVIATION * spread
+    if not near or old.channel_names != young.channel_names:
+        return False
+    return float(mac(old.shape, young.shape)[0, 0]) >= SAME_SHAPE
 
 
 def _alike(track: Track, mode: Mode, channel_names: tuple[str, ...]) -> float:
