@@ -208,7 +208,8 @@ class Controller:
     def motors_off(self, reason: str = 'motors off') -> None:
         """Switch the motors off; the brakes hold."""
         self.stop(reason)
-        self.motors_on = False
+        # The brakes hold at once; no ramp is left to go on with when the motors come back.
+        self.motors_on, self.motion = False, None
 
     def switch_motors_on(self) -> bool:
         """Switch the motors on; False while the e-stop is latched."""
