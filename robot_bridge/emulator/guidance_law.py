@@ -46,7 +46,7 @@ class GuidanceSettings:
     sample_cycles : int
         Controller cycles per message (SampleRate / 4).
     stop_ramp_down : bool
-        EGM_STOP_RAMP_DOWN instead of EGM_STOP_HOLD.
+        EGM_STOP_RAMP_DOWN, back to where the session began, instead of EGM_STOP_HOLD.
     """
 
     gain_1_s: float = 5.0
@@ -91,6 +91,7 @@ class GuidanceLaw:
         self._ran_s = 0.0
         self._inside_s = 0.0
         self._ending_s: float | None = None
+        self._end_deg: Array | None = None
         cutoff = settings.low_pass_hz
         self._keep = math.exp(-2.0 * math.pi * cutoff * cycle_s) if cutoff > 0.0 else 0.0
 
@@ -119,6 +120,8 @@ class GuidanceLaw:
 
     def step(self) -> Array:
         """Move on by one cycle and return the position asked for, (6,) [deg]."""
+        if self._ending_s is not None and self.settings.stop_ramp_down:
+            return self._go_back()
         limits, cycle_s = self.settings, self._cycle_s
         error = self._reference_deg - self.position_deg
         gain = min(limits.gain_1_s, GAIN_LIMIT_1_S) * limits.position_gain
@@ -137,6 +140,19 @@ class GuidanceLaw:
         self._watch_convergence(error)
         self._ran_s += cycle_s
         return position
+
+    def _go_back(self) -> Array:
+        """Return to the start within the ramp-out time, at rest at both ends."""
+        before, ending_s = self.position_deg, (self._ending_s or 0.0) + self._cycle_s
+        if self._end_deg is None:
+            self._end_deg = before
+        left = 1.0 - min(ending_s / self.settings.ramp_out_s, 1.0)
+        self.position_deg = self.start_deg + left**2 * (3.0 - 2.0 * left) * (
+            self._end_deg - self.start_deg
+        )
+        self.speed_deg_s = (self.position_deg - before) / self._cycle_s
+        self._ending_s = ending_s
+        return self.position_deg
 
     def _ramp(self) -> float:
         ramp = min(1.0, (self._ran_s + self._cycle_s) / self.settings.ramp_in_s)

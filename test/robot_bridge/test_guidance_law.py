@@ -107,3 +107,22 @@ def test_only_selected_axes_count_for_convergence():
     law.refer(target, None)
     law.step()
     assert law.converged
+
+
+@pytest.mark.parametrize('back', [False, True])
+def test_a_session_ends_where_it_is_or_where_it_began(back):
+    settings = GuidanceSettings(stop_ramp_down=back, ramp_out_s=0.4, **WIDE)
+    law = GuidanceLaw(settings, np.full(6, 10.0), CYCLE_S)
+    law.refer(np.full(6, 12.0), None)
+    for _ in range(1000):
+        law.step()
+    law.end()
+    path = [law.position_deg]
+    while not law.finished:
+        path.append(law.step())
+    assert len(path) * CYCLE_S == pytest.approx(0.4, abs=3 * CYCLE_S)
+    np.testing.assert_allclose(path[-1], 10.0 if back else 12.0, atol=1e-6 if back else 0.03)
+    # At rest at the end, and nowhere faster than 1.5 times the mean.
+    steps = np.abs(np.diff(np.array(path), axis=0))
+    assert steps[-1].max() < 0.02
+    assert steps.max() <= 1.6 * 2.0 * CYCLE_S / 0.4
