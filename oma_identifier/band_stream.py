@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from oma_identifier.bands import Band
 from oma_identifier.condition import BandConditioner
 from oma_identifier.output_covariance import CovarianceAccumulator, OutputCovariance, WhenFull
-from oma_identifier.references import combine_references
+from oma_identifier.references import choose_references, MOST_REFERENCES
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.ssi_cov import compress_outputs
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from oma_identifier.selection import BandSelection
 
 N_BLOCKS = 64
-REFRESHED = 1.0 / 32.0
+REFRESHED = 1.0 / 16.0
 """Share of the blocks that are new when a band is solved again."""
 MOST_OUTPUTS = 12
 """More channels are combined to this many outputs; mode shapes keep all channels."""
@@ -107,8 +107,9 @@ class BandStream:
             self._accumulator.interrupt()
 
     def _start(self, rows: NDArray[np.float64]) -> CovarianceAccumulator:
-        references = combine_references(rows, self._settings.n_references)
-        automatic = math.ceil(ROWS_PER_ORDER * self._settings.max_order / references.shape[1])
+        wanted = self._settings.n_references or MOST_REFERENCES
+        references = choose_references(rows, min(wanted, MOST_REFERENCES))
+        automatic = math.ceil(ROWS_PER_ORDER * self._settings.max_order / len(references))
         self._block_rows = self._settings.block_rows or max(FEWEST_BLOCK_ROWS, automatic)
         return CovarianceAccumulator(
             n_lags=2 * self._block_rows - 1,
@@ -122,7 +123,7 @@ class BandStream:
         """Return the covariances so far; None before the first block is complete.
 
         Of a sliding window the same object as last time as long as less than ``REFRESHED`` of
-        the blocks are new: so few change a result by a quarter of its standard deviation.
+        the blocks are new: so few change a result by a third of its standard deviation.
         """
         blocks = self._accumulator
         if blocks is None or blocks.n_blocks == 0:
@@ -139,14 +140,15 @@ class BandStream:
     def _result(self, blocks: CovarianceAccumulator) -> BandCovariance:
         scale = np.sqrt(blocks.power)
         inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0.0)
-        mean = blocks.mean * inverse[:, None]
+        weight = inverse[blocks.references]
+        mean = blocks.mean * (inverse[:, None] * weight)
         outputs = np.diag(inverse)
         if len(scale) > MOST_OUTPUTS:
             outputs = inverse[:, None] * compress_outputs(mean, MOST_OUTPUTS)
         return BandCovariance(
             band=self.band,
             mean=mean,
-            covariance=blocks.result(self.band.sample_rate_hz, outputs),
+            covariance=blocks.result(self.band.sample_rate_hz, outputs, weight),
             scale=scale,
             block_rows=self._block_rows,
         )

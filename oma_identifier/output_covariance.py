@@ -72,8 +72,8 @@ class CovarianceAccumulator:
     ----------
     n_lags : int
         Lags 1 .. n_lags.
-    references : (n_references,) int array or (n_channels, n_references) array
-        Columns that serve as references, or the combinations of columns that do.
+    references : (n_references,) int array
+        Columns that serve as references.
     block_samples : int
         Samples per block at first.
     capacity : int
@@ -90,7 +90,7 @@ class CovarianceAccumulator:
     def __init__(
         self,
         n_lags: int,
-        references: NDArray[np.int64] | NDArray[np.float64],
+        references: NDArray[np.int64],
         block_samples: int,
         capacity: int,
         when_full: WhenFull = WhenFull.JOIN,
@@ -153,12 +153,13 @@ class CovarianceAccumulator:
                 :, None, None
             ]
         self._past = np.concatenate([past, rows[-self.n_lags :]])[-self.n_lags :]
-        block = sums.astype(np.float32)
+        # Channels first: combining them is one product of matrices.
+        block = sums.transpose(1, 0, 2).astype(np.float32, order='C')
         self.n_added += 1
         self._blocks.append(block)
         self._powers.append(np.einsum('tc,tc->c', rows, rows))
         if self._total is None:
-            self._total = np.zeros(sums.shape)
+            self._total = np.zeros(block.shape)
         self._total += block
         if self.when_full is WhenFull.RETIRE and len(self._blocks) > self.capacity:
             self._total -= self._blocks.popleft()
@@ -182,10 +183,13 @@ class CovarianceAccumulator:
     @property
     def mean(self) -> NDArray[np.float64]:
         """Covariance over the blocks kept, (n_lags, n_channels, n_references); needs one block."""
-        return np.asarray(self._total) / self.n_samples
+        return np.asarray(self._total).transpose(1, 0, 2) / self.n_samples
 
     def result(
-        self, sample_rate_hz: float, outputs: NDArray[np.float64] | None = None
+        self,
+        sample_rate_hz: float,
+        outputs: NDArray[np.float64] | None = None,
+        weight: NDArray[np.float64] | None = None,
     ) -> OutputCovariance:
         """Return the covariances of all blocks kept; one lag is one sample at this rate.
 
@@ -195,17 +199,18 @@ class CovarianceAccumulator:
             Of the samples.
         outputs : (n_channels, n_outputs) array or None
             Combinations of channels to return instead of the channels.
+        weight : (n_references,) array or None
+            Factors of the references; None: 1.
         """
-        first = self._blocks[0]
-        n_outputs = first.shape[1] if outputs is None else outputs.shape[1]
-        blocks = np.empty((self.n_blocks, len(first), n_outputs, first.shape[2]), np.float32)
-        if outputs is None:
-            for place, block in zip(blocks, self._blocks, strict=True):
-                np.divide(block, self.block_samples, out=place)
-        else:
-            combine = (outputs.T / self.block_samples).astype(np.float32)
-            for place, block in zip(blocks, self._blocks, strict=True):
-                np.matmul(combine, block, out=place)
+        n_channels, n_lags, n_references = self._blocks[0].shape
+        combine = np.eye(n_channels) if outputs is None else outputs.T
+        combine = (combine / self.block_samples).astype(np.float32)
+        blocks = np.empty((self.n_blocks, n_lags, len(combine), n_references), np.float32)
+        for place, block in zip(blocks, self._blocks, strict=True):
+            combined = combine @ block.reshape(n_channels, -1)
+            place[:] = combined.reshape(-1, n_lags, n_references).transpose(1, 0, 2)
+        if weight is not None:
+            blocks *= weight.astype(np.float32)
         return OutputCovariance(blocks, sample_rate_hz, self.n_samples)
 
 
@@ -217,7 +222,7 @@ def _in_pairs(sums: deque[NDArray[Real]]) -> deque[NDArray[Real]]:
 def lagged_products(
     rows: NDArray[np.float64],
     past: NDArray[np.float64],
-    references: NDArray[np.int64] | NDArray[np.float64],
+    references: NDArray[np.int64],
 ) -> NDArray[np.float64]:
     """Return Σ_t y(t) y_ref(t-k)ᵀ for lags 1 .. n_lags.
 
@@ -227,8 +232,8 @@ def lagged_products(
         The block, t runs over its rows.
     past : (n_lags, n_channels) array
         Samples just before the block.
-    references : (n_references,) int array or (n_channels, n_references) array
-        Columns that serve as references, or the combinations of columns that do.
+    references : (n_references,) int array
+        Columns that serve as references.
 
     Returns
     -------
@@ -236,6 +241,6 @@ def lagged_products(
         Sums, exact: nothing wraps around.
     """
     both = np.concatenate([past, rows])
-    reference = both[:, references] if references.ndim == 1 else both @ references
+    reference = both[:, references]
     # y(t) y_ref(t-k): the references, begun n_lags earlier, are n_lags - k ahead.
     return lagged_sums(reference, rows, len(past))[::-1].transpose(0, 2, 1)

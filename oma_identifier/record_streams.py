@@ -80,7 +80,7 @@ class RecordStreams:
         bands = plan_bands(samples.sample_rate_hz, duration_s, self._settings)
         span_s = min(window_s, samples.duration_s)
         self._streams = [
-            BandStream(band, self._settings, span_s, self._when_full, turn=index % 2)
+            BandStream(band, self._settings, span_s, self._when_full, turn=index % 4)
             for index, band in enumerate(bands)
         ]
 
