@@ -285,8 +285,7 @@ class Search:
                     self.coarse,
                     self.coarse_weighting,
                     columns=shared,
-                    iterations=5 if slow else 6,
-                    relinearise=0 if slow else 1,
+                    iterations=4 if slow else 6,
                 )
             )
         rough.sort(key=lambda item: -item.log_evidence)

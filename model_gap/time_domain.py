@@ -20,7 +20,7 @@ from structural_model import FlexibleJointModel
 
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]
-STEPS_PER_S = 1000.0
+STEPS_PER_S = 600.0
 # Faster poles follow a torque at once.
 SLOW_POLE_1_S = 2.0 * np.pi * 220.0
 
@@ -132,7 +132,8 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Arr
     Returns
     -------
     (n_lanes, n_steps) array [N m]
-        Torque of the law on the twist; the arm feels its negative.
+        Torque of the law on the twist, mean from each step to the next; the arm feels its
+        negative.
 
     References
     ----------
@@ -167,19 +168,28 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Arr
     state = np.zeros_like(poles)
     found = np.zeros_like(twist)
     readout = np.array([residues, residues * poles])
+    last = np.zeros(len(paths))
     for number in range(len(twist)):
         free, free_rate = np.einsum('klm,lm->kl', readout, state).real
         torque = law.torque(twist[number] + free, rate[number] + free_rate, speed[number])
-        found[number] = torque
+        mean = 0.5 * (last + torque)
+        last = torque
+        surplus = law.surplus()
+        if surplus is not None:
+            mean += surplus
+            state -= now * surplus[:, None]
+        found[number] = mean
         state *= grow
         state -= mixed * torque[:, None]
-    return found.T
+    return np.asarray(np.roll(found, -1, axis=0).T)
 
 
 def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Complex:
     """Return the force on the degrees of freedom on a record's bins, (n_dof, 3 n_bins)."""
     count = len(item.record.acceleration)
     low = np.fft.rfft(torque - torque.mean())
+    turn = np.arange(len(low)) / len(torque)
+    low /= np.sinc(turn) * np.exp(1j * np.pi * turn)  # means over steps, to points in time
     wide = np.zeros(count // 2 + 1, dtype=complex)
     keep = min(len(wide), len(low))
     wide[:keep] = low[:keep]

@@ -225,7 +225,6 @@ def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
     terms = []
     n = len(systems[0].M)
     place = {name: i for i, name in enumerate(systems[0].names)}
-    load = np.array([s.load for s in systems])
     joint = {name: i for i, name in enumerate(arm.joints)}
     duration = v.shape[1] * dt
     for e in effects:
@@ -270,13 +269,13 @@ def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
             terms.append((i, lambda t, x, xv, i=i, k=k, al=al: -k * al * x[:, i] ** 3))
         elif kind == 'backlash':
             b, share = e['gap'], e.get('preload', 1.0)
-            x0 = share * load[:, i] / k
+            x0 = share * np.array([np.linalg.solve(s.K, s.load)[i] for s in systems])
 
             def play(z, b=b):
                 return np.sign(z) * np.maximum(np.abs(z) - b, 0)
 
-            # static position inside the toothed contact under gravity load
-            rest = x0 + b * np.sign(x0)
+            # static position: on the flank gravity pushes to, in the middle when nothing pushes
+            rest = x0 + b * np.sign(np.round(x0, 9))
             terms.append(
                 (
                     i,
