@@ -46,5 +46,5 @@ def _inverse_scale(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _covariances(scaled: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return covariances of all channels with all at a few lags, one below the other."""
-    lags = [lag for lag in LAGS if lag < len(scaled) // 4]
+    lags = [lag for lag in LAGS if lag < max(2, len(scaled) // 4)]
     return np.asarray(np.concatenate([scaled[lag:].T @ scaled[:-lag] for lag in lags]))
