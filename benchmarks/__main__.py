@@ -43,7 +43,7 @@ def tracking(full: bool, store: Path | None) -> Iterator[Line]:
 def throughput(full: bool, store: Path | None) -> Iterator[Line]:
     from benchmarks.throughput import rows
 
-    return rows(3600, 600.0) if full else rows(90, 600.0)
+    return rows(3600, 600.0) if full else rows(240, 600.0)
 
 
 def streaming(full: bool, store: Path | None) -> Iterator[Line]:
