@@ -1,11 +1,8 @@
 """The bridge as a ROS node: plans in, joint states out, nothing moves without arm and start."""
 
-from collections.abc import Callable, Sequence
-import contextlib
+from collections.abc import Sequence
 from pathlib import Path
-import queue
 import sys
-import threading
 import time
 from typing import Any
 
@@ -17,30 +14,22 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.logging import get_logging_directory
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Empty
-from std_srvs.srv import Trigger
 
 from excitation_planner.ros_messages import plan_from_message
-from modal_core.errors import BridgeError, ModalAnalysisError
+from modal_core.errors import ModalAnalysisError
 from modal_core.ros_messages import LATCHED, parameter_descriptor
 from modal_core.run_node import RCLError, run_node
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
-from oma_msgs.srv import ArmPlan
 from robot_bridge.bridge import Bridge
 from robot_bridge.bridge_settings import LIVE, PARAMETERS, settings_from
 from robot_bridge.egm_feedback import RobotFeedback
-from robot_bridge.joint_feed import JointFeed
-from robot_bridge.operator_flow import FlowState
-from robot_bridge.ros_messages import diagnostic_status, joint_state, state_message
+from robot_bridge.joint_publisher_node import JointPublisher
+from robot_bridge.operator_desk_node import OperatorDesk
+from robot_bridge.ros_messages import diagnostic_status, state_message
 from structural_model.robot_files import load_robot
 
-RELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
-HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-PUBLISH_PERIOD_S = 0.02
-# Plans, start and reset, abort, and what is quick: none waits for another.
+# Plans; arm, start and reset; abort; and what is quick: none waits for another.
 N_THREADS = 4
 
 
@@ -59,13 +48,17 @@ class BridgeNode(LifecycleNode):
         self.condition, self.plan_error = 'not configured', ''
         self.configure_error: ModalAnalysisError | None = None
         self.bridge: Bridge | None = None
-        self._feed: JointFeed | None = None
         self._plan: PlanMessage | None = None
-        self._changes: queue.SimpleQueue[tuple[FlowState, str]] = queue.SimpleQueue()
-        self._closing = threading.Event()
-        self._publisher: threading.Thread | None = None
+        self.joints = JointPublisher(self)
+        self.states = self.create_publisher(BridgeState, '~/state', LATCHED)
+        self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        quick, plans = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
+        self.desk = OperatorDesk(self, lambda: self.bridge, self._publish_state, quick)
+        topic = 'excitation_planner/excitation_plan'
+        self.create_subscription(PlanMessage, topic, self._on_plan, LATCHED, callback_group=plans)
+        self.create_timer(0.1, self._publish_state, callback_group=quick)
+        self.create_timer(1.0, self._publish_diagnostics, callback_group=quick)
         self.add_on_set_parameters_callback(self._accept)
-        self._make_interfaces()
         # As it comes, a transition that is not possible now ends the process.
         self._rclpy_change_state = self._service_change_state.callback
         self._service_change_state.callback = self._on_change_state
@@ -104,13 +97,13 @@ class BridgeNode(LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Answer the controller; plans may be armed."""
-        self._require_bridge().flow.activate()
+        self.bridge.flow.activate()
         self.condition = ''
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Slow down to standstill, then answer no more."""
-        self._require_bridge().come_to_rest()
+        self.bridge.come_to_rest()
         self.condition = 'not active'
         return super().on_deactivate(state)
 
@@ -120,7 +113,7 @@ class BridgeNode(LifecycleNode):
         self.condition = 'not configured'
         return TransitionCallbackReturn.SUCCESS
 
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+    def on_shutdown(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Stop and give the port back, from any state."""
         self._close()
         self.condition = 'shut down'
@@ -141,101 +134,28 @@ class BridgeNode(LifecycleNode):
         log_file = Path(get_logging_directory()) / time.strftime('egm_%Y%m%d_%H%M%S.mcap')
         settings = settings_from(values, log_file)
         model = load_robot(settings.robot)
-        self._feed = JointFeed(model)
-        self.bridge = Bridge(settings, model, self._hear, lambda *c: self._changes.put(c))
+        self.joints.start(model)
+        self.bridge = Bridge(settings, model, self._hear, self.joints.tell)
         if self.bridge.log is not None:
             self.get_logger().info(f'every EGM packet goes to {self.bridge.log.path}')
-        self._closing.clear()
-        self._publisher = threading.Thread(
-            target=self._publish_joints, args=(self._feed, list(model.joint_names)), daemon=True
-        )
-        self._publisher.start()
 
     def _close(self) -> None:
         if self.bridge is not None:
             self.bridge.close()
-        self._closing.set()
-        if self._publisher is not None:
-            self._publisher.join(timeout=1.0)
-        self.bridge = self._publisher = None
+        self.joints.stop()
+        self.bridge = None
 
     def destroy_node(self) -> None:
         """Stop moving, stop the threads, then the node."""
         self._close()
         super().destroy_node()
 
-    # -- set-up --------------------------------------------------------------------------------
-
-    def _make_interfaces(self) -> None:
-        group = MutuallyExclusiveCallbackGroup
-        services, quick = group(), group()
-        self.states = self.create_publisher(BridgeState, '~/state', LATCHED)
-        self.joint_states = self.create_publisher(JointState, '/joint_states', RELIABLE)
-        self.references = self.create_publisher(JointState, '~/reference', RELIABLE)
-        self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        plans = 'excitation_planner/excitation_plan'
-        self.create_subscription(
-            PlanMessage, plans, self._on_plan, LATCHED, callback_group=group()
-        )
-        self.create_subscription(
-            Empty, '~/heartbeat', self._on_heartbeat, HEARTBEAT, callback_group=quick
-        )
-        self.create_service(ArmPlan, '~/arm', self._on_arm, callback_group=services)
-        for name, action, its_group in (
-            ('start', lambda bridge: bridge.backend.start(time.monotonic()), services),
-            ('reset', lambda bridge: bridge.flow.reset(), services),
-            # Not behind a start that waits for the controller's web services.
-            ('abort', lambda bridge: bridge.backend.abort('aborted by the operator'), group()),
-        ):
-            self.create_service(
-                Trigger, f'~/{name}', self._trigger(name, action), callback_group=its_group
-            )
-        self.create_timer(0.1, self._publish_state, callback_group=quick)
-        self.create_timer(1.0, self._publish_diagnostics, callback_group=quick)
-
-    def _accept(self, parameters: Sequence[Parameter]) -> SetParametersResult:
-        bridge = self.bridge
-        for parameter in parameters:
-            if bridge is not None and parameter.name not in LIVE:
-                reason = f'{parameter.name} can be changed before the bridge is configured'
-                return SetParametersResult(successful=False, reason=reason)
-            if parameter.name == 'speed_override' and bridge is not None:
-                try:
-                    bridge.flow.set_speed_override(float(parameter.value))
-                except (ModalAnalysisError, TypeError, ValueError) as error:
-                    return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    # -- the controller ------------------------------------------------------------------------
+    # -- what comes in -------------------------------------------------------------------------
 
     def _hear(self, feedback: RobotFeedback, receipt_ns: int) -> None:
-        """Keep a feedback for the other thread: nothing is published in the link's own."""
         bridge = self.bridge
         playing = bridge is not None and bridge.flow.playing
-        self._feed.add(feedback, receipt_ns, bridge.flow.reference_deg if playing else None)
-
-    def _publish_joints(self, feed: JointFeed, names: list[str]) -> None:
-        while not self._closing.wait(PUBLISH_PERIOD_S):
-            with contextlib.suppress(RCLError):  # the context may end in between
-                for sample in feed.samples():
-                    stamp_ns = sample.stamp_ns
-                    self.joint_states.publish(
-                        joint_state(names, stamp_ns, sample.position, sample.velocity)
-                    )
-                    if sample.reference is not None:
-                        self.references.publish(joint_state(names, stamp_ns, sample.reference))
-            self._tell_changes()
-
-    def _tell_changes(self) -> None:
-        while not self._changes.empty():
-            state, reason = self._changes.get()
-            log = self.get_logger()
-            if state == FlowState.ABORTED:
-                log.error(f'{state.name}: {reason}')
-            else:
-                log.info(f'{state.name}: {reason}')
-
-    # -- the operator --------------------------------------------------------------------------
+        self.joints.hear(feedback, receipt_ns, bridge.flow.reference_deg if playing else None)
 
     def _on_plan(self, message: PlanMessage) -> None:
         self._plan, bridge = message, self.bridge
@@ -249,40 +169,18 @@ class BridgeNode(LifecycleNode):
             self.plan_error = str(error)
             self.get_logger().error(f'plan refused: {error}')
 
-    def _on_heartbeat(self, _: Empty) -> None:
+    def _accept(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         bridge = self.bridge
-        if bridge is not None:
-            bridge.flow.heartbeat(time.monotonic())
-
-    def _on_arm(self, request: ArmPlan.Request, response: ArmPlan.Response) -> ArmPlan.Response:
-        try:
-            flow = self._require_bridge().flow
-            flow.arm(request.plan_hash, request.timeout_s, time.monotonic())
-            response.accepted, response.message = True, flow.reason
-        except ModalAnalysisError as error:
-            response.accepted, response.message = False, str(error)
-            self.get_logger().warning(f'arm: {error}')
-        return response
-
-    def _trigger(self, name: str, action: Callable[[Bridge], None]) -> Any:
-        def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            try:
-                bridge = self._require_bridge()
-                action(bridge)
-                response.success, response.message = True, bridge.flow.reason
-            except ModalAnalysisError as error:
-                response.success, response.message = False, str(error)
-                self.get_logger().warning(f'{name}: {error}')
-            self._publish_state()
-            return response
-
-        return answer
-
-    def _require_bridge(self) -> Bridge:
-        bridge = self.bridge
-        if bridge is None:
-            raise BridgeError('the bridge is not configured', advice='configure it first')
-        return bridge
+        for parameter in parameters:
+            if bridge is not None and parameter.name not in LIVE:
+                reason = f'{parameter.name} can be changed before the bridge is configured'
+                return SetParametersResult(successful=False, reason=reason)
+            if parameter.name == 'speed_override' and bridge is not None:
+                try:
+                    bridge.flow.set_speed_override(float(parameter.value))
+                except (ModalAnalysisError, TypeError, ValueError) as error:
+                    return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
     # -- reports -------------------------------------------------------------------------------
 

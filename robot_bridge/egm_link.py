@@ -100,7 +100,7 @@ class EgmLink:
         self.check = check
         self.latency = ReplyLatency()
         self.n_received = self.n_sent = 0
-        self.failure = ''
+        self.failure = self.last_refusal = ''
         self.real_time = False
         self._answer, self._alarm, self._idle, self._log = answer, alarm, idle, log
         self._stale_s = stale_s
@@ -151,7 +151,8 @@ class EgmLink:
             try:
                 feedback = decode_robot(data)
                 judgement = self.check.feedback(feedback, address, now_s)
-            except MessageError:
+            except MessageError as error:
+                self.last_refusal = str(error)
                 judgement = self.check.refuse_content()
         if self._log is not None:
             label = judgement.reason or judgement.verdict.value

@@ -48,7 +48,7 @@ def state_message(bridge: Bridge | None, name: str, condition: str) -> BridgeSta
         backend=name,
         state=int(flow.state),
         dry_run=flow.settings.dry_run,
-        reason='; '.join(part for part in (condition, flow.reason) if part),
+        reason='; '.join(part for part in (condition, flow.reason, _refused(bridge)) if part),
         plan_hash=path.plan_hash if path else '',
         progress=flow.progress,
         speed_override=flow.speed_override,
@@ -88,6 +88,7 @@ def diagnostic_status(name: str, bridge: Bridge | None, plan_error: str) -> Diag
         'reply_latency_max_ms': _milliseconds(latency.max_s),
         'missed_cycles': 0,
         **link.check.counts,
+        'last_refusal': link.last_refusal,
     }
     if log is not None:
         values |= {
@@ -98,6 +99,12 @@ def diagnostic_status(name: str, bridge: Bridge | None, plan_error: str) -> Diag
             'log_failure': log.failure,
         }
     return diagnostic(name, code, level, values)
+
+
+def _refused(bridge: Bridge) -> str:
+    """Say why nothing is heard of a controller that does send; empty when it is heard."""
+    refusal = bridge.link.last_refusal
+    return f'its packets are refused: {refusal}' if refusal and not bridge.flow.connected else ''
 
 
 def _milliseconds(seconds: float) -> str:

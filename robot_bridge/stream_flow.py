@@ -65,10 +65,14 @@ class StreamFlow(OperatorFlow):
         with self._lock:
             heard = self.feedback is not None and self.feedback.rapid_running
             may_run = self.state == FlowState.RUNNING or heard
-            super().abort(reason)
             if may_run and self.stop_program is None:
-                self.note(PENDANT)
-            elif may_run and not (self._stopping and self._stopping.is_alive()):
+                reason = f'{reason}; {PENDANT}'
+                if self.state == FlowState.ABORTED:
+                    self.note(PENDANT)
+            super().abort(reason)
+            if self.stop_program is None:
+                return
+            if may_run and not (self._stopping and self._stopping.is_alive()):
                 # The network must not hold up the thread that listens.
                 self._stopping = threading.Thread(
                     target=self.stop_program, name='stop_program', daemon=True

@@ -77,3 +77,18 @@ def test_a_gap_of_stale_packets_counts_as_missed_cycles(peers, link):
     assert heard == [(0, 1), (10, 10)]
     assert made.check.counts['missed_cycles'] == 9
     peer.close()
+
+
+def test_a_refused_packet_is_told_by_its_field(peers, link):
+    made, heard = link
+    peer = peers.StrictPeer([0.0] * 6, made.address)
+    made.start()
+    packet = peers.EgmRobot.FromString(peer.packet())
+    packet.planned.ClearField('time')
+    peer.socket.sendto(packet.SerializeToString(), made.address)
+    deadline = time.monotonic() + 30.0
+    while not made.check.counts['malformed'] and time.monotonic() < deadline:
+        time.sleep(0.002)
+    assert made.last_refusal == 'EgmRobot.planned.time: field missing'
+    assert heard == []
+    peer.close()

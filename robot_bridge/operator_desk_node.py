@@ -1,0 +1,91 @@
+"""What an operator may ask of the bridge, as services: arm, start, abort, reset, heartbeat."""
+
+from collections.abc import Callable
+import time
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Empty
+from std_srvs.srv import Trigger
+
+from modal_core.errors import BridgeError, ModalAnalysisError
+from oma_msgs.srv import ArmPlan
+from robot_bridge.bridge import Bridge
+
+HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class OperatorDesk:
+    """The services of one node.
+
+    Parameters
+    ----------
+    node : LifecycleNode
+        Whose services.
+    bridge : callable
+        Returns the bridge, None while it is not configured.
+    answered : callable
+        Called after every request that may have changed the state.
+    quick : CallbackGroup
+        Group of what must not wait for anything.
+    """
+
+    def __init__(
+        self,
+        node: LifecycleNode,
+        bridge: Callable[[], Bridge | None],
+        answered: Callable[[], None],
+        quick: CallbackGroup,
+    ) -> None:
+        self._node, self._bridge, self._answered = node, bridge, answered
+        slow, abort = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
+        node.create_subscription(
+            Empty, '~/heartbeat', self._on_heartbeat, HEARTBEAT, callback_group=quick
+        )
+        node.create_service(ArmPlan, '~/arm', self._on_arm, callback_group=slow)
+        for name, action, group in (
+            ('start', lambda found: found.backend.start(time.monotonic()), slow),
+            ('reset', lambda found: found.flow.reset(), slow),
+            # Not behind a start that waits for the controller's web services.
+            ('abort', lambda found: found.backend.abort('aborted by the operator'), abort),
+        ):
+            node.create_service(
+                Trigger, f'~/{name}', self._trigger(name, action), callback_group=group
+            )
+
+    def _on_heartbeat(self, _: Empty) -> None:
+        bridge = self._bridge()
+        if bridge is not None:
+            bridge.flow.heartbeat(time.monotonic())
+
+    def _on_arm(self, request: ArmPlan.Request, response: ArmPlan.Response) -> ArmPlan.Response:
+        try:
+            flow = self._configured().flow
+            flow.arm(request.plan_hash, request.timeout_s, time.monotonic())
+            response.accepted, response.message = True, flow.reason
+        except ModalAnalysisError as error:
+            response.message = str(error)
+            self._node.get_logger().warning(f'arm: {error}')
+        return response
+
+    def _trigger(self, name: str, action: Callable[[Bridge], None]) -> Any:
+        def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            try:
+                bridge = self._configured()
+                action(bridge)
+                response.success, response.message = True, bridge.flow.reason
+            except ModalAnalysisError as error:
+                response.message = str(error)
+                self._node.get_logger().warning(f'{name}: {error}')
+            self._answered()
+            return response
+
+        return answer
+
+    def _configured(self) -> Bridge:
+        bridge = self._bridge()
+        if bridge is None:
+            raise BridgeError('the bridge is not configured', advice='configure it first')
+        return bridge
