@@ -10,6 +10,9 @@ from enum import Enum
 import numpy as np
 
 from model_gap.discriminate import experiments_between, separation_now
+from model_gap.hypothesis import Hypothesis
+from model_gap.joint_vector import in_words
+from model_gap.reach import joint_shares
 from model_gap.search import Candidate, Search, Step
 
 # Calibrated on simulated campaigns, see docs/model_gap.md.
@@ -21,6 +24,8 @@ NO_GAP_MISFIT = 1.7
 MOST_TOLERANCE = 4.5
 LEAST_FIT_POSES = 2
 EXPERIMENT_SEED = 0
+# Of what is left: a joint that could account for so much is worth a look.
+TELLING_SHARE = 0.6
 
 
 class Verdict(Enum):
@@ -84,7 +89,8 @@ def decide(search: Search) -> Decision:
             if misfit > EXPLAINED_MISFIT
             else f'the best explanation needs a tolerance {stretched:.1f} times its usual size'
         )
-        return Decision(Verdict.UNEXPLAINED, (), accepted + rivals, (reason, *limits))
+        hint = _hint(search, final.fit.hypothesis)
+        return Decision(Verdict.UNEXPLAINED, (), accepted + rivals, (reason, *hint, *limits))
     if rivals or limits:
         return Decision(
             Verdict.AMBIGUOUS,
@@ -109,7 +115,22 @@ def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
         reasons = ('what differs is noise and known tolerance', *limits)
         return Decision(Verdict.NONE, reasons=reasons)
     reason = f'{np.sqrt(misfit):.1f} times the noise remains and no effect explains it'
-    return Decision(Verdict.UNEXPLAINED, (), step.candidates[:3], (reason, *limits))
+    hint = _hint(search, step.before.hypothesis)
+    return Decision(Verdict.UNEXPLAINED, (), step.candidates[:3], (reason, *hint, *limits))
+
+
+def _hint(search: Search, hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Return in which joint an unknown torque would account for most of what is left."""
+    found = joint_shares(hypothesis, search.fitting)
+    if not found.explained:
+        return ()
+    place = max(found.explained, key=lambda name: found.explained[name])
+    share = found.explained[place] / found.total
+    if share < TELLING_SHARE:
+        return ()
+    return (
+        f'a torque in {in_words(place)}, whatever its law, would account for {share:.0%} of it',
+    )
 
 
 def _worst(misfit: float, heldout: float) -> float:

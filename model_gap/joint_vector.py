@@ -21,6 +21,12 @@ def plain_joint(joint: str) -> str:
     return joint.removesuffix(_MARK)
 
 
+def in_words(place: str) -> str:
+    """Return a marked joint as people read it."""
+    joint = plain_joint(place)
+    return joint if joint == place else f'{joint} ({BETWEEN_LINKS})'
+
+
 def axis_row(model: FlexibleJointModel, joint: str) -> NDArray[np.float64]:
     """Return the combination of serial joints a drive turns, or one joint alone."""
     place = model.joint_names.index(plain_joint(joint))

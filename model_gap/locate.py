@@ -8,7 +8,7 @@ import numpy as np
 
 from modal_core.channel import Channel
 from model_gap.hypothesis import Hypothesis
-from model_gap.joint_vector import plain_joint
+from model_gap.joint_vector import in_words
 from model_gap.predict import Predictor
 from model_gap.reach import joint_shares
 from model_gap.search import Search
@@ -78,7 +78,7 @@ def _joints(search: Search, after: Hypothesis) -> list[Where]:
     return [
         Where(
             'joint',
-            plain_joint(place) + (' (between links)' if place != plain_joint(place) else ''),
+            in_words(place),
             part / before.count,
             left.explained[place] / left.count,
             part / before.total,

@@ -96,7 +96,9 @@ def make_campaign(
         gains.append(1 + 0.007 * size * rng.standard_normal(3))
     gains = np.concatenate(gains)
     nonlinear = any(e['type'] in NONLINEAR for e in effects)
-    dt = 1 / 2000 if nonlinear else 1 / 1000
+    # Explicit friction with a steep transition chatters in longer steps.
+    steep = 'coulomb_friction' in by
+    dt = 1 / 4000 if steep else 1 / 2000 if nonlinear else 1 / 1000
     samples = int(duration / dt)
     cases = [
         (p, level, i >= n_fit)
