@@ -10,7 +10,7 @@ References
 Hausman (1978), doi:10.2307/1913827.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -25,6 +25,11 @@ HOPELESS_MISFIT = 1.2
 """From here on a second pass would hardly bring the misfit below the largest."""
 FARTHEST = 4.0
 """Standard deviations of the difference."""
+LONGEST_REST = 8
+"""Windows for which a place is left alone that the model did not describe many times."""
+SAME_PLACE = 0.03
+"""Distance in ln f."""
+MOST_RESTS = 64
 
 
 def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> ModeSet:
@@ -37,20 +42,71 @@ def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> ModeS
     modes, harmonics : ModeSet
         From the subspace identification.
     """
-    if not len(modes):
-        return modes
-    try:
-        refinement = refine(samples, modes, harmonics, HOPELESS_MISFIT)
-    except np.linalg.LinAlgError:
-        return modes
-    adopted = []
-    for plain, refined, outcome, misfit in zip(
-        modes, refinement.modes, refinement.outcomes, refinement.misfit, strict=True
-    ):
-        fits = outcome is Outcome.REFINED and misfit <= LARGEST_MISFIT
-        adopted.append(_merged(plain, refined) if fits and _agree(plain, refined) else plain)
-    adopted.sort(key=lambda mode: mode.frequency_hz)
-    return replace(modes, modes=tuple(adopted))
+    return Adoption()(samples, modes, harmonics)
+
+
+@dataclass(slots=True)
+class _Rest:
+    """A place that the model did not describe: windows to leave it, now and next time."""
+
+    frequency_hz: float
+    left: int = 1
+    following: int = 2
+
+
+class Adoption:
+    """Adopts refined modes window after window.
+
+    Where the model does not describe the spectrum in one window it hardly does in the next, and
+    finding that out costs as much as a refinement.  Each time it does not, the modes there are
+    left as they are for twice as many windows, up to ``LONGEST_REST``.
+    """
+
+    def __init__(self) -> None:
+        self._rests: list[_Rest] = []
+
+    def __call__(self, samples: Samples, modes: ModeSet, harmonics: ModeSet) -> ModeSet:
+        """Return the modes of a window, see :func:`adopt_refined`."""
+        known = [self._rest_of(mode) for mode in modes]
+        resting = {index for index, rest in enumerate(known) if rest is not None and rest.left}
+        for rest in self._rests:
+            rest.left = max(0, rest.left - 1)
+        if len(resting) == len(modes):
+            return modes
+        try:
+            refinement = refine(samples, modes, harmonics, HOPELESS_MISFIT, resting)
+        except np.linalg.LinAlgError:
+            return modes
+        adopted = []
+        for plain, refined, outcome, misfit, own in zip(
+            modes,
+            refinement.modes,
+            refinement.outcomes,
+            refinement.misfit,
+            known,
+            strict=True,
+        ):
+            fits = outcome is Outcome.REFINED and misfit <= LARGEST_MISFIT
+            adopted.append(_merged(plain, refined) if fits and _agree(plain, refined) else plain)
+            if outcome is not Outcome.NOT_TRIED:
+                self._note(plain, own, described=misfit <= HOPELESS_MISFIT)
+        adopted.sort(key=lambda mode: mode.frequency_hz)
+        return replace(modes, modes=tuple(adopted))
+
+    def _rest_of(self, mode: Mode) -> _Rest | None:
+        def apart(rest: _Rest) -> float:
+            return abs(math.log(rest.frequency_hz / mode.frequency_hz))
+
+        nearest = min(self._rests, key=apart, default=None)
+        return nearest if nearest is not None and apart(nearest) < SAME_PLACE else None
+
+    def _note(self, mode: Mode, own: _Rest | None, *, described: bool) -> None:
+        if described:
+            self._rests = [other for other in self._rests if other is not own]
+        elif own is None:
+            self._rests = [*self._rests, _Rest(mode.frequency_hz)][-MOST_RESTS:]
+        else:
+            own.left, own.following = own.following, min(2 * own.following, LONGEST_REST)
 
 
 def _agree(plain: Mode, refined: Mode) -> bool:

@@ -6,6 +6,7 @@ of modes is maximised; the result scatters near the limit and its standard devia
 the Fisher information.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from enum import StrEnum
 import math
@@ -58,6 +59,7 @@ class Outcome(StrEnum):
     NOT_CONVERGED = 'not_converged'
     FAR_FROM_START = 'far_from_start'
     MODEL_MISFIT = 'model_misfit'
+    NOT_TRIED = 'not_tried'
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,7 @@ def refine(
     modes: ModeSet,
     harmonics: ModeSet | None = None,
     largest_misfit: float = LARGEST_MISFIT,
+    resting: Collection[int] = (),
 ) -> Refinement:
     """Refine modes by maximising the Whittle likelihood of the samples.
 
@@ -109,6 +112,8 @@ def refine(
         Lines whose frequencies are left out.
     largest_misfit : float
         Bands that the first pass describes worse get no second one.
+    resting : collection of int
+        Modes, by position, that shall not be refined; a band with one of them is not fitted.
 
     Returns
     -------
@@ -139,7 +144,7 @@ def refine(
         outcomes = (Outcome.OUT_OF_BAND,) * len(modes)
         return Refinement(modes, outcomes, np.full(len(modes), np.nan))
     with threadpool_limits(limits=1):
-        return _refine_ordered(samples, modes, order, harmonics, largest_misfit)
+        return _refine_ordered(samples, modes, order, harmonics, largest_misfit, resting)
 
 
 def _refinable(mode: Mode) -> bool:
@@ -152,6 +157,7 @@ def _refine_ordered(
     order: list[int],
     harmonics: ModeSet | None,
     largest_misfit: float,
+    resting: Collection[int],
 ) -> Refinement:
     """Fit the groups of modes, twice, and judge each mode."""
     spectra = _spectra(samples)
@@ -166,6 +172,7 @@ def _refine_ordered(
     )
     now = with_unlisted(live, start, usable)
     groups, fits = group_modes(now), list[_GroupFit]()
+    idle = {mode for mode, index in enumerate(order) if index in resting}
     n_unlisted = len(now.frequency_hz) - len(given)
     slopes = [SlopePrior()] * len(groups)
     n_passes = PASSES + (n_unlisted > 0)
@@ -173,7 +180,11 @@ def _refine_ordered(
         last_fits = fits if number == n_passes - 1 else []
         bad = {index for index, each in enumerate(last_fits) if _bad(each, largest_misfit)}
         fits = [
-            fits[index] if index in bad else _fit_group(live, now, group, usable, slope)
+            _GroupFit(group, None, None)
+            if not idle.isdisjoint(group)
+            else fits[index]
+            if index in bad
+            else _fit_group(live, now, group, usable, slope)
             for index, (group, slope) in enumerate(zip(groups, slopes, strict=True))
         ]
         now = _updated(now, fits)
@@ -185,7 +196,11 @@ def _refine_ordered(
             if mode >= len(given):
                 continue
             index = order[mode]
-            outcomes[index] = _judge(each, position, given[mode], start, mode, samples.duration_s)
+            outcomes[index] = (
+                Outcome.NOT_TRIED
+                if not idle.isdisjoint(each.group)
+                else _judge(each, position, given[mode], start, mode, samples.duration_s)
+            )
             if each.fit is not None:
                 misfit[index] = each.fit.misfit
             if outcomes[index] is Outcome.REFINED:

@@ -10,6 +10,7 @@ from modal_core.errors import LayoutError
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from oma_identifier import adopt
 from oma_identifier.refinement import Outcome, refine
 from oma_identifier.whittle import BandData, BandModel, fit_band
 
@@ -320,3 +321,30 @@ def test_a_strong_mode_that_is_not_listed_does_not_spoil_the_others():
     assert result.n_refined >= 2, result.outcomes
     error = np.abs(result.modes.frequency_hz / plant.frequency_hz[listed] - 1.0)
     assert np.all(error < 4.0 * law(plant, 60.0)[0, listed]), result.modes.frequency_hz
+
+
+def test_a_place_the_model_does_not_describe_is_tried_less_often(monkeypatch):
+    plant, generator = small_plant(), np.random.default_rng(17)
+    samples = simulate(plant, generator, DURATION_S, RATE_HZ)
+    found = start_modes(plant, samples, generator)
+    # A line between the first pair that nobody knows of.
+    time = np.arange(len(samples.acceleration)) / RATE_HZ
+    line = 3.0 * samples.acceleration.std() * np.sin(2.0 * np.pi * 9.4 * time)
+    disturbed = replace(samples, acceleration=samples.acceleration + line[:, None])
+    none = replace(found, modes=())
+    tried = []
+
+    def counted(*arguments):
+        refinement = refine(*arguments)
+        tried.append([outcome is not Outcome.NOT_TRIED for outcome in refinement.outcomes])
+        return refinement
+
+    monkeypatch.setattr(adopt, 'refine', counted)
+    adoption = adopt.Adoption()
+    for _ in range(3):
+        adoption(samples, found, none)
+    assert all(all(each) for each in tried)
+    for _ in range(1 + 1 + 1 + 2 + 1 + 4 + 1):
+        adoption(disturbed, found, none)
+    # Tried in the first window, then after 1, 2 and 4 windows of rest.
+    assert sum(each[0] for each in tried[3:]) == 4
