@@ -255,6 +255,14 @@ def test_a_nonlinear_arm_rests_where_its_torques_balance(model):
     np.testing.assert_allclose(held, weight, atol=2e-3 * np.abs(weight).max())
 
 
+def test_a_slipping_spring_is_slack_at_rest(model):
+    pose = model.pose('P1')
+    arm = Arm(model, (), pose, STEP_S, GearSettings(slip_share=(0.4,) * 6))
+    found = arm.advance(*still(pose, 256)).deflection
+    assert np.ptp(found, axis=0).max() < 1e-10
+    np.testing.assert_allclose(found[-1], model.static_deflection(pose), atol=1e-10)
+
+
 def test_friction_takes_energy_out(model, channels):
     pose = model.pose('P1')
     rub = GearSettings(friction_nm=(50.0,) * 6)
