@@ -98,7 +98,8 @@ def identify_band(
     low_hz = max(source.band.low_hz, PERIODS / source.covariance.duration_s)
     if low_hz >= source.band.high_hz:
         return None
-    source = replace(source, band=replace(source.band, low_hz=low_hz))
+    # A memory of its own: what is remembered refers to this source, and would keep itself alive.
+    source = replace(source, band=replace(source.band, low_hz=low_hz), solved={})
     highest = min(settings.max_order, source.covariance.n_samples // SAMPLES_PER_ORDER)
     orders = model_orders(settings.min_order, highest)
     if len(orders) < 2:
