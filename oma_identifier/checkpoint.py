@@ -65,7 +65,6 @@ def _track(entry: Mapping[str, object]) -> Track:
         channel_names=names,
         n_seen=int(_number(fields['n_seen'])),
         missed=int(_number(fields['missed'])),
-        presence=_number(fields['presence']),
         places=[
             Place(np.array(place, dtype=float), _number(offset), _number(variance))
             for place, offset, variance in map(_list, _list(fields['places']))
@@ -79,8 +78,6 @@ def _track(entry: Mapping[str, object]) -> Track:
         raise ValueError('shape and channel names differ')
     if not track.frequency_hz > 0.0 or not track.wander > 0.0 or not track.variance >= 0.0:
         raise ValueError('frequency not positive')
-    if not 0.0 < track.presence <= 1.0:
-        raise ValueError('presence not within 0..1')
     if not math.isfinite(track.level):
         raise ValueError('level not finite')
     return track

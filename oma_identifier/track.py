@@ -17,7 +17,6 @@ LEAST_WANDER, MOST_WANDER = 0.002, 0.02
 FORGET = 0.2
 """Weight of the newest window in the running mean of the shape."""
 FORGET_WANDER = 0.05
-FORGET_PRESENCE, LEAST_PRESENCE = 0.1, 0.01
 LONGEST_DRIFT = 25
 """Windows after which an unseen mode is not searched for any wider."""
 POSE_WANDER_PER_RAD = 0.15
@@ -87,8 +86,6 @@ class Track:
         Entries of the shape.
     n_seen, missed : int
         Windows it was found in; windows since.
-    presence : float
-        Running share of the windows it was found in.
     places : list of Place
         Offsets by pose.
     companions : dict of int to int
@@ -105,7 +102,6 @@ class Track:
     channel_names: tuple[str, ...] = ()
     n_seen: int = 0
     missed: int = 0
-    presence: float = 0.5
     places: list[Place] = field(default_factory=list)
     companions: dict[int, int] = field(default_factory=dict)
 
@@ -119,12 +115,6 @@ class Track:
         self._learn_shape(mode.shape, channel_names)
         self.n_seen += 1
         self.missed = 0
-        self.presence += FORGET_PRESENCE * (1.0 - self.presence)
-
-    def miss(self) -> None:
-        """Let a window pass without this mode."""
-        self.missed += 1
-        self.presence = max((1.0 - FORGET_PRESENCE) * self.presence, LEAST_PRESENCE)
 
     def expected(self, joints: NDArray[np.float64] | None) -> Expectation:
         """Return where the mode should be in a pose."""
@@ -202,7 +192,6 @@ class Track:
             'channel_names': list(self.channel_names),
             'n_seen': self.n_seen,
             'missed': self.missed,
-            'presence': self.presence,
             'places': [
                 [place.joints.tolist(), place.offset, place.variance] for place in self.places
             ],

@@ -119,9 +119,10 @@ class ModeTracker:
             for mode in modes
         ]
         cost = np.array([[entry.cost for entry in row] for row in closeness])
-        # Of two tracks that fit alike, the mode that is usually there is there.
-        surprise = -2.0 * np.log([track.presence for track in self.tracks])
-        rows, columns = linear_sum_assignment(np.minimum(cost + surprise, FORBIDDEN))
+        # Of two tracks that fit alike, the one seen more takes the mode: -2 ln of its odds.
+        odds = [max(1, track.n_seen) / (1.0 + track.missed) for track in self.tracks]
+        surprise = 2.0 * np.log(np.max(odds) / odds)
+        rows, columns = linear_sum_assignment(np.where(cost <= GATE, cost + surprise, FORBIDDEN))
         links = {
             int(row): int(column)
             for row, column in zip(rows, columns, strict=True)
@@ -161,7 +162,7 @@ class ModeTracker:
         for track in self.tracks:
             if track.id in present:
                 continue
-            track.miss()
+            track.missed += 1
             if track.missed == LOST_AFTER:
                 lost.append(track.id)
         if len(self.tracks) > MOST_TRACKS:

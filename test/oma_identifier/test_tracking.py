@@ -171,7 +171,7 @@ def test_measured_mast(data_path):
     )
     assert strays / total < 0.01
     # The clearest pairs keep their two ids; a tenth of their windows have three modes or more.
-    for low_hz, high_hz, least in ((0.33, 0.37, 0.7), (0.6, 0.65, 0.83)):
+    for low_hz, high_hz, least in ((0.33, 0.37, 0.85), (0.6, 0.65, 0.9)):
         counts = sorted(
             (sum(low_hz < hz < high_hz for hz in track) for track in seen.values()), reverse=True
         )
