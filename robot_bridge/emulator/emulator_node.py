@@ -11,7 +11,7 @@ import threading
 import time
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import numpy as np
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -22,7 +22,7 @@ from sensor_msgs.msg import Imu
 from std_srvs.srv import SetBool, Trigger
 
 from modal_core.errors import BridgeError, SettingsError
-from modal_core.ros_messages import LATCHED, parameter_descriptor
+from modal_core.ros_messages import diagnostic, LATCHED, parameter_descriptor
 from modal_core.run_node import run_node
 from oma_msgs.msg import AccelerationBlock, ModalParameters
 from oma_msgs.srv import InjectFault
@@ -37,7 +37,7 @@ from robot_bridge.emulator.guidance_law import GuidanceSettings
 from robot_bridge.emulator.link_faults import LinkFaults
 from robot_bridge.emulator.program_task import ProgramTask
 from robot_bridge.emulator.recorder import Recorder
-from robot_bridge.emulator.ros_messages import status_message, truth_message
+from robot_bridge.emulator.ros_messages import truth_message
 from robot_bridge.emulator.rws_server import RwsServer
 from robot_bridge.emulator.rws_station import Station
 from robot_bridge.emulator.sensors import SensorSettings
@@ -356,10 +356,11 @@ class EmulatorNode(Node):
             'faults': ', '.join(self.desk.active),
             'last_event': controller.events[-1] if controller.events else '',
         }
-        status = status_message(
+        on = controller.motors_on
+        status = diagnostic(
             f'{self.get_fully_qualified_name()}: controller',
-            'EMULATOR_RUNNING' if controller.motors_on else 'MOTORS_OFF',
-            not controller.motors_on,
+            'EMULATOR_RUNNING' if on else 'MOTORS_OFF',
+            DiagnosticStatus.OK if on else DiagnosticStatus.WARN,
             values,
         )
         message = DiagnosticArray(status=[status])

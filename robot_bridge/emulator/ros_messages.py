@@ -1,8 +1,7 @@
 """What the emulated cell publishes, as ROS messages."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,15 +42,3 @@ def truth_message(
             )
         )
     return message
-
-
-def status_message(
-    name: str, code: str, warn: bool, values: Mapping[str, object]
-) -> DiagnosticStatus:
-    """Return one diagnostic with its figures as text."""
-    return DiagnosticStatus(
-        name=name,
-        level=DiagnosticStatus.WARN if warn else DiagnosticStatus.OK,
-        message=code,
-        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
-    )
