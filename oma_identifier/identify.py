@@ -18,6 +18,7 @@ from oma_identifier.adopt import adopt_refined
 from oma_identifier.band_stream import BandCovariance, BandStream
 from oma_identifier.bands import plan_bands
 from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
+from oma_identifier.line_removal import without_lines
 from oma_identifier.output_covariance import WhenFull
 from oma_identifier.peaks import SpectralPeaks
 from oma_identifier.result import WindowResult
@@ -33,8 +34,11 @@ from oma_identifier.spectrum import singular_value_spectrum
 from oma_identifier.ssi_poles import identify_band
 
 FEW_ROWS = 1000
+TOO_CERTAIN = 0.7
+"""Blur in multiples of the least that a mode under random forces can have."""
 NO_MODE = 'no mode stands out from the noise'
 LineTest = Callable[[float], Line | None]
+Adopt = Callable[[Samples, ModeSet, ModeSet], ModeSet]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,26 +86,12 @@ def identify_samples(
     """
     settings = settings or IdentificationSettings()
     check_samples(samples)
-    bands = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)
-    sources = []
     with threadpool_limits(limits=1):
-        for done, band in enumerate(bands):
-            stream = BandStream(band, settings, samples.duration_s, WhenFull.JOIN)
-            stream.add(samples.acceleration)
-            sources.append(stream.result())
-            if progress is not None:
-                progress((done + 1) / len(bands))
-        found = identify_bands(
-            sources,
-            samples.channels,
-            settings,
-            lambda hz: line_at(samples, hz),
-            peaks=SpectralPeaks(samples),
-        )
+        found = _identify_stretch(samples, settings, never, progress)
         if settings.refines:
-            modes = adopt_refined(samples, found.modes, found.harmonics)
-            found = replace(found, modes=modes)
-        spectrum = singular_value_spectrum(samples, bands[0].high_hz)
+            found = refine_found(samples, found, settings)
+        highest_hz = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)[0].high_hz
+        spectrum = singular_value_spectrum(samples, highest_hz)
     return WindowResult(
         index=-1,
         start_ns=samples.start_ns,
@@ -112,6 +102,64 @@ def identify_samples(
         spectrum=spectrum,
         quality=explain(DataQuality(), found),
     )
+
+
+def _identify_stretch(
+    samples: Samples,
+    settings: IdentificationSettings,
+    explains: PeakTest,
+    progress: Callable[[float], None] | None = None,
+) -> Identified:
+    bands = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)
+    sources = []
+    for done, band in enumerate(bands):
+        stream = BandStream(band, settings, samples.duration_s, WhenFull.JOIN)
+        stream.add(samples.acceleration)
+        sources.append(stream.result())
+        if progress is not None:
+            progress((done + 1) / len(bands))
+    return identify_bands(
+        sources,
+        samples.channels,
+        settings,
+        lambda hz: line_at(samples, hz),
+        explains,
+        SpectralPeaks(samples),
+    )
+
+
+def refine_found(
+    samples: Samples,
+    found: Identified,
+    settings: IdentificationSettings,
+    explains: PeakTest = never,
+    adopt: Adopt = adopt_refined,
+) -> Identified:
+    """Return what was found more precisely, at more cost.
+
+    Modes under a line are biased by it: with lines, the stretch is identified once more without
+    them.  Then the modes are refined by maximum likelihood.
+
+    Parameters
+    ----------
+    samples : Samples
+        What the modes were identified from.
+    found : Identified
+        Of these samples.
+    settings : IdentificationSettings
+        As for the first identification.
+    explains : callable
+        As for :func:`identify_bands`.
+    adopt : callable
+        Refines the modes of samples with lines.
+    """
+    if len(found.harmonics):
+        samples = without_lines(samples, tuple(found.harmonics.frequency_hz))
+        again = _identify_stretch(samples, settings, explains)
+        found = replace(
+            again, harmonics=found.harmonics, poles=_with_images(again.poles, found.poles)
+        )
+    return replace(found, modes=adopt(samples, found.modes, found.harmonics))
 
 
 def check_samples(samples: Samples) -> None:
@@ -202,9 +250,9 @@ def _lines(
 ) -> list[Line]:
     """Test every frequency where poles are hardly damped."""
     suspects = [
-        _Suspect(pole.frequency_hz, CHANCE)
+        _Suspect(pole.frequency_hz, CHANCE_SHARP if _too_certain(pole) else CHANCE)
         for pole in poles
-        if pole.damping_ratio < 2.0 * SUSPECT_DAMPING
+        if pole.damping_ratio < 2.0 * SUSPECT_DAMPING or _too_certain(pole)
     ]
     for each in selections:
         suspects += _undamped(each)
@@ -245,6 +293,18 @@ def _undamped(selection: BandSelection) -> list[_Suspect]:
     return suspects
 
 
+def _with_images(poles: PoleTable, before: PoleTable) -> PoleTable:
+    """Return the poles with the images of the lines that were there before."""
+    images = before.status == PoleStatus.HARMONIC
+    return PoleTable(
+        np.concatenate([poles.model_order, before.model_order[images]]),
+        np.concatenate([poles.pole, before.pole[images]]),
+        np.concatenate([poles.shape, before.shape[:, images]], axis=1),
+        np.concatenate([poles.status, before.status[images]]),
+        np.concatenate([poles.mode_id, before.mode_id[images]]),
+    )
+
+
 def with_lines(found: Identified, lines: Sequence[Mode]) -> Identified:
     """Return what was found with further harmonics, by frequency."""
     if not lines:
@@ -260,11 +320,15 @@ def _known(line: Line, lines: Sequence[Line]) -> bool:
 
 
 def _on_line(pole: SelectedPole, lines: Sequence[Line]) -> bool:
-    """Tell whether a pole is the image of a line: as sharp as one and at its place."""
+    """Tell whether a pole is the image of a line: as sharp or as certain as one, at its place."""
     reach = max(2.0 * SUSPECT_DAMPING, pole.damping_ratio)
-    return pole.damping_ratio < 2.0 * SUSPECT_DAMPING and any(
-        abs(line.frequency_hz / pole.frequency_hz - 1.0) < reach for line in lines
-    )
+    like = pole.damping_ratio < 2.0 * SUSPECT_DAMPING or _too_certain(pole)
+    return like and any(abs(line.frequency_hz / pole.frequency_hz - 1.0) < reach for line in lines)
+
+
+def _too_certain(pole: SelectedPole) -> bool:
+    """Tell whether a pole scatters less than the response to any random force allows."""
+    return pole.from_limit < TOO_CERTAIN
 
 
 def _mode(pole: SelectedPole) -> Mode:
