@@ -12,7 +12,7 @@ import pytest
 from modal_core.share import share_path
 
 pytestmark = pytest.mark.node
-RATE_HZ, CYCLE_US = 2048.0, 4032
+RATE_HZ, CYCLE_US = 1024.0, 4032
 IMU_PERIOD_NS = 1e9 / RATE_HZ
 STREAM = """MODULE Stream
   CONST jointtarget jA:=[[3,45,-10,90,-90,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
@@ -74,6 +74,7 @@ class Emulator:
             robot=str(self._robot()),
             sensor_port=self.socket.getsockname()[1],
             start_program=False,
+            sample_rate_hz=RATE_HZ,
             rws__port=self.web_port,
             module=str(self.module),
             effects='[{type: payload, link: flange, mass: 20}]',
@@ -188,8 +189,8 @@ def test_a_module_is_started_and_streams_from_seqno_0(emulator):
 def test_imus_send_every_sample_with_gravity_and_turn(streaming):
     emulator = streaming
     first = len(emulator.imu)
-    emulator.operator.until(lambda: len(emulator.imu) > first + 2000, 'IMU messages')
-    rows = emulator.imu[first : first + 2000]
+    emulator.operator.until(lambda: len(emulator.imu) > first + 1000, 'IMU messages')
+    rows = emulator.imu[first : first + 1000]
     assert {row[7] for row in rows} == {'flange'}
     assert {row[8] for row in rows} == {-1.0}  # no orientation, REP 145
     stamps = np.array([row[0] for row in rows], float)
