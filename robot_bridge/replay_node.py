@@ -25,7 +25,7 @@ from robot_bridge.playback import DueMessage, parse_remap, Playback, PlaybackSet
 
 RELIABLE = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 CLOCK_PERIOD_S = 0.01
-LAST_WORDS_S = 2.0
+LAST_WORDS_S = 30.0
 
 
 class ReplayNode(Node):
@@ -104,8 +104,7 @@ class ReplayNode(Node):
         try:
             self._announce()
             self._play()
-            for output in self._outputs.values():
-                output.wait_for_all_acked(Duration(seconds=LAST_WORDS_S))
+            self._wait_until_heard()
         except ModalAnalysisError as error:
             self.failure = str(error)
         except RCLError as error:
@@ -131,6 +130,14 @@ class ReplayNode(Node):
                 break
         self._closing.wait(0.2)
 
+    def _wait_until_heard(self) -> None:
+        """Stay until a busy listener has the last message too."""
+        deadline = time.monotonic() + LAST_WORDS_S
+        for output in self._outputs.values():
+            while not output.wait_for_all_acked(Duration(seconds=0.1)):
+                if self._closing.is_set() or time.monotonic() > deadline:
+                    return
+
     def _play(self) -> None:
         began_s, clock_s = time.monotonic(), -1.0
         for message in self.playback.messages():
@@ -153,7 +160,12 @@ class ReplayNode(Node):
     def _output(self, topic: str, message_type: str) -> Publisher:
         if topic not in self._outputs:
             package, _, name = message_type.partition('/msg/')
-            kind = getattr(importlib.import_module(f'{package}.msg'), name)
+            try:
+                kind = getattr(importlib.import_module(f'{package}.msg'), name)
+            except (ImportError, AttributeError) as error:
+                raise RecordingError(
+                    'message type is not installed', where=topic, found=message_type
+                ) from error
             self._outputs[topic] = self.create_publisher(kind, topic, RELIABLE)
         return self._outputs[topic]
 
@@ -216,7 +228,7 @@ class ReplayNode(Node):
         self._closing.set()
         with self._gate:
             self._gate.notify_all()
-        self._thread.join(timeout=LAST_WORDS_S + 1.0)
+        self._thread.join(timeout=2.0)
         super().destroy_node()
 
 
