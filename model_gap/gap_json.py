@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from modal_core.atomic_file import write_text
+from model_gap.comparison.as_json import comparison_mapping
+from model_gap.comparison.compare import Comparison
 from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
 from model_gap.hypothesis import Hypothesis
@@ -19,8 +21,16 @@ from structural_model.spec import KnownEffect
 PACKAGES = ('autonomous_modal_analysis', 'numpy', 'scipy', 'pin')
 
 
-def gap_mapping(result: GapResult) -> dict[str, Any]:
-    """Return the content of gap.json as plain values."""
+def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict[str, Any]:
+    """Return the content of gap.json as plain values.
+
+    Parameters
+    ----------
+    result : GapResult
+        Of :func:`find_gap`.
+    comparison : Comparison or None
+        Of :func:`compare`; None leaves the tables of the comparison out.
+    """
     search, decision = result.search, result.decision
     first = search.steps[0].before
     return {
@@ -61,6 +71,8 @@ def gap_mapping(result: GapResult) -> dict[str, Any]:
         ],
         'tolerances': _tolerances(result.final),
         'excitation': search.campaign.excitation,
+        'comparison': None if comparison is None else comparison_mapping(comparison),
+        'remarks': list(search.campaign.remarks),
         'notes': list(search.campaign.notes),
         'band_hz': [search.settings.band.low_hz, search.settings.band.high_hz],
         'lines_hz': list(search.scene.lines_hz),
@@ -111,9 +123,11 @@ def _effect(effect: KnownEffect) -> dict[str, Any]:
     }
 
 
-def write_gap_json(result: GapResult, path: Path) -> None:
+def write_gap_json(result: GapResult, path: Path, comparison: Comparison | None = None) -> None:
     """Write gap.json, whole or not at all."""
-    text = json.dumps(gap_mapping(result), indent=2, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(
+        gap_mapping(result, comparison), indent=2, allow_nan=False, ensure_ascii=False
+    )
     write_text(path, text + '\n')
 
 

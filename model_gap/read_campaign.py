@@ -152,7 +152,10 @@ def _record(
     if end - start > LONGEST_S:
         notes.append(f'of each recording at most the first {LONGEST_S:.0f} s were used')
         end = start + LONGEST_S
-    rate = min(item.rate_hz for item in chosen)
+    # The slowest sensors' own samples are the grid: they need no interpolation.
+    slowest = min(chosen, key=lambda item: item.rate_hz)
+    rate = slowest.rate_hz
+    start = slowest.start_s + np.ceil((start - slowest.start_s) * rate - 1e-6) / rate
     grid = start + np.arange(int((end - start) * rate)) / rate
     acceleration = np.empty((len(grid), len(layout.channels)))
     names = [channel.name for channel in layout.channels]

@@ -33,7 +33,11 @@ def gap(
     The verdict is `named`, `ambiguous` (with the experiment that would decide), `unexplained`
     or `none`.
     """
+    import resource
+    import time
+
     from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
+    from model_gap.comparison import compare
     from model_gap.find_gap import find_gap
     from model_gap.gap_json import gap_mapping, write_gap_json
     from model_gap.read_campaign import campaign_layout, read_campaign
@@ -42,19 +46,28 @@ def gap(
     from model_gap.updated_model import write_updated_model
     from structural_model import load_robot
 
+    begin_s = time.monotonic()
     robot = load_robot(model)
     sensors = read_layout(layout) or campaign_layout(campaign, model)
     with progress_bar(f'reading {campaign.name}') as progress:
         data = read_campaign(campaign, robot, sensors, progress)
-    with progress_bar('comparing, locating, naming') as progress:
+    with progress_bar('locating, naming, deciding') as progress:
         result = find_gap(robot, data, seed=seed, progress=progress)
+    with progress_bar('comparing mode by mode') as progress:
+        comparison = compare(result, progress)
     out.mkdir(parents=True, exist_ok=True)
-    write_gap_json(result, out / 'gap.json')
+    write_gap_json(result, out / 'gap.json', comparison)
     write_updated_model(result, out)
-    write_report(result, out / 'report.html')
+    write_report(result, out / 'report.html', comparison)
     if json:
-        print_json(gap_mapping(result))
+        print_json(gap_mapping(result, comparison))
         return
     for line in summary_lines(result):
         OUTPUT.print(line, soft_wrap=True, markup=False)
     OUTPUT.print(f'written: {out / "report.html"}, gap.json, model_updated.yaml', markup=False)
+    memory_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    OUTPUT.print(
+        f'{time.monotonic() - begin_s:.0f} s, {time.process_time():.0f} s of processor time, '
+        f'{memory_mb:.0f} MB at most',
+        markup=False,
+    )

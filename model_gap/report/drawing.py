@@ -12,7 +12,11 @@ LEFT, RIGHT, TOP, BOTTOM = 44, 10, 26, 30
 
 
 def spectra_plot(
-    title: str, frequency_hz: Array, lines: Sequence[tuple[str, Array]], noise: float
+    title: str,
+    frequency_hz: Array,
+    lines: Sequence[tuple[str, Array]],
+    noise: float,
+    size: tuple[int, int] = (WIDTH, HEIGHT),
 ) -> Markup:
     """Draw amplitudes over frequency, logarithmic, one polyline per named line.
 
@@ -26,37 +30,40 @@ def spectra_plot(
         Measured, before, after.
     noise : float
         Level of the noise, a dashed line.
+    size : (width, height)
+        Of the picture.
     """
+    width, height = size
     everything = np.concatenate([values for _, values in lines])
     high = float(np.log10(max(everything.max(), 1e-12))) + 0.1
     low = min(float(np.log10(max(noise, 1e-12))), high - 1.5) - 0.2
     span = float(frequency_hz[-1] - frequency_hz[0]) or 1.0
 
     def x(value: float) -> float:
-        return LEFT + (WIDTH - LEFT - RIGHT) * (value - float(frequency_hz[0])) / span
+        return LEFT + (width - LEFT - RIGHT) * (value - float(frequency_hz[0])) / span
 
     def y(value: float) -> float:
         share = (float(np.log10(max(value, 1e-12))) - low) / (high - low)
-        return TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - min(max(share, 0.0), 1.0))
+        return TOP + (height - TOP - BOTTOM) * (1.0 - min(max(share, 0.0), 1.0))
 
     parts = [f'<text class="title" x="{LEFT}" y="15">{escape(title)}</text>']
     for decade in range(int(np.ceil(low)), int(np.floor(high)) + 1):
         level = y(10.0**decade)
         parts.append(
-            f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{level:.1f}" '
+            f'<line class="grid" x1="{LEFT}" x2="{width - RIGHT}" y1="{level:.1f}" '
             f'y2="{level:.1f}"/><text class="tick" x="{LEFT - 5}" y="{level + 4:.1f}" '
             f'text-anchor="end">1e{decade}</text>'
         )
     for tick in range(10, int(frequency_hz[-1]) + 1, 10):
         parts.append(
-            f'<text class="tick" x="{x(tick):.1f}" y="{HEIGHT - 12}" '
+            f'<text class="tick" x="{x(tick):.1f}" y="{height - 12}" '
             f'text-anchor="middle">{tick}</text>'
         )
     parts.append(
-        f'<text class="tick" x="{WIDTH - RIGHT}" y="{HEIGHT - 1}" text-anchor="end">Hz</text>'
+        f'<text class="tick" x="{width - RIGHT}" y="{height - 1}" text-anchor="end">Hz</text>'
     )
     parts.append(
-        f'<line class="noise" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y(noise):.1f}" '
+        f'<line class="noise" x1="{LEFT}" x2="{width - RIGHT}" y1="{y(noise):.1f}" '
         f'y2="{y(noise):.1f}"/>'
     )
     for name, values in lines:
@@ -67,7 +74,7 @@ def spectra_plot(
         parts.append(f'<polyline class="{escape(name)}" points="{points}"/>')
     body = ''.join(parts)
     return Markup(  # noqa: S704  numbers and escaped text only
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(title)}">{body}</svg>'
+        f'<svg viewBox="0 0 {width} {height}" role="img" aria-label="{escape(title)}">{body}</svg>'
     )
 
 

@@ -1,6 +1,7 @@
 """One HTML file that shows what was found and needs nothing else to open."""
 
 import itertools
+import math
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -9,24 +10,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.atomic_file import write_text
+from model_gap.comparison.compare import compare, Comparison
+from model_gap.comparison.spectra_pairs import SpectraPair, used_bands
+from model_gap.comparison.transmissibility import SensorBand
 from model_gap.find_gap import GapResult
-from model_gap.gap_json import gap_mapping
-from model_gap.locate import BAND_EDGES_HZ, measured_and_predicted
+from model_gap.gap_json import accepted_effects, gap_mapping
+from model_gap.predict import Predictor
+from model_gap.report.arm_picture import arm_picture
 from model_gap.report.drawing import gap_bars, gap_map, spectra_plot
 from model_gap.report.words import effect_words, headline, percent
+from model_gap.spectra import record_spectra
 
 HERE = Path(__file__).parent
-SMOOTHING_HZ = 0.4
-PICTURES = 6
+SMOOTHING_HZ = 0.3
+FINE_BINS = 1200
+PICTURES = 7
+WORST_ROWS = 8
+WHOLE = {'payload': 'flange', 'base_compliance': 'base'}
 
 
-def write_report(result: GapResult, path: Path) -> None:
+def write_report(result: GapResult, path: Path, comparison: Comparison | None = None) -> None:
     """Write the report, whole or not at all."""
-    write_text(path, render_report(result))
+    write_text(path, render_report(result, comparison))
 
 
-def render_report(result: GapResult) -> str:
-    """Return the report as one HTML document without scripts or links."""
+def render_report(result: GapResult, comparison: Comparison | None = None) -> str:
+    """Return the report as one HTML document without scripts or links.
+
+    Parameters
+    ----------
+    result : GapResult
+        What was found.
+    comparison : Comparison or None
+        Its comparison; None: it is made.
+    """
+    comparison = comparison or compare(result)
     environment = Environment(
         loader=FileSystemLoader(HERE / 'templates'),
         autoescape=True,
@@ -34,6 +52,8 @@ def render_report(result: GapResult) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    shown = [pair for pair in comparison.pairs if pair.heldout] or list(comparison.pairs)
+    pictures = _pictures(result, shown)
     return environment.get_template('gap.html.j2').render(
         title=f'Model gap: {result.search.model.robot_name}',
         verdict=result.decision.verdict.value,
@@ -41,9 +61,12 @@ def render_report(result: GapResult) -> str:
         effects=effect_words(result),
         decision=result.decision,
         bars=_bars(result),
-        places=_map(result),
-        pictures=_pictures(result),
-        gap=gap_mapping(result),
+        arm=_arm(result),
+        places=_map(result, shown),
+        first=pictures[0] if pictures else '',
+        pictures=pictures[1:],
+        gap=gap_mapping(result, comparison),
+        worst=_worst_sensors(comparison),
         percent=percent,
     )
 
@@ -60,71 +83,98 @@ def _bars(result: GapResult) -> Markup:
     )
 
 
-def _map(result: GapResult) -> Markup:
+def _arm(result: GapResult) -> Markup:
     search = result.search
-    names = [channel.name.rsplit('.', 1)[0] for channel in search.campaign.layout.channels]
+    misfit = {item.name: item.before for item in result.where if item.kind == 'sensor'}
+    places = tuple(item.location or WHOLE.get(item.type, '') for item in accepted_effects(result))
+    pose = search.campaign.records[0].pose
+    layout = search.campaign.layout
+    return arm_picture(search.model, pose, layout, misfit, tuple(filter(None, places)))
+
+
+def _worst_sensors(comparison: Comparison) -> list[dict[str, object]]:
+    """Return the rows of the comparison that were farthest off before."""
+
+    def off(item: SensorBand) -> float:
+        size = abs(math.log(max(item.before.magnitude, 1e-6)))
+        return size + abs(item.before.phase_rad)
+
+    rows = [item for item in comparison.sensors if item.measured > 2.0 * item.noise]
+    return [
+        {
+            'sensor': item.sensor,
+            'band': f'{item.low_hz:g}–{item.high_hz:g}',
+            'measured': item.measured,
+            'predicted_before': item.predicted_before,
+            'predicted_after': item.predicted_after,
+            'level_sigma_db': item.level_sigma_db,
+            'before': item.before,
+            'after': item.after,
+        }
+        for item in sorted(rows, key=lambda item: -off(item))[:WORST_ROWS]
+    ]
+
+
+def _map(result: GapResult, shown: list[SpectraPair]) -> Markup:
+    names = [channel.name.rsplit('.', 1)[0] for channel in result.search.campaign.layout.channels]
     sensors = list(dict.fromkeys(names))
-    shape = (len(sensors), len(BAND_EDGES_HZ) - 1)
+    bands = used_bands(shown)
+    shape = (len(sensors), len(bands))
     before, after, count = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    predictor = search.heldout if search.heldout.records else search.fitting
-    pairs = zip(
-        predictor.records,
-        measured_and_predicted(predictor, search.nominal),
-        measured_and_predicted(predictor, result.final),
-        strict=True,
-    )
-    for item, (measured, nominal), (_, fitted) in pairs:
-        bands = np.digitize(item.frequency_hz, BAND_EDGES_HZ) - 1
+    for pair, (column, band) in itertools.product(shown, enumerate(bands)):
+        inside = pair.inside(*band)
+        noise = pair.item.noise_power[:, inside]
+        measured = pair.item.measured[:, inside]
+        one = np.abs(measured - pair.before[:, inside]) ** 2 / noise
+        two = np.abs(measured - pair.after[:, inside]) ** 2 / noise
         for row, name in enumerate(names):
             place = sensors.index(name)
-            for band in range(shape[1]):
-                chosen = bands == band
-                power = item.noise_power[row, chosen]
-                before[place, band] += _power(
-                    (measured[row, chosen] - nominal[row, chosen]) / np.sqrt(power)
-                )
-                after[place, band] += _power(
-                    (measured[row, chosen] - fitted[row, chosen]) / np.sqrt(power)
-                )
-                count[place, band] += chosen.sum()
+            before[place, column] += one[row].sum()
+            after[place, column] += two[row].sum()
+            count[place, column] += inside.sum()
     with np.errstate(invalid='ignore', divide='ignore'):
         before, after = before / count, after / count
-    seen = np.any(count > 0.0, axis=0)
-    columns = [f'{low:g}–{high:g}' for low, high in itertools.pairwise(BAND_EDGES_HZ)]
-    kept = [name for name, used in zip(columns, list(seen), strict=True) if used]
-    return gap_map(sensors, kept, before[:, seen], after[:, seen])
+    columns = [f'{low:g}–{high:g}' for low, high in bands]
+    return gap_map(sensors, columns, before, after)
 
 
-def _pictures(result: GapResult) -> list[Markup]:
-    """Draw the held-out channels where the gap was largest."""
+def _pictures(result: GapResult, shown: list[SpectraPair]) -> list[Markup]:
+    """Draw the recording with the largest gap, the sensors in the order of theirs, bin by bin."""
     search = result.search
-    predictor = search.heldout if search.heldout.records else search.fitting
-    nominal = measured_and_predicted(predictor, search.nominal)
-    fitted = measured_and_predicted(predictor, result.final)
-    found = []
-    for number, item in enumerate(predictor.records):
-        residual = np.abs(nominal[number][0] - nominal[number][1]) ** 2
-        for row, channel in enumerate(search.campaign.layout.channels):
-            found.append(
-                (float((residual[row] / item.noise_power[row]).sum()), number, row, channel)
-            )
-    found.sort(key=lambda entry: -entry[0])
-    seen: set[str] = set()
+    channels = search.campaign.layout.channels
+
+    def gap(pair: SpectraPair) -> NDArray[np.float64]:
+        squares = np.abs(pair.item.measured - pair.before) ** 2 / pair.item.noise_power
+        return np.asarray(squares.mean(axis=1))
+
+    worst = max(shown, key=lambda pair: float(gap(pair).sum()))
+    order = np.argsort(-gap(worst))
+    item = record_spectra(worst.item.record, search.settings.band, FINE_BINS)
+    predictor = Predictor(search.model, [item])
+    (before,) = predictor.predict(search.nominal.setup())
+    (after,) = predictor.predict(result.final.setup())
     pictures: list[Markup] = []
-    for _, number, row, channel in found:
-        if channel.name in seen or len(pictures) == PICTURES:
+    seen: set[str] = set()
+    for row in order.tolist():
+        sensor = channels[row].name.rsplit('.', 1)[0]
+        if sensor in seen or len(pictures) == PICTURES:
             continue
-        seen.add(channel.name)
-        item = predictor.records[number]
-        frequency, measured = _smoothed(item.frequency_hz, nominal[number][0][row])
-        _, before = _smoothed(item.frequency_hz, nominal[number][1][row])
-        _, after = _smoothed(item.frequency_hz, fitted[number][1][row])
+        seen.add(sensor)
+        smooth = [
+            _smoothed(item.frequency_hz, values[row]) for values in (item.measured, before, after)
+        ]
         pictures.append(
             spectra_plot(
-                f'{channel.name}, {item.record.name}',
-                frequency,
-                [('measured', measured), ('before', before), ('after', after)],
+                f'{channels[row].name}, {item.record.name}',
+                smooth[0][0],
+                [
+                    (name, level)
+                    for name, (_, level) in zip(
+                        ('measured', 'before', 'after'), smooth, strict=True
+                    )
+                ],
                 float(np.sqrt(np.median(item.noise_power[row]))),
+                (460, 210) if pictures else (920, 300),
             )
         )
     return pictures
@@ -139,7 +189,3 @@ def _smoothed(
     centre = np.array([frequency[place == number].mean() for number in used])
     level = np.array([np.sqrt(np.mean(np.abs(values[place == number]) ** 2)) for number in used])
     return centre, level
-
-
-def _power(values: NDArray[np.complex128]) -> float:
-    return float(np.sum(np.abs(values) ** 2))

@@ -1,49 +1,116 @@
 """The verdict in words."""
 
+from collections.abc import Mapping
 import math
 
 from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
-from model_gap.gap_json import found_effects
+from model_gap.gap_json import accepted_effects
+from structural_model.spec import KnownEffect
 
-HEADLINES = {
-    Verdict.NAMED: 'The model lacks something, and it has a name',
-    Verdict.AMBIGUOUS: 'Something is missing; two explanations cannot be told apart yet',
-    Verdict.UNEXPLAINED: 'There is a gap that nothing in the catalogue explains',
-    Verdict.NONE: 'No gap beyond noise and known tolerance',
+NO_GAP = 'Model and robot agree: what differs is noise and known tolerance'
+STRANGE = 'There is a gap, and nothing in the catalogue explains it'
+# What each effect says of the robot, in a plain sentence; {place} and the parameters by name.
+SENTENCES: Mapping[str, str] = {
+    'payload': '{place} carries {mass:+.3g} kg that the model does not have',
+    'joint_damping': '{place} is damped {factor:.3g} times as much as the model says',
+    'base_compliance': 'The base gives way: the robot rocks on its foundation',
+    'link_flexibility': '{place} bends, and the model has it stiff',
+    'rod_spring': 'A rod couples joints 2 and 3 that the model does not have',
+    'coulomb_friction': '{place} has dry friction of {torque:.3g} N m',
+    'backlash': '{place} has play: {half_gap:.2g} rad to either side',
+    'cubic_stiffness': 'The stiffness of {place} changes with its twist',
+    'speed_dependent_stiffness': 'The stiffness of {place} changes with its speed',
+    'transmission_error': 'The gear of {place} runs unevenly',
+    'tonal_disturbance': 'Something shakes {place} steadily at {frequency:.4g} Hz',
+    'servo_compliance': 'The drives give way: they do not hold their motors still',
+    'tuned_mass': 'A mass of {mass:.3g} kg swings on {place} at {frequency:.3g} Hz',
+    'command_delay': 'Motion and sensors are {milliseconds:.3g} ms apart',
+    'sensor_gain': '{place} reads {gain:.3g} times too much',
+    'sensor_polarity': '{place} is connected the wrong way round',
+    'sensor_axis_swap': 'Two axes of {place} are exchanged',
+    'sensor_rotation': '{place} is mounted turned by {degrees:.3g}°',
+    'sensor_delay': '{place} is {milliseconds:.3g} ms late',
+    'sensor_mount_resonance': 'The mount of {place} is soft and resonates at {frequency:.3g} Hz',
+    'sensor_mass': '{place} weighs {mass:.3g} kg itself',
 }
 
 
 def headline(result: GapResult) -> str:
-    """Return the verdict as one sentence."""
-    return HEADLINES[result.decision.verdict]
+    """Return the verdict as one plain sentence."""
+    verdict = result.decision.verdict
+    if verdict is Verdict.NONE:
+        return NO_GAP
+    if verdict is Verdict.UNEXPLAINED:
+        return STRANGE
+    found = '; '.join(sentence(effect) for effect in accepted_effects(result))
+    if verdict is Verdict.NAMED:
+        return found
+    return f'Perhaps: {found[:1].lower()}{found[1:]}. This is not certain yet'
+
+
+def sentence(effect: KnownEffect) -> str:
+    """Return what an effect says of the robot."""
+    numbers = {item.name: item.value for item in effect.parameters}
+    turn = [value for name, value in numbers.items() if name.startswith('rotation_')]
+    place = place_words(effect)
+    if effect.type == 'joint_stiffness':
+        change = 100.0 * (numbers['factor'] - 1.0)
+        kind = 'softer' if change < 0.0 else 'stiffer'
+        text = f'{place} is {abs(change):.0f} % {kind} than the model says'
+    else:
+        text = SENTENCES.get(
+            effect.type, effect.type.replace('_', ' ') + ' at {place}'
+        ).format_map(
+            _Numbers(
+                numbers,
+                place=place,
+                milliseconds=1e3 * numbers.get('delay', math.nan),
+                degrees=math.degrees(math.hypot(*turn)) if turn else math.nan,
+            )
+        )
+    return text[:1].upper() + text[1:]
+
+
+class _Numbers(dict):  # type: ignore[type-arg]
+    def __missing__(self, name: str) -> float:
+        return math.nan
+
+
+def place_words(effect: KnownEffect) -> str:
+    """Return where an effect is, as people say it."""
+    place = effect.location or 'the robot'
+    if place.startswith('sensor:'):
+        axis = f'axis {effect.variant} of ' if effect.variant in ('x', 'y', 'z') else ''
+        return f'{axis}sensor {place.removeprefix("sensor:")}'
+    return place.replace('_', ' ')
 
 
 def effect_words(result: GapResult) -> list[str]:
     """Return one line per effect: what, where, how much."""
     lines = []
-    for effect in found_effects(result):
-        place = f' at {effect["location"]}' if effect['location'] else ''
-        variant = f' ({effect["variant"]})' if effect['variant'] else ''
+    for effect in accepted_effects(result):
+        place = f' at {effect.location}' if effect.location else ''
+        variant = f' ({effect.variant})' if effect.variant else ''
         numbers = ', '.join(
-            number_words(name, item) for name, item in effect['parameters'].items()
+            number_words(item.name, item.value, item.sigma, item.unit)
+            for item in effect.parameters
         )
-        lines.append(
-            f'{effect["type"].replace("_", " ")}{place}{variant}'
-            + (f': {numbers}' if numbers else '')
-        )
+        name = effect.type.replace('_', ' ')
+        lines.append(f'{name}{place}{variant}' + (f': {numbers}' if numbers else ''))
     return lines
 
 
-def number_words(name: str, item: dict[str, object]) -> str:
+def number_words(name: str, value: float, sigma: float, unit: str) -> str:
     """Return a parameter with deviation and unit."""
-    unit = '' if item['unit'] == '1' else f' {item["unit"]}'
-    return f'{name.replace("_", " ")} {item["value"]:.4g} ± {item["sigma"]:.2g}{unit}'
+    return f'{name.replace("_", " ")} {value:.4g} ± {sigma:.2g}' + (
+        '' if unit == '1' else f' {unit}'
+    )
 
 
-def percent(value: float) -> str:
+def percent(value: float | None) -> str:
     """Return a fraction as per cent."""
-    if not math.isfinite(value):
+    if value is None or not math.isfinite(value):
         return '–'
     return f'{100.0 * value:.1f} %'
 

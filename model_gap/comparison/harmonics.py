@@ -1,0 +1,79 @@
+"""Lines in the measured spectra: where, how strong, and what the model says there."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from model_gap.comparison.spectra_pairs import SpectraPair
+
+NEAR_BINS = 1.5
+AROUND_HZ = 1.5
+
+
+@dataclass(frozen=True)
+class LineSeen:
+    """One line.
+
+    Parameters
+    ----------
+    frequency_hz, resolution_hz : float [Hz]
+        Where, and how finely that is known.
+    channel : str
+        Where it stands out most.
+    over_surroundings_db, sigma_db : float [dB]
+        Measured power there over that around it, and its standard deviation.
+    predicted_before_db, predicted_after_db : float [dB]
+        The same in the prediction.
+    """
+
+    frequency_hz: float
+    resolution_hz: float
+    channel: str
+    over_surroundings_db: float
+    sigma_db: float
+    predicted_before_db: float
+    predicted_after_db: float
+
+
+def lines_seen(
+    pairs: Sequence[SpectraPair], lines_hz: Sequence[float], channels: Sequence[str]
+) -> tuple[LineSeen, ...]:
+    """Return every line that was noticed, strongest first."""
+    found = [_line(pairs, line, channels) for line in lines_hz]
+    seen = [line for line in found if line is not None]
+    return tuple(sorted(seen, key=lambda line: -line.over_surroundings_db))
+
+
+def _line(pairs: Sequence[SpectraPair], line: float, channels: Sequence[str]) -> LineSeen | None:
+    tables = []
+    for pair in pairs:
+        record = pair.item.record
+        step = record.sample_rate_hz / len(record.acceleration)
+        away = np.abs(pair.item.frequency_hz - line)
+        near, around = away <= NEAR_BINS * step, (away > 3.0 * step) & (away < AROUND_HZ)
+        if not near.any() or not around.any():
+            continue
+        tables.append(
+            [
+                np.mean(np.abs(part[:, near]) ** 2, axis=1)
+                / np.mean(np.abs(part[:, around]) ** 2, axis=1)
+                for part in (pair.item.measured, pair.before, pair.after)
+            ]
+        )
+    if not tables:
+        return None
+    mean = np.median(np.array(tables), axis=0)
+    best = int(np.argmax(mean[0]))
+    measured, before, after = (10.0 * np.log10(np.maximum(mean[:, best], 1e-12))).tolist()
+    record = pairs[0].item.record
+    scatter = 10.0 * np.log10(np.maximum([table[0][best] for table in tables], 1e-12))
+    return LineSeen(
+        frequency_hz=float(line),
+        resolution_hz=record.sample_rate_hz / len(record.acceleration),
+        channel=channels[best],
+        over_surroundings_db=measured,
+        sigma_db=float(np.std(scatter) / np.sqrt(len(scatter))),
+        predicted_before_db=before,
+        predicted_after_db=after,
+    )

@@ -1,0 +1,64 @@
+"""The modes of a recording, identified by the same pipeline as everywhere else."""
+
+import numpy as np
+
+from modal_core.channel import SensorLayout
+from modal_core.errors import IdentificationError
+from modal_core.measurements import JointSamples, NANOSECONDS_PER_SECOND, SampleBlock
+from modal_core.mode import Mode
+from model_gap.campaign import GapRecord
+from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.settings import IdentificationSettings
+from structural_model import FlexibleJointModel
+
+LEAST_HZ, MOST_HZ = 3.0, 58.0
+
+
+def identified_modes(
+    record: GapRecord, model: FlexibleJointModel, layout: SensorLayout, highest_hz: float
+) -> tuple[Mode, ...]:
+    """Return the modes of a recording; the rigid motion of the sensors is taken out by the model.
+
+    Parameters
+    ----------
+    record : GapRecord
+        Accelerations and the motion of the joints.
+    model : FlexibleJointModel
+        For the rigid motion only.
+    layout : SensorLayout
+        The sensors.
+    highest_hz : float [Hz]
+        Up to where the arm was excited.
+
+    Returns
+    -------
+    tuple of Mode
+        Empty when nothing can be identified.
+    """
+    rate, count = record.sample_rate_hz, len(record.acceleration)
+    settings = IdentificationSettings(
+        window_s=count / rate, min_frequency_hz=LEAST_HZ, max_frequency_hz=min(highest_hz, MOST_HZ)
+    )
+    pipeline = IdentificationPipeline(settings, layout, robot=model)
+    stamps = np.rint(np.arange(count) / rate * NANOSECONDS_PER_SECOND).astype(np.int64)
+    names = tuple(channel.name for channel in layout.channels)
+    size = max(1, round(rate / 4.0))
+    found: tuple[Mode, ...] = ()
+    for first in range(0, count, size):
+        rows = slice(first, first + size)
+        pipeline.add(
+            JointSamples(
+                stamps[rows],
+                model.joint_names,
+                record.pose + record.motor_shift[rows],
+                record.motor_velocity[rows],
+            )
+        )
+        block = np.asarray(record.acceleration[rows], dtype=np.float32)
+        pipeline.add(SampleBlock('campaign', int(stamps[first]), first, rate, names, block))
+    try:
+        for window in (*pipeline.windows(), *pipeline.finish()):
+            found = max(found, pipeline.identify(window).modes.modes, key=len)
+    except IdentificationError:
+        return ()
+    return tuple(mode for mode in found if not mode.harmonic)

@@ -1,0 +1,179 @@
+"""Natural frequencies, damping ratios and shapes: identified ones beside the model's."""
+
+from collections.abc import Sequence
+import dataclasses
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from modal_core.indicators import mac
+from modal_core.mode import Mode
+from model_gap.campaign import GapRecord
+from model_gap.comparison.identified import identified_modes
+from model_gap.hypothesis import Hypothesis
+from model_gap.nuisance import Nuisance
+from model_gap.search import Search
+from model_gap.setup import Setup
+from model_gap.split import pose_groups
+from structural_model import FlexibleJointModel
+
+Array = NDArray[np.float64]
+MOST_POSES = 4
+FREQUENCY_WEIGHT = 2.0
+LEAST_MAC, MOST_OFF = 0.4, 0.35
+
+
+@dataclass(frozen=True)
+class ModelMode:
+    """A mode of the model beside an identified one.
+
+    Parameters
+    ----------
+    frequency_hz, damping_ratio : float [Hz], [-]
+        Of the model.
+    frequency_sigma_hz, damping_ratio_sigma : float
+        What the model's ordinary tolerances make of them; 0 where they were fitted.
+    mac : float
+        With the identified shape.
+    """
+
+    frequency_hz: float
+    damping_ratio: float
+    frequency_sigma_hz: float
+    damping_ratio_sigma: float
+    mac: float
+
+
+@dataclass(frozen=True)
+class ModePair:
+    """One identified mode of one recording.
+
+    Parameters
+    ----------
+    record, level : str
+        The recording and its amplitude level.
+    pose : int
+        Number of the pose.
+    heldout : bool
+        The pose took no part in the fit.
+    mode : Mode
+        As identified.
+    before, after : ModelMode or None
+        The model's mode of the same shape, as it was given and as it is now; None: it has none.
+    """
+
+    record: str
+    level: str
+    pose: int
+    heldout: bool
+    mode: Mode
+    before: ModelMode | None
+    after: ModelMode | None
+
+    def deviations(self, model: ModelMode | None) -> float:
+        """Return the difference in frequency, in standard deviations of both together."""
+        if model is None:
+            return math.nan
+        sigma = math.hypot(_or_zero(self.mode.frequency_std_hz), model.frequency_sigma_hz, 1e-6)
+        return (self.mode.frequency_hz - model.frequency_hz) / sigma
+
+
+@dataclass(frozen=True)
+class _Modes:
+    frequency_hz: Array
+    damping_ratio: Array
+    shapes: NDArray[np.complex128]
+    frequency_sigma_hz: Array
+    damping_ratio_sigma: Array
+
+
+def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[ModePair, ...]:
+    """Identify some recordings and put the model's modes beside what was found.
+
+    Parameters
+    ----------
+    search : Search
+        Data and the model as it was given.
+    after : Hypothesis
+        The model as it is now.
+    highest_hz : float [Hz]
+        Up to where the arm was excited.
+    """
+    campaign = search.campaign
+    groups = pose_groups(campaign)
+    found: list[ModePair] = []
+    for pose, records in _chosen(campaign.records, groups):
+        q = records[0].pose
+        old = _model_modes(search, search.nominal.setup(), q, search.tolerances)
+        new = _model_modes(search, after.setup(), q, ())
+        for record in records:
+            modes = identified_modes(record, search.model, campaign.layout, highest_hz)
+            one, two = _matched(modes, old), _matched(modes, new)
+            found += [
+                ModePair(record.name, record.level, pose, bool(record.heldout), mode, before, now)
+                for mode, before, now in zip(modes, one, two, strict=True)
+            ]
+    return tuple(found)
+
+
+def _chosen(
+    records: Sequence[GapRecord], groups: Sequence[int]
+) -> list[tuple[int, list[GapRecord]]]:
+    """Return a few poses with all their levels, held-out ones first."""
+    poses: dict[int, list[GapRecord]] = {}
+    for record, group in zip(records, groups, strict=True):
+        poses.setdefault(group, []).append(record)
+    order = sorted(poses.items(), key=lambda item: not item[1][0].heldout)
+    return order[:MOST_POSES]
+
+
+def _model_modes(search: Search, setup: Setup, q: Array, tolerances: Sequence[Nuisance]) -> _Modes:
+    model = search.model.replace(setup.spec)
+    modes = model.damped_modes(q, setup.channels)
+    shapes = np.asarray(modes.channel_shapes)
+    omega = 2.0 * np.pi * modes.frequency_hz
+    for step in setup.outputs:
+        shapes = step(omega, shapes)
+    changes = [
+        _change(search.model, item.apply(setup, 1.0), q, modes.frequency_hz, modes.damping_ratio)
+        for item in tolerances
+        if item.kind in ('spring', 'spec')
+    ]
+    none = np.zeros((1, 2, len(omega)))
+    sigma = np.sqrt(np.sum(np.array(changes or none) ** 2, axis=0))
+    return _Modes(modes.frequency_hz, modes.damping_ratio, shapes, sigma[0], sigma[1])
+
+
+def _change(
+    model: FlexibleJointModel, setup: Setup, q: Array, frequency_hz: Array, damping_ratio: Array
+) -> Array:
+    modes = dataclasses.replace(model, spec=setup.spec).damped_modes(q, ())
+    return np.array([modes.frequency_hz - frequency_hz, modes.damping_ratio - damping_ratio])
+
+
+def _matched(found: Sequence[Mode], model: _Modes) -> list[ModelMode | None]:
+    """Give every identified mode at most one of the model's: like shape, like frequency."""
+    pairs: list[ModelMode | None] = [None] * len(found)
+    if not found:
+        return pairs
+    likeness = mac(np.column_stack([mode.shape for mode in found]), model.shapes)
+    frequency = np.array([mode.frequency_hz for mode in found])
+    off = np.abs(np.log(frequency[:, None] / model.frequency_hz))
+    rows, columns = linear_sum_assignment(1.0 - likeness + FREQUENCY_WEIGHT * off)
+    for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+        if likeness[row, column] >= LEAST_MAC and off[row, column] <= MOST_OFF:
+            pairs[row] = ModelMode(
+                frequency_hz=float(model.frequency_hz[column]),
+                damping_ratio=float(model.damping_ratio[column]),
+                frequency_sigma_hz=float(model.frequency_sigma_hz[column]),
+                damping_ratio_sigma=float(model.damping_ratio_sigma[column]),
+                mac=float(likeness[row, column]),
+            )
+    return pairs
+
+
+def _or_zero(value: float) -> float:
+    return value if math.isfinite(value) else 0.0
