@@ -46,12 +46,15 @@ def run_node(
     SystemExit
         Status 2, after one line: the user can put it right.
     """
-    # Collecting the garbage of numerical libraries would hold up the end by a second.
+    # Collecting all that numerical libraries leave would hold up the end by a second.
     atexit.register(gc.freeze)
     node = None
     try:
         _init(args)
         node = make()
+        # Nor may a full collection hold up every thread for 60 ms while the node runs.
+        gc.collect()
+        gc.freeze()
         spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
