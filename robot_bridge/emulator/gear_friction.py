@@ -8,8 +8,7 @@ from robot_bridge.emulator.gear_settings import GearSettings, N_AXES
 
 Array = NDArray[np.float64]
 MOST_ITERATIONS = 20
-TOLERANCE = 1e-5
-EYE = np.eye(N_AXES)
+TOLERANCE = 1e-4
 
 
 class GearFriction:
@@ -58,8 +57,9 @@ class GearFriction:
                 torque = torque + step
                 continue
             last = size
-            slope = (self._steep * (1.0 - grip * grip))[:, None] * response + EYE
-            step = dgesv(slope, error)[2]
+            slope = (self._steep * (1.0 - grip * grip))[:, None] * response
+            slope.flat[:: N_AXES + 1] += 1.0
+            step = dgesv(slope, error, overwrite_a=1)[2]
             torque = torque - step
         self.torque = np.asarray(torque)
         return self.torque
