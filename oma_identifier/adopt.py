@@ -25,6 +25,8 @@ HOPELESS_MISFIT = 1.2
 """From here on a second pass would hardly bring the misfit below the largest."""
 FARTHEST = 4.0
 """Standard deviations of the difference."""
+LEAST_SPREAD = 0.75
+"""Of the plain estimate's deviation, taken for that of the difference."""
 LONGEST_REST = 8
 """Windows for which a place is left alone that the model did not describe many times."""
 SAME_PLACE = 0.03
@@ -119,8 +121,12 @@ def _agree(plain: Mode, refined: Mode) -> bool:
 
 
 def _spread(plain_std: float, refined_std: float) -> float:
-    """Return √(var(plain) - var(refined)), the deviation of the difference, or half of plain."""
-    return math.sqrt(max(plain_std**2 - refined_std**2, (0.5 * plain_std) ** 2))
+    """Return √(var(plain) - var(refined)), the deviation of the difference, with a floor.
+
+    Where both are almost as precise the bias of the plain estimate, which its deviation does not
+    include, would decide.
+    """
+    return math.sqrt(max(plain_std**2 - refined_std**2, (LEAST_SPREAD * plain_std) ** 2))
 
 
 def _merged(plain: Mode, refined: Mode) -> Mode:
