@@ -141,7 +141,8 @@ def lag_s(late: Array, early: Array, rate_hz: float) -> float:
     """
     cross = np.sum(np.fft.rfft(late, axis=0) * np.conj(np.fft.rfft(early, axis=0)), axis=1)
     omega = 2.0 * np.pi * np.fft.rfftfreq(len(late), 1.0 / rate_hz)
-    return float(-np.sum(omega * cross.imag) / np.sum(omega**2 * np.abs(cross)))
+    power = np.abs(cross)
+    return float(-np.sum(omega * power * np.angle(cross)) / np.sum(omega**2 * power))
 
 
 def white_density(values: Array, rate_hz: float) -> Array:

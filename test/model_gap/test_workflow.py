@@ -1,10 +1,12 @@
 """From recordings to a verdict: hidden effects are found, healthy arms are left alone."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
+from model_gap.comparison import compare
 from model_gap.decide import Verdict
 from model_gap.effects.joint_damping import JointDamping
 from model_gap.effects.joint_stiffness import JointStiffness
@@ -16,16 +18,18 @@ from model_gap.gap_json import write_gap_json
 from model_gap.report.page import write_report
 from model_gap.search import SearchSettings
 from model_gap.updated_model import write_updated_model
-from structural_model import load_robot
+from structural_model import load_layout, load_robot
 
 SEED = 21
 FEW = SearchSettings(
     catalogue=(JointStiffness, JointDamping, Payload, SensorGain, SensorDelay), most_effects=2
 )
 FEWEST = SearchSettings(catalogue=(JointStiffness, SensorGain), most_effects=1)
-KEYS = {
-    'verdict', 'effects', 'candidates', 'where', 'gap_before', 'gap_after', 'gap_before_heldout',
-    'gap_after_heldout', 'noise_floor',
+# What programs may rely on: name and kind of every fixed key.
+SCHEMA = {
+    'verdict': str, 'effects': list, 'candidates': list, 'where': list, 'gap_before': float,
+    'gap_after': float, 'gap_before_heldout': float, 'gap_after_heldout': float,
+    'noise_floor': float,
 }  # fmt: skip
 
 
@@ -52,10 +56,53 @@ def test_gap_shrinks_to_the_noise_on_poses_that_took_no_part(softer):
     assert softer.gap_after_heldout < 1.5 * softer.noise_floor
 
 
-def test_result_files(softer, tmp_path):
-    write_gap_json(softer, tmp_path / 'gap.json')
+@pytest.fixture(scope='module')
+def compared(softer):
+    return compare(softer)
+
+
+def test_gap_json_has_its_fixed_keys(softer, compared, tmp_path):
+    write_gap_json(softer, tmp_path / 'gap.json', compared)
     found = json.loads((tmp_path / 'gap.json').read_text())
-    assert KEYS <= set(found)
+    for key, kind in SCHEMA.items():
+        assert isinstance(found[key], kind), key
+    for effect in (*found['effects'], *found['candidates']):
+        assert isinstance(effect['type'], str)
+        place = effect['location']
+        assert place is None or re.fullmatch(
+            r'joint_\d|link_\d|flange|base_link|sensor:\w+', place
+        )
+        for number in effect['parameters'].values():
+            assert set(number) == {'value', 'sigma', 'unit'}
+            assert isinstance(number['value'], float)
+    gains = [item['log_evidence_gain'] for item in found['candidates'] if item['round'] == 1]
+    assert gains == sorted(gains, reverse=True)
+    for table in ('modes', 'sensors', 'amplitude_dependence', 'excitation'):
+        assert found['comparison'][table], table
+
+
+def test_comparison_sees_the_gap_and_its_end(softer, compared):
+    before = [pair.deviations(pair.before) for pair in compared.modes]
+    after = np.array([pair.deviations(pair.after) for pair in compared.modes if pair.after])
+    assert np.nanmax(np.abs(before)) > 4.0, f'seed {SEED}'
+    assert len(after) >= 0.8 * len(compared.modes)
+    assert np.sqrt(np.mean(after**2)) < 2.5, f'seed {SEED}: {after}'
+    mac = [pair.after.mac for pair in compared.modes if pair.after and pair.mode.mpc > 0.95]
+    assert np.median(mac) > 0.95, f'seed {SEED}: {mac}'
+    loud = [row for row in compared.sensors if row.measured > 20.0 * row.noise]
+    assert loud
+    for row in loud:
+        assert abs(row.after.magnitude - 1.0) < 0.05, row
+        assert row.after.coherence > 0.99
+    worst = max(loud, key=lambda row: abs(row.before.phase_rad))
+    assert abs(worst.before.phase_rad) > 5.0 * worst.before.phase_sigma_rad
+    for change in compared.levels:
+        assert change.deviations < 5.0, f'the arm is linear, seed {SEED}: {change}'
+
+
+def test_result_files(softer, compared, tmp_path):
+    write_gap_json(softer, tmp_path / 'gap.json', compared)
+    found = json.loads((tmp_path / 'gap.json').read_text())
     assert found['verdict'] == 'named'
     (effect,) = found['effects']
     assert effect['type'] == 'joint_stiffness'
@@ -69,8 +116,10 @@ def test_result_files(softer, tmp_path):
     (known,) = model.spec.effects
     assert (known.type, known.location, known.kept_in) == ('joint_stiffness', 'joint_2', 'model')
     assert 'stiffness' in (tmp_path / 'model_updated.diff').read_text()
-    write_report(softer, tmp_path / 'report.html')
+    assert load_layout(path).channels == softer.search.campaign.layout.channels
+    write_report(softer, tmp_path / 'report.html', compared)
     page = (tmp_path / 'report.html').read_text()
+    assert 'Joint 2 is 28 % softer than the model says' in page
     assert 'joint stiffness at joint_2' in page
     assert '<script' not in page
     assert 'http://' not in page
