@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from oma_identifier.bands import Band
 from oma_identifier.condition import BandConditioner
 from oma_identifier.output_covariance import CovarianceAccumulator, OutputCovariance, WhenFull
-from oma_identifier.references import choose_references, MOST_REFERENCES
+from oma_identifier.references import choose_references
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.ssi_cov import compress_outputs
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 N_BLOCKS = 64
 REFRESHED = 1.0 / 16.0
 """Share of the blocks that are new when a band is solved again."""
+MOST_REFERENCES = 8
+"""What a channel adds to so many well chosen ones is less than its cost."""
 MOST_OUTPUTS = 12
 """More channels are combined to this many outputs; mode shapes keep all channels."""
 FEWEST_BLOCK_ROWS = 20

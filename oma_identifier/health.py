@@ -18,6 +18,8 @@ IMPULSIVE_KURTOSIS = 30.0
 GAIN_SUSPICION = 50.0
 """Times the median root mean square of its neighbours, or one over it."""
 POLARITY_COHERENCE = 0.98
+FEW_SAMPLES = 1024
+"""Enough to tell a coherence of 0.98 from one of chance."""
 EXCLUDING = ('lost', 'not_finite', 'flatline', 'clipping', 'missing')
 
 
@@ -101,15 +103,18 @@ def compare(
     if values.shape[1] < 3:
         return list(qualities)
     rms = np.array([quality.rms for quality in qualities])
-    with threadpool_limits(limits=1):
-        correlation = np.atleast_2d(np.corrcoef(values[:: max(1, len(values) // 4096)].T))
+    spaced = values[:: max(1, len(values) // FEW_SAMPLES)]
+    with threadpool_limits(limits=1), np.errstate(invalid='ignore', divide='ignore'):
+        correlation = np.atleast_2d(np.corrcoef(spaced.T))
+    np.fill_diagonal(correlation, np.nan)
+    opposite = np.nan_to_num(correlation).min(axis=1) < -POLARITY_COHERENCE
     checked = []
     for index, quality in enumerate(qualities):
         flags = list(quality.flags)
         others = float(np.median(np.delete(rms, index)))
         if rms[index] > GAIN_SUSPICION * others or rms[index] * GAIN_SUSPICION < others:
             flags.append('gain_suspicion')
-        if np.nanmin(np.delete(correlation[index], index)) < -POLARITY_COHERENCE:
+        if opposite[index]:
             flags.append('polarity_suspicion')
         checked.append(replace(quality, flags=tuple(flags)))
     return checked

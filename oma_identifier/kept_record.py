@@ -43,7 +43,7 @@ class KeptRecord:
 
     def _new_rows(self, samples: Samples) -> NDArray[np.float64]:
         if self._first is None:
-            self._first = replace(samples, acceleration=samples.acceleration[:0])
+            self._first = replace(samples, acceleration=samples.acceleration[:0].copy())
             return samples.acceleration
         rate_hz = samples.sample_rate_hz
         same = samples.channels == self._first.channels and rate_hz == self._first.sample_rate_hz

@@ -5,18 +5,14 @@ uncertainty needs.  Blocks are added as samples arrive and either retired (a sli
 joined in pairs (a whole record in bounded memory).  Lag 0 is left out: it holds the sensor noise.
 """
 
-from collections import deque
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.lagged_sums import lagged_sums
-
-Real = TypeVar('Real', np.float32, np.float64)
 
 
 class WhenFull(Enum):
@@ -85,6 +81,8 @@ class CovarianceAccumulator:
     ----------
     n_added : int
         Blocks completed since the start.
+    n_blocks : int
+        Blocks there are now.
     """
 
     def __init__(
@@ -100,9 +98,12 @@ class CovarianceAccumulator:
         self.block_samples = block_samples
         self.capacity = capacity
         self.when_full = when_full
-        self._blocks: deque[NDArray[np.float32]] = deque()
-        self._powers: deque[NDArray[np.float64]] = deque()
-        self._total: NDArray[np.float64] | None = None
+        # One array for all blocks: they would fragment the memory one by one.
+        self._ring = np.empty((0, 0, n_lags, len(references)), np.float32)
+        self._powers = np.empty((capacity, 0))
+        self._total = np.zeros((0, n_lags, len(references)))
+        self._oldest = 0
+        self.n_blocks = 0
         self._past: NDArray[np.float64] | None = None
         self._pending: list[NDArray[np.float64]] = []
         self._n_pending = 0
@@ -119,7 +120,7 @@ class CovarianceAccumulator:
         data = self._pending[0] if len(self._pending) == 1 else np.concatenate(self._pending)
         start = 0
         while len(data) - start >= self.block_samples:
-            if self.when_full is WhenFull.JOIN and len(self._blocks) >= self.capacity:
+            if self.when_full is WhenFull.JOIN and self.n_blocks >= self.capacity:
                 self._join()  # doubles the block length
                 continue
             self._append(data[start : start + self.block_samples])
@@ -136,8 +137,11 @@ class CovarianceAccumulator:
         self._n_pending = len(rest)
 
     def _join(self) -> None:
-        self._blocks = _in_pairs(self._blocks)
-        self._powers = _in_pairs(self._powers)
+        half = self.capacity // 2
+        for place in range(half):
+            self._ring[place] = self._ring[2 * place] + self._ring[2 * place + 1]
+            self._powers[place] = self._powers[2 * place] + self._powers[2 * place + 1]
+        self.n_blocks = half
         self.block_samples *= 2
 
     def _append(self, rows: NDArray[np.float64]) -> None:
@@ -154,36 +158,37 @@ class CovarianceAccumulator:
             ]
         self._past = np.concatenate([past, rows[-self.n_lags :]])[-self.n_lags :]
         # Channels first: combining them is one product of matrices.
-        block = sums.transpose(1, 0, 2).astype(np.float32, order='C')
-        self.n_added += 1
-        self._blocks.append(block)
-        self._powers.append(np.einsum('tc,tc->c', rows, rows))
-        if self._total is None:
-            self._total = np.zeros(block.shape)
-        self._total += block
-        if self.when_full is WhenFull.RETIRE and len(self._blocks) > self.capacity:
-            self._total -= self._blocks.popleft()
-            self._powers.popleft()
+        self._keep_block(sums.transpose(1, 0, 2), np.einsum('tc,tc->c', rows, rows))
 
-    @property
-    def n_blocks(self) -> int:
-        """Blocks there are now."""
-        return len(self._blocks)
+    def _keep_block(self, sums: NDArray[np.float64], power: NDArray[np.float64]) -> None:
+        if self.n_added == 0:
+            self._ring = np.empty((self.capacity, *sums.shape), np.float32)
+            self._powers = np.empty((self.capacity, len(power)))
+            self._total = np.zeros(sums.shape)
+        self.n_added += 1
+        if self.n_blocks == self.capacity:
+            self._total -= self._ring[self._oldest]
+            place, self._oldest = self._oldest, (self._oldest + 1) % self.capacity
+        else:
+            place = self.n_blocks
+            self.n_blocks += 1
+        self._ring[place], self._powers[place] = sums, power
+        self._total += self._ring[place]
 
     @property
     def n_samples(self) -> int:
         """Samples in all blocks kept."""
-        return len(self._blocks) * self.block_samples
+        return self.n_blocks * self.block_samples
 
     @property
     def power(self) -> NDArray[np.float64]:
         """Mean square of each channel over the blocks kept, (n_channels,) array."""
-        return np.asarray(np.mean(np.array(self._powers), axis=0) / self.block_samples)
+        return np.asarray(np.mean(self._powers[: self.n_blocks], axis=0) / self.block_samples)
 
     @property
     def mean(self) -> NDArray[np.float64]:
         """Covariance over the blocks kept, (n_lags, n_channels, n_references); needs one block."""
-        return np.asarray(self._total).transpose(1, 0, 2) / self.n_samples
+        return np.asarray(self._total.transpose(1, 0, 2) / self.n_samples)
 
     def result(
         self,
@@ -202,21 +207,17 @@ class CovarianceAccumulator:
         weight : (n_references,) array or None
             Factors of the references; None: 1.
         """
-        n_channels, n_lags, n_references = self._blocks[0].shape
+        n_channels, n_lags, n_references = self._total.shape
         combine = np.eye(n_channels) if outputs is None else outputs.T
         combine = (combine / self.block_samples).astype(np.float32)
         blocks = np.empty((self.n_blocks, n_lags, len(combine), n_references), np.float32)
-        for place, block in zip(blocks, self._blocks, strict=True):
+        for number in range(self.n_blocks):
+            block = self._ring[(self._oldest + number) % self.capacity]
             combined = combine @ block.reshape(n_channels, -1)
-            place[:] = combined.reshape(-1, n_lags, n_references).transpose(1, 0, 2)
+            blocks[number] = combined.reshape(-1, n_lags, n_references).transpose(1, 0, 2)
         if weight is not None:
             blocks *= weight.astype(np.float32)
         return OutputCovariance(blocks, sample_rate_hz, self.n_samples)
-
-
-def _in_pairs(sums: deque[NDArray[Real]]) -> deque[NDArray[Real]]:
-    blocks = list(sums)
-    return deque(first + second for first, second in zip(blocks[::2], blocks[1::2], strict=True))
 
 
 def lagged_products(

@@ -43,7 +43,10 @@ class RecordStreams:
         for stream in self._streams:
             stream.add(samples.acceleration[first:])
         self._last = Samples(
-            samples.acceleration[:0], samples.sample_rate_hz, samples.channels, samples.end_ns
+            samples.acceleration[:0].copy(),
+            samples.sample_rate_hz,
+            samples.channels,
+            samples.end_ns,
         )
 
     def _same_grid(self, samples: Samples) -> bool:

@@ -28,7 +28,8 @@ class IdentificationSettings:
     block_rows : int or None
         Block rows of the Hankel matrix; None: from the model order and number of channels.
     n_references : int or None
-        Channels kept as references; None: all up to a dozen, chosen by their content.
+        Channels kept as references, chosen by their content; None or more than eight: eight,
+        beyond which nothing is gained.
     max_damping_ratio : float
         Poles damped more are not modes.
     method : str

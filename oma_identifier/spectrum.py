@@ -99,7 +99,7 @@ class SlidingSpectrum:
         """Return the spectrum of a window, at most an eighth of a window old."""
         if self._of is None or not self._nearly(self._of, samples):
             self._last = singular_value_spectrum(samples, self._max_frequency_hz)
-            self._of = replace(samples, acceleration=samples.acceleration[:0])
+            self._of = replace(samples, acceleration=samples.acceleration[:0].copy())
         return self._last
 
     @staticmethod

@@ -91,7 +91,7 @@ class WholeRecord:
             same_channels = stretch.samples.channels == samples.channels
             if same_channels and stretch.samples.sample_rate_hz == samples.sample_rate_hz:
                 return stretch
-        empty = replace(samples, acceleration=samples.acceleration[:0])
+        empty = replace(samples, acceleration=samples.acceleration[:0].copy())
         self._stretches.append(
             _Stretch(RecordStreams(self._settings, WhenFull.JOIN), empty, spectrum)
         )
