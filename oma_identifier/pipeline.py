@@ -6,7 +6,7 @@ comes with the samples.
     measurements → SampleBuffer → Window → RobotSignals (rigid motion and drive lines removed)
       → RecordStreams (condition, output covariance per band)
       → identify_bands (block Hankel, poles per model order, stabilise, cluster, select with σ)
-      → adopt_refined (maximum likelihood where it holds)
+      → Adoption (maximum likelihood where it holds)
       → ModeTracker → WindowResult
 """
 
@@ -23,7 +23,7 @@ from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
-from oma_identifier.adopt import adopt_refined
+from oma_identifier.adopt import Adoption
 from oma_identifier.harmonics import line_at
 from oma_identifier.identify import (
     check_samples,
@@ -31,6 +31,7 @@ from oma_identifier.identify import (
     Identified,
     identify_bands,
     no_poles,
+    refine_found,
     with_lines,
 )
 from oma_identifier.kept_record import KeptRecord
@@ -93,6 +94,7 @@ class IdentificationPipeline:
         self._explains: PeakTest = never
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
+        self._adopt = Adoption()
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz)
         method = self.settings.method
         self._kept = None if method == 'ssi_cov' else KeptRecord(method)
@@ -154,8 +156,7 @@ class IdentificationPipeline:
         window = replace(window, quality=with_flags(window.quality, cleaned))
         self._record.add(samples, found, spectrum, window.quality, cleaned.explains)
         if self.settings.refines:
-            modes = adopt_refined(samples, found.modes, found.harmonics)
-            found = replace(found, modes=modes)
+            found = refine_found(samples, found, self.settings, cleaned.explains, self._adopt)
         self._lags = cleaned.lags
         modes = in_step(found.modes, self._lags)
         self.last_tracked = self.tracker.update(modes, window.pose)
