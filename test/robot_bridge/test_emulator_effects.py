@@ -2,9 +2,12 @@
 
 from dataclasses import replace
 import math
+from pathlib import Path
+import re
 
 import numpy as np
 import pytest
+import yaml
 
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
@@ -461,3 +464,14 @@ def test_wrong_arm_options_are_refused(wrong):
     with pytest.raises(SettingsError, match='arm'):
         ArmOptions.from_mapping(wrong)
     assert replace(ArmOptions(), rest_s=2.0).rest_s == 2.0
+
+
+def test_the_documentation_names_every_effect_and_its_example_is_read():
+    text = (Path(__file__).parents[2] / 'docs' / 'abb.md').read_text()
+    part = text[text.index('## Effects in the arm') : text.index('## Control law')]
+    lines = [line[4:] for line in part.splitlines() if line.startswith('    ')]
+    assert [item.type for item in read_effects(yaml.safe_load('\n'.join(lines))['effects'])] == [
+        'payload', 'backlash', 'sensor_delay',
+    ]  # fmt: skip
+    rows = ' '.join(line for line in part.splitlines() if line.startswith('| '))
+    assert set(re.findall(r'`(\w+)`', rows)) == set(KINDS)
