@@ -22,6 +22,11 @@ FLANK = (2.0, 4.0)
 FEWEST_LINES = 40
 """In the peak; narrower ones are no edges, and too few lines for the test."""
 MOST_CHANNELS = 12
+FEWEST_EDGE_LINES = 12
+EDGE = 10.0
+"""Ratio of the powers of all channels on the two flanks from where on they may be an edge's."""
+NO_PEAK = 0.2
+"""Chance from where on there is no peak at all: a resonance comes there in one of a hundred."""
 
 
 class SpectralPeaks:
@@ -65,16 +70,43 @@ class SpectralPeaks:
         float or None
             None where the peak is too narrow for the record to tell.
         """
-        lines = self._lines
-        spacing = self._samples.sample_rate_hz / 2.0 / (len(lines) - 1)
+        spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
         at, width = frequency_hz / spacing, half_width_hz / spacing
-        near, far = FLANK
-        peak = lines[_rows(at - width, at + width, len(lines))]
-        low = lines[_rows(at - far * width, at - near * width, len(lines))]
-        high = lines[_rows(at + near * width, at + far * width, len(lines))]
-        if len(peak) < FEWEST_LINES:
+        if round(2.0 * width) < FEWEST_LINES:
             return None
-        if min(len(low), len(high)) < FEWEST_LINES // 4:
+        return self._chance(*self._parts(at, width))
+
+    def is_edge(self, frequency_hz: float, half_width_hz: float) -> bool:
+        """Tell whether the spectrum falls from one level to another here, without a peak.
+
+        Parameters
+        ----------
+        frequency_hz, half_width_hz : float [Hz]
+            Natural frequency and half-power half-width of the supposed resonance.
+        """
+        spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
+        at, width = frequency_hz / spacing, half_width_hz / spacing
+        if round(2.0 * width) < FEWEST_EDGE_LINES:
+            return False
+        peak, low, high = self._parts(at, width)
+        if min(len(low), len(high)) < FEWEST_EDGE_LINES // 4:
+            return False
+        powers = [float(np.mean(np.abs(flank) ** 2)) for flank in (low, high)]
+        return max(powers) > EDGE * min(powers) and self._chance(peak, low, high) > NO_PEAK
+
+    def _parts(self, at: float, width: float) -> tuple[NDArray[np.complex64], ...]:
+        """Return the lines of the peak and of the flanks below and above."""
+        lines, (near, far) = self._lines, FLANK
+        return tuple(
+            lines[_rows(at + first * width, at + last * width, len(lines))]
+            for first, last in ((-1.0, 1.0), (-far, -near), (near, far))
+        )
+
+    @staticmethod
+    def _chance(
+        peak: NDArray[np.complex64], low: NDArray[np.complex64], high: NDArray[np.complex64]
+    ) -> float:
+        if min(len(low), len(high)) < FEWEST_EDGE_LINES // 4:
             return 1.0
         beside = _power(low[::2]) + _power(high[::2])
         ridge = 1e-6 * np.trace(beside).real * np.eye(len(beside))

@@ -41,6 +41,8 @@ WIDEST_FAR = 1.0 / 3.0
 LEAST_CYCLES = 1.0
 """Least number of half-power half-widths ζf that the record resolves, ζfT; of fewer, a mode cannot
 be told from a line."""
+BROAD = 0.03
+"""Damping ratio from where on a pole may describe the edge of an excited band."""
 PEAK_CHANCE = 0.01
 """Probability of taking the edge of an excited band for a peak."""
 LEAST_MPC = 0.5
@@ -216,6 +218,8 @@ def _judge(
     pole = _average(band, cluster, rows)
     if not pole.is_determined or pole.from_limit > FARTHEST or _cut_off(pole):
         return PoleStatus.UNCERTAIN, None
+    if peaks is not None and pole.damping_ratio > BROAD and _is_edge(pole, peaks):
+        return PoleStatus.UNCERTAIN, None
     turns = _turns(pole.shape)
     if (turns or pole.from_limit > DOUBTFUL) and not _peaks(pole, turns, peaks):
         return PoleStatus.COMPLEX_SHAPE if turns else PoleStatus.UNCERTAIN, None
@@ -227,8 +231,16 @@ def _peaks(pole: SelectedPole, turns: bool, peaks: SpectralPeaks | None) -> bool
     far = pole.from_limit > FAR
     if peaks is None or (far and pole.blur > WIDEST_FAR):
         return not turns and not far
-    chance = peaks.chance(pole.frequency_hz, pole.damping_ratio * pole.frequency_hz)
+    chance = peaks.chance(pole.frequency_hz, _half_width_hz(pole))
     return chance is None or chance < PEAK_CHANCE
+
+
+def _is_edge(pole: SelectedPole, peaks: SpectralPeaks) -> bool:
+    return peaks.is_edge(pole.frequency_hz, _half_width_hz(pole))
+
+
+def _half_width_hz(pole: SelectedPole) -> float:
+    return pole.damping_ratio * pole.frequency_hz
 
 
 def _turns(shape: NDArray[np.complex128]) -> bool:

@@ -46,3 +46,19 @@ def test_what_is_too_narrow_or_at_the_end_of_the_spectrum_is_said(structure):
     peaks = SpectralPeaks(known.simulate(np.random.default_rng(2), 60.0, RATE_HZ))
     assert peaks.chance(20.0, 0.1) is None
     assert peaks.chance(49.0, 1.0) == 1.0
+
+
+def test_a_falling_spectrum_is_an_edge_and_a_resonance_is_none(structure):
+    rng = np.random.default_rng(3)
+    edges, resonances = [], []
+    known = structure((12.0, 20.0), (0.02, 0.04), n_channels=4)
+    for seed in range(30):
+        noise = sosfilt(
+            butter(8, 20.0, fs=RATE_HZ, output='sos'), rng.standard_normal((6000, 4)), 0
+        )
+        noise += 0.01 * rng.standard_normal(noise.shape)
+        edges.append(SpectralPeaks(named(noise)).is_edge(19.5, 1.0))
+        samples = known.simulate(np.random.default_rng(seed), 60.0, RATE_HZ)
+        resonances.append(SpectralPeaks(samples).is_edge(20.0, 0.8))
+    assert np.mean(edges) > 0.8
+    assert np.mean(resonances) < 0.05
