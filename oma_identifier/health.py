@@ -103,6 +103,8 @@ def compare(
     if values.shape[1] < 3:
         return list(qualities)
     rms = np.array([quality.rms for quality in qualities])
+    apart = ~np.eye(len(rms), dtype=bool)
+    others = np.median(np.broadcast_to(rms, apart.shape)[apart].reshape(len(rms), -1), axis=1)
     spaced = values[:: max(1, len(values) // FEW_SAMPLES)]
     with threadpool_limits(limits=1), np.errstate(invalid='ignore', divide='ignore'):
         correlation = np.atleast_2d(np.corrcoef(spaced.T))
@@ -111,8 +113,10 @@ def compare(
     checked = []
     for index, quality in enumerate(qualities):
         flags = list(quality.flags)
-        others = float(np.median(np.delete(rms, index)))
-        if rms[index] > GAIN_SUSPICION * others or rms[index] * GAIN_SUSPICION < others:
+        if (
+            rms[index] > GAIN_SUSPICION * others[index]
+            or rms[index] * GAIN_SUSPICION < others[index]
+        ):
             flags.append('gain_suspicion')
         if opposite[index]:
             flags.append('polarity_suspicion')

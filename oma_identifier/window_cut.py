@@ -62,9 +62,7 @@ def cut_window(
     """
     columns = [column for source in sources for column in _columns_of(source, segment, rows)]
     healthy = [column for column in columns if not column.quality.excluded]
-    values = np.empty((len(rows), len(healthy)))
-    for place, column in enumerate(healthy):
-        values[:, place] = column.values
+    values = _side_by_side(healthy, len(rows))
     compared = compare(values, [column.quality for column in healthy])
     suspicions = check_gravity([column.channel for column in healthy], values)
     by_name = {
@@ -91,6 +89,18 @@ def cut_window(
         pose=pose_of(recent),
         joints=recent,
     )
+
+
+def _side_by_side(columns: Sequence[_Column], n_rows: int) -> NDArray[np.float64]:
+    """Return the columns as one array, without a copy where they are all columns of one."""
+    whole = columns[0].values.base if columns else None
+    if whole is not None and whole.shape == (n_rows, len(columns)):
+        if all(column.values.base is whole for column in columns):
+            return whole
+    values = np.empty((n_rows, len(columns)))
+    for place, column in enumerate(columns):
+        values[:, place] = column.values
+    return values
 
 
 def _columns_of(source: Source, segment: Segment, rows: range) -> list[_Column]:
