@@ -73,7 +73,8 @@ def choose_poses(
         Fewer poses than asked are possible.
     """
     found = _candidates(model, layout, request, np.random.default_rng([request.seed, 2]))
-    seen = np.flatnonzero(found.weakest_db >= np.quantile(found.weakest_db, WORST))
+    least_db = np.quantile(found.weakest_db, WORST) if len(found.pose) else 0.0
+    seen = np.flatnonzero(found.weakest_db >= least_db)
     if len(seen) < count:
         raise PlanError(
             'too few poses inside the limits',

@@ -1,0 +1,125 @@
+"""`ama campaign`: poses, plans, recordings, and going on after an interruption."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from autonomous_modal_analysis.campaign_plan import CampaignWish, DEFAULTS, planned_recordings
+from autonomous_modal_analysis.campaign_poses import choose_poses
+from autonomous_modal_analysis.campaign_recording import (
+    CampaignFolder,
+    is_whole,
+    record_campaign,
+)
+from autonomous_modal_analysis.emulated_player import EmulatedPlayer
+from excitation_planner.request import PlanRequest
+from modal_core.errors import PlanError, SettingsError
+from model_gap.read_campaign import read_campaign
+from robot_bridge.emulator.run_plan import ArmOptions
+from structural_model import load_layout, load_robot
+
+ROBOT = 'irb6660_205_190'
+SEED = 3
+SHORT = PlanRequest.from_mapping({**DEFAULTS, 'duration_s': 3.0, 'seed': SEED})
+
+
+@pytest.fixture(scope='module')
+def robot():
+    return load_robot(ROBOT)
+
+
+@pytest.fixture(scope='module')
+def sensors():
+    return load_layout(ROBOT, 'sensors_light')
+
+
+@pytest.mark.parametrize('name', [ROBOT, 'generic_arm_6'])
+def test_poses_are_far_apart_and_inside_every_limit(name):
+    model, layout = load_robot(name), load_layout(name)
+    poses = choose_poses(model, layout, 6, SHORT)
+    again = choose_poses(model, layout, 6, SHORT)
+    for pose, same in zip(poses, again, strict=True):
+        np.testing.assert_array_equal(pose, same)
+        model.check_pose(pose)
+        assert model.geometry.clearance(pose).distance_m > 0.02
+        assert model.geometry.skeleton(pose)[2:, 2].min() > 0.0
+    angles = np.array(poses)
+    apart = np.linalg.norm(angles[:, None] - angles[None], axis=2)
+    assert apart[~np.eye(6, dtype=bool)].min() > 1.0, f'seed {SEED}'
+
+
+def test_a_box_no_pose_fits_into_is_one_clear_line(robot, sensors):
+    tiny = replace(SHORT, box_m=(0.0, 0.0, 0.0, 0.1, 0.1, 0.1))
+    with pytest.raises(PlanError, match='too few poses') as caught:
+        choose_poses(robot, sensors, 3, tiny)
+    assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('levels', [(), (1.0, 1.0), (2.0,), (0.0,)])
+def test_bad_levels_are_refused(levels):
+    with pytest.raises(SettingsError, match='levels'):
+        CampaignWish(levels=levels)
+
+
+def test_levels_of_a_pose_play_the_same_motion_scaled(robot, sensors):
+    wish = CampaignWish(n_poses=1, levels=(1.0, 0.5), request=SHORT)
+    loud, quiet = (item.plan(robot, sensors) for item in planned_recordings(robot, sensors, wish))
+    start = loud.position[0]
+    np.testing.assert_allclose(quiet.position - start, 0.5 * (loud.position - start), atol=1e-10)
+
+
+def test_a_campaign_goes_on_where_it_stopped(robot, sensors, tmp_path):
+    """One file is there, one is cut off, one is missing: two are recorded, all are the same."""
+    wish = CampaignWish(n_poses=3, levels=(1.0,), request=SHORT)
+    planned = planned_recordings(robot, sensors, wish)
+    player = EmulatedPlayer(
+        ArmOptions.from_mapping({'robot': ROBOT, 'sensors_file': 'sensors_light'})
+    )
+    folder = CampaignFolder(tmp_path, robot, sensors, player.options, ('a remark',))
+    played = []
+
+    def play(plan, path, progress):
+        played.append(path.name)
+        player.play(plan, path, progress)
+
+    record_campaign(folder, planned, play)
+    files = [tmp_path / item.file for item in planned]
+    whole = [file.read_bytes() for file in files]
+    plans = [item.plan(robot, sensors) for item in planned]
+    assert all(is_whole(file, plan) for file, plan in zip(files, plans, strict=True))
+    files[1].write_bytes(whole[1][: len(whole[1]) // 2])
+    files[2].unlink()
+    assert not is_whole(files[1], plans[1])
+    assert not is_whole(files[0], plans[1]), 'another plan'
+    played.clear()
+    record_campaign(folder, planned, play)
+    assert played == [item.file for item in planned[1:]]
+    assert [file.read_bytes() for file in files] == whole
+    assert not list(tmp_path.glob('.*.part'))
+
+    campaign = read_campaign(tmp_path, robot)
+    assert campaign.remarks == ('a remark',)
+    assert len(campaign.layout.channels) == 12
+    for record, item in zip(campaign.records, planned, strict=True):
+        np.testing.assert_allclose(record.pose, item.pose, atol=1e-3)
+    other = replace(folder, conditions='another arm')
+    with pytest.raises(SettingsError, match='other conditions'):
+        record_campaign(other, planned, play)
+
+
+def test_what_is_hidden_in_the_arm_stays_hidden(robot, sensors, tmp_path):
+    wish = CampaignWish(n_poses=1, levels=(1.0,), request=SHORT)
+    hidden = [{'type': 'backlash', 'joint': 'joint_2', 'half_gap': 1e-4}]
+    player = EmulatedPlayer(
+        ArmOptions.from_mapping(
+            {'robot': ROBOT, 'sensors_file': 'sensors_light', 'effects': hidden}
+        )
+    )
+    folder = CampaignFolder(tmp_path, robot, sensors, player.options)
+    path = record_campaign(folder, planned_recordings(robot, sensors, wish), player.play)
+    assert 'backlash' not in path.read_text()
+    assert set(yaml.safe_load(path.read_text())) == {
+        'robot', 'conditions', 'notes', 'sensors', 'recordings',
+    }  # fmt: skip
