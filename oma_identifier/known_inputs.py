@@ -26,7 +26,7 @@ def with_inputs(samples: Samples, motion: JointMotion | None) -> Samples:
     if motion is None:
         raise IdentificationError(
             "csi needs the joints' motion",
-            found='no joint states that cover the window',
+            found='no joint states that cover the window and fit its responses',
             advice='use ssi_cov, or record joint states',
         )
     accelerations = at_samples(motion.acceleration, motion, samples)

@@ -130,10 +130,10 @@ class RigidMotionRemoval:
     def _compare(
         self, samples: Samples, motion: JointMotion, columns: Sequence[int]
     ) -> RigidFit | None:
-        """Return delay and reach, compared anew with every window that shares nothing."""
+        """Return delay and reach, compared anew when half a window is new."""
         chosen = tuple(samples.channels[column] for column in columns)
-        channels, end_ns = self._fitted
-        if channels == chosen and samples.start_ns < end_ns and self._fit is not None:
+        channels, middle_ns = self._fitted
+        if channels == chosen and samples.start_ns < middle_ns and self._fit is not None:
             return self._fit
         fresh = rigid_fit(
             samples.acceleration[:, columns],
@@ -142,9 +142,10 @@ class RigidMotionRemoval:
             [channel.name.rpartition('.')[0] or channel.name for channel in chosen],
         )
         known = self._fit if channels == chosen else None
-        self._fitted = chosen, samples.end_ns
+        self._fitted = chosen, (samples.start_ns + samples.end_ns) // 2
+        # What held before is not believed where it does not hold: clocks jump.
         if fresh is None or known is None or not _same(fresh, known):
-            self._fit = fresh or known
+            self._fit = fresh
         return self._fit
 
     def _predict(

@@ -48,7 +48,7 @@ class Cleaned:
     lags : dict of str to Lag
         Delays against the joint states, by channel.
     motion : JointMotion or None
-        Of the joints, on the clock of the responses as far as a model could tell.
+        Of the joints, on the clock of the responses; None where a model cannot find it in them.
     """
 
     samples: Samples
@@ -111,7 +111,7 @@ class RobotSignals:
             flags=tuple(flags),
             channel_flags=removed.flags,
             lags=removed.lags,
-            motion=removed.motion,
+            motion=None if removed.fit is None else removed.motion,
         )
 
 
