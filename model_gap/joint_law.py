@@ -5,6 +5,7 @@ without it and fall by ``give``·N and ``rate_give``·N with it.
 """
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,9 @@ class JointLaw(ABC):
     give, rate_give : (n,) array
         Fall of twist and of its rate per unit of torque.
     """
+
+    # Whether the static twist enters.
+    preloaded: ClassVar[bool] = False
 
     def __init__(
         self, values: Array, stiffness: Array, static_twist: Array, give: Array, rate_give: Array
@@ -141,6 +145,8 @@ class CubicLaw(JointLaw):
 
 class BacklashLaw(JointLaw):
     """k·dz(e + e_r, b) less the linear spring; values b [rad] and the share of gravity preload."""
+
+    preloaded = True
 
     def prepare(self) -> None:
         """Solve between the flanks; on them the torque is constant."""

@@ -69,7 +69,8 @@ def effect_columns(
 ) -> Rows:
     """Return derivatives by the inner parameters, in prior standard deviations, as rows.
 
-    Where a parameter changes no torque law, nonlinear torques are held.
+    Where a parameter changes no torque law, nonlinear torques are held.  What changes the arm is
+    differentiated as tolerances are: a spring's change and its tolerance must look alike.
     """
     tolerant = hypothesis.tolerant_setup()
     now = hypothesis.add_effects(tolerant)
@@ -79,7 +80,7 @@ def effect_columns(
         for effect in hypothesis.effects
         for _ in effect.parameters(hypothesis.scene)
     ]
-    setups, factors = [], []
+    setups, steps = [], []
     for number, scale in enumerate(hypothesis.prior_scale):
         inner = hypothesis.inner.copy()
         step = EFFECT_STEP * scale
@@ -91,13 +92,20 @@ def effect_columns(
         if not slow[number]:
             moved = replace(moved, forces=(), held=held)
         setups.append(moved)
-        factors.append(np.float32(scale / step))
+        steps.append(step / scale)
     stepped = [setup for setup, waits in zip(setups, slow, strict=True) if waits]
     waiting = iter(predictor.predict_many(stepped) if stepped else [])
+    arm: _ArmDerivative | None = None
     columns = []
-    for setup, waits, factor in zip(setups, slow, factors, strict=True):
-        spectra = next(waiting) if waits else predictor.predict(setup)
-        columns.append((weighting.rows(spectra) - base) * factor)
+    for setup, waits, step in zip(setups, slow, steps, strict=True):
+        if waits or setup.spec == now.spec:
+            spectra = next(waiting) if waits else predictor.predict(setup)
+            columns.append((weighting.rows(spectra) - base) / np.float32(step))
+            continue
+        if arm is None:
+            arm = _arm_derivative(replace(now, forces=(), held=held), predictor)
+        changes = arm.changes(setup, step)
+        columns.append(weighting.rows(predictor.outputs(now, changes)))
     return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
 
 
@@ -111,7 +119,7 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: W
 
     To first order a changed arm is the present one under the force (dB a + dP q) -
     (dM x'' + dC x' + dK x), so that one transfer per record serves all tolerances.  Nonlinear
-    forces and what rings on after the record are held at their present values.
+    torques, but for the load of gravity on them, and what rings on after the record are held.
 
     References
     ----------
@@ -123,6 +131,12 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: W
     states = predictor.states(setup, systems)
     readings = predictor.readings(systems, states)
     arm = _ArmDerivative(predictor, setup, systems, states)
+    heavier = [
+        hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
+        for item in hypothesis.tolerances
+        if item.kind == 'spec'
+    ]
+    pushes = iter(predictor.preload_pushes(setup, systems, heavier))
     gains = [number for number, item in enumerate(hypothesis.tolerances) if item.kind == 'gain']
     columns = []
     for number, item in enumerate(hypothesis.tolerances):
@@ -139,9 +153,16 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: W
                     (new - old) / TOLERANCE_STEP for new, old in zip(other, readings, strict=True)
                 ]
             else:
-                changes = arm.changes(moved, item.kind == 'spring')
+                springs = item.kind == 'spring'
+                push = None if springs else next(pushes, None)
+                changes = arm.changes(moved, TOLERANCE_STEP, springs, push)
         columns.append(weighting.rows(predictor.outputs(setup, changes)))
     return np.array(columns, dtype=np.float32)
+
+
+def _arm_derivative(setup: Setup, predictor: Predictor) -> '_ArmDerivative':
+    systems = predictor.systems(setup.spec, setup.channels)
+    return _ArmDerivative(predictor, setup, systems, predictor.states(setup, systems))
 
 
 class _ArmDerivative:
@@ -161,20 +182,30 @@ class _ArmDerivative:
         ]
         self.base = predictor.arms(setup.spec)
 
-    def changes(self, moved: Setup, springs_only: bool) -> list[Complex]:
+    def changes(
+        self,
+        moved: Setup,
+        step: float,
+        springs_only: bool = False,
+        pushes: Sequence[Complex] | None = None,
+    ) -> list[Complex]:
         """Return the change of the readings per prior standard deviation, one per record.
 
         Parameters
         ----------
         moved : Setup
-            ``TOLERANCE_STEP`` away.
+            Not far away.
+        step : float
+            How far, in prior standard deviations.
         springs_only : bool
             Mass and inputs are those of the base.
+        pushes : sequence of (n_dof, 3 n_bins) array or None
+            Change of nonlinear torques, per record.
         """
         arms = self.predictor.arms(moved.spec, 1 if springs_only else None)
         found = []
-        for state, transfer, group in zip(
-            self.states, self.transfers, self.predictor.groups, strict=True
+        for index, (state, transfer, group) in enumerate(
+            zip(self.states, self.transfers, self.predictor.groups, strict=True)
         ):
             arm = arms[0 if springs_only else group]
             base = self.base[0 if springs_only else group]
@@ -186,7 +217,9 @@ class _ArmDerivative:
                 force += (arm.M - base.M) @ (state.omega**2 * state.deflection)
                 force += (arm.inertia_input - base.inertia_input) @ state.acceleration
                 force += (arm.shift_input - base.shift_input) @ state.shift
-            force = (force / TOLERANCE_STEP).astype(np.complex64)
+            if pushes is not None:
+                force += pushes[index]
+            force = (force / step).astype(np.complex64)
             rows = np.flatnonzero(np.abs(force).max(axis=1) > 0.0)
             change = np.einsum('cnb,nb->cb', transfer[:, rows], force[rows])
             found.append(hann(change.reshape(len(change), -1, 3)))

@@ -18,6 +18,7 @@ from model_gap.time_domain import (
     force_spectra,
     joint_path,
     JointPath,
+    static_twist,
     step_torques,
     STEPS_PER_S,
 )
@@ -191,6 +192,41 @@ class Predictor:
             spectra = tuple(vector @ push / (vector @ vector) for push in pushes)
             held.append(HeldTorque(force.joint, spectra))
         return dataclasses.replace(setup, forces=(), held=(*setup.held, *held))
+
+    def preload_pushes(
+        self, setup: Setup, systems: Sequence[PoseSystem], moved: Sequence[Setup]
+    ) -> list[list[Complex]]:
+        """Return how the torques change when gravity loads the joints as in other setups.
+
+        Returns
+        -------
+        list of list of (n_dof, 3 n_bins) complex array
+            Per moved setup, per record; no lists when no torque depends on the load.
+        """
+        found: list[list[Complex]] = [[0.0j] * len(self.records) for _ in moved]  # type: ignore[list-item]
+        base = dataclasses.replace(self.model, spec=setup.spec)
+        models = [dataclasses.replace(self.model, spec=item.spec) for item in moved]
+        preloaded = [force for force in setup.forces if force.law.preloaded]
+        for force in preloaded:
+            vector = joint_vector(base, force.joint, systems[0].dof_names)
+            twists = [
+                [static_twist(model, vector, pose) for pose in self.poses] for model in models
+            ]
+            paths = []
+            for index, item in enumerate(self.records):
+                group = self.groups[index]
+                path = joint_path(base, force.joint, item, systems[group], setup, self.steps_per_s)
+                paths.append(path)
+                paths += [dataclasses.replace(path, static_twist=row[group]) for row in twists]
+            torques = step_torques(paths, [force] * len(paths))
+            for index, item in enumerate(self.records):
+                start = index * (len(moved) + 1)
+                for number in range(len(moved)):
+                    change = torques[start + 1 + number] - torques[start]
+                    found[number][index] = found[number][index] + force_spectra(
+                        change, paths[start], item
+                    )
+        return found if preloaded else []
 
     def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:
         """Predict several setups; if only nonlinear forces differ, they are stepped at once."""

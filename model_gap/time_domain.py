@@ -77,10 +77,6 @@ def joint_path(
     twist, rate = linear_twist(item, system, vector, setup, steps_per_s)
     record = item.record
     speed = record.motor_velocity @ axis_row(model, joint)
-    gravity = model.rigid_force(
-        record.pose, np.zeros(len(record.pose)), np.zeros(len(record.pose))
-    )
-    static = float(vector @ np.linalg.solve(model.matrices(record.pose).K, gravity))
     return JointPath(
         poles=system.poles[slow],
         residues=2.0 * residues[slow],
@@ -91,8 +87,15 @@ def joint_path(
         steps_per_s=steps_per_s,
         vector=vector,
         stiffness=spring.stiffness,
-        static_twist=static,
+        static_twist=static_twist(model, vector, record.pose),
     )
+
+
+def static_twist(model: FlexibleJointModel, vector: Array, pose: Array) -> float:
+    """Return the twist of a drive spring under gravity at a pose."""
+    still = np.zeros(len(pose))
+    load = model.rigid_force(pose, still, still)
+    return float(vector @ np.linalg.solve(model.matrices(pose).K, load))
 
 
 def linear_twist(
