@@ -2,6 +2,7 @@
 
 from pathlib import Path
 import re
+import shlex
 
 import pytest
 
@@ -54,3 +55,33 @@ def test_only_rooms_that_exist_are_named_in_the_readme():
     for folder in re.findall(r'`([a-z_]+)/`', readme):
         exists = (ROOT / folder).is_dir() or list(ROOT.glob(f'*/{folder}'))
         assert exists or folder == 'ama_demo', folder
+
+
+GAP_PAGE = ROOT / 'docs' / 'first_gap.md'
+
+
+@pytest.mark.parametrize(
+    'line',
+    [line.strip() for line in GAP_PAGE.read_text().splitlines() if line.startswith('    ama ')],
+)
+def test_commands_of_the_first_gap_have_these_options(line):
+    """Unknown commands and options are refused before any help is shown."""
+    from typer.testing import CliRunner
+
+    from autonomous_modal_analysis.cli import app
+
+    run = CliRunner().invoke(app, [*shlex.split(line)[1:], '--help'])
+    assert run.exit_code == 0, run.output
+    wrong = CliRunner().invoke(app, [*shlex.split(line)[1:], '--no-such-option', '--help'])
+    assert wrong.exit_code == 2
+
+
+def test_arm_of_the_first_gap_is_one_the_emulator_takes():
+    import yaml
+
+    from robot_bridge.emulator.run_plan import ArmOptions
+
+    text = GAP_PAGE.read_text()
+    block = text.split('```yaml\n')[1].split('```')[0]
+    (effect,) = ArmOptions.from_mapping(yaml.safe_load(block)).cell.effects
+    assert (effect.type, effect.place) == ('joint_stiffness', 'joint_2')

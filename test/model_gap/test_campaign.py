@@ -16,6 +16,8 @@ from model_gap.read_campaign import read_campaign
 from model_gap.resample import at_times
 from model_gap.series import gather
 from model_gap.split import pose_groups, split
+from recordings import RecordingWriter
+from recordings.encode import encode
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')
 SHORT = {'n_fit': 2, 'n_held': 1, 'duration': 6.0}
@@ -145,3 +147,135 @@ def test_resampling_and_derivatives_against_sines(order):
     exact = omega**order * np.sin(wanted[:, None] * omega + order * np.pi / 2)
     found = at_times(values, rate, wanted, order)
     assert np.abs(found - exact).max() < 0.01 * np.abs(exact).max()
+
+
+def test_robots_prefix_and_other_joints_do_not_matter(tmp_path, records, robot):
+    names = tuple(f'cell/{name}' for name in robot.joint_names)
+    more = [
+        replace(
+            records[0],
+            position=np.column_stack([records[0].position, np.zeros(len(records[0].position))]),
+            velocity=np.column_stack([records[0].velocity, np.zeros(len(records[0].velocity))]),
+        )
+    ]
+    write_campaign(tmp_path, more, (*names, 'gripper'), SENSORS)
+    campaign = read_campaign(tmp_path, robot)
+    assert np.abs(campaign.records[0].pose - records[0].pose).max() < 1e-3
+
+
+def test_holes_are_cut_out_and_dead_channels_left_out(tmp_path, records, robot):
+    spoilt = records[0].acceleration.copy()
+    spoilt[: len(spoilt) // 5] = np.nan
+    spoilt[:, 4] = np.nan
+    write_campaign(
+        tmp_path, [replace(records[0], acceleration=spoilt)], robot.joint_names, SENSORS
+    )
+    campaign = read_campaign(tmp_path, robot)
+    (record,) = campaign.records
+    assert np.isfinite(record.acceleration).all()
+    assert record.acceleration.shape[1] == 11
+    assert len(record.acceleration) / record.sample_rate_hz == pytest.approx(4.8, abs=0.1)
+    assert any('mostly not a number' in note for note in campaign.notes)
+
+
+@pytest.mark.parametrize(
+    ('change', 'told'),
+    [
+        (lambda r: replace(r, position=np.rad2deg(r.position) + 400.0), 'radians'),
+        (lambda r: replace(r, position=np.full_like(r.position, np.nan)), 'no joint states'),
+        (lambda r: replace(r, acceleration=np.full_like(r.acceleration, np.nan)), 'no accel'),
+        (
+            lambda r: replace(
+                r, acceleration=r.acceleration[:900], position=r.position[:450],
+                velocity=r.velocity[:450],
+            ),
+            'too short',
+        ),
+        (lambda r: replace(r, acceleration=r.acceleration[:7]), 'too short|no accel'),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_used_is_one_clear_line(tmp_path, records, robot, change, told):
+    write_campaign(tmp_path, [change(records[0])], robot.joint_names, SENSORS)
+    with pytest.raises(ModalAnalysisError, match=told) as caught:
+        read_campaign(tmp_path, robot)
+    assert '\n' not in str(caught.value)
+
+
+def test_sensors_and_joints_on_different_clocks(tmp_path, records, robot, layout):
+    measured = [
+        StampedSamples(
+            f'/accel/{sensor.name}',
+            sensor.frame_id,
+            np.arange(3000) * 2_000_000,
+            records[0].acceleration[:, 3 * number : 3 * number + 3],
+        )
+        for number, sensor in enumerate(layout)
+    ]
+    stamps = 10**18 + np.arange(len(records[0].position)) * 4_000_000
+    joints = JointSamples(stamps, robot.joint_names, records[0].position, records[0].velocity)
+    with RecordingWriter(tmp_path / 'a.mcap') as writer:
+        for item in (*measured, joints):
+            topic = item.source if isinstance(item, StampedSamples) else '/joint_states'
+            for message in encode(item, topic):
+                writer.write(
+                    message.topic, message.message_type, message.log_time_ns, message.data
+                )
+    with pytest.raises(RecordingError, match='one clock'):
+        read_campaign(tmp_path, robot, layout)
+
+
+def test_single_samples_at_another_rate_that_start_later(tmp_path, records, robot, layout, rng):
+    """Imu-like messages at 400 Hz with jittered stamps and losses, joints from 0.3 s before."""
+    record = records[0]
+    seconds = np.arange(round(5.4 * 400.0)) / 400.0 + 0.3
+    source = np.arange(len(record.acceleration)) / record.rate_hz
+    kept = np.sort(rng.choice(len(seconds), len(seconds) - 5, replace=False))
+    late = rng.uniform(0.0, 4e-4, len(kept))
+    start = 10**18
+    with RecordingWriter(tmp_path / 'a.mcap') as writer:
+        for number, sensor in enumerate(layout):
+            values = np.column_stack(
+                [
+                    np.interp(seconds, source, column)
+                    for column in record.acceleration[:, 3 * number : 3 * number + 3].T
+                ]
+            )
+            stamps = start + np.rint((seconds[kept] + late) * 1e9).astype(np.int64)
+            samples = StampedSamples(f'/accel/{sensor.name}', '', stamps, values[kept])
+            for message in encode(samples, samples.source):
+                writer.write(
+                    message.topic, message.message_type, message.log_time_ns, message.data
+                )
+        times = start + np.rint(np.arange(len(record.position)) / 250.0 * 1e9).astype(np.int64)
+        joints = JointSamples(times, robot.joint_names, record.position, record.velocity)
+        for message in encode(joints, '/joint_states'):
+            writer.write(message.topic, message.message_type, message.log_time_ns, message.data)
+    (found,) = read_campaign(tmp_path, robot, layout).records
+    assert found.sample_rate_hz == pytest.approx(400.0, rel=1e-4)
+    truth = np.interp(
+        0.3 + np.arange(len(found.motor_velocity)) / 400.0,
+        np.arange(len(record.velocity)) / 250.0,
+        record.velocity[:, 1],
+    )
+    inside = slice(200, -200)
+    error = np.std((found.motor_velocity[:, 1] - truth)[inside]) / np.std(truth)
+    assert error < 0.1
+
+
+def test_remarks_are_kept_and_a_file_named_twice_is_refused(folder, robot):
+    content = yaml.safe_load((folder / 'campaign.yaml').read_text())
+    content['notes'] = 'new gearbox'
+    content['recordings'][0]['notes'] = ['door open']
+    (folder / 'campaign.yaml').write_text(yaml.safe_dump(content))
+    assert read_campaign_file(folder).remarks == ('new gearbox', 'p0_l0.mcap: door open')
+    content['recordings'].append({'file': 'p0_l0.mcap'})
+    (folder / 'campaign.yaml').write_text(yaml.safe_dump(content))
+    with pytest.raises(SettingsError, match='twice'):
+        read_campaign_file(folder)
+
+
+def test_another_pose_than_said_is_noted(folder, robot):
+    content = yaml.safe_load((folder / 'campaign.yaml').read_text())
+    content['recordings'][0]['pose'] = [0.0] * 6
+    (folder / 'campaign.yaml').write_text(yaml.safe_dump(content))
+    assert any('away from the pose' in note for note in read_campaign(folder, robot).notes)
