@@ -3,6 +3,7 @@
 import atexit
 from collections.abc import Callable, Sequence
 import gc
+import signal
 import sys
 from typing import TypeVar
 
@@ -48,6 +49,8 @@ def run_node(
     """
     # Collecting all that numerical libraries leave would hold up the end by a second.
     atexit.register(gc.freeze)
+    # As Ctrl-C does, so that long work before the node spins ends too; rclpy calls both.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     node = None
     try:
         _init(args)

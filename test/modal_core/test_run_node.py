@@ -1,5 +1,6 @@
 """A node's process: what is wrong is one line, and no collection stops it for long."""
 
+import signal
 import subprocess
 import sys
 
@@ -51,3 +52,32 @@ run_node('some', lambda: rclpy.create_node('some'), spin)
     found = run(code)
     assert found.returncode == 0, found.stderr
     assert int(found.stdout.split()[0]) > 20_000
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('place', ['make', 'spin'])
+def test_a_signal_ends_long_work_at_once_and_quietly(number, place):
+    # Ten minutes of work in Python: only the signal can end it.
+    code = f"""
+import signal, time, rclpy
+from modal_core.run_node import run_node
+signal.signal(signal.SIGINT, signal.default_int_handler)
+def work(*_):
+    print('working', flush=True)
+    for _ in range(60_000):
+        time.sleep(0.01)
+def make():
+    node = rclpy.create_node('some')
+    if {place == 'make'}:
+        work()
+    return node
+run_node('some', make, work)
+"""
+    process = subprocess.Popen(
+        [sys.executable, '-c', code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == 'working\n'
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=120)
+    assert process.returncode == 0, errors
+    assert 'Traceback' not in errors
