@@ -17,6 +17,8 @@ UPPER, UPPER_UNDECIMATED, LOWER = 0.4, 0.45, 0.09
 """Accepted poles lie within these fractions of the band's sample rate."""
 HIGH_PASS = 0.03
 """Corner of a band's high-pass filter as a fraction of its sample rate."""
+FEWEST_SAMPLES = 1000
+"""In a band that is split off, at its own rate."""
 PERIODS = 30.0
 """Least number of periods in the record for a frequency to be identified."""
 RATE_RATIO = 1000.0
@@ -69,18 +71,19 @@ def plan_bands(
             found=f'lowest identifiable frequency {low:.3g} Hz',
             expected=f'< {high:.3g} Hz',
         )
-    return tuple(_split(sample_rate_hz, low, high))
+    return tuple(_split(sample_rate_hz, duration_s, low, high))
 
 
-def _split(sample_rate_hz: float, low: float, high: float) -> list[Band]:
+def _split(sample_rate_hz: float, duration_s: float, low: float, high: float) -> list[Band]:
     factors = tuple(_stages(int(UPPER * sample_rate_hz / high)))
     rate = sample_rate_hz / math.prod(factors)
     bands: list[Band] = []
     while True:
         top = min(high, (UPPER if factors else UPPER_UNDECIMATED) * rate)
-        bottom = max(low, LOWER * rate)
-        last = low >= LOWER * rate
-        corner = max(HIGH_PASS * rate, 0.5 * bottom) if last else HIGH_PASS * rate
+        # A band of few samples allows no model order: the one above does better.
+        last = low >= LOWER * rate or duration_s * rate / STEP < FEWEST_SAMPLES
+        bottom = low if last else LOWER * rate
+        corner = 0.5 * bottom if last else HIGH_PASS * rate
         bands.append(Band(factors, rate, bottom, top, corner))
         if last:
             return bands

@@ -56,7 +56,29 @@ def line_at(samples: Samples, frequency_hz: float) -> Line:
         Of at least a few hundred periods.
     frequency_hz : float [Hz]
         Suspected; the neighbourhood of one part in the number of segments is searched.
+
+    Returns
+    -------
+    Line
+        Seen from one segment's frequency beside it a line looks like a weaker one: the strongest
+        of such images is returned.
     """
+    line = _line_near(samples, frequency_hz)
+    step_hz = N_SEGMENTS / samples.duration_s
+    while line.chance < CHANCE_SHARP:
+        images = [_line_near(samples, line.frequency_hz + step) for step in (-step_hz, step_hz)]
+        strongest = max(images, key=_size)
+        if _size(strongest) <= _size(line):
+            break
+        line = strongest
+    return line
+
+
+def _size(line: Line) -> float:
+    return float(np.linalg.norm(line.shape))
+
+
+def _line_near(samples: Samples, frequency_hz: float) -> Line:
     phasors = _segment_phasors(samples, frequency_hz)
     duration = samples.duration_s
     # Residual frequency error turns the phasors from segment to segment: undo the best turn.

@@ -34,6 +34,7 @@ from oma_identifier.spectrum import singular_value_spectrum
 from oma_identifier.ssi_poles import identify_band
 
 FEW_ROWS = 1000
+SAME_LINE = 0.003
 TOO_CERTAIN = 0.7
 """Blur in multiples of the least that a mode under random forces can have."""
 NO_MODE = 'no mode stands out from the noise'
@@ -87,7 +88,7 @@ def identify_samples(
     settings = settings or IdentificationSettings()
     check_samples(samples)
     with threadpool_limits(limits=1):
-        found = _identify_stretch(samples, settings, never, progress)
+        found = _identify_stretch(samples, settings, line_tester(samples), never, progress)
         if settings.refines:
             found = refine_found(samples, found, settings)
         highest_hz = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)[0].high_hz
@@ -107,6 +108,7 @@ def identify_samples(
 def _identify_stretch(
     samples: Samples,
     settings: IdentificationSettings,
+    test_line: LineTest,
     explains: PeakTest,
     progress: Callable[[float], None] | None = None,
 ) -> Identified:
@@ -119,13 +121,23 @@ def _identify_stretch(
         if progress is not None:
             progress((done + 1) / len(bands))
     return identify_bands(
-        sources,
-        samples.channels,
-        settings,
-        lambda hz: line_at(samples, hz),
-        explains,
-        SpectralPeaks(samples),
+        sources, samples.channels, settings, test_line, explains, SpectralPeaks(samples)
     )
+
+
+def line_tester(samples: Samples, removed: ModeSet | None = None) -> LineTest:
+    """Return a test for lines of samples, which knows the lines removed from them.
+
+    What a line that wavers leaves behind is an image of it still.
+    """
+
+    def test(frequency_hz: float) -> Line | None:
+        for line in removed or ():
+            if math.isclose(line.frequency_hz, frequency_hz, rel_tol=SAME_LINE):
+                return Line(line.frequency_hz, line.shape, 0.0)
+        return line_at(samples, frequency_hz)
+
+    return test
 
 
 def refine_found(
@@ -155,7 +167,8 @@ def refine_found(
     """
     if len(found.harmonics):
         samples = without_lines(samples, tuple(found.harmonics.frequency_hz))
-        again = _identify_stretch(samples, settings, explains)
+        test_line = line_tester(samples, found.harmonics)
+        again = _identify_stretch(samples, settings, test_line, explains)
         found = replace(
             again, harmonics=found.harmonics, poles=_with_images(again.poles, found.poles)
         )
@@ -315,7 +328,7 @@ def with_lines(found: Identified, lines: Sequence[Mode]) -> Identified:
 
 def _known(line: Line, lines: Sequence[Line]) -> bool:
     return any(
-        math.isclose(line.frequency_hz, other.frequency_hz, rel_tol=0.003) for other in lines
+        math.isclose(line.frequency_hz, other.frequency_hz, rel_tol=SAME_LINE) for other in lines
     )
 
 

@@ -85,6 +85,15 @@ def test_edge_of_an_anti_aliasing_filter_is_no_mode(n_channels):
         assert len(modes) == 0, f'seed {seed}: {modes.frequency_hz}'
 
 
+def test_low_modes_of_a_short_and_slow_record_are_found(structure):
+    known = structure((1.3, 3.1, 5.9), (0.03, 0.02, 0.015), n_channels=3)
+    for seed in range(8, 12):
+        modes = identify_samples(known.simulate(np.random.default_rng(seed), 60.0, 20.0)).modes
+        np.testing.assert_allclose(
+            modes.frequency_hz[:2], [1.3, 3.1], rtol=0.03, err_msg=f'seed {seed}'
+        )
+
+
 def test_a_mode_near_half_the_rate_is_found(structure):
     known = structure((30.0, 84.0), (0.02, 0.015))
     modes = identify_samples(known.simulate(np.random.default_rng(7), 60.0, 200.0)).modes

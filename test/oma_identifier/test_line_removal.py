@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from modal_core.samples import Samples
+from oma_identifier.harmonics import line_at, N_SEGMENTS
 from oma_identifier.identify import identify_samples
 from oma_identifier.line_removal import without_lines
 from oma_identifier.settings import IdentificationSettings
@@ -29,6 +30,15 @@ def test_only_the_lines_go(structure):
     probe = np.exp(-2j * np.pi * 9.137 * time)
     assert np.abs(probe @ left).max() < 0.02 * np.abs(probe @ mixed.acceleration).max()
     assert without_lines(mixed, ()) is mixed
+
+
+def test_a_line_is_found_where_it_is_and_not_where_it_is_seen_from(structure):
+    samples = structure((6.0,), (0.02,)).simulate(np.random.default_rng(3), 60.0, 100.0)
+    mixed = replace(samples, acceleration=samples.acceleration + waves(samples, (20.31, 0.5)))
+    for images in (-2, -1, 0, 1, 2):
+        line = line_at(mixed, 20.31 + images * N_SEGMENTS / 60.0)
+        assert abs(line.frequency_hz - 20.31) < 0.5 / 60.0, images
+        assert line.chance < 1e-6
 
 
 def test_a_mode_beside_a_line_is_not_biased_by_it(structure):
