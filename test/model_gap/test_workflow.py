@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from model_gap.comparison import compare
-from model_gap.decide import Verdict
+from model_gap.decide import too_little, Verdict
 from model_gap.effects.joint_damping import JointDamping
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.payload import Payload
@@ -16,7 +16,7 @@ from model_gap.effects.sensor_gain import SensorGain
 from model_gap.find_gap import find_gap
 from model_gap.gap_json import write_gap_json
 from model_gap.report.page import write_report
-from model_gap.search import SearchSettings
+from model_gap.search import Search, SearchSettings
 from model_gap.updated_model import write_updated_model
 from structural_model import load_layout, load_robot
 
@@ -145,3 +145,9 @@ def test_one_pose_is_too_little_for_a_name(campaign_of, robot):
     result = find_gap(robot, campaign, FEWEST)
     assert result.decision.verdict is not Verdict.NAMED
     assert any('pose' in text for text in result.decision.reasons), result.decision.reasons
+
+
+def test_one_level_is_too_little_for_a_name(campaign_of, robot):
+    campaign = campaign_of((), SEED + 4, n_fit=2, n_held=1, duration=6.0, levels=(1.0,))
+    (lack,) = too_little(Search(robot, campaign, FEWEST))
+    assert 'only one amplitude level' in lack
