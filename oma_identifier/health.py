@@ -48,9 +48,8 @@ def examine(signal: NDArray[np.float64]) -> ChannelHealth:
         Finite.
     """
     signal = np.ascontiguousarray(signal)  # a column of a window is slow to walk
-    squares = signal - signal.mean()
-    squares *= squares
-    power = float(squares.mean())
+    centred = signal - signal.mean()
+    power = float(centred @ centred) / len(signal)
     rms = float(np.sqrt(power))
     if power <= 1e-24 * (1.0 + float(max(signal.max(), -signal.min())) ** 2):
         return ChannelHealth(('flatline',), rms)
@@ -60,23 +59,24 @@ def examine(signal: NDArray[np.float64]) -> ChannelHealth:
         flags.append('flatline')
     if is_clipped(signal):
         flags.append('clipping')
-    if float(np.mean(np.square(squares))) > IMPULSIVE_KURTOSIS * power**2:
+    np.square(centred, out=centred)
+    if float(centred @ centred) / len(signal) > IMPULSIVE_KURTOSIS * power**2:
         flags.append('impulsive')
     return ChannelHealth(tuple(flags), rms)
 
 
 def is_clipped(signal: NDArray[np.float64]) -> bool:
     """Tell whether a channel runs into a limit: many samples in a row at one extreme value."""
-    count = 0
-    for extreme in (signal.max(), signal.min()):
-        at_limit = signal == extreme
-        # A coarse converter repeats values everywhere; a limit repeats only its own, in runs.
-        count += int(np.count_nonzero(at_limit[1:] & at_limit[:-1]))
-    if count < max(CLIPPED_AT_LEAST, CLIPPED_SHARE * len(signal)):
+    least = max(CLIPPED_AT_LEAST, CLIPPED_SHARE * len(signal))
+    at_limits = [signal == extreme for extreme in (signal.max(), signal.min())]
+    if sum(np.count_nonzero(at_limit) for at_limit in at_limits) < least:
+        return False
+    # A coarse converter repeats values everywhere; a limit repeats only its own, in runs.
+    runs = [np.count_nonzero(at_limit[1:] & at_limit[:-1]) for at_limit in at_limits]
+    if sum(runs) < least:
         return False
     middle = np.median(signal)
-    usual = int(np.count_nonzero(signal == middle))
-    return count > usual
+    return bool(sum(runs) > np.count_nonzero(signal == middle))
 
 
 def _longest_run(still: NDArray[np.bool_]) -> int:

@@ -20,7 +20,8 @@ class IdentificationSettings:
     window_s : float [s]
         Length of one window.
     hop_s : float [s] or None
-        Time from one window to the next; None: half a window.
+        Time from one window to the next; None: half a window.  With hops shorter than a
+        sixteenth of a window the frequency bands take turns: each is solved when so much is new.
     min_frequency_hz, max_frequency_hz : float [Hz] or None
         Band that modes are looked for in; None: from the length and rate of the data.
     min_order, max_order : int
