@@ -112,16 +112,16 @@ def test_deviations_say_how_far_off_the_modes_are(method):
         np.eye(3),
     )
     scores = []
-    for seed in range(12):
+    for seed in range(8):
         found = simulate(truth, np.random.default_rng(seed), 60.0, RATE_HZ, noise=0.03)
         for mode in identify_by(method, found).modes:
             index = int(np.argmin(np.abs(truth.frequency_hz - mode.frequency_hz)))
             error_hz = mode.frequency_hz - truth.frequency_hz[index]
             error = mode.damping_ratio - truth.damping_ratio[index]
             scores.append((error_hz / mode.frequency_std_hz, error / mode.damping_ratio_std))
-    assert len(scores) >= 34, f'seeds 0..11: {len(scores)}'
+    assert len(scores) >= 22, f'seeds 0..7: {len(scores)}'
     spread = np.sqrt(np.mean(np.square(scores), axis=0))
-    assert np.all((spread > 0.6) & (spread < 1.5)), f'seeds 0..11: {spread}'
+    assert np.all((spread > 0.6) & (spread < 1.5)), f'seeds 0..7: {spread}'
 
 
 @pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd', 'fdd'])

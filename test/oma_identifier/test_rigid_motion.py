@@ -168,9 +168,7 @@ def shaken(robot, layout):
     return readings, at_joints
 
 
-@pytest.mark.parametrize(
-    ('modelled', 'early_s'), [(True, 0.0), (True, 0.03), (True, -0.2), (False, 0.0)]
-)
+@pytest.mark.parametrize(('modelled', 'early_s'), [(True, 0.03), (True, -0.2), (False, 0.0)])
 def test_a_flexible_arm_keeps_its_modes_in_motion(robot, layout, shaken, modelled, early_s):
     """No mode is lost, none is added: with a model, without, and with joint states out of step."""
     rng = np.random.default_rng(SEED)
