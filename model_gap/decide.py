@@ -15,12 +15,14 @@ from model_gap.joint_vector import in_words
 from model_gap.reach import joint_shares
 from model_gap.search import Candidate, Search, Step
 
-# Calibrated on simulated campaigns, see docs/model_gap.md.
+# On 15 healthy campaigns (gap_matrix.py --quick --only none --first-seed 200) no effect promised
+# more than 2.4, fitted records left at most 1.07 and held-out ones, for lack of poses, at most
+# 1.65: no false alarm, which bounds their rate at 18 % (95 %).  See docs/model_gap.md.
 EVIDENCE_TO_ADD = 12.0
 EVIDENCE_BETWEEN = 8.0
 # χ: gap over noise floor of 1.5, squared.
 EXPLAINED_MISFIT = 2.25
-NO_GAP_MISFIT = 1.7
+NO_GAP_MISFIT = 1.5
 MOST_TOLERANCE = 4.5
 LEAST_FIT_POSES = 2
 EXPERIMENT_SEED = 0
@@ -105,13 +107,14 @@ def decide(search: Search) -> Decision:
 def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
     step = search.steps[0]
     misfit = _worst(step.before.misfit, step.heldout_before)
+    quiet = step.before.misfit <= NO_GAP_MISFIT and misfit <= EXPLAINED_MISFIT
     values = step.before.hypothesis.tolerance_values
     stretched = float(np.abs(values).max(initial=0.0))
-    if misfit <= NO_GAP_MISFIT and stretched > MOST_TOLERANCE:
+    if quiet and stretched > MOST_TOLERANCE:
         name = step.before.hypothesis.tolerances[int(np.argmax(np.abs(values)))].name
         reason = f'{name} would have to be {stretched:.1f} times its tolerance from nominal'
         return Decision(Verdict.UNEXPLAINED, (), step.candidates[:3], (reason, *limits))
-    if misfit <= NO_GAP_MISFIT:
+    if quiet:
         reasons = ('what differs is noise and known tolerance', *limits)
         return Decision(Verdict.NONE, reasons=reasons)
     reason = f'{np.sqrt(misfit):.1f} times the noise remains and no effect explains it'
