@@ -128,11 +128,10 @@ def gap_map(rows: Sequence[str], columns: Sequence[str], before: Array, after: A
 
 def gap_bars(values: Sequence[tuple[str, float]], noise: float) -> Markup:
     """Draw gaps as bars with the noise floor as a line."""
-    largest = max([value for _, value in values if np.isfinite(value)] + [noise, 1e-6])
+    values = [(name, value) for name, value in values if np.isfinite(value)]
+    largest = max([value for _, value in values] + [noise, 1e-6])
     parts = []
     for number, (name, value) in enumerate(values):
-        if not np.isfinite(value):
-            continue
         top = 8 + 30 * number
         kind = 'after' if 'after' in name else 'before'
         parts.append(
