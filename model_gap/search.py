@@ -37,7 +37,9 @@ ROUGH_PER_TYPE = 3
 AFTER_TORQUES = 4
 REFINED = 4
 # Rough fits this far behind the best are not refined.
-HOPELESS = 80.0
+HOPELESS = 200.0
+# Effects with more parameters come from further away and are linearised more often.
+FEW_PARAMETERS = 3
 # Once a rough fit is this good, torque laws that promised less than this share are not tried.
 SETTLED_MISFIT = 1.5
 SETTLED_SHARE = 0.5
@@ -286,6 +288,7 @@ class Search:
                     self.coarse_weighting,
                     columns=shared,
                     iterations=4 if slow else 6,
+                    relinearise=1 if len(trial.values) <= FEW_PARAMETERS else 3,
                 )
             )
         rough.sort(key=lambda item: -item.log_evidence)
