@@ -35,7 +35,7 @@ from oma_identifier.whittle import BandFit, fit_band, SlopePrior
 
 PASSES = 2
 """The second pass has refined tails and shapes to project out."""
-HIGHEST_SHARE = 0.45
+HIGHEST_SHARE = 0.435
 """Of the sample rate: above, anti-aliasing filters shape the spectrum."""
 LEAST_LINES_PER_MODE = 12
 FAR = 5.0
