@@ -119,6 +119,7 @@ class Bridge:
         deadline_s = time.monotonic() + flow.settings.player.stop_ramp_s + LAST_REPLIES_S
         while flow.moving and flow.connected and time.monotonic() < deadline_s:
             time.sleep(flow.settings.cycle_s)
+        flow.settle()
         # The reference to stand still must have left.
         time.sleep(STANDSTILL_CYCLES * flow.settings.cycle_s)
         flow.mute()

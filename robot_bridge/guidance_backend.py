@@ -3,11 +3,12 @@
 import time
 
 from excitation_planner.plan import ExcitationPlan
+from modal_core.errors import PlanError
 from robot_bridge.backend import Backend
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.operator_flow import OperatorFlow
 from robot_bridge.plan_path import PlanPath
-from robot_bridge.plan_player import Reference
+from robot_bridge.plan_player import ramp_in_s, Reference
 from robot_bridge.rws_client import ProgramControl
 from robot_bridge.session_check import Judgement
 
@@ -34,7 +35,23 @@ class GuidanceBackend(Backend):
         self._control = control
 
     def take(self, plan: ExcitationPlan, path: PlanPath) -> str:
-        """Take a plan in hand."""
+        """Take a plan in hand.
+
+        Raises
+        ------
+        BridgeError
+            The arm is moving.
+        PlanError
+            It goes so far for its speed that its amplitude cannot be changed while it lasts.
+        """
+        ramp_s = ramp_in_s(path, self.flow.settings.player)
+        if ramp_s > path.duration_s:
+            raise PlanError(
+                'goes too far for its speed to be guided',
+                where='plan',
+                found=f'{path.duration_s:.1f} s, of which {ramp_s:.1f} s of ramp-in',
+                advice='plan band_limited_noise or a longer plan, or use RAPID',
+            )
         self.flow.offer(path)
         return f'plan {plan.plan_hash[:12]} checked, waiting to be armed'
 

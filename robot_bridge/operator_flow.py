@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from modal_core.errors import BridgeError
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.egm_messages import MCI_RUNNING
+from robot_bridge.pace_check import PaceCheck
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.plan_player import PlanPlayer, PlayerSettings, Reference
 from robot_bridge.session_check import Judgement, Verdict
@@ -104,6 +105,7 @@ class OperatorFlow:
         self._armed_until_s = -math.inf
         self._heartbeat_s = -math.inf
         self._heard_s = -math.inf
+        self._pace = PaceCheck(settings.cycle_s)
 
     # -- the operator --------------------------------------------------------------------------
 
@@ -156,8 +158,8 @@ class OperatorFlow:
         Raises
         ------
         BridgeError
-            Not armed, the heartbeat is missing, the session is not running, motors are off, or the
-            arm is not at the plan's start pose.
+            Not armed, the heartbeat is missing, the controller's period is not ``cycle_s``, the
+            session is not running, motors are off, or the arm is not at the plan's start pose.
         """
         with self._lock:
             self.poll(now_s)
@@ -168,6 +170,7 @@ class OperatorFlow:
                 raise BridgeError('no plan or no feedback')
             if self._heartbeat_lost(now_s):
                 raise BridgeError('no heartbeat of the operator', expected='>= 10 Hz')
+            self._pace.check()
             blocked = None if self.settings.dry_run else _not_ready(feedback)
             if blocked:
                 raise BridgeError(f'the controller is not ready: {blocked}')
@@ -234,6 +237,9 @@ class OperatorFlow:
                 self._enter(FlowState.IDLE, 'the bridge is being deactivated')
             self.active = False
 
+    def settle(self) -> None:
+        """Wait until an abort has done everything it does beside the cycle."""
+
     def heartbeat(self, now_s: float) -> None:
         """Note that the operator holds to run."""
         self._heartbeat_s = now_s
@@ -263,6 +269,7 @@ class OperatorFlow:
             # Not poll(): a late packet must still find the silence before it.
             self._watch(now_s)
             before, self.feedback, self._heard_s = self.feedback, feedback, now_s
+            self._pace.add(feedback, begins=judgement.verdict == Verdict.NEW_SESSION)
             self._watch_controller(feedback, judgement)
             if self.state == FlowState.DISCONNECTED:
                 self._enter(FlowState.IDLE, 'the controller is heard')

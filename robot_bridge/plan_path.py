@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from excitation_planner.trajectory import Trajectory
 from modal_core.errors import PlanError
 
 Array = NDArray[np.float64]
+STILL_DEG = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,20 @@ class PlanPath:
     def start_deg(self) -> Array:
         """Where the path begins, (6,) [deg]."""
         return np.asarray(self.coefficients[-1, 0])
+
+    @property
+    def quickest_1_s(self) -> float:
+        """Rate [1/s] at which the path's own speed runs through its reach, on its slowest axis.
+
+        The smallest ratio, over the axes that move, of the largest speed at a sample to the
+        largest distance from the start at one.
+        """
+        position, speed = self.coefficients[-1], self.coefficients[-2]
+        reach = np.abs(position - position[0]).max(axis=0)
+        moves = reach > STILL_DEG
+        if not moves.any():
+            return math.inf
+        return float((np.abs(speed).max(axis=0)[moves] / reach[moves]).min())
 
     def position(self, time_s: float) -> Array:
         """Return the axis angles at a time, (6,) [deg]; the ends hold before and after."""

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from robot_bridge.plan_path import PlanPath
 
 Array = NDArray[np.float64]
+# Of the path's own peak speed, what a change of the amplitude may add on any axis.
+GAIN_SHARE = 0.05
+STEEPEST_STEP = 1.875  # of smooth_step, in the middle
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +25,9 @@ class PlayerSettings:
         Time over which the motion slows down to standstill when it is stopped.
     override_rate_per_s : float [1/s]
         Fastest change of the speed override.
+
+    A path that goes far slowly takes longer for both: the speed of a change of the amplitude is
+    the distance from the start times the rate of the change.
     """
 
     ramp_in_s: float = 1.0
@@ -65,7 +71,10 @@ class PlanPlayer:
 
     def __init__(self, path: PlanPath, hold_deg: Array, settings: PlayerSettings) -> None:
         self._path = path
-        self._settings = settings
+        gain_rate = GAIN_SHARE * path.quickest_1_s
+        self._override_rate = min(settings.override_rate_per_s, gain_rate)
+        self._ramp_in_s = ramp_in_s(path, settings)
+        self._stop_ramp_s = settings.stop_ramp_s
         self._offset = np.asarray(hold_deg, float) - path.start_deg
         self._time_s = 0.0
         self._played_s = 0.0
@@ -104,19 +113,24 @@ class PlanPlayer:
 
     def _advance(self, cycle_s: float) -> None:
         if self._stopping:
-            self._pace = max(self._pace - cycle_s / self._settings.stop_ramp_s, 0.0)
+            self._pace = max(self._pace - cycle_s / self._stop_ramp_s, 0.0)
         else:
-            change = self._settings.override_rate_per_s * cycle_s
+            change = self._override_rate * cycle_s
             target = min(max(self.override_target, 0.0), 1.0)
             self._override += min(max(target - self._override, -change), change)
         self._time_s = min(self._time_s + self._pace * cycle_s, self._path.duration_s)
         self._played_s += self._pace * cycle_s
 
     def _blend(self) -> Array:
-        ramp = smooth_step(self._played_s / self._settings.ramp_in_s)
+        ramp = smooth_step(self._played_s / self._ramp_in_s)
         start = self._path.start_deg
         moved = self._path.position(self._time_s) - start
         return np.asarray(start + (1.0 - ramp) * self._offset + ramp * self._override * moved)
+
+
+def ramp_in_s(path: PlanPath, settings: PlayerSettings) -> float:
+    """Return how long the amplitude of a path grows [s]: no shorter than its reach allows."""
+    return max(settings.ramp_in_s, STEEPEST_STEP / (GAIN_SHARE * path.quickest_1_s))
 
 
 def smooth_step(u: float) -> float:

@@ -17,6 +17,7 @@ from robot_bridge.plan_player import Reference
 from robot_bridge.session_check import Judgement, Verdict
 
 LONGEST_WAIT_S = 120.0
+LONGEST_STOP_S = 10.0
 PENDANT = 'use the pendant: the bridge has no way to stop the program'
 # Moves of a real controller are not exactly as long as planned.
 SHORTEST_PART = 0.9
@@ -55,7 +56,9 @@ class StreamFlow(OperatorFlow):
                 raise BridgeError('no heartbeat of the operator', expected='>= 10 Hz')
             self._began_s, self._streamed_s = math.inf, 0.0
             self._wait_until_s = now_s + LONGEST_WAIT_S
-            self._enter(FlowState.RUNNING, 'waiting for the program: start it at the pendant')
+            by_hand = self.stop_program is None
+            who = 'start it at the pendant' if by_hand else 'it is being started'
+            self._enter(FlowState.RUNNING, f'waiting for the program: {who}')
 
     def abort(self, reason: str) -> None:
         """Latch, and have the program stopped; where there is no way to, tell who can.
@@ -78,6 +81,12 @@ class StreamFlow(OperatorFlow):
                     target=self.stop_program, name='stop_program', daemon=True
                 )
                 self._stopping.start()
+
+    def settle(self) -> None:
+        """Wait until the controller has answered a stop it is being asked for."""
+        stopping = self._stopping
+        if stopping is not None:
+            stopping.join(LONGEST_STOP_S)
 
     def on_feedback(
         self, feedback: RobotFeedback, judgement: Judgement, now_s: float

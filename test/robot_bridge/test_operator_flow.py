@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modal_core.errors import BridgeError
+from modal_core.errors import BridgeError, PlanError
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.egm_messages import MCI_RUNNING, MCI_STOPPED
+from robot_bridge.guidance_backend import GuidanceBackend
 from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.plan_path import PlanPath
+from robot_bridge.plan_player import PlanPlayer, PlayerSettings
 from robot_bridge.session_check import Judgement, Verdict
 
 CYCLE_S = 0.004032
@@ -249,3 +251,56 @@ def test_half_override_halves_the_amplitude():
 def test_override_outside_its_range_is_refused(fraction):
     with pytest.raises(BridgeError):
         Rig().flow.set_speed_override(fraction)
+
+
+@pytest.mark.parametrize('period_s', [0.024, 0.002])
+def test_start_is_refused_when_the_controller_has_another_period(period_s):
+    rig = Rig()
+    for n_cycles in range(120):
+        rig.run(1, tm_ms=round(1e3 * period_s * n_cycles))
+    with pytest.raises(BridgeError, match='another period'):
+        rig.go()
+    rig.run(100)
+    assert not rig.speed.any()
+
+
+@pytest.mark.parametrize('period_s', [0.004, 0.004032, 0.0])
+def test_start_is_granted_at_the_period_expected_and_with_a_clock_that_stands(period_s):
+    rig = Rig()
+    for n_cycles in range(120):
+        rig.run(1, tm_ms=(2**32 - 100 + round(1e3 * period_s * n_cycles)) % 2**32)
+    rig.go()
+    assert rig.flow.state == FlowState.RUNNING
+
+
+def slow_sweep(reach_deg, speed_deg_s, n_times=1):
+    """Away and back, at one speed for most of the time."""
+    from excitation_planner.trajectory import Trajectory
+
+    duration_s = 2.0 * n_times * reach_deg / speed_deg_s
+    time = np.linspace(0.0, duration_s, round(duration_s / 0.004))
+    speed = np.radians(speed_deg_s) * np.tanh(
+        20.0 * np.sin(2.0 * np.pi * n_times * time / duration_s)
+    )
+    speed[0] = speed[-1] = 0.0
+    trajectory = Trajectory.from_velocity(
+        np.full(6, np.radians(10.0)), np.tile(speed[:, None], 6), time[1]
+    )
+    return PlanPath.from_trajectory('abc123', trajectory, lambda q: q)
+
+
+def test_no_ramp_of_the_amplitude_makes_a_path_faster_than_a_twentieth_more():
+    path, speeds = slow_sweep(3.0, 6.0, n_times=30), []
+    player = PlanPlayer(path, path.start_deg, PlayerSettings(ramp_in_s=0.01))
+    while not player.at_rest:
+        player.override_target = 0.3 if 0.5 < player.progress < 0.7 else 1.0
+        speeds.append(np.abs(player.step(CYCLE_S).speed_deg_s).max())
+    assert 0.99 * 6.0 < max(speeds) < 1.06 * 6.0
+    assert min(speeds[len(speeds) * 6 // 10 : len(speeds) * 7 // 10]) < 0.5 * 6.0
+
+
+def test_a_path_too_far_for_its_speed_is_not_taken_for_guidance():
+    backend = GuidanceBackend('emulator', OperatorFlow(FlowSettings()))
+    with pytest.raises(PlanError, match='too far'):
+        backend.take(None, slow_sweep(40.0, 10.0))
+    assert backend.flow.path is None

@@ -170,6 +170,20 @@ def test_a_stop_that_fails_sends_to_the_pendant_and_may_be_asked_for_again(
     until(lambda: controller.posts().count('stop') > n_stops)
 
 
+def test_a_bridge_that_ends_waits_for_the_answer_to_its_stop(model, plan, tmp_path, web):
+    controller = web(hold='action=stop')
+    rig = Rig(model, plan, tmp_path, controller.address).running()
+    rig.flow.deactivate()
+    assert controller.waiting.wait(60.0)
+    settled = threading.Thread(target=rig.flow.settle)
+    settled.start()
+    settled.join(0.05)
+    assert settled.is_alive()
+    controller.release.set()
+    settled.join(60.0)
+    assert not rig.flow._stopping.is_alive()
+
+
 @pytest.mark.parametrize('hold', ['loadmod', 'resetpp', 'action=start'])
 def test_an_abort_while_it_is_being_started_leaves_it_stopped(model, plan, tmp_path, web, hold):
     controller = web(hold=hold)
