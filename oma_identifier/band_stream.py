@@ -92,15 +92,39 @@ class BandStream:
         self._last: BandCovariance | None = None
         self._last_of = 0
         self._turn = turn
+        self._follows = False
 
     def add(self, rows: NDArray[np.float64]) -> None:
         """Add the next samples at the full rate, (n_samples, n_channels)."""
+        if self._follows:
+            self.interrupt()
+            self._follows = False
         conditioned = self._conditioner(rows)
         if len(conditioned) == 0:
             return
         if self._accumulator is None:
             self._accumulator = self._start(conditioned)
         self._accumulator.add(conditioned)
+
+    def follow(self, lead: 'BandStream') -> bool:
+        """Take the blocks that another stream of the same band made of the next samples.
+
+        Returns
+        -------
+        bool
+            False where its blocks do not fit: the samples themselves must be added.
+        """
+        blocks = lead._accumulator
+        if blocks is None:
+            return True
+        if self._accumulator is None:
+            self._block_rows = lead._block_rows
+            self._accumulator = self._empty(blocks.references)
+        if not self._accumulator.fits(blocks):
+            return False
+        self._accumulator.take(blocks)
+        self._follows = True
+        return True
 
     def interrupt(self) -> None:
         """Keep the covariances, forget the filters' state: samples are missing."""
@@ -113,6 +137,9 @@ class BandStream:
         references = choose_references(rows, min(wanted, MOST_REFERENCES))
         automatic = math.ceil(ROWS_PER_ORDER * self._settings.max_order / len(references))
         self._block_rows = self._settings.block_rows or max(FEWEST_BLOCK_ROWS, automatic)
+        return self._empty(references)
+
+    def _empty(self, references: NDArray[np.int64]) -> CovarianceAccumulator:
         return CovarianceAccumulator(
             n_lags=2 * self._block_rows - 1,
             references=references,

@@ -154,7 +154,7 @@ class IdentificationPipeline:
         )
         found = with_lines(found, cleaned.lines)
         window = replace(window, quality=with_flags(window.quality, cleaned))
-        self._record.add(samples, found, spectrum, window.quality, cleaned.explains)
+        self._record.add(samples, found, spectrum, window.quality, cleaned.explains, self._newest)
         if self.settings.refines:
             found = refine_found(samples, found, self.settings, cleaned.explains, self._adopt)
         self._lags = cleaned.lags

@@ -3,7 +3,7 @@
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
 from oma_identifier.band_stream import BandCovariance, BandStream
-from oma_identifier.bands import plan_bands
+from oma_identifier.bands import Band, plan_bands
 from oma_identifier.output_covariance import WhenFull
 from oma_identifier.settings import IdentificationSettings
 
@@ -24,12 +24,23 @@ class RecordStreams:
         self._when_full = when_full
         self._streams: list[BandStream] = []
         self._last: Samples | None = None
+        self._began_ns = 0
+        self._ahead: list[BandStream] = []
+        self._leads: dict[Band, BandStream] = {}
 
-    def add(self, samples: Samples) -> None:
+    def add(self, samples: Samples, ahead: 'RecordStreams | None' = None) -> None:
         """Add what is new in a window.
 
         Where it does not continue the last one, a sliding window starts again; a whole record
         goes on after the gap.
+
+        Parameters
+        ----------
+        samples : Samples
+            The window.
+        ahead : RecordStreams or None
+            Streams that the same windows were added to: where they are in step, their blocks are
+            taken, and no sample is conditioned and summed twice.
         """
         first = 0
         if self._last is not None and self._continues(samples):
@@ -40,14 +51,29 @@ class RecordStreams:
                 stream.interrupt()
         else:
             self._start(samples)
+        leads = self._in_step(ahead, samples, first)
         for stream in self._streams:
-            stream.add(samples.acceleration[first:])
+            lead = leads.get(stream.band)
+            if lead is None or not stream.follow(lead):
+                stream.add(samples.acceleration[first:])
         self._last = Samples(
             samples.acceleration[:0].copy(),
             samples.sample_rate_hz,
             samples.channels,
             samples.end_ns,
         )
+
+    def _in_step(
+        self, ahead: 'RecordStreams | None', samples: Samples, first: int
+    ) -> dict[Band, BandStream]:
+        """Return streams that began with the very sample that was next here, by band."""
+        if ahead is None:
+            return {}
+        if ahead._streams is not self._ahead:
+            self._ahead = ahead._streams
+            together = first == 0 and ahead._began_ns == samples.start_ns
+            self._leads = {stream.band: stream for stream in self._ahead} if together else {}
+        return self._leads
 
     def _same_grid(self, samples: Samples) -> bool:
         last = self._last
@@ -75,6 +101,7 @@ class RecordStreams:
         )
 
     def _start(self, samples: Samples) -> None:
+        self._began_ns = samples.start_ns
         window_s = self._settings.window_s
         # The length of the whole record is not known yet: plan for an endless one.
         duration_s = min(window_s, samples.duration_s)

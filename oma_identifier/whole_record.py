@@ -70,15 +70,16 @@ class WholeRecord:
         spectrum: SingularValueSpectrum,
         quality: DataQuality,
         explains: PeakTest = never,
+        ahead: RecordStreams | None = None,
     ) -> None:
-        """Add one identified window."""
+        """Add one identified window, and the streams it was identified from."""
         if self._n_windows == 0:
             self._start_ns = samples.start_ns
         self._end_ns = samples.end_ns
         self._n_windows += 1
         stretch = self._stretch(samples, spectrum)
         stretch.n_windows += 1
-        stretch.streams.add(samples)
+        stretch.streams.add(samples, ahead)
         stretch.explains = explains
         stretch.spectrum = _mean(stretch.spectrum, spectrum, stretch.n_windows)
         self._quality = _joined(self._quality, quality)

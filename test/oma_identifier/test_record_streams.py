@@ -109,6 +109,39 @@ def test_whole_record_in_bounded_memory(record):
         assert band is None or len(band.covariance.blocks) <= 64
 
 
+@pytest.mark.parametrize(('starts_s', 'n_gaps'), [((0, 30, 60, 90), 0), ((0, 10, 100), 1)])
+def test_blocks_of_the_window_serve_the_whole_record(record, starts_s, n_gaps):
+    settings = replace(SETTINGS, window_s=80.0)
+    newest = RecordStreams(settings, WhenFull.RETIRE)
+    alone, sharing = (RecordStreams(settings, WhenFull.JOIN) for _ in range(2))
+    for start_s in starts_s:
+        part = window(record, start_s, 80.0)
+        newest.add(part)
+        alone.add(part)
+        sharing.add(part, newest)
+    assert sharing._streams[0]._follows
+    for ours, plain in zip(sharing.results(), alone.results(), strict=True):
+        assert (ours is None) == (plain is None)
+        if ours is None:
+            continue
+        assert ours.covariance.n_samples == plain.covariance.n_samples
+        # Only in the block that begins at a gap are products weighted in another length.
+        difference = np.abs(ours.covariance.blocks - plain.covariance.blocks).max(axis=(1, 2, 3))
+        assert np.count_nonzero(difference > 1e-6) <= n_gaps, difference
+        np.testing.assert_allclose(ours.scale, plain.scale, rtol=1e-6)
+
+
+def test_windows_that_are_out_of_step_are_summed_for_themselves(record):
+    newest = RecordStreams(SETTINGS, WhenFull.RETIRE)
+    newest.add(window(record, 0.0))
+    alone, late = (RecordStreams(SETTINGS, WhenFull.JOIN) for _ in range(2))
+    for start_s in (30.0, 60.0):
+        newest.add(window(record, start_s))
+        alone.add(window(record, start_s))
+        late.add(window(record, start_s), newest)
+    np.testing.assert_array_equal(_in_channels(late), _in_channels(alone))
+
+
 def test_whole_record_goes_on_after_a_gap(record):
     streams = RecordStreams(SETTINGS, WhenFull.JOIN)
     streams.add(window(record, 0.0))
