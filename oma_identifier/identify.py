@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import math
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError
@@ -19,6 +18,7 @@ from oma_identifier.band_stream import BandCovariance, BandStream
 from oma_identifier.bands import plan_bands
 from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
 from oma_identifier.line_removal import without_lines
+from oma_identifier.one_thread import one_thread
 from oma_identifier.output_covariance import WhenFull
 from oma_identifier.peaks import SpectralPeaks
 from oma_identifier.result import WindowResult
@@ -87,7 +87,7 @@ def identify_samples(
     """
     settings = settings or IdentificationSettings()
     check_samples(samples)
-    with threadpool_limits(limits=1):
+    with one_thread():
         found = _identify_stretch(samples, settings, line_tester(samples), never, progress)
         if settings.refines:
             found = refine_found(samples, found, settings)

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from modal_core.errors import SettingsError
 from modal_core.mode import Mode, ModeSet
@@ -22,6 +21,7 @@ from oma_identifier.bands import plan_bands
 from oma_identifier.fdd import efdd, fdd
 from oma_identifier.harmonics import CHANCE, line_at, SUSPECT_DAMPING
 from oma_identifier.identify import check_samples, harmonic, identify_samples, no_poles
+from oma_identifier.one_thread import one_thread
 from oma_identifier.robot_signals import never, PeakTest
 from oma_identifier.settings import IdentificationSettings, METHODS
 
@@ -86,7 +86,7 @@ def identify_by(
     if method == 'csi' and inputs is None:
         raise SettingsError('csi needs the known inputs', where='inputs')
     check_samples(samples)
-    with threadpool_limits(limits=1):
+    with one_thread():
         if method == 'ssi_cov':
             result = identify_samples(samples, settings)
             return MethodResult(result.modes, result.harmonics, result.poles)

@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import IdentificationError
@@ -37,6 +36,7 @@ from oma_identifier.identify import (
 from oma_identifier.kept_record import KeptRecord
 from oma_identifier.known_inputs import split_inputs, with_inputs
 from oma_identifier.methods import identify_by
+from oma_identifier.one_thread import one_thread
 from oma_identifier.output_covariance import WhenFull
 from oma_identifier.peaks import SpectralPeaks
 from oma_identifier.record_streams import RecordStreams
@@ -130,7 +130,7 @@ class IdentificationPipeline:
         if not window.quality.identifiable:
             return self._without_modes(window, window.quality)
         try:
-            with threadpool_limits(limits=1):
+            with one_thread():
                 return self._identify(window)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             quality = replace(window.quality, identifiable=False, reason=str(error))
@@ -211,7 +211,7 @@ class IdentificationPipeline:
         IdentificationError
             No window could be identified yet.
         """
-        with threadpool_limits(limits=1):
+        with one_thread():
             kept = self._kept
             result = self._record.identify() if kept is None else self._whole_by_method(kept)
         return replace(result, modes=self.tracker.label(in_step(result.modes, self._lags)))

@@ -14,8 +14,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
-from scipy.signal import detrend
-from threadpoolctl import threadpool_limits
 
 from modal_core.errors import LayoutError
 from modal_core.indicators import mac, mpc, mpd, normalise
@@ -29,6 +27,7 @@ from oma_identifier.band_data import (
     Spectra,
     StartModes,
 )
+from oma_identifier.one_thread import one_thread
 from oma_identifier.shape_scatter import normalised_std
 from oma_identifier.unlisted import with_unlisted
 from oma_identifier.whittle import BandFit, fit_band, SlopePrior
@@ -143,7 +142,7 @@ def refine(
     if not order:
         outcomes = (Outcome.OUT_OF_BAND,) * len(modes)
         return Refinement(modes, outcomes, np.full(len(modes), np.nan))
-    with threadpool_limits(limits=1):
+    with one_thread():
         return _refine_ordered(samples, modes, order, harmonics, largest_misfit, resting)
 
 
@@ -209,9 +208,13 @@ def _refine_ordered(
 
 
 def _spectra(samples: Samples) -> Spectra:
-    data = detrend(samples.acceleration, axis=0, type='linear')
+    data = samples.acceleration
     length = _fast_length(len(data))
-    values = rfft(data[:length], axis=0) / math.sqrt(length)
+    time = np.arange(len(data)) - 0.5 * (len(data) - 1)
+    line = np.stack([np.ones(len(data)), time / np.linalg.norm(time)], axis=1)
+    fit = (line.T @ data) / np.array([[len(data)], [1.0]])
+    values = rfft(data[:length] - line[:length] @ fit, axis=0)
+    values *= 1.0 / math.sqrt(length)
     return Spectra(np.arange(len(values)) * samples.sample_rate_hz / length, values)
 
 

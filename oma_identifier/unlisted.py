@@ -26,22 +26,22 @@ def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]
     """
     lines = np.flatnonzero(usable)
     values = spectra.values[lines]
-    power = np.mean(np.abs(values) ** 2, axis=0)
+    plain = values.conj().T @ values / len(values)
+    power = np.diag(plain).real
     frequency, damping, shapes = start.frequency_hz, start.damping_ratio, start.shapes
     scale = 1.0 / np.sqrt(power)
     explained = shapes * scale[:, None]
+    scaled_covariance = plain * np.outer(scale, scale)
     for _ in range(MOST_UNLISTED):
         n_channels, n_explained = explained.shape
         if n_channels < 2 * n_explained:
             break
         basis = np.linalg.svd(explained, full_matrices=True)[0][:, n_explained:].conj()
         # The whole spectrum at once: one strong direction of the residual is one mode.
-        residual = (values * scale) @ basis
-        covariance = residual.conj().T @ residual / len(residual)
-        levels, vectors = np.linalg.eigh(covariance)
+        levels, vectors = np.linalg.eigh(basis.conj().T @ scaled_covariance @ basis)
         if levels[-1] < STANDS_OUT * np.median(levels):
             break
-        track = np.abs(residual @ vectors[:, -1]) ** 2
+        track = np.abs(values @ (scale * (basis @ vectors[:, -1]))) ** 2
         smooth = np.convolve(track, np.full(LINES, 1.0 / LINES), mode='same')
         peak = int(np.argmax(smooth))
         at = spectra.frequency_hz[lines[peak]]
