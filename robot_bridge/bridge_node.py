@@ -26,6 +26,7 @@ from robot_bridge.bridge_settings import LIVE, PARAMETERS, settings_from
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.joint_publisher_node import JointPublisher
 from robot_bridge.operator_desk_node import OperatorDesk
+from robot_bridge.operator_flow import check_fraction
 from robot_bridge.ros_messages import diagnostic_status, state_message
 from structural_model.robot_files import load_robot
 
@@ -59,6 +60,7 @@ class BridgeNode(LifecycleNode):
         self.create_timer(0.1, self._publish_state, callback_group=quick)
         self.create_timer(1.0, self._publish_diagnostics, callback_group=quick)
         self.add_on_set_parameters_callback(self._accept)
+        self.add_post_set_parameters_callback(self._take_parameters)
         # As it comes, a transition that is not possible now ends the process.
         self._rclpy_change_state = self._service_change_state.callback
         self._service_change_state.callback = self._on_change_state
@@ -162,6 +164,8 @@ class BridgeNode(LifecycleNode):
         if bridge is None:
             return
         try:
+            # Before the plan is looked at: that work would be in the way of the replies.
+            bridge.flow.check_free()
             told = bridge.take(plan_from_message(message))
             self.plan_error = ''
             self.get_logger().info(told)
@@ -175,12 +179,19 @@ class BridgeNode(LifecycleNode):
             if bridge is not None and parameter.name not in LIVE:
                 reason = f'{parameter.name} can be changed before the bridge is configured'
                 return SetParametersResult(successful=False, reason=reason)
-            if parameter.name == 'speed_override' and bridge is not None:
+            if parameter.name == 'speed_override':
                 try:
-                    bridge.flow.set_speed_override(float(parameter.value))
+                    check_fraction(float(parameter.value))
                 except (ModalAnalysisError, TypeError, ValueError) as error:
                     return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _take_parameters(self, parameters: Sequence[Parameter]) -> None:
+        """Follow what has been set: parameters set together are set together or not at all."""
+        bridge = self.bridge
+        for parameter in parameters:
+            if parameter.name == 'speed_override' and bridge is not None:
+                bridge.flow.set_speed_override(float(parameter.value))
 
     # -- reports -------------------------------------------------------------------------------
 

@@ -118,11 +118,21 @@ class OperatorFlow:
             The arm is moving.
         """
         with self._lock:
-            if self.state in (FlowState.RUNNING, FlowState.STOPPING):
-                raise BridgeError('a plan cannot be changed while it is played')
+            self.check_free()
             self.path = path
             if self.state in (FlowState.ARMED, FlowState.HOLDING):
                 self._enter(FlowState.IDLE, 'a new plan arrived')
+
+    def check_free(self) -> None:
+        """Refuse a new plan now.
+
+        Raises
+        ------
+        BridgeError
+            The arm is moving.
+        """
+        if self.state in (FlowState.RUNNING, FlowState.STOPPING):
+            raise BridgeError('a plan cannot be changed while it is played')
 
     def arm(self, plan_hash: str, timeout_s: float, now_s: float) -> None:
         """Release the plan with this hash for a while.
@@ -252,8 +262,7 @@ class OperatorFlow:
         BridgeError
             Not within 0..1.
         """
-        if not 0.0 <= fraction <= 1.0:
-            raise BridgeError('bad speed_override', found=fraction, expected='0..1')
+        check_fraction(fraction)
         with self._lock:
             self._override = fraction
             if self._player is not None:
@@ -396,6 +405,18 @@ class OperatorFlow:
     def _enter(self, state: FlowState, reason: str) -> None:
         self.state, self.reason = state, reason
         self.on_change(state, reason)
+
+
+def check_fraction(fraction: float) -> None:
+    """Refuse a speed override that is not within 0..1.
+
+    Raises
+    ------
+    BridgeError
+        It is not.
+    """
+    if not 0.0 <= fraction <= 1.0:
+        raise BridgeError('bad speed_override', found=fraction, expected='0..1')
 
 
 def _not_ready(feedback: RobotFeedback) -> str:

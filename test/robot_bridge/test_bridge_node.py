@@ -274,17 +274,28 @@ def test_a_silent_link_latches_and_is_never_resumed(rig, message):
 
 def test_speed_override_is_ramped_and_bad_values_are_refused(rig, message):
     from rcl_interfaces.msg import Parameter, ParameterValue
-    from rcl_interfaces.srv import SetParameters
+    from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 
     operator = rig.running(message).operator
 
+    def fraction(value):
+        return Parameter(name='speed_override', value=ParameterValue(type=3, double_value=value))
+
     def override(value):
-        parameter = Parameter(
-            name='speed_override', value=ParameterValue(type=3, double_value=value)
-        )
         return operator.call(
-            '/robot_bridge/set_parameters', SetParameters, parameters=[parameter]
+            '/robot_bridge/set_parameters', SetParameters, parameters=[fraction(value)]
         ).results[0]
+
+    # Together with one that is refused it is refused too, and nothing changes.
+    port = Parameter(name='port', value=ParameterValue(type=2, integer_value=1))
+    answer = operator.call(
+        '/robot_bridge/set_parameters_atomically',
+        SetParametersAtomically,
+        parameters=[fraction(0.0), port],
+    )
+    assert not answer.result.successful
+    for _ in range(2):
+        assert operator.until_state(RUNNING).speed_override == 1.0
 
     assert not override(1.5).successful
     assert not override(float('nan')).successful
