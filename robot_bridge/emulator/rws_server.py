@@ -149,8 +149,10 @@ class RwsServer:
         return web.Response(status=204)
 
     async def _set_panel(self, request: web.Request) -> web.StreamResponse:
-        form = await request.post()
-        if request.match_info['what'] == 'ctrlstate':
+        form, what = await request.post(), request.match_info['what']
+        if request.query.get('action') != f'set{what}':
+            raise BridgeError('unknown action', found=request.query.get('action', '')[:40])
+        if what == 'ctrlstate':
             self._station.set_motors(str(form.get('ctrl-state', '')))
         else:
             self._station.set_speed_ratio(str(form.get('speed-ratio', '')))

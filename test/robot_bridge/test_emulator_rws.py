@@ -123,6 +123,23 @@ def test_stop_and_panel(cell, client):
     assert client.state('/rw/panel/opmode')['opmode'] == 'MANR'
 
 
+@pytest.mark.parametrize(
+    ('what', 'field', 'before', 'wanted'),
+    [
+        ('ctrlstate', 'ctrl-state', 'motoron', 'motoroff'),
+        ('speedratio', 'speed-ratio', '100', '50'),
+    ],
+)
+def test_the_panel_is_set_by_its_own_action_only(client, what, field, before, wanted):
+    path = f'/rw/panel/{what}'
+    for action in ('', '?action=start', '?action=set'):
+        assert client.ask('POST', path + action, {field: wanted})[0] == 400
+        assert client.state(path)[what] == before
+    assert client.ask('POST', f'{path}?action=set{what}', {field: 'rubbish'})[0] == 400
+    assert client.ask('POST', f'{path}?action=set{what}', {field: wanted})[0] == 204
+    assert client.state(path)[what] == wanted
+
+
 def test_without_json_the_answer_is_xhtml(client):
     status, body = client.ask('GET', EXECUTION)
     tree = ElementTree.fromstring(body)
