@@ -269,7 +269,8 @@ def _fit_band(data: BandData, start: BandModel, max_steps: int, warm: BandModel 
             continue
         damping = max(damping / 4.0, LEAST_DAMPING)
         model, current = candidate, trial
-        quadratic = _quadratic(data, model, prior, current)
+        if not converged:  # so close, the information is the same
+            quadratic = _quadratic(data, model, prior, current)
     covariance = _covariance(quadratic.information)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     size = 2 * len(model.shapes)
@@ -353,8 +354,13 @@ def _evaluated(data: BandData, model: BandModel, at: _Evaluation) -> Evaluated:
 
 
 def _across(shape: Complex) -> Complex:
-    """Return an orthonormal basis of the directions across a shape."""
-    return np.asarray(np.linalg.qr(shape[:, None], mode='complete')[0][:, 1:])
+    """Return an orthonormal basis of the directions across a shape: Householder's reflection."""
+    normal = shape.copy()
+    first = abs(shape[0])
+    normal[0] += np.linalg.norm(shape) * (shape[0] / first if first > 0.0 else 1.0)
+    basis = np.outer(normal, (-2.0 / np.vdot(normal, normal).real) * normal[1:].conj())
+    basis[1:] += np.eye(len(shape) - 1)
+    return basis
 
 
 def _pairs(n_modes: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
