@@ -8,6 +8,9 @@ decimated to match.  The split follows from rate and length alone; no knob is ne
 from dataclasses import dataclass
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from modal_core.errors import IdentificationError
 from oma_identifier.settings import IdentificationSettings
 
@@ -19,6 +22,8 @@ HIGH_PASS = 0.03
 """Corner of a band's high-pass filter as a fraction of its sample rate."""
 FEWEST_SAMPLES = 1000
 """In a band that is split off, at its own rate."""
+SEEN = 0.25, 0.6
+"""Reach of the filters below the corner of the high-pass (48 dB), and over the rate (70 dB)."""
 PERIODS = 30.0
 """Least number of periods in the record for a frequency to be identified."""
 RATE_RATIO = 1000.0
@@ -46,6 +51,13 @@ class Band:
     low_hz: float
     high_hz: float
     high_pass_hz: float
+
+    def sees(self, frequency_hz: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which lines the filters of the band do not take out of it, (n_lines,) array."""
+        seen = (frequency_hz > SEEN[0] * self.high_pass_hz) & (
+            frequency_hz < SEEN[1] * self.sample_rate_hz
+        )
+        return np.asarray(seen)
 
 
 def plan_bands(

@@ -15,7 +15,7 @@ from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 from oma_identifier.adopt import adopt_refined
 from oma_identifier.band_stream import BandCovariance, BandStream
-from oma_identifier.bands import plan_bands
+from oma_identifier.bands import Band, plan_bands
 from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
 from oma_identifier.line_removal import without_lines
 from oma_identifier.one_thread import one_thread
@@ -88,9 +88,11 @@ def identify_samples(
     settings = settings or IdentificationSettings()
     check_samples(samples)
     with one_thread():
-        found = _identify_stretch(samples, settings, line_tester(samples), never, progress)
+        sources = _sources(samples, settings, progress)
+        test_line, peaks = line_tester(samples), SpectralPeaks(samples)
+        found = identify_bands(sources, samples.channels, settings, test_line, never, peaks)
         if settings.refines:
-            found = refine_found(samples, found, settings)
+            found = refine_found(samples, found, sources, settings)
         highest_hz = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)[0].high_hz
         spectrum = singular_value_spectrum(samples, highest_hz)
     return WindowResult(
@@ -105,24 +107,26 @@ def identify_samples(
     )
 
 
-def _identify_stretch(
+def _sources(
     samples: Samples,
     settings: IdentificationSettings,
-    test_line: LineTest,
-    explains: PeakTest,
     progress: Callable[[float], None] | None = None,
-) -> Identified:
+) -> list[BandCovariance | None]:
     bands = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)
     sources = []
     for done, band in enumerate(bands):
-        stream = BandStream(band, settings, samples.duration_s, WhenFull.JOIN)
-        stream.add(samples.acceleration)
-        sources.append(stream.result())
+        sources.append(_source(band, samples, settings))
         if progress is not None:
             progress((done + 1) / len(bands))
-    return identify_bands(
-        sources, samples.channels, settings, test_line, explains, SpectralPeaks(samples)
-    )
+    return sources
+
+
+def _source(
+    band: Band, samples: Samples, settings: IdentificationSettings
+) -> BandCovariance | None:
+    stream = BandStream(band, settings, samples.duration_s, WhenFull.JOIN)
+    stream.add(samples.acceleration)
+    return stream.result()
 
 
 def line_tester(samples: Samples, removed: ModeSet | None = None) -> LineTest:
@@ -143,14 +147,15 @@ def line_tester(samples: Samples, removed: ModeSet | None = None) -> LineTest:
 def refine_found(
     samples: Samples,
     found: Identified,
+    sources: Sequence[BandCovariance | None],
     settings: IdentificationSettings,
     explains: PeakTest = never,
     adopt: Adopt = adopt_refined,
 ) -> Identified:
     """Return what was found more precisely, at more cost.
 
-    Modes under a line are biased by it: with lines, the stretch is identified once more without
-    them.  Then the modes are refined by maximum likelihood.
+    Modes under a line are biased by it: the bands that see one are identified once more without
+    it.  Then the modes are refined by maximum likelihood.
 
     Parameters
     ----------
@@ -158,6 +163,8 @@ def refine_found(
         What the modes were identified from.
     found : Identified
         Of these samples.
+    sources : sequence of BandCovariance or None
+        What it was found in.
     settings : IdentificationSettings
         As for the first identification.
     explains : callable
@@ -166,9 +173,16 @@ def refine_found(
         Refines the modes of samples with lines.
     """
     if len(found.harmonics):
-        samples = without_lines(samples, tuple(found.harmonics.frequency_hz))
-        test_line = line_tester(samples, found.harmonics)
-        again = _identify_stretch(samples, settings, test_line, explains)
+        lines_hz = found.harmonics.frequency_hz
+        samples = without_lines(samples, tuple(lines_hz))
+        freed = [
+            _source(source.band, samples, settings)
+            if source is not None and source.band.sees(lines_hz).any()
+            else source
+            for source in sources
+        ]
+        test_line, peaks = line_tester(samples, found.harmonics), SpectralPeaks(samples)
+        again = identify_bands(freed, samples.channels, settings, test_line, explains, peaks)
         found = replace(
             again, harmonics=found.harmonics, poles=_with_images(again.poles, found.poles)
         )

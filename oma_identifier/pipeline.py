@@ -144,8 +144,9 @@ class IdentificationPipeline:
         if self._kept is not None:
             return self._by_method(self._kept, window, cleaned, spectrum)
         self._newest.add(samples)
+        sources = self._newest.results()
         found = identify_bands(
-            self._newest.results(),
+            sources,
             samples.channels,
             self.settings,
             lambda frequency_hz: line_at(samples, frequency_hz),
@@ -156,7 +157,9 @@ class IdentificationPipeline:
         window = replace(window, quality=with_flags(window.quality, cleaned))
         self._record.add(samples, found, spectrum, window.quality, cleaned.explains, self._newest)
         if self.settings.refines:
-            found = refine_found(samples, found, self.settings, cleaned.explains, self._adopt)
+            found = refine_found(
+                samples, found, sources, self.settings, cleaned.explains, self._adopt
+            )
         self._lags = cleaned.lags
         modes = in_step(found.modes, self._lags)
         self.last_tracked = self.tracker.update(modes, window.pose)

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from modal_core.samples import Samples
+from oma_identifier.bands import plan_bands
+from oma_identifier.condition import BandConditioner
 from oma_identifier.harmonics import line_at, N_SEGMENTS
 from oma_identifier.identify import identify_samples
 from oma_identifier.line_removal import without_lines
@@ -55,3 +57,18 @@ def test_a_mode_beside_a_line_is_not_biased_by_it(structure):
         errors.append((mode.frequency_hz - 20.0) / mode.frequency_std_hz)
         errors.append((mode.damping_ratio - 0.02) / mode.damping_ratio_std)
     assert np.sqrt(np.mean(np.square(errors))) < 2.0, errors
+
+
+def test_nothing_is_left_of_a_line_in_a_band_that_does_not_see_it():
+    bands = plan_bands(256.0, 240.0, IdentificationSettings())
+    time = np.arange(240 * 256) / 256.0
+    lines_hz = np.array([0.3, 1.0, 3.0, 7.0, 12.0, 25.0, 50.0, 100.0])
+    rows = np.sin(2.0 * np.pi * np.outer(time, lines_hz))
+    assert len(bands) > 2
+    for band in bands:
+        seen = band.sees(lines_hz)
+        passed = BandConditioner(band)(rows)
+        settled = passed[len(passed) // 2 :].std(axis=0)
+        assert np.all(settled[~seen] < 0.005), (band, settled)
+        assert not seen.all() and seen.any()
+        assert seen[(lines_hz >= band.low_hz) & (lines_hz <= band.high_hz)].all()
