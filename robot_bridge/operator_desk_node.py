@@ -55,10 +55,10 @@ class OperatorDesk:
                 Trigger, f'~/{name}', self._trigger(name, action), callback_group=group
             )
 
-    def _on_heartbeat(self, _: Empty) -> None:
+    def _on_heartbeat(self, _: Empty, info: dict[str, Any]) -> None:
         bridge = self._bridge()
         if bridge is not None:
-            bridge.flow.heartbeat(time.monotonic())
+            bridge.flow.heartbeat(time.monotonic(), info['publication_sequence_number'])
 
     def _on_arm(self, request: ArmPlan.Request, response: ArmPlan.Response) -> ArmPlan.Response:
         try:

@@ -104,6 +104,7 @@ class OperatorFlow:
         self._override = 1.0
         self._armed_until_s = -math.inf
         self._heartbeat_s = -math.inf
+        self._beat: int | None = None
         self._heard_s = -math.inf
         self._pace = PaceCheck(settings.cycle_s)
 
@@ -250,9 +251,21 @@ class OperatorFlow:
     def settle(self) -> None:
         """Wait until an abort has done everything it does beside the cycle."""
 
-    def heartbeat(self, now_s: float) -> None:
-        """Note that the operator holds to run."""
-        self._heartbeat_s = now_s
+    def heartbeat(self, now_s: float, number: int | None = None) -> None:
+        """Note that the operator holds to run.
+
+        ``number`` counts the beats of one operator.  One that runs back while beats are fresh is
+        of a second operator: of two that hold, one who lets go would not be noticed.
+        """
+        with self._lock:
+            last, self._beat = self._beat, number
+            second = number is not None and last is not None and number < last
+            if second and not self._heartbeat_lost(now_s):
+                self._heartbeat_s = -math.inf
+                if self.state == FlowState.RUNNING:
+                    self.abort('a second operator holds to run')
+            else:
+                self._heartbeat_s = now_s
 
     def set_speed_override(self, fraction: float) -> None:
         """Scale amplitude, speed and acceleration of the motion; followed by a slow ramp.

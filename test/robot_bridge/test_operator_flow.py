@@ -304,3 +304,25 @@ def test_a_path_too_far_for_its_speed_is_not_taken_for_guidance():
     with pytest.raises(PlanError, match='too far'):
         backend.take(None, slow_sweep(40.0, 10.0))
     assert backend.flow.path is None
+
+
+def test_the_beats_of_a_second_operator_stop_the_motion():
+    rig = Rig().run(3).go()
+    rig.beating = False
+    for n_beats in range(1, 40):
+        rig.flow.heartbeat(rig.now, 1000 + n_beats)
+        rig.run(10)
+    assert rig.flow.state == FlowState.RUNNING
+    rig.flow.heartbeat(rig.now, 1)
+    assert rig.flow.state == FlowState.ABORTED
+    assert 'second operator' in rig.flow.reason
+
+
+def test_an_operator_who_comes_back_after_a_while_is_no_second_one():
+    rig = Rig().run(3)
+    rig.flow.heartbeat(rig.now, 1000)
+    rig.beating = False
+    rig.run(100)
+    rig.flow.heartbeat(rig.now, 1)
+    rig.go()
+    assert rig.flow.state == FlowState.RUNNING
