@@ -129,22 +129,13 @@ def show_comparison(comparison: Comparison) -> None:
     low, high = comparison.band_hz
     table = Table(
         title=f'modes in the excited band, {low:.1f} to {high:.1f} Hz:'
-        ' natural frequency and damping ratio, true and found ± σ',
+        ' natural frequency and damping ratio, true and found ± σ;'
+        ' live: windows of the live node that show the mode',
         title_justify='left',
         box=SIMPLE_HEAD,
         padding=(0, 0),
     )
-    for heading in (
-        'true Hz',
-        'found Hz',
-        'error',
-        '/σ',
-        'true %',
-        'found %',
-        '/σ',
-        'MAC',
-        'live',
-    ):
+    for heading in HEADINGS:
         table.add_column(heading, justify='right', no_wrap=True)
     for mode in comparison.modes:
         if mode.in_band:
@@ -154,7 +145,7 @@ def show_comparison(comparison: Comparison) -> None:
         if mode.in_band and mode.from_window and mode.true.mode is not None:
             MESSAGES.print(
                 f'note: {mode.true.frequency_hz:.2f} Hz is from a single window,'
-                ' the whole recording does not show it'
+                ' the whole recording does not show it; it is not in the tables of the report'
             )
     for failure in comparison.failures:
         MESSAGES.print(f'[bold red]failed[/]: {failure}')

@@ -29,7 +29,8 @@ SampleRate = Annotated[
     float | None, typer.Option('--sample-rate-hz', help='Rate of a plain array.')
 ]
 Unit = Annotated[
-    str | None, typer.Option('--unit', help='Unit of a plain array: m/s^2, g, mg, ...')
+    str | None,
+    typer.Option('--unit', help='Unit of a plain array: m/s^2, g, mg, ...; else m/s^2.'),
 ]
 Channels = Annotated[
     str | None, typer.Option('--channels', help="Names of a plain array's columns: a,b,c.")
@@ -37,12 +38,17 @@ Channels = Annotated[
 WindowLength = Annotated[
     float, typer.Option('--window-s', help='Length of one window in seconds.')
 ]
-Hop = Annotated[float | None, typer.Option('--hop-s', help='Seconds from one window to the next.')]
+Hop = Annotated[
+    float | None,
+    typer.Option('--hop-s', help='Seconds from one window to the next; else half a window.'),
+]
 MinFrequency = Annotated[
-    float | None, typer.Option('--min-frequency-hz', help='Lower edge of the band.')
+    float | None,
+    typer.Option('--min-frequency-hz', help='Lower edge of the band; else from the data.'),
 ]
 MaxFrequency = Annotated[
-    float | None, typer.Option('--max-frequency-hz', help='Upper edge of the band.')
+    float | None,
+    typer.Option('--max-frequency-hz', help='Upper edge of the band; else from the data.'),
 ]
 Method = Annotated[
     str, typer.Option('--method', help='ssi_cov, ssi_data, plscf, csi, efdd or fdd.')

@@ -70,7 +70,7 @@ def _joints(plan: ExcitationPlan) -> Table:
 def _modes(plan: ExcitationPlan) -> Table:
     assert plan.prediction is not None  # noqa: S101 - asked by the caller
     table = Table(title='expected modes', title_justify='left')
-    for heading in ('frequency [Hz]', 'damping [%]', 'signal/noise [dB]', 'best sensor', 'seen'):
+    for heading in ('frequency [Hz]', 'damping [%]', r'signal/noise \[dB]', 'best sensor', 'seen'):
         table.add_column(heading, justify='right')
     for mode in plan.prediction.modes:
         table.add_row(

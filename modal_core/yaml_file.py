@@ -25,7 +25,8 @@ def load_yaml(path: Path) -> dict[str, object]:
             )
         text = path.read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
-        raise SettingsError(f'cannot be read: {error}', where=path) from error
+        reason = getattr(error, 'strerror', None) or error
+        raise SettingsError(f'cannot be read: {reason}', where=path) from error
     try:
         # Aliases are how a few lines become gigabytes; no file of ours needs them.
         if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):

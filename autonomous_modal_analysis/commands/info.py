@@ -1,9 +1,14 @@
 """`ama info`: what a recording holds and what the identifier would use."""
 
+from typing import TYPE_CHECKING
+
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped, Source
 from autonomous_modal_analysis.options import Json
+
+if TYPE_CHECKING:
+    from recordings.info import TopicSummary
 
 MOST_NAMED = 3
 
@@ -37,10 +42,7 @@ def info(source: Source, json: Json = False) -> None:
         table.add_row(
             escape(entry.name),
             escape(entry.message_type.rsplit('/', 1)[-1]),
-            str(entry.n_samples),
-            f'{entry.measured_rate_hz or entry.declared_rate_hz:.6g}',
-            f'{1e3 * entry.jitter_std_s:.3g}',
-            str(entry.n_gaps),
+            *_counted(entry),
             escape(_listed(entry.channels)) if entry.usable else f'no: {escape(entry.reason)}',
         )
     OUTPUT.print(table)
@@ -49,6 +51,18 @@ def info(source: Source, json: Json = False) -> None:
     for statement in found.damage:
         OUTPUT.print(f'[yellow]damaged[/]: {escape(statement)}', soft_wrap=True)
     OUTPUT.print(f'the identifier would use {len(found.channels)} acceleration channels')
+
+
+def _counted(entry: 'TopicSummary') -> tuple[str, ...]:
+    """Return samples, rate, jitter and gaps; nothing of a topic whose messages are not read."""
+    if not entry.usable:
+        return ('',) * 4
+    return (
+        str(entry.n_samples),
+        f'{entry.measured_rate_hz or entry.declared_rate_hz:.6g}',
+        f'{1e3 * entry.jitter_std_s:.3g}',
+        str(entry.n_gaps),
+    )
 
 
 def _listed(names: tuple[str, ...]) -> str:

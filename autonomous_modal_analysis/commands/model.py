@@ -18,12 +18,14 @@ def model(
         str | None,
         typer.Option(help='Controller angles j1,j2,... in degrees, or the name of a pose.'),
     ] = None,
-    max_frequency_hz: Annotated[float, typer.Option(help='Highest mode shown.')] = 200.0,
+    max_frequency_hz: Annotated[float, typer.Option(min=0.01, help='Highest mode shown.')] = 200.0,
     sensors: Annotated[str, typer.Option(help='Sensor layout of the robot.')] = 'sensors',
     sensitivity: Annotated[
         bool, typer.Option('--sensitivity', help='Add the dynamic sensitivity coefficients.')
     ] = False,
-    step_deg: Annotated[float, typer.Option(help='Joint step of the sensitivity.')] = 5.0,
+    step_deg: Annotated[
+        float, typer.Option(min=0.01, max=30.0, help='Joint step of the sensitivity.')
+    ] = 5.0,
     json: Json = False,
 ) -> None:
     """Show natural frequencies, damping ratios and mode shapes of a robot in one pose."""
@@ -62,7 +64,8 @@ def model(
         print_json(plain(value))
         return
     pose = np.rad2deg(arm.to_controller(q)).round(2).tolist()
-    table = Table(title=f'{arm.robot_name} at {pose} deg', box=SIMPLE_HEAD, padding=(0, 0))
+    OUTPUT.print(f'{arm.robot_name} at {pose} deg', soft_wrap=True, markup=False)
+    table = Table(box=SIMPLE_HEAD, padding=(0, 0))
     for heading in ('mode', 'Hz', 'damping %'):
         table.add_column(heading, justify='right', no_wrap=True)
     names = arm.joint_names if coefficients is not None else ()

@@ -1,6 +1,7 @@
 """`ama up`: the nodes of a cell without `ros2 launch`."""
 
 from pathlib import Path
+import re
 import signal
 import threading
 from typing import Annotated
@@ -10,6 +11,7 @@ import typer
 from autonomous_modal_analysis.cell import cell_commands
 from autonomous_modal_analysis.processes import NodeProcesses
 from autonomous_modal_analysis.terminal import MESSAGES
+from modal_core.errors import SettingsError
 
 CHECK_EVERY_S = 0.5
 
@@ -36,6 +38,13 @@ def up(
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
+    if not re.fullmatch(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', namespace, re.ASCII):
+        raise SettingsError(
+            'not a ROS namespace',
+            where='--namespace',
+            found=namespace,
+            expected='letters, digits and _, parts separated by /',
+        )
     commands = cell_commands(config, tuple(without or ()))
     with NodeProcesses(commands, log_folder=log_folder, namespace=namespace) as nodes:
         MESSAGES.print(f'running: {", ".join(command.name for command in commands)}')
