@@ -127,11 +127,18 @@ def _unmodelled(window: Window) -> Cleaned:
 
 
 def _flags(motion: JointMotion) -> tuple[str, ...]:
-    travels = np.ptp(motion.position, axis=0).max() > GROSS_RAD
-    return ('gross_motion',) if travels else ()
+    return ('gross_motion',) if _travels(motion) else ()
+
+
+def _travels(motion: JointMotion) -> bool:
+    return bool(np.ptp(motion.position, axis=0).max() > GROSS_RAD)
 
 
 def _peak_test(measured: Samples, left: Samples, motion: JointMotion) -> PeakTest:
+    # An arm that shakes itself in place moves at its modes because its joints do.
+    if not _travels(motion):
+        return never
+
     def explains(frequency_hz: float, width_hz: float, shape: NDArray[np.complex128]) -> bool:
         return is_motion(measured, left, motion, frequency_hz, width_hz, shape)
 

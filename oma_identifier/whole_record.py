@@ -93,12 +93,9 @@ class WholeRecord:
             if same_channels and stretch.samples.sample_rate_hz == samples.sample_rate_hz:
                 return stretch
         empty = replace(samples, acceleration=samples.acceleration[:0].copy())
-        self._stretches.append(
-            _Stretch(RecordStreams(self._settings, WhenFull.JOIN), empty, spectrum)
-        )
-        self._stretches.sort(key=lambda stretch: stretch.n_windows, reverse=True)
-        newest = next(stretch for stretch in self._stretches if stretch.samples is empty)
-        self._stretches = [*self._stretches[: MOST_STRETCHES - 1], newest][:MOST_STRETCHES]
+        newest = _Stretch(RecordStreams(self._settings, WhenFull.JOIN), empty, spectrum)
+        longest = sorted(self._stretches, key=lambda stretch: stretch.n_windows, reverse=True)
+        self._stretches = [*longest[: MOST_STRETCHES - 1], newest]
         return newest
 
     def _see(self, line: Line) -> None:

@@ -60,6 +60,7 @@ def test_windows_carry_the_same_ids_and_the_whole_record_has_them_too(record):
     np.testing.assert_allclose(whole.modes.frequency_hz, TRUTH, rtol=0.01)
     near = {round(mode.frequency_hz, 0): mode.id for mode in whole.modes}
     assert near[21.0] == next(m.id for m in results[0].modes if m.frequency_hz > 20.0)
+    assert 'channels_changed' not in whole.quality.flags
     assert whole.start_ns == results[0].start_ns
     assert whole.end_ns == results[-1].end_ns
 

@@ -14,6 +14,7 @@ from oma_identifier.identify import identify_samples
 from oma_identifier.joint_motion import joint_motion
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.rigid_motion import LATE, MISMATCH, RigidMotionRemoval
+from oma_identifier.robot_signals import RobotSignals
 from oma_identifier.settings import IdentificationSettings
 
 pytest.importorskip('pinocchio')
@@ -121,6 +122,20 @@ def test_a_rigid_arm_in_motion_has_no_modes(robot, layout, fast_rad_s2):
         moved = before > 10 * NOISE
         assert moved.sum() > 30
         assert np.all(left.std(axis=0)[moved] < 0.1 * before[moved]), f'seed {seed}'
+
+
+@pytest.mark.parametrize(('scale', 'explained'), [(1.0, True), (0.002, False)])
+def test_only_a_travelling_arm_has_peaks_of_motion(robot, layout, scale, explained):
+    # Shaking in place, the responses of modes follow the joints: that is how they are excited.
+    rng = np.random.default_rng(SEED)
+    motion = Motion(np.zeros(6), 0.0, SEED)
+    motion.terms = [(joint, hz, scale * size, phase) for joint, hz, size, phase in motion.terms]
+    readings = motion.at(times(RATE_HZ))[2][:, :3]
+    channels = layout.channels[:3]
+    joints = joint_states(robot, motion.at(times(JOINT_RATE_HZ))[0], rng)
+    seen = window(readings / readings.std(), channels, joints, rng)
+    shape = np.array([1.0, 0.0, 0.0], dtype=complex)
+    assert RobotSignals()(seen).explains(1.3, 0.05, shape) is explained
 
 
 def test_without_a_model_large_motion_makes_no_mode(robot, layout):
