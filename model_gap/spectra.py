@@ -18,6 +18,9 @@ HANN_POWER = 0.375
 TARGET_BINS = 160
 # Bins to either side over which powers are averaged for the noise of the motion.
 SMOOTHING_BINS = 12
+# Of the amplitude: what a model linearised about a pose misses of an arm that shakes there; gravity
+# and inertia turn with it.  At 80 deg/s² of shaking the whole nonlinear arm differs by so much.
+LINEARISATION_ERROR = 0.005
 COARSE_HZ = 240.0
 # Motions are known up to here at most.
 MOTION_HZ = 120.0
@@ -54,8 +57,8 @@ class RecordSpectra:
     measured : (n_channels, n_bins) complex array
         Readings, Hann window.
     noise_power : (n_channels, n_bins) array
-        Expected |noise|² of ``measured`` less a right prediction: noise of the sensors, and what
-        the noise of the known motion makes of the prediction.
+        Expected |noise|² of ``measured`` less a right prediction: noise of the sensors, what the
+        noise of the known motion makes of the prediction, and what a linear model misses.
     tail : (BLOCK, n_blocks, n_joints) array [rad/s²]
         Motor acceleration in time, every few samples, for what rings on after the record; the
         last sample first, running down the blocks.
@@ -147,7 +150,7 @@ def record_spectra(
         motor_acceleration=motion.T[:, triples],
         motor_shift=transform(record.motor_shift).T[:, triples],
         measured=hann(response.T[:, triples]),
-        noise_power=sensor_noise[:, None] + share * power.T,
+        noise_power=sensor_noise[:, None] + (share + LINEARISATION_ERROR**2) * power.T,
         tail=_tail(record.motor_acceleration, stride, COARSE_S * record.sample_rate_hz / stride),
         coarse_period_s=stride / record.sample_rate_hz,
         end_scale=record.sample_rate_hz * scale,
