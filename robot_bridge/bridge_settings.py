@@ -16,6 +16,7 @@ MEGABYTE = 1_000_000
 # An emulated controller shares this machine's processors with everything else.
 EMULATED_LINK_TIMEOUT_S = 0.25
 REAL_LINK_CYCLES = 3
+MOST_MISSED_OF_REAL = 25
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ PARAMETERS = (
     _P(
         'heartbeat_timeout_s',
         0.13,
-        'silence of the operator that stops; 0: none asked [s]',
+        'silence of the operator that stops; 0: none asked, emulator only [s]',
         (0.0, 10.0),
     ),
     _P(
@@ -174,6 +175,8 @@ def _backend(values: Mapping[str, Any]) -> BackendSettings:
         rws_address=values['rws_address'],
         rws_user=values['rws_user'],
     )
+    if is_real(chosen) and not values['dry_run']:
+        _check_watchdogs(values)
     link_timeout_s = values['link_timeout_s']
     if link_timeout_s == 0.0:
         real_s = REAL_LINK_CYCLES * values['cycle_s']
@@ -194,6 +197,24 @@ def _backend(values: Mapping[str, Any]) -> BackendSettings:
     return replace(
         chosen, flow=flow, rws_password=password, point_speed_m_s=values['point_speed_m_s']
     )
+
+
+def _check_watchdogs(values: Mapping[str, Any]) -> None:
+    """Refuse what leaves a real arm without its operator or its link."""
+    if values['heartbeat_timeout_s'] == 0.0:
+        raise BridgeError(
+            'a real arm moves only while the operator holds to run',
+            where='heartbeat_timeout_s',
+            found='0 s',
+            expected='more than 0 s, 0.13 s for a heartbeat of 10 Hz',
+        )
+    if values['most_missed_cycles'] > MOST_MISSED_OF_REAL:
+        raise BridgeError(
+            'too many for a real arm',
+            where='most_missed_cycles',
+            found=values['most_missed_cycles'],
+            expected=f'at most {MOST_MISSED_OF_REAL}',
+        )
 
 
 def _check_address(address: str) -> None:

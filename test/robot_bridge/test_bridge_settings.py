@@ -44,6 +44,17 @@ def test_a_real_controller_has_a_watchdog_of_three_cycles_and_a_log(real):
     assert settings(link_timeout_s=0.02, **real).backend.flow.link_timeout_s == 0.02
 
 
+@pytest.mark.parametrize(
+    'loose', [{'heartbeat_timeout_s': 0.0}, {'most_missed_cycles': 200}], ids=['beat', 'cycles']
+)
+def test_a_real_arm_is_not_moved_without_its_watchdogs(loose):
+    for real in ({'backend': 'abb_egm'}, {'backend': 'abb_rapid'}):
+        with pytest.raises(BridgeError, match=next(iter(loose))):
+            settings(dry_run=False, **real, **loose)
+        assert settings(dry_run=True, **real, **loose).backend.flow.dry_run
+    assert not settings(dry_run=False, **loose).backend.flow.dry_run
+
+
 def test_the_emulated_one_may_wait_for_this_machine():
     assert settings().backend.flow.link_timeout_s == 0.25
 
