@@ -4,7 +4,7 @@ import array
 from collections.abc import Iterable
 import math
 
-from builtin_interfaces.msg import Duration, Time
+from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import AccelStamped, AccelWithCovarianceStamped, Point
 import numpy as np
 from sensor_msgs.msg import Imu, JointState
@@ -14,6 +14,7 @@ from modal_core.channel import Channel
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.quality import ChannelQuality, DataQuality
+from modal_core.ros_messages import stamp
 from oma_identifier.result import WindowResult
 from oma_msgs.msg import (
     AccelerationBlock,
@@ -43,19 +44,13 @@ ARROW_LENGTH_M = 0.3
 COLOURS = ((0.9, 0.2, 0.2), (0.2, 0.6, 0.9), (0.2, 0.7, 0.3), (0.9, 0.6, 0.1), (0.6, 0.3, 0.8))
 
 
-def time_message(stamp_ns: int) -> Time:
-    """Return a time."""
-    seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS_PER_SECOND)
-    return Time(sec=seconds, nanosec=nanoseconds)
-
-
 def modal_parameters(result: WindowResult, base_frame: str, n_skipped: int) -> ModalParameters:
     """Return the modes of a window; lines of machines follow them, marked as harmonic."""
     message = ModalParameters()
-    message.header.stamp = time_message(result.end_ns)
+    message.header.stamp = stamp(result.end_ns)
     message.header.frame_id = base_frame
     message.window_index = max(0, result.index)
-    message.window_start = time_message(result.start_ns)
+    message.window_start = stamp(result.start_ns)
     seconds, nanoseconds = divmod(result.end_ns - result.start_ns, NANOSECONDS_PER_SECOND)
     message.window_length = Duration(sec=seconds, nanosec=nanoseconds)
     message.method = result.modes.method
@@ -114,7 +109,7 @@ def _channel_quality(channel: ChannelQuality) -> ChannelQualityMessage:
 def stabilisation_diagram(result: WindowResult, base_frame: str) -> StabilisationDiagram:
     """Return all poles of a window and the spectrum behind them."""
     message = StabilisationDiagram()
-    message.header.stamp = time_message(result.end_ns)
+    message.header.stamp = stamp(result.end_ns)
     message.header.frame_id = base_frame
     message.window_index = max(0, result.index)
     poles, spectrum = result.poles, result.spectrum
@@ -144,7 +139,7 @@ def mode_shape_markers(result: WindowResult, channels: Iterable[Channel]) -> Mar
         for index, ((frame_id, position), arrow) in enumerate(arrows.items()):
             marker = Marker(ns=f'mode {mode.id}', id=index, type=Marker.ARROW, action=Marker.ADD)
             marker.header.frame_id = frame_id
-            marker.header.stamp = time_message(result.end_ns)
+            marker.header.stamp = stamp(result.end_ns)
             tip = [
                 start + ARROW_LENGTH_M * part / longest
                 for start, part in zip(position, arrow, strict=True)
