@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.quality import ChannelQuality
-from oma_identifier.one_thread import one_thread
 
 CLIPPED_SHARE = 1e-3
 """Share of samples at the very same extreme value that only a limit can cause."""
@@ -106,7 +105,7 @@ def compare(
     apart = ~np.eye(len(rms), dtype=bool)
     others = np.median(np.broadcast_to(rms, apart.shape)[apart].reshape(len(rms), -1), axis=1)
     spaced = values[:: max(1, len(values) // FEW_SAMPLES)]
-    with one_thread(), np.errstate(invalid='ignore', divide='ignore'):
+    with np.errstate(invalid='ignore', divide='ignore'):
         correlation = np.atleast_2d(np.corrcoef(spaced.T))
     np.fill_diagonal(correlation, np.nan)
     opposite = np.nan_to_num(correlation).min(axis=1) < -POLARITY_COHERENCE

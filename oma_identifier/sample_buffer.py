@@ -22,6 +22,7 @@ from modal_core.measurements import (
 )
 from modal_core.window import Window
 from oma_identifier.joint_track import JointTrack
+from oma_identifier.one_thread import one_thread
 from oma_identifier.segment import Segment
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.source import make_source, Source
@@ -288,15 +289,16 @@ class SampleBuffer:
         if segment is None:
             return
         flags = (*self._flags, 'partial') if partial else self._flags
-        window = cut_window(
-            index=self._n_windows,
-            segment=segment,
-            sources=list(self._sources.values()),
-            rows=range(first, last),
-            layout=self.layout,
-            joints=self.joints,
-            flags=flags,
-        )
+        with one_thread():
+            window = cut_window(
+                index=self._n_windows,
+                segment=segment,
+                sources=list(self._sources.values()),
+                rows=range(first, last),
+                layout=self.layout,
+                joints=self.joints,
+                flags=flags,
+            )
         self._n_windows += 1
         self._flags = ()
         self._ready.append(window)
