@@ -86,18 +86,18 @@ class Dynamics:
             dof_names=assembly.dof_names,
         )
 
-    def input_matrix(self, q: ArrayLike) -> Array:
+    def input_matrix(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
         """Return -M_r, (n_dof, n_joints)."""
         assembly = self.assembly
         matrix = np.zeros((self.n_dof, len(self.joint_names)))
-        mass = self.mass(self.position(q))
+        mass = self.mass(self.position(q, deflection))
         matrix[: len(assembly.flexible)] = -mass[assembly.flexible[:, None], assembly.drives]
         return matrix
 
-    def gravity_coupling(self, q: ArrayLike) -> Array:
+    def gravity_coupling(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
         """Return the change of the gravity load on x per unit motor-side motion."""
         assembly = self.assembly
-        full = self.position(q)
+        full = self.position(q, deflection)
         coupling = np.zeros((self.n_dof, len(self.joint_names)))
         slope = self._gravity_slope(full)
         coupling[: len(assembly.flexible)] = slope[assembly.flexible[:, None], assembly.drives]
@@ -149,6 +149,11 @@ class Dynamics:
             if np.abs(step).max(initial=0.0) < LARGEST_STEP_RAD:
                 return deflection
         raise ModelError('no static equilibrium found', found=np.asarray(q).tolist())
+
+    def sag(self, q: ArrayLike) -> Array:
+        """Return the static deflection but for its square (one Newton step), (n_dof,)."""
+        still = np.zeros(self.n_dof)
+        return np.asarray(np.linalg.solve(self.matrices(q).K, self._static_load(q, still)))
 
     def _static_load(self, q: ArrayLike, deflection: Array) -> Array:
         assembly = self.assembly

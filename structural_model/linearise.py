@@ -14,24 +14,34 @@ from structural_model.response import StateSpace
 Array = NDArray[np.float64]
 
 
-def sensor_rows(dynamics: Dynamics, q: ArrayLike, channels: Sequence[Channel]) -> Array:
+def sensor_rows(
+    dynamics: Dynamics,
+    q: ArrayLike,
+    channels: Sequence[Channel],
+    deflection: ArrayLike | None = None,
+) -> Array:
     """Return channel motion per unit deflection, then per unit motor-side motion.
 
     Returns
     -------
     (n_channels, n_dof + n_joints) array
     """
-    return _rows(dynamics, q, channels, sensing.jacobian_rows)
+    return _rows(dynamics, q, channels, sensing.jacobian_rows, deflection)
 
 
-def gravity_rows(dynamics: Dynamics, q: ArrayLike, channels: Sequence[Channel]) -> Array:
+def gravity_rows(
+    dynamics: Dynamics,
+    q: ArrayLike,
+    channels: Sequence[Channel],
+    deflection: ArrayLike | None = None,
+) -> Array:
     """Return change of gravity readings per unit deflection, then per unit motor-side motion.
 
     Returns
     -------
     (n_channels, n_dof + n_joints) array
     """
-    return _rows(dynamics, q, channels, sensing.gravity_rows)
+    return _rows(dynamics, q, channels, sensing.gravity_rows, deflection)
 
 
 def state_space(
@@ -68,13 +78,18 @@ def state_space(
 
 
 def _rows(
-    dynamics: Dynamics, q: ArrayLike, channels: Sequence[Channel], kind: sensing.RowFunction
+    dynamics: Dynamics,
+    q: ArrayLike,
+    channels: Sequence[Channel],
+    kind: sensing.RowFunction,
+    deflection: ArrayLike | None,
 ) -> Array:
     assembly = dynamics.assembly
     count = len(assembly.flexible)
     if not channels:
         return np.zeros((0, dynamics.n_dof + len(dynamics.joint_names)))
-    pin.computeJointJacobians(assembly.model, assembly.data, dynamics.position(q))
+    full = dynamics.position(q, deflection)
+    pin.computeJointJacobians(assembly.model, assembly.data, full)
     columns = np.concatenate([assembly.flexible, assembly.drives])
     found = kind(assembly, assembly.data, channels, columns)
     motors = np.zeros((len(channels), dynamics.n_dof - count))

@@ -28,11 +28,14 @@ class SensorMap:
         Unit force (or torque) along the channel, at the joint's origin.
     direction : (n_channels, 3) array
         Direction of accelerometers; zero for angular velocity channels.
+    position : (n_channels, 3) array [m]
+        Of the channels.
     """
 
     groups: tuple[tuple[int, NDArray[np.intp]], ...]
     wrench: Array
     direction: Array
+    position: Array
 
 
 def sensor_map(assembly: Assembly, channels: tuple[Channel, ...]) -> SensorMap:
@@ -53,9 +56,11 @@ def sensor_map(assembly: Assembly, channels: tuple[Channel, ...]) -> SensorMap:
 
 def _new_map(assembly: Assembly, channels: tuple[Channel, ...]) -> SensorMap:
     wrench, direction = np.zeros((len(channels), 6)), np.zeros((len(channels), 3))
+    position = np.zeros((len(channels), 3))
     joints = np.zeros(len(channels), dtype=np.intp)
     for number, channel in enumerate(channels):
         joints[number], placement = assembly.attach(channel.frame_id, np.array(channel.position_m))
+        position[number] = placement.translation
         along = placement.rotation @ np.array(channel.direction)
         if channel.unit == ANGULAR_VELOCITY:
             wrench[number, 3:] = along
@@ -64,7 +69,7 @@ def _new_map(assembly: Assembly, channels: tuple[Channel, ...]) -> SensorMap:
             (px, py, pz), (dx, dy, dz) = placement.translation, along
             wrench[number, 3:] = py * dz - pz * dy, pz * dx - px * dz, px * dy - py * dx
     groups = tuple((int(joint), np.flatnonzero(joints == joint)) for joint in np.unique(joints))
-    return SensorMap(groups, wrench, direction)
+    return SensorMap(groups, wrench, direction, position)
 
 
 def jacobian_rows(
