@@ -1,5 +1,7 @@
 """Indicators of mode shapes: MAC, MPC, MPD, and the normalisation they share."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -28,6 +30,18 @@ def mac(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     scale = np.outer(_squared_norm(a), _squared_norm(b))
     product = np.abs(a.conj().T @ b) ** 2
     return _ratio(product, scale)
+
+
+def mac_of_pairs(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the modal assurance criterion of each column with its counterpart, (n,) array.
+
+    Parameters
+    ----------
+    first, second : (n_channels, n) array
+        Mode shapes as columns; see :func:`mac`.
+    """
+    product = np.abs(np.einsum('cn,cn->n', first.conj(), second)) ** 2
+    return _ratio(product, _squared_norm(first) * _squared_norm(second))
 
 
 def mpc(shapes: ArrayLike) -> NDArray[np.float64]:

@@ -7,6 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+SCATTERED_MPD_RAD = math.radians(10.0)
+"""Mean phase deviation above which a mode calls for a second look; its collinearity is then
+below about 0.9."""
+
 
 @dataclass(frozen=True, slots=True)
 class Mode:
@@ -45,6 +49,11 @@ class Mode:
     harmonic: bool = False
     id: int = 0
     shape_std: NDArray[np.complex128] | None = None
+
+    @property
+    def phases_scatter(self) -> bool:
+        """Whether the points of the shape move neither in nor against phase."""
+        return self.mpd > SCATTERED_MPD_RAD
 
 
 @dataclass(frozen=True, slots=True)

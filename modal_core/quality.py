@@ -20,6 +20,12 @@ class ChannelQuality:
         Scatter of the stamps about a uniform grid.
     rms : float [m/s²]
         Of the signal without its mean.
+    kurtosis : float
+        Of the signal: 3 for Gaussian vibration, 1.5 for a single tone, far more for knocks; NaN
+        when not known.
+    noise_rms : float [m/s²]
+        White noise in the samples, an upper bound: what vibration near half the sample rate leaves
+        in second differences counts as noise.  NaN when not known.
     lag_s, lag_std_s : float [s]
         How much later than the joint states its stamps are; NaN where nothing tells.
     excluded : bool
@@ -36,6 +42,8 @@ class ChannelQuality:
     measured_rate_hz: float = 0.0
     jitter_std_s: float = 0.0
     rms: float = 0.0
+    kurtosis: float = math.nan
+    noise_rms: float = math.nan
     lag_s: float = math.nan
     lag_std_s: float = math.nan
     excluded: bool = False

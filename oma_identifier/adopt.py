@@ -3,7 +3,7 @@
 The refinement is more precise than the subspace estimate when its model holds: modes under forces
 that are white around them.  Where the spectrum says otherwise, or where the two estimates differ
 by more than their deviations allow (Hausman's test: an efficient against a consistent estimator),
-the subspace estimate stands.
+the subspace estimate stands.  Modes that the likelihood finds missing are taken in.
 
 References
 ----------
@@ -19,22 +19,42 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.refinement import Outcome, refine
 
-LARGEST_MISFIT = 1.1
+LARGEST_MISFIT = 1.05
 """Mean square of the whitened residual; 1 where the model holds."""
-HOPELESS_MISFIT = 1.2
+HOPELESS_MISFIT = 1.15
 """From here on a second pass would hardly bring the misfit below the largest."""
 FARTHEST = 4.0
 """Standard deviations of the difference."""
 LEAST_SPREAD = 0.75
 """Of the plain estimate's deviation, taken for that of the difference."""
+BIAS, PAIR_BIAS = 0.04, 0.25
+"""Of the plain estimate, which its deviation does not include, in half-power half-widths: from the
+finite model order, and from a mode that overlaps."""
 LONGEST_REST = 8
 """Windows for which a place is left alone that the model did not describe many times."""
 SAME_PLACE = 0.03
 """Distance in ln f."""
 MOST_RESTS = 64
+NEW = -1
 
 
-def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> ModeSet:
+@dataclass(frozen=True, slots=True)
+class Adopted:
+    """Modes after refinement.
+
+    Parameters
+    ----------
+    modes : ModeSet
+        By frequency.
+    origin : tuple of int
+        Where each was in the modes given; NEW for one that the likelihood found missing.
+    """
+
+    modes: ModeSet
+    origin: tuple[int, ...]
+
+
+def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopted:
     """Return the modes, more precise where that is safe.
 
     Parameters
@@ -67,33 +87,42 @@ class Adoption:
     def __init__(self) -> None:
         self._rests: list[_Rest] = []
 
-    def __call__(self, samples: Samples, modes: ModeSet, harmonics: ModeSet) -> ModeSet:
+    def __call__(self, samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopted:
         """Return the modes of a window, see :func:`adopt_refined`."""
         known = [self._rest_of(mode) for mode in modes]
         resting = {index for index, rest in enumerate(known) if rest is not None and rest.left}
         for rest in self._rests:
             rest.left = max(0, rest.left - 1)
         if len(resting) == len(modes):
-            return modes
+            return Adopted(modes, tuple(range(len(modes))))
         try:
             refinement = refine(samples, modes, harmonics, HOPELESS_MISFIT, resting)
         except np.linalg.LinAlgError:
-            return modes
-        adopted = []
-        for plain, refined, outcome, misfit, own in zip(
-            modes,
-            refinement.modes,
-            refinement.outcomes,
-            refinement.misfit,
-            known,
-            strict=True,
+            return Adopted(modes, tuple(range(len(modes))))
+        adopted = list[tuple[Mode, int]]()
+        for index, (plain, refined, outcome, misfit) in enumerate(
+            zip(modes, refinement.modes, refinement.outcomes, refinement.misfit, strict=True)
         ):
-            fits = outcome is Outcome.REFINED and misfit <= LARGEST_MISFIT
-            adopted.append(_merged(plain, refined) if fits and _agree(plain, refined) else plain)
+            if outcome is Outcome.SUPERFLUOUS:
+                continue
+            beside = any(_is_beside(plain, other) for other in modes)
+            fits = misfit <= LARGEST_MISFIT and (
+                outcome is Outcome.SPLIT
+                or (outcome is Outcome.REFINED and _agree(plain, refined, beside))
+            )
+            adopted.append((_merged(plain, refined) if fits else plain, index))
             if outcome is not Outcome.NOT_TRIED:
-                self._note(plain, own, described=misfit <= HOPELESS_MISFIT)
-        adopted.sort(key=lambda mode: mode.frequency_hz)
-        return replace(modes, modes=tuple(adopted))
+                self._note(plain, known[index], described=misfit <= HOPELESS_MISFIT)
+        adopted += [
+            (mode, NEW)
+            for mode, misfit in zip(refinement.added, refinement.added_misfit, strict=True)
+            if misfit <= LARGEST_MISFIT
+        ]
+        adopted.sort(key=lambda each: each[0].frequency_hz)
+        return Adopted(
+            replace(modes, modes=tuple(mode for mode, _ in adopted)),
+            tuple(origin for _, origin in adopted),
+        )
 
     def _rest_of(self, mode: Mode) -> _Rest | None:
         def apart(rest: _Rest) -> float:
@@ -111,12 +140,20 @@ class Adoption:
             own.left, own.following = own.following, min(2 * own.following, LONGEST_REST)
 
 
-def _agree(plain: Mode, refined: Mode) -> bool:
+def _is_beside(mode: Mode, other: Mode) -> bool:
+    apart = abs(mode.frequency_hz - other.frequency_hz)
+    width = mode.damping_ratio * mode.frequency_hz + other.damping_ratio * other.frequency_hz
+    return other is not mode and apart < width
+
+
+def _agree(plain: Mode, refined: Mode, beside: bool) -> bool:
     """Tell whether the estimates differ by no more than chance; False for a deviation of NaN."""
     f_step = plain.frequency_hz - refined.frequency_hz
     d_step = plain.damping_ratio - refined.damping_ratio
+    bias = (PAIR_BIAS if beside else BIAS) * plain.damping_ratio
     f_spread = _spread(plain.frequency_std_hz, refined.frequency_std_hz)
-    d_spread = _spread(plain.damping_ratio_std, refined.damping_ratio_std)
+    f_spread = math.hypot(f_spread, bias * plain.frequency_hz)
+    d_spread = math.hypot(_spread(plain.damping_ratio_std, refined.damping_ratio_std), bias)
     return abs(f_step) <= FARTHEST * f_spread and abs(d_step) <= FARTHEST * d_spread
 
 

@@ -12,14 +12,14 @@ HALF_WIDTHS = 8.0
 LEAST_HALF_WIDTHS = 2.0
 MOST_MODES = 4
 """Modes estimated jointly; a longer chain of overlapping bands is narrowed until it breaks."""
-MOST_TAILS, FEW_TAILS = 9, 4
-"""Beside a group, with few channels and with many."""
+MOST_TAILS = 9
+"""Beside a group."""
 LOWEST_SHARE = 0.3
 """A band does not reach below this share of its lowest natural frequency."""
 LINES_PER_HALF_WIDTH = 4.0
 LINES_PER_DISTANCE = 6.0
 """Averaging over the width of a peak/4 or its distance/6 loses no information on the peak."""
-FEW_CHANNELS = 8
+FEW_CHANNELS = 10
 """So few channels are not reduced: all modes are in the model."""
 LEAST_VISIBLE = 0.3
 """Least length a unit shape keeps across the shapes of the other modes."""
@@ -158,8 +158,7 @@ def reduce_band(
     others = [mode for mode in range(len(start.frequency_hz)) if mode not in group]
     free, tails = _free_of(shapes, group, others), list[int]()
     if free is None:
-        most = MOST_TAILS if len(scale) <= FEW_CHANNELS else FEW_TAILS
-        free, tails = np.eye(len(scale)), _largest(spectra, start, group, others, most)
+        free, tails = np.eye(len(scale)), _largest(spectra, start, group, others, MOST_TAILS)
     covariance = free.T @ (plain * np.outer(scale, scale)) @ free
     kept = free.shape[1]
     if kept > FEW_CHANNELS:

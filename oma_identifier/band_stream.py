@@ -104,7 +104,7 @@ class BandStream:
             return
         if self._accumulator is None:
             self._accumulator = self._start(conditioned)
-        self._accumulator.add(conditioned)
+        self._accumulator.add(conditioned.astype(np.float32))
 
     def follow(self, lead: 'BandStream') -> bool:
         """Take the blocks that another stream of the same band made of the next samples.

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 import math
 
 import numpy as np
@@ -37,8 +38,8 @@ STILL = 1e-3
 """Share of the strongest input below which another does not move in a band."""
 
 Real = NDArray[np.float64]
-Solve = Callable[[Real, range], RawPoles]
-"""Conditioned rows and even model orders to poles."""
+Solve = Callable[[Real, range, int | None], RawPoles]
+"""Conditioned rows, even model orders and the row before which a stretch is missing, to poles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,7 @@ def by_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solve:
     block_rows = settings.block_rows or max(
         BLOCK_ROWS, math.ceil(1.5 * settings.max_order / len(references))
     )
-    return lambda rows, orders: ssi_data(rows, references, block_rows, orders)
+    return lambda rows, orders, seam: ssi_data(rows, references, block_rows, orders, seam)
 
 
 def by_csi(problem: Problem, settings: IdentificationSettings) -> Solve:
@@ -85,8 +86,9 @@ def by_csi(problem: Problem, settings: IdentificationSettings) -> Solve:
     moves = np.flatnonzero(inputs.any(axis=0)) + problem.n_channels
     block_rows = settings.block_rows or BLOCK_ROWS
 
-    def solve(rows: Real, orders: range) -> RawPoles:
-        return csi(rows[:, : problem.n_channels], rows[:, moves], references, block_rows, orders)
+    def solve(rows: Real, orders: range, seam: int | None) -> RawPoles:
+        outputs, inputs = rows[:, : problem.n_channels], rows[:, moves]
+        return csi(outputs, inputs, references, block_rows, orders, seam)
 
     return solve
 
@@ -99,7 +101,7 @@ def by_plscf(problem: Problem, settings: IdentificationSettings) -> Solve:
     lags = min(PLSCF_LAGS, len(problem.rows) // 4)
     highest = max(3, 2 * problem.orders[-1] // len(references))
 
-    def solve(rows: Real, orders: range) -> RawPoles:
+    def solve(rows: Real, orders: range, _seam: int | None) -> RawPoles:
         # A polynomial order has a pole pair for every two references.
         first, last = orders[0] // 2, orders[-1] // 2
         degrees = range(max(2, first), min(last, highest) + 1)
@@ -135,7 +137,7 @@ def banded(
             rows[:, n_channels:][:, scale[n_channels:] <= STILL * inputs.std(axis=0).max()] = 0.0
         problem = Problem(rows, n_channels, band, _orders(rows, settings))
         solve = solver(problem, settings)
-        raw = solve(rows, problem.orders)
+        raw = solve(rows, problem.orders, None)
         poles = BandPoles(
             raw.model_order,
             raw.eigenvalue,
@@ -198,7 +200,7 @@ def _determined(
         rows = np.array([c.members[poles.model_order[c.members] == order][0] for c in here])
         deviation = jackknife(
             problem.rows,
-            lambda part, one=order: solve(part, range(one, one + 1, 2)),  # type: ignore[misc]
+            partial(_solve_one, solve, order),
             np.log(poles.eigenvalue[rows]),
             poles.shape[:, rows],
         )
@@ -209,6 +211,10 @@ def _determined(
             else:
                 status[cluster.members] = PoleStatus.UNCERTAIN
     return kept
+
+
+def _solve_one(solve: Solve, order: int, rows: Real, seam: int | None) -> RawPoles:
+    return solve(rows, range(order, order + 1, 2), seam)
 
 
 def _is_determined(pole: complex, deviation: Real, duration_s: float) -> bool:

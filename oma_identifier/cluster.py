@@ -25,13 +25,10 @@ class Cluster:
         Rows of the poles, by model order.
     centre : int
         Row of the pole nearest to all others: the representative.
-    spread : float
-        Mean distance of the members to the centre.
     """
 
     members: NDArray[np.int64]
     centre: int
-    spread: float
 
     def __len__(self) -> int:
         """Return the number of model orders that agree."""
@@ -81,15 +78,11 @@ def _cluster(
     distance: NDArray[np.float64],
     local: NDArray[np.int64],
 ) -> Cluster:
-    total = distance[np.ix_(local, local)].sum(axis=1)
     order = poles.model_order[candidates[local]]
-    # At most one pole per model order: the one nearest to the others.
-    best = np.lexsort((total, order))
-    kept = local[best[np.unique(order[best], return_index=True)[1]]]
-    total = distance[np.ix_(kept, kept)].sum(axis=1)
-    centre = int(np.argmin(total))
-    return Cluster(
-        members=candidates[kept],
-        centre=int(candidates[kept[centre]]),
-        spread=float(total[centre] / max(len(kept) - 1, 1)),
-    )
+    total = distance[local[:, None], local].sum(axis=1)
+    if len(local) > 1 and not np.all(order[1:] > order[:-1]):
+        # At most one pole per model order: the one nearest to the others.
+        best = np.lexsort((total, order))
+        local = local[best[np.unique(order[best], return_index=True)[1]]]
+        total = distance[local[:, None], local].sum(axis=1)
+    return Cluster(candidates[local], int(candidates[local[np.argmin(total)]]))

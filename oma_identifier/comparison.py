@@ -48,7 +48,8 @@ class ModeChange:
     @property
     def is_significant(self) -> bool:
         """Whether frequency or damping changed by more than three standard deviations."""
-        return max(abs(self.frequency_surprise), abs(self.damping_surprise)) > 3.0
+        # One by one: of a NaN, where a deviation is unknown, max() would make the answer.
+        return abs(self.frequency_surprise) > 3.0 or abs(self.damping_surprise) > 3.0
 
 
 @dataclass(frozen=True, slots=True)

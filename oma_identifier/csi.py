@@ -21,6 +21,7 @@ def csi(
     references: NDArray[np.int64],
     block_rows: int,
     orders: range,
+    seam: int | None = None,
 ) -> RawPoles:
     """Return the poles of all model orders.
 
@@ -39,6 +40,8 @@ def csi(
         Block rows of future and of past.
     orders : range
         Model orders.
+    seam : int or None
+        Row before which a stretch is missing.
 
     Raises
     ------
@@ -55,7 +58,7 @@ def csi(
     n_inputs = inputs.shape[1]
     scale = inputs.std(axis=0)
     both = np.concatenate([inputs / scale, rows], axis=1)
-    gram = HankelGram(both, both, 2 * block_rows)
+    gram = HankelGram.beside(both, both, 2 * block_rows, seam)
     size = both.shape[1]
     whole = gram.gram(range(2 * block_rows)).reshape(2 * block_rows, size, 2 * block_rows, size)
     u, y = np.arange(n_inputs), n_inputs + np.arange(rows.shape[1])

@@ -16,6 +16,7 @@ from scipy.signal.windows import hann
 from modal_core.indicators import mac, mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from oma_identifier.adopt import LARGEST_MISFIT
 from oma_identifier.band_data import averages_from
 from oma_identifier.refinement import refine
 from oma_identifier.whittle import BandModel, fit_band
@@ -190,8 +191,18 @@ def efdd(
             shape = normalise(shapes[:, index] * spectrum.scale)
             modes.append(_mode(found[0], found[1], shape, found[2], found[3]))
     modes.sort(key=lambda mode: mode.frequency_hz)
-    # Bells that overlap are fitted once more, together.
-    return refine(samples, ModeSet(tuple(modes), samples.channel_names, 'efdd')).modes
+    # Bells that overlap are fitted once more, together; of two close modes often only one peaks.
+    refined = refine(samples, ModeSet(tuple(modes), samples.channel_names, 'efdd'))
+    joined = [
+        *refined.modes,
+        *(
+            mode
+            for mode, misfit in zip(refined.added, refined.added_misfit, strict=True)
+            if misfit < LARGEST_MISFIT and band_hz[0] <= mode.frequency_hz <= band_hz[1]
+        ),
+    ]
+    joined.sort(key=lambda mode: mode.frequency_hz)
+    return ModeSet(tuple(joined), samples.channel_names, 'efdd')
 
 
 def _modal_filters(shapes: NDArray[np.complex128]) -> NDArray[np.complex128]:

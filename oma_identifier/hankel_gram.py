@@ -7,6 +7,8 @@ windows of two blocks differ.  Memory is that of the record; nothing of size
 block rows × channels × samples exists.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,6 +44,35 @@ class HankelGram:
             offsets = np.arange(count)
             self._block[offsets + lag, offsets] = base[lag]
             self._block[offsets[1:] + lag, offsets[1:]] += np.cumsum(gained - lost, axis=0)
+
+    @classmethod
+    def beside(
+        cls,
+        left: NDArray[np.float64],
+        right: NDArray[np.float64],
+        n_rows: int,
+        seam: int | None,
+    ) -> 'HankelGram':
+        """Return the products of series with a gap, which no window spans.
+
+        Parameters
+        ----------
+        left, right, n_rows
+            As for the class.
+        seam : int or None
+            First sample after the gap; None: there is none.
+        """
+        edges = (0, len(left)) if seam is None else (0, seam, len(left))
+        # A part shorter than a window has none.
+        first, *others = (
+            cls(left[start:stop], right[start:stop], n_rows)
+            for start, stop in pairwise(edges)
+            if stop - start >= n_rows
+        )
+        for other in others:
+            first.n_columns += other.n_columns
+            first._block += other._block
+        return first
 
     def product(
         self, left_rows: range, right_rows: range, of: NDArray[np.intp] | None = None

@@ -7,13 +7,10 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
-from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
-from rclpy.subscription import Subscription
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -22,6 +19,8 @@ from modal_core.errors import SettingsError
 from modal_core.measurements import Measurement
 from modal_core.ros_messages import LATCHED, parameter_descriptor
 from modal_core.run_node import run_node
+from oma_identifier.analysed_band import below_edge
+from oma_identifier.excitation_watch_node import ExcitationWatch
 from oma_identifier.node_parameters import (
     load_layout_file,
     NodeParameter,
@@ -30,6 +29,7 @@ from oma_identifier.node_parameters import (
     settings_from,
 )
 from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.polled_topic_node import PolledGroup, PolledTopic
 from oma_identifier.result import WindowResult
 from oma_identifier.rigid_motion import LATE
 from oma_identifier.robot_motion import load_robot_motion
@@ -39,6 +39,7 @@ from oma_identifier.ros_messages import (
     mode_shape_markers,
     stabilisation_diagram,
 )
+from oma_identifier.settings import IdentificationSettings
 from oma_identifier.topic_intake import in_order, TopicIntake
 from oma_identifier.tracking import ModeTracker
 from oma_identifier.worker import IdentificationWorker, Job
@@ -52,21 +53,6 @@ SAMPLE_DEPTH = 8000
 BLOCK_DEPTH = 1024
 FINISH_TIMEOUT_S = 60.0
 LARGEST_CHECKPOINT_BYTES = 50_000_000
-
-
-class PolledGroup(CallbackGroup):
-    """Keeps subscriptions out of the executor's wait set: a timer drains them in batches."""
-
-    def can_execute(self, entity: Any) -> bool:
-        """Never."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Never."""
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """Nothing was begun."""
 
 
 class IdentifierNode(Node):
@@ -87,10 +73,13 @@ class IdentifierNode(Node):
             settings_from(self._settings()), self.layout, self._load_tracker(), self.robot
         )
         self._polled = PolledGroup()
-        self._subscriptions_of: dict[str, tuple[str, Subscription]] = {}
+        self._subscriptions_of: dict[str, tuple[str, PolledTopic]] = {}
         self._last_result: WindowResult | None = None
         self._worker = IdentificationWorker(self._publish, self._window_failed)
         self._make_interfaces()
+        self._watch = ExcitationWatch(
+            self, self._value('plan_topic'), self._value('bridge_topic'), self._edge_changed
+        )
         self._publish_last()
 
     def _make_interfaces(self) -> None:
@@ -132,25 +121,10 @@ class IdentifierNode(Node):
                 self._subscribe(topic, message_type)
 
     def _subscribe(self, topic: str, message_type: str) -> None:
-        publishers = self.get_publishers_info_by_topic(topic)
-        if not publishers:
+        if not self.count_publishers(topic):
             return
-        # A reliable subscription hears nothing from a best-effort publisher.
-        reliable = all(
-            info.qos_profile.reliability == ReliabilityPolicy.RELIABLE for info in publishers
-        )
-        profile = QoSProfile(
-            depth=BLOCK_DEPTH if message_type == BLOCK else SAMPLE_DEPTH,
-            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        )
-        subscription = self.create_subscription(
-            MESSAGE_CLASSES[message_type],
-            topic,
-            lambda _: None,
-            profile,
-            callback_group=self._polled,
-            raw=True,
-        )
+        depth = BLOCK_DEPTH if message_type == BLOCK else SAMPLE_DEPTH
+        subscription = PolledTopic(self, self._polled, topic, MESSAGE_CLASSES[message_type], depth)
         self._subscriptions_of[topic] = (message_type, subscription)
         if message_type != JOINT_STATE:
             self.pipeline.buffer.expect(topic)
@@ -163,7 +137,7 @@ class IdentifierNode(Node):
         for topic, (message_type, subscription) in sorted(
             self._subscriptions_of.items(), key=lambda item: item[1][0] != JOINT_STATE
         ):
-            raws = _take_all(subscription, MESSAGE_CLASSES[message_type])
+            raws = [raw for raw, _ in subscription.take()]
             found += self.intake.decode(raws, message_type, topic)
         # A late poll holds seconds of every topic: side by side again, as they came.
         for measurement in in_order(found):
@@ -191,9 +165,14 @@ class IdentifierNode(Node):
         base_frame = self._value('base_frame')
         self._last_result = result
         message = modal_parameters(result, base_frame, self._worker.n_skipped)
-        self._modal.publish(message)
-        self._diagram.publish(stabilisation_diagram(result, base_frame))
-        self._shapes.publish(mode_shape_markers(result, self.pipeline.buffer.channels))
+        try:
+            self._modal.publish(message)
+            self._diagram.publish(stabilisation_diagram(result, base_frame))
+            self._shapes.publish(mode_shape_markers(result, self.pipeline.buffer.channels))
+        except rclpy_implementation.RCLError:
+            # Told to stop while this window was identified: it is kept for the next start.
+            if self.context.ok():
+                raise
         self._save(message)
 
     def _window_failed(self, reason: str) -> None:
@@ -271,9 +250,27 @@ class IdentifierNode(Node):
         """Begin anew with the new settings; the modes keep their ids."""
         if not {parameter.name for parameter in parameters} & set(self._settings()):
             return
+        self._begin(below_edge(settings_from(self._settings()), self._watch.edge_hz))
+
+    def _edge_changed(self, edge_hz: float | None) -> None:
+        """Begin anew where the excitation now ends; what was collected is identified first."""
+        settings = below_edge(settings_from(self._settings()), edge_hz)
+        if settings == self.pipeline.settings:
+            return
+        self._poll()
+        for window in self.pipeline.finish():
+            self._worker.submit(Job(self.pipeline, window))
+        edge = 'no plan' if edge_hz is None else f'a plan that excites up to {edge_hz:g} Hz'
+        band = f'up to {settings.max_frequency_hz:g} Hz' if settings.max_frequency_hz else 'free'
+        self.get_logger().info(f'{edge} is played: band {band}')
+        self._begin(settings)
+
+    def _begin(self, settings: IdentificationSettings) -> None:
+        n_windows = self.pipeline.buffer.n_windows
         self.pipeline = IdentificationPipeline(
-            settings_from(self._settings()), self.layout, self.pipeline.tracker, self.robot
+            settings, self.layout, self.pipeline.tracker, self.robot
         )
+        self.pipeline.buffer.n_windows = n_windows
         for topic, (message_type, _) in self._subscriptions_of.items():
             if message_type != JOINT_STATE:
                 self.pipeline.buffer.expect(topic)
@@ -326,16 +323,6 @@ class IdentifierNode(Node):
         """Stop the worker, then the node."""
         self._worker.stop(5.0)
         super().destroy_node()
-
-
-def _take_all(subscription: Subscription, message_class: type) -> list[bytes]:
-    raws = []
-    with subscription.handle:
-        while True:
-            taken = subscription.handle.take_message(message_class, True)
-            if taken is None:
-                return raws
-            raws.append(taken[0])
 
 
 def _default(parameter: NodeParameter) -> Any:

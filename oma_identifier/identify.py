@@ -13,11 +13,12 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
-from oma_identifier.adopt import adopt_refined
+from oma_identifier.adopt import adopt_refined, Adopted
 from oma_identifier.band_stream import BandCovariance, BandStream
 from oma_identifier.bands import Band, plan_bands
 from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
 from oma_identifier.line_removal import without_lines
+from oma_identifier.new_modes import NewModeTest, without_doubtful
 from oma_identifier.one_thread import one_thread
 from oma_identifier.output_covariance import WhenFull
 from oma_identifier.peaks import SpectralPeaks
@@ -39,7 +40,7 @@ TOO_CERTAIN = 0.7
 """Blur in multiples of the least that a mode under random forces can have."""
 NO_MODE = 'no mode stands out from the noise'
 LineTest = Callable[[float], Line | None]
-Adopt = Callable[[Samples, ModeSet, ModeSet], ModeSet]
+Adopt = Callable[[Samples, ModeSet, ModeSet], Adopted]
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +187,20 @@ def refine_found(
         found = replace(
             again, harmonics=found.harmonics, poles=_with_images(again.poles, found.poles)
         )
-    return replace(found, modes=adopt(samples, found.modes, found.harmonics))
+    adopted = without_doubtful(
+        adopt(samples, found.modes, found.harmonics),
+        NewModeTest(samples, settings, found.harmonics, explains),
+    )
+    return replace(found, modes=adopted.modes, poles=_renumbered(found.poles, adopted.origin))
+
+
+def _renumbered(poles: PoleTable, origin: tuple[int, ...]) -> PoleTable:
+    """Return the poles with the numbers that their modes have now; new modes have no poles."""
+    number = np.zeros(max(0, poles.mode_id.max(initial=0), *origin) + 2, dtype=np.int64)
+    for now, before in enumerate(origin, start=1):
+        if before >= 0:
+            number[before + 1] = now
+    return replace(poles, mode_id=number[poles.mode_id])
 
 
 def check_samples(samples: Samples) -> None:

@@ -24,7 +24,7 @@ FARTHEST = 4.0
 
 def jackknife(
     rows: NDArray[np.float64],
-    solve: Callable[[NDArray[np.float64]], RawPoles],
+    solve: Callable[[NDArray[np.float64], int | None], RawPoles],
     pole: NDArray[np.complex128],
     shape: NDArray[np.complex128],
 ) -> NDArray[np.float64]:
@@ -35,7 +35,9 @@ def jackknife(
     rows : (n_samples, n_columns) array
         The record.
     solve : callable
-        Rows to poles, at the model order that is wanted.
+        Rows, and the row before which a stretch is missing, to poles at the model order that is
+        wanted.  Windows over the gap would break the relation of known inputs to outputs by far
+        more than the noise that the scatter is due to.
     pole : (n_modes,) complex array
         Natural logarithm of the eigenvalues whose scatter is asked for.
     shape : (n_channels, n_modes) complex array
@@ -49,7 +51,7 @@ def jackknife(
     edges = np.linspace(0, len(rows), N_BLOCKS + 1).round().astype(int)
     found = np.full((N_BLOCKS, 2, len(pole)), np.nan)
     for block, (first, last) in enumerate(pairwise(edges)):
-        raw = solve(np.concatenate([rows[:first], rows[last:]]))
+        raw = solve(np.concatenate([rows[:first], rows[last:]]), int(first) or None)
         found[block] = _again(raw, pole, shape)
     n_found = np.sum(np.isfinite(found[:, 0]), axis=0)
     enough = n_found >= max(LEAST_FOUND * N_BLOCKS, 2)

@@ -6,7 +6,7 @@ rows and columns: a product of their transforms, a tenth of the work of forming 
 the matrix.
 """
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -32,12 +32,19 @@ class LagGradient:
         Its singular values.
     n_outputs, n_references : int
         Size of one block.
+    highest : int
+        Highest model order.
     """
 
     def __init__(
-        self, left: Real, values: Real, right: Real, n_outputs: int, n_references: int
+        self,
+        left: Real,
+        values: Real,
+        right: Real,
+        n_outputs: int,
+        n_references: int,
+        highest: int,
     ) -> None:
-        self._values = values
         self._n_outputs, self._n_references = n_outputs, n_references
         self._block_rows = len(left) // n_outputs
         self._block_columns = len(right) // n_references
@@ -45,14 +52,15 @@ class LagGradient:
         self._length = next_fast_len(self._n_lags, real=True)
         self._left = left.astype(np.float32)
         self._right = right.astype(np.float32)
-
-    @cached_property
-    def _left_spectrum(self) -> SingleComplex:
-        return self._transformed(self._left, self._block_rows)
-
-    @cached_property
-    def _right_spectrum(self) -> SingleComplex:
-        return self._transformed(self._right, self._block_columns)
+        self._left_spectrum = self._transformed(self._left[:, :highest], self._block_rows)
+        right_spectrum = self._transformed(self._right[:, :highest], self._block_columns)
+        self._right_spectrum = np.ascontiguousarray(right_spectrum.transpose(0, 2, 1))
+        # Of the difference of squares only what lies below the diagonal is ever used.
+        gap = np.tril(values[:highest] ** 2 - values[:, None] ** 2, -1)
+        inverse = np.divide(1.0, gap, out=np.zeros_like(gap), where=gap > 0.0)
+        self._turns_left = (inverse * values[:highest]).astype(np.float32)[:, None]
+        self._turns_right = (inverse * values[:, None]).astype(np.float32)[:, None]
+        self._inverse_values = (1.0 / values[:highest]).astype(np.float32)
 
     def _transformed(self, vectors: Single, n_blocks: int) -> SingleComplex:
         """Return transforms over the blocks, (n_frequencies, size of a block, n_vectors)."""
@@ -63,49 +71,61 @@ class LagGradient:
         spectrum.real, spectrum.imag = both[: len(spectrum)], both[len(spectrum) :]
         return spectrum.reshape(len(spectrum), -1, vectors.shape[1])
 
-    def __call__(self, rows: Complex, columns: Complex) -> SingleComplex:
-        """Return the gradient on the covariances.
+    def __call__(
+        self, rows: Complex, columns: Complex, orders: NDArray[np.int64]
+    ) -> SingleComplex:
+        """Return gradients on the covariances.
 
         A change of H turns the leading vectors only towards the others:
         u_jᵀ du_k = (s_k u_jᵀ dH v_k + s_j u_kᵀ dH v_j) / (s_k² - s_j²).
 
         Parameters
         ----------
-        rows, columns : (n_rows, n), (order, n) complex array
-            The gradient on the leading ``order`` left singular vectors is ``rows @ columns.T``.
+        rows, columns : (n_rows, n, n_gradients), (highest, n, n_gradients) complex array
+            The gradient on the leading left singular vectors is their product, rows times columns.
+        orders : (n_gradients,) int array
+            How many vectors lead.
 
         Returns
         -------
-        (n_lags, n_outputs, n_references) complex array
-            Gradient.
+        (n_gradients, n_lags, n_outputs, n_references) complex array
+            Gradients.
         """
-        values, order = self._values, len(columns)
-        rows, columns = rows.astype(np.complex64), columns.astype(np.complex64)
-        projected = times(self._left.T, rows)
-        outside = rows - times(self._left, projected)
-        leading, rest = values[:order], values[order:, None]
-        gap = (leading**2 - rest**2).astype(np.float32)
-        leading, rest = leading.astype(np.float32), rest.astype(np.float32)
-        mixed = (projected[order:] @ columns.T) / gap
-        # Real and imaginary parts side by side: complex times real would double the work.
-        turned_left = self._left[:, order:] @ _as_real(mixed * leading)
-        turned_left += _as_real(outside @ (columns / leading[:, None]).T)
-        turned_right = self._right[:, order:] @ _as_real(mixed * rest)
-        first = self._transformed(turned_left, self._block_rows)
-        second = self._transformed(turned_right, self._block_columns)
+        n_frequencies, n_gradients = self._length // 2 + 1, len(orders)
         n_outputs, n_references = self._n_outputs, self._n_references
-        size = len(first)
-        leading_right = self._right_spectrum[:, :, :order].transpose(0, 2, 1)
-        product = first.reshape(size, 2 * n_outputs, order) @ leading_right
-        product = product.reshape(size, n_outputs, 2, n_references)
-        other = self._left_spectrum[:, :, :order] @ second.reshape(
-            size, 2 * n_references, order
-        ).transpose(0, 2, 1)
-        product += other.reshape(size, n_outputs, n_references, 2).swapaxes(2, 3)
-        lags = irfft(product, self._length, axis=0)[: self._n_lags]
-        gradient = np.empty((self._n_lags, n_outputs, n_references), dtype=np.complex64)
-        gradient.real, gradient.imag = lags[:, :, 0], lags[:, :, 1]
-        return gradient
+        flat = np.concatenate([rows.real, rows.imag], axis=1, dtype=np.float32)
+        n_parts = flat.shape[1]
+        flat = flat.reshape(len(flat), -1)
+        projected = self._left.T @ flat
+        outside = (flat - self._left @ projected).reshape(-1, n_parts, n_gradients)
+        projected = projected.reshape(-1, n_parts, n_gradients)
+        # A complex product as a real one, with real and imaginary parts side by side.
+        parts = np.array([[columns.real, columns.imag], [-columns.imag, columns.real]])
+        parts = parts.astype(np.float32).transpose(4, 0, 3, 1, 2)
+        parts = parts.reshape(n_gradients, n_parts, 2, -1)
+        shape = (n_gradients, n_frequencies, 2, n_outputs, n_references)
+        spectrum = np.empty(shape, dtype=np.complex64)
+        for number, order in enumerate(orders):
+            part = np.ascontiguousarray(parts[number, :, :, :order])
+            own = np.ascontiguousarray(projected[order:, :, number])
+            mixed = (own @ part.reshape(n_parts, -1)).reshape(-1, 2, order)
+            to_left = mixed * self._turns_left[order:, :, :order]
+            to_right = mixed * self._turns_right[order:, :, :order]
+            turned = self._left[:, order:] @ to_left.reshape(-1, 2 * order)
+            part *= self._inverse_values[:order]
+            turned += outside[:, :, number] @ part.reshape(n_parts, -1)
+            first = self._transformed(turned, self._block_rows)
+            turned = self._right[:, order:] @ to_right.reshape(-1, 2 * order)
+            second = self._transformed(turned, self._block_columns)
+            first = first.reshape(n_frequencies, 2 * n_outputs, order)
+            second = second.reshape(n_frequencies, 2 * n_references, order).transpose(0, 2, 1)
+            product = first @ self._right_spectrum[:, :order]
+            other = self._left_spectrum[:, :, :order] @ second
+            product = product.reshape(-1, n_outputs, 2, n_references).swapaxes(1, 2)
+            other = other.reshape(-1, n_outputs, n_references, 2).transpose(0, 3, 1, 2)
+            np.add(product, other, out=spectrum[number])
+        lags = irfft(spectrum, self._length, axis=1)[:, : self._n_lags]
+        return np.asarray(lags[:, :, 0] + 1j * lags[:, :, 1])
 
 
 def _as_real(values: NDArray[Any]) -> NDArray[Any]:

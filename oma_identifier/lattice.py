@@ -1,6 +1,7 @@
 """A stretch of one source as a lattice of equal steps, gaps filled and jitter removed."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,16 +124,18 @@ def make_lattice(
     offsets = (time_ns - start) / slope - place
     jitter = float(np.std(offsets))
     n_places = int(place[-1]) + 1
+    values = np.asarray(samples.values, dtype=np.float64)
+    bad = ~(np.abs(values) <= LARGEST_VALUE)
+    if bad.any():
+        values = np.where(bad, 0.0, values)
+    missing = np.zeros(n_places, dtype=bool)
+    lost = missing
     row = place.astype(np.int64)
-    raw = np.asarray(samples.values, dtype=np.float64)
-    bad_rows = ~(np.abs(raw) <= LARGEST_VALUE)
-    missing = np.ones(n_places, dtype=bool)
-    missing[row] = False
-    lost = _long_runs(missing, longest_filled(slope))
-    values = np.zeros((n_places, raw.shape[1]))
-    values[row] = np.where(bad_rows, 0.0, raw)
-    bad = np.zeros(values.shape, dtype=bool)
-    bad[row] = bad_rows
+    if n_places > len(row):
+        missing[:] = True
+        missing[row] = False
+        lost = _long_runs(missing, longest_filled(slope))
+        values, bad = (_in_place(each, row, n_places) for each in (values, bad))
     as_is = uniform or jitter < SMALLEST_JITTER or np.abs(offsets).max() > LARGEST_JITTER
     if missing.any():
         values = _fill(values, missing, lost)
@@ -175,6 +178,13 @@ def on_grid(lattice: Lattice, grid_ns: NDArray[np.float64], cutoff: float) -> Gr
         values = interpolate(lattice.values, np.clip(position, -1.0, last + 1.0), cutoff)
     values[lost] = 0.0
     return GridRows(values, lost, lattice.filled[inside], lattice.bad[inside])
+
+
+def _in_place(rows: NDArray[np.generic], places: NDArray[np.int64], n_places: int) -> NDArray[Any]:
+    """Return rows at their places, zeros elsewhere."""
+    placed = np.zeros((n_places, rows.shape[1]), rows.dtype)
+    placed[places] = rows
+    return placed
 
 
 def _line(place: NDArray[np.float64], time_ns: NDArray[np.float64]) -> tuple[float, float]:

@@ -104,8 +104,8 @@ class CovarianceAccumulator:
         self._total = np.zeros((0, n_lags, len(references)))
         self._oldest = 0
         self.n_blocks = 0
-        self._past: NDArray[np.float64] | None = None
-        self._pending: list[NDArray[np.float64]] = []
+        self._past: NDArray[np.floating] | None = None
+        self._pending: list[NDArray[np.floating]] = []
         self._n_pending = 0
         self.n_added = 0
         self._lead: CovarianceAccumulator | None = None
@@ -114,7 +114,7 @@ class CovarianceAccumulator:
         self._partial = np.empty(0)
         self._partial_power = np.empty(0)
 
-    def add(self, rows: NDArray[np.float64]) -> None:
+    def add(self, rows: NDArray[np.floating]) -> None:
         """Add the next samples, (n_samples, n_channels); complete blocks are summed at once."""
         if len(rows) == 0:
             return
@@ -177,7 +177,7 @@ class CovarianceAccumulator:
     def _is_full(self) -> bool:
         return self.when_full is WhenFull.JOIN and self.n_blocks >= self.capacity
 
-    def _keep(self, rest: NDArray[np.float64]) -> None:
+    def _keep(self, rest: NDArray[np.floating]) -> None:
         self._pending = [rest.copy()] if len(rest) else []
         self._n_pending = len(rest)
 
@@ -189,23 +189,22 @@ class CovarianceAccumulator:
         self.n_blocks = half
         self.block_samples *= 2
 
-    def _append(self, rows: NDArray[np.float64]) -> None:
+    def _append(self, rows: NDArray[np.floating]) -> None:
         past = self._past
         if past is None:
-            past = np.zeros((self.n_lags, rows.shape[1]))
+            past = np.zeros((self.n_lags, rows.shape[1]), rows.dtype)
         sums = lagged_products(rows, past, self.references)
         if self._past is None:
             # Nothing came before the first sample: fewer products at longer lags.
             lags = np.arange(1, self.n_lags + 1)
             counts = np.maximum(len(rows) - lags, 0.0)
-            sums *= np.divide(len(rows), counts, out=np.zeros(len(lags)), where=counts > 0)[
-                :, None, None
-            ]
+            more = np.divide(len(rows), counts, out=np.zeros(len(lags)), where=counts > 0)
+            sums = sums * more[:, None, None]
         self._past = np.concatenate([past, rows[-self.n_lags :]])[-self.n_lags :]
         # Channels first: combining them is one product of matrices.
-        self._keep_block(sums.transpose(1, 0, 2), np.einsum('tc,tc->c', rows, rows))
+        self._keep_block(sums.transpose(1, 0, 2), np.einsum('tc,tc->c', rows, rows, dtype=float))
 
-    def _keep_block(self, sums: NDArray[np.float64], power: NDArray[np.float64]) -> None:
+    def _keep_block(self, sums: NDArray[np.floating], power: NDArray[np.float64]) -> None:
         if self.n_added == 0:
             self._ring = np.empty((self.capacity, *sums.shape), np.float32)
             self._powers = np.empty((self.capacity, len(power)))
@@ -266,10 +265,10 @@ class CovarianceAccumulator:
 
 
 def lagged_products(
-    rows: NDArray[np.float64],
-    past: NDArray[np.float64],
+    rows: NDArray[np.floating],
+    past: NDArray[np.floating],
     references: NDArray[np.int64],
-) -> NDArray[np.float64]:
+) -> NDArray[np.floating]:
     """Return Σ_t y(t) y_ref(t-k)ᵀ for lags 1 .. n_lags.
 
     Parameters

@@ -6,8 +6,8 @@ of modes is maximised; the result scatters near the limit and its standard devia
 the Fisher information.
 """
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 import math
 
@@ -16,35 +16,28 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 
 from modal_core.errors import LayoutError
-from modal_core.indicators import mac, mpc, mpd, normalise
+from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.band_data import (
-    band_lines,
-    group_modes,
-    reduce_band,
-    ReducedBand,
-    Spectra,
-    StartModes,
-)
+from oma_identifier.band_data import group_modes, Spectra, StartModes
+from oma_identifier.group_fits import fit_group, GroupFit, pooled_slopes, unit, updated
+from oma_identifier.mode_evidence import is_demanded, missing_mode, MissingMode, superfluous
 from oma_identifier.one_thread import one_thread
 from oma_identifier.shape_scatter import normalised_std
 from oma_identifier.unlisted import with_unlisted
-from oma_identifier.whittle import BandFit, fit_band, SlopePrior
+from oma_identifier.whittle import IMPATIENT, Patience, PATIENT, SlopePrior
 
 PASSES = 2
 """The second pass has refined tails and shapes to project out."""
 HIGHEST_SHARE = 0.435
 """Of the sample rate: above, anti-aliasing filters shape the spectrum."""
-LEAST_LINES_PER_MODE = 12
 FAR = 5.0
 """Standard deviations a refined mode may be away from its start."""
 LEAST_MAC = 0.8
 LARGEST_MISFIT = 3.0
-SLOPE_STD = 1.0
-"""Of the exponent of the force density, before the data: 3 dB per octave."""
-SLOPE_REACH = 1.0
-"""Distance in ln f over which the slope changes: an octave and a half."""
+INCOMPLETE_MISFIT = 1.5
+"""From here on a band may lack a mode."""
+MOST_MISSING = 2
 LINE_REACH = 4
 """Frequencies left out on both sides of a harmonic."""
 
@@ -53,6 +46,10 @@ class Outcome(StrEnum):
     """What became of one mode."""
 
     REFINED = 'refined'
+    SPLIT = 'split'
+    """Refined, and another mode was found that it stood for as well."""
+    SUPERFLUOUS = 'superfluous'
+    """Another mode once more: the data do without it."""
     OUT_OF_BAND = 'out_of_band'
     TOO_SHORT = 'too_short'
     NOT_CONVERGED = 'not_converged'
@@ -72,24 +69,24 @@ class Refinement:
     outcomes : tuple of Outcome
         One per mode.
     misfit : (n_modes,) array
-        Mean square of the whitened residual of the mode's band, 1 expected; NaN where not fitted.
+        Mean square of the whitened residual of the mode's band, 1 expected, less what chance may
+        add; NaN where not fitted.
+    added : tuple of Mode
+        Modes that were not given and that the data demand.
+    added_misfit : (n_added,) array
+        As ``misfit``.
     """
 
     modes: ModeSet
     outcomes: tuple[Outcome, ...]
     misfit: NDArray[np.float64]
+    added: tuple[Mode, ...] = ()
+    added_misfit: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
     @property
     def n_refined(self) -> int:
         """How many modes were refined."""
-        return sum(outcome is Outcome.REFINED for outcome in self.outcomes)
-
-
-@dataclass(frozen=True, slots=True)
-class _GroupFit:
-    group: list[int]
-    band: ReducedBand | None
-    fit: BandFit | None
+        return sum(outcome in (Outcome.REFINED, Outcome.SPLIT) for outcome in self.outcomes)
 
 
 def refine(
@@ -167,44 +164,146 @@ def _refine_ordered(
     start = StartModes(
         np.array([mode.frequency_hz for mode in given]),
         np.array([mode.damping_ratio for mode in given]),
-        np.column_stack([_unit(mode.shape[alive]) for mode in given]),
+        np.column_stack([unit(mode.shape[alive]) for mode in given]),
     )
-    now = with_unlisted(live, start, usable)
-    groups, fits = group_modes(now), list[_GroupFit]()
     idle = {mode for mode, index in enumerate(order) if index in resting}
-    n_unlisted = len(now.frequency_hz) - len(given)
-    slopes = [SlopePrior()] * len(groups)
-    n_passes = PASSES + (n_unlisted > 0)
-    for number in range(n_passes):
-        last_fits = fits if number == n_passes - 1 else []
-        bad = {index for index, each in enumerate(last_fits) if _bad(each, largest_misfit)}
-        fits = [
-            _GroupFit(group, None, None)
-            if not idle.isdisjoint(group)
-            else fits[index]
-            if index in bad
-            else _fit_group(live, now, group, usable, slope)
-            for index, (group, slope) in enumerate(zip(groups, slopes, strict=True))
-        ]
-        now = _updated(now, fits)
-        slopes = _pooled_slopes(fits)
+    fitter = _Fitter(live, usable, idle)
+    now = with_unlisted(live, start, usable)
+    fits = fitter.fit(now, group_modes(now))
+    twice = [each.group[at] for each in fits if (at := superfluous(each)) is not None]
+    if twice and twice[0] < len(given):
+        rest = [index for mode, index in enumerate(order) if mode != twice[0]]
+        found = _refine_ordered(samples, modes, rest, harmonics, largest_misfit, resting)
+        outcomes = list(found.outcomes)
+        outcomes[order[twice[0]]] = Outcome.SUPERFLUOUS
+        return replace(found, outcomes=tuple(outcomes))
+    now = updated(now, fits)
+    n_passes = PASSES + (len(now.frequency_hz) > len(given))
+    for number in range(1, n_passes):
+        last = number == n_passes - 1
+        bad = [each for each in fits if last and each.misfit > largest_misfit]
+        now, fits = fitter.again(now, fits, bad)
+    now, fits, demanded = _completed(fitter, now, fits, len(given))
     result, outcomes = list(modes.modes), [Outcome.OUT_OF_BAND] * len(modes)
     misfit = np.full(len(modes), np.nan)
+    added, added_misfit = list[Mode](), list[float]()
     for each in fits:
         for position, mode in enumerate(each.group):
             if mode >= len(given):
                 continue
             index = order[mode]
-            outcomes[index] = (
-                Outcome.NOT_TRIED
-                if not idle.isdisjoint(each.group)
-                else _judge(each, position, given[mode], start, mode, samples.duration_s)
-            )
-            if each.fit is not None:
-                misfit[index] = each.fit.misfit
-            if outcomes[index] is Outcome.REFINED:
+            split = [other for other in demanded if _overlap(now, mode, other)]
+            if not idle.isdisjoint(each.group):
+                outcomes[index] = Outcome.NOT_TRIED
+            elif split and is_demanded(each, position):
+                outcomes[index] = Outcome.SPLIT
+            else:
+                outcomes[index] = _judge(
+                    each, position, given[mode], start, mode, samples.duration_s
+                )
+            misfit[index] = each.misfit
+            if outcomes[index] in (Outcome.REFINED, Outcome.SPLIT):
                 result[index] = _refined(given[mode], each, position, now.shapes[:, mode], alive)
-    return Refinement(replace(modes, modes=tuple(result)), tuple(outcomes), misfit)
+    blank = Mode(math.nan, math.nan, np.zeros(samples.acceleration.shape[1], dtype=complex))
+    for mode, each in demanded.items():
+        position = each.group.index(mode)
+        added.append(_refined(blank, each, position, now.shapes[:, mode], alive))
+        added_misfit.append(each.misfit)
+    return Refinement(
+        replace(modes, modes=tuple(result)),
+        tuple(outcomes),
+        misfit,
+        tuple(added),
+        np.array(added_misfit),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Fitter:
+    """What the fits of one record share; groups with an idle mode are not fitted."""
+
+    spectra: Spectra
+    usable: NDArray[np.bool_]
+    idle: Collection[int]
+
+    def fit(
+        self,
+        now: StartModes,
+        groups: Sequence[list[int]],
+        slopes: Sequence[SlopePrior] | None = None,
+        known: Sequence[GroupFit] = (),
+        patience: Patience = PATIENT,
+    ) -> list[GroupFit]:
+        """Fit every group but those whose fit is known."""
+        done = {tuple(each.group): each for each in known}
+        return [
+            done.get(tuple(group)) or self._one(now, group, slope, patience)
+            for group, slope in zip(groups, slopes or [SlopePrior()] * len(groups), strict=True)
+        ]
+
+    def again(
+        self, now: StartModes, fits: Sequence[GroupFit], known: Sequence[GroupFit] = ()
+    ) -> tuple[StartModes, list[GroupFit]]:
+        """Fit the same groups once more, with what the others say about slopes."""
+        groups = [each.group for each in fits]
+        fits = self.fit(now, groups, pooled_slopes(fits), known, IMPATIENT)
+        return updated(now, fits), fits
+
+    def _one(
+        self, now: StartModes, group: list[int], slope: SlopePrior, patience: Patience
+    ) -> GroupFit:
+        if any(mode in self.idle for mode in group):
+            return GroupFit(group)
+        return fit_group(self.spectra, now, group, self.usable, slope, patience)
+
+
+def _completed(
+    fitter: _Fitter, now: StartModes, fits: list[GroupFit], n_given: int
+) -> tuple[StartModes, list[GroupFit], dict[int, GroupFit]]:
+    """Add modes that are missing, one by one, as long as that mends the bands that lack one.
+
+    Returns
+    -------
+    tuple
+        The modes, their fits, and those beyond the given ones that the data demand.
+    """
+    before = now, fits
+    for _ in range(MOST_MISSING):
+        lacking = [each for each in fits if INCOMPLETE_MISFIT < each.misfit < math.inf]
+        found = [(mode, each) for each in lacking if (mode := missing_mode(each)) is not None]
+        if not found:
+            break
+        mode, source = max(found, key=lambda pair: pair[0].rise)
+        wider = _appended(now, mode)
+        good = [each for each in fits if each.misfit <= INCOMPLETE_MISFIT]
+        more = fitter.fit(wider, group_modes(wider), known=good, patience=IMPATIENT)
+        own = next(each for each in more if len(now.frequency_hz) in each.group)
+        if own.fit is None or not own.fit.converged or not own.misfit < source.misfit:
+            break
+        now, fits = updated(wider, more), more
+    if fits is not before[1]:
+        now, fits = fitter.again(now, fits)
+    demanded = _demanded(fits, n_given)
+    if not any(mode >= len(before[0].frequency_hz) for mode in demanded):
+        return *before, _demanded(before[1], n_given)
+    return now, fits, demanded
+
+
+def _demanded(fits: Sequence[GroupFit], n_given: int) -> dict[int, GroupFit]:
+    return {
+        mode: each
+        for each in fits
+        for position, mode in enumerate(each.group)
+        if mode >= n_given and each.misfit < LARGEST_MISFIT and is_demanded(each, position)
+    }
+
+
+def _appended(now: StartModes, mode: MissingMode) -> StartModes:
+    return StartModes(
+        np.append(now.frequency_hz, mode.frequency_hz),
+        np.append(now.damping_ratio, mode.damping_ratio),
+        np.column_stack([now.shapes, mode.shape]),
+    )
 
 
 def _spectra(samples: Samples) -> Spectra:
@@ -238,88 +337,8 @@ def _usable(
     return np.asarray(usable)
 
 
-def _unit(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    length = np.linalg.norm(shape)
-    return np.asarray(shape / length) if length > 0.0 else np.ones(len(shape), dtype=complex)
-
-
-def _fit_group(
-    spectra: Spectra,
-    start: StartModes,
-    group: list[int],
-    usable: NDArray[np.bool_],
-    slope: SlopePrior,
-) -> _GroupFit:
-    lines = band_lines(spectra, start, group, usable)
-    if len(lines) < LEAST_LINES_PER_MODE * len(group):
-        return _GroupFit(group, None, None)
-    band = reduce_band(spectra, start, group, lines, slope)
-    return _GroupFit(group, band, fit_band(band.data, band.model))
-
-
-def _bad(each: _GroupFit, largest_misfit: float) -> bool:
-    return each.fit is not None and each.fit.misfit > largest_misfit
-
-
-def _pooled_slopes(fits: list[_GroupFit]) -> list[SlopePrior]:
-    """Return for each band what the slopes of the others say about its own.
-
-    The slope of the force density changes slowly over the logarithm of frequency; one band alone
-    knows it badly, and guessing it costs information on the frequencies.  Gaussian process
-    regression, each band left out in turn.
-    """
-    known = [each.fit for each in fits if each.fit is not None and each.fit.converged]
-    if len(known) < 2:
-        return [SlopePrior()] * len(fits)
-    place = np.log([fit.model.reference_hz for fit in known])
-    value = np.array([fit.model.slope for fit in known])
-    # The fits were drawn towards the prior they had; undo that.
-    first = np.array([fit.model.slope_prior.std for fit in known])
-    precision = np.maximum(np.array([fit.slope_std for fit in known]) ** -2.0 - first**-2.0, 1e-3)
-    value = value * (precision + first**-2.0) / precision
-    kernel = SLOPE_STD**2 * np.exp(-0.5 * (np.subtract.outer(place, place) / SLOPE_REACH) ** 2)
-    pooled = []
-    for each in fits:
-        if each.fit is None:
-            pooled.append(SlopePrior())
-            continue
-        others = [index for index, fit in enumerate(known) if fit is not each.fit]
-        cross = SLOPE_STD**2 * np.exp(
-            -0.5 * ((np.log(each.fit.model.reference_hz) - place[others]) / SLOPE_REACH) ** 2
-        )
-        noisy = kernel[np.ix_(others, others)] + np.diag(1.0 / precision[others])
-        weight = np.linalg.solve(noisy, cross)
-        std = math.sqrt(max(SLOPE_STD**2 - float(weight @ cross), 1e-4))
-        pooled.append(SlopePrior(float(weight @ value[others]), std))
-    return pooled
-
-
-def _updated(start: StartModes, fits: list[_GroupFit]) -> StartModes:
-    """Return the modes after one pass; groups that did not converge stay."""
-    frequency, damping = start.frequency_hz.copy(), start.damping_ratio.copy()
-    shapes = start.shapes.copy()
-    for each in fits:
-        if each.fit is None or each.band is None or not each.fit.converged:
-            continue
-        count = len(each.group)
-        frequency[each.group] = each.fit.model.frequency_hz[:count]
-        damping[each.group] = each.fit.model.damping_ratio[:count]
-        for position, mode in enumerate(each.group):
-            new = each.fit.model.shapes[:, position]
-            shapes[:, mode] = _whole_shape(each.band, new, start.shapes[:, mode])
-    return StartModes(frequency, damping, shapes)
-
-
-def _whole_shape(
-    band: ReducedBand, new: NDArray[np.complex128], old: NDArray[np.complex128]
-) -> NDArray[np.complex128]:
-    """Return the refined shape, with the old one's part that was projected out."""
-    factor = np.vdot(new, band.project.T @ old)  # the new shape is of unit length
-    return _unit(band.projected_out @ old + band.back @ (factor * new))
-
-
 def _judge(
-    each: _GroupFit, position: int, given: Mode, start: StartModes, mode: int, duration_s: float
+    each: GroupFit, position: int, given: Mode, start: StartModes, mode: int, duration_s: float
 ) -> Outcome:
     if each.fit is None or each.band is None:
         return Outcome.TOO_SHORT
@@ -338,9 +357,18 @@ def _judge(
     far |= abs(damping - given.damping_ratio) > FAR * math.hypot(
         damping_std, each.fit.damping_ratio_std[position] * damping
     )
-    before = each.band.project.T @ start.shapes[:, mode]
-    far |= bool(mac(before, model.shapes[:, position])[0, 0] < LEAST_MAC)
+    # Modes that overlap may be mixed at the start, so the shape may turn towards its neighbours'.
+    listed = range(len(start.frequency_hz))
+    near = [other for other in each.group if other in listed and _overlap(start, mode, other)]
+    before = np.linalg.qr(each.band.project.T @ start.shapes[:, near])[0]
+    kept = np.linalg.norm(before.conj().T @ model.shapes[:, position])
+    far |= bool(kept**2 < LEAST_MAC)
     return Outcome.FAR_FROM_START if far else Outcome.REFINED
+
+
+def _overlap(start: StartModes, first: int, second: int) -> bool:
+    apart = abs(start.frequency_hz[first] - start.frequency_hz[second])
+    return bool(apart <= start.half_width_hz[first] + start.half_width_hz[second])
 
 
 def _known(value: float, otherwise: float) -> float:
@@ -349,7 +377,7 @@ def _known(value: float, otherwise: float) -> float:
 
 def _refined(
     given: Mode,
-    each: _GroupFit,
+    each: GroupFit,
     position: int,
     shape: NDArray[np.complex128],
     alive: NDArray[np.intp],

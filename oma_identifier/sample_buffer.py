@@ -70,6 +70,11 @@ class SampleBuffer:
         Length of a window and of a hop.
     layout : SensorLayout or None
         The channels to expect; None: whatever arrives.
+
+    Attributes
+    ----------
+    n_windows : int
+        Windows cut so far; the index of the next.
     """
 
     def __init__(
@@ -85,7 +90,7 @@ class SampleBuffer:
         self._ignored: set[str] = set()
         self._segment: Segment | None = None
         self._ready: list[Window] = []
-        self._n_windows = 0
+        self.n_windows = 0
         self._flags: tuple[str, ...] = ()
 
     @property
@@ -228,10 +233,9 @@ class SampleBuffer:
             end = segment.n_rows + segment.rows_left(sources) if closing else segment.n_rows
             if end <= segment.n_rows:
                 return False
-        stretch = segment.advance(sources, end)
-        silent = segment.silent(stretch)
+        silent = segment.advance(sources, end)
         if silent.any():
-            self._split(stretch.first_row, silent)
+            self._split(end - len(silent), silent)
             return True
         self._cut_windows()
         return self._check_rates()
@@ -291,7 +295,7 @@ class SampleBuffer:
         flags = (*self._flags, 'partial') if partial else self._flags
         with one_thread():
             window = cut_window(
-                index=self._n_windows,
+                index=self.n_windows,
                 segment=segment,
                 sources=list(self._sources.values()),
                 rows=range(first, last),
@@ -299,7 +303,7 @@ class SampleBuffer:
                 joints=self.joints,
                 flags=flags,
             )
-        self._n_windows += 1
+        self.n_windows += 1
         self._flags = ()
         self._ready.append(window)
 

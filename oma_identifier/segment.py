@@ -8,35 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from oma_identifier.lattice import GridRows
 from oma_identifier.source import Source
+from oma_identifier.source_rows import CutRows, SourceRows
 from oma_identifier.source_stream import REORDER_NS
 
-STRETCH_S = 0.5
+STRETCH_S = 1.0
 FEWEST_ROWS = 256
 WAIT_NS = 5 * NANOSECONDS_PER_SECOND
 """Data time a silent source is waited for."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """Rows of all sources from one grid index on.
-
-    Parameters
-    ----------
-    first_row : int
-        Grid index of the first row.
-    rows : dict of str to GridRows
-        By source.
-    """
-
-    first_row: int
-    rows: dict[str, GridRows]
-
-    @property
-    def n_rows(self) -> int:
-        """Rows of the stretch."""
-        return len(next(iter(self.rows.values())).lost)
 
 
 @dataclass
@@ -61,7 +40,7 @@ class Segment:
     window_rows: int
     hop_rows: int
     n_rows: int = 0
-    stretches: list[Stretch] = field(default_factory=list)
+    rows: dict[str, SourceRows] = field(default_factory=dict)
     next_window: int = 0
     drift_ns: float = 0.0
 
@@ -117,20 +96,35 @@ class Segment:
         end_ns = min(live) + self.step_ns / 2.0
         return max(0, math.floor((end_ns - self.time_ns(self.n_rows)) / self.step_ns) + 1)
 
-    def advance(self, sources: Sequence[Source], end: int) -> Stretch:
-        """Make the rows up to ``end`` and return them."""
+    def advance(self, sources: Sequence[Source], end: int) -> NDArray[np.bool_]:
+        """Make the rows up to ``end``; returns where no source has a sample, (n_rows,) array."""
         self._follow_reference(end)
         n_rows = end - self.n_rows
         start = self.time_ns(self.n_rows)
-        rows = {source.name: source.on_grid(start, n_rows, self.step_ns) for source in sources}
-        stretch = Stretch(self.n_rows, rows)
-        self.stretches.append(stretch)
+        silent = np.ones(n_rows, dtype=bool)
+        for source in sources:
+            rows = source.on_grid(start, n_rows, self.step_ns)
+            self._rows_of(source).append(rows)
+            silent &= rows.lost
         self.n_rows = end
         for source in sources:
             keep = source.margin_ns(self.step_ns) + round(200 * source.period_ns)
             source.stream.forget(self.time_ns(end) - keep)
             source.stream.sealed_ns = self.time_ns(end)
-        return stretch
+        return silent
+
+    def _rows_of(self, source: Source) -> SourceRows:
+        """Return the rows of a source, lost ones where there were none yet."""
+        if source.name not in self.rows:
+            first_row = self.next_window * self.hop_rows
+            n_channels = len(source.channels)
+            self.rows[source.name] = SourceRows(first_row, n_channels, self.window_rows)
+        self.rows[source.name].reach(self.n_rows)
+        return self.rows[source.name]
+
+    def cut(self, source: Source, rows: range) -> CutRows:
+        """Return the rows of a source in a window."""
+        return self._rows_of(source).cut(rows)
 
     def _follow_reference(self, end: int) -> None:
         """Lead the grid along the clock of a reference that counts its samples."""
@@ -146,13 +140,7 @@ class Segment:
         if abs(offset) < 0.45:
             self.drift_ns += offset * self.step_ns
 
-    def silent(self, stretch: Stretch) -> NDArray[np.bool_]:
-        """Return the rows for which no source has a sample."""
-        return np.asarray(np.all([rows.lost for rows in stretch.rows.values()], axis=0))
-
     def forget(self) -> None:
         """Drop rows before the next window."""
-        first = self.next_window * self.hop_rows
-        self.stretches = [
-            stretch for stretch in self.stretches if stretch.first_row + stretch.n_rows > first
-        ]
+        for rows in self.rows.values():
+            rows.forget(self.next_window * self.hop_rows)

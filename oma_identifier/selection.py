@@ -165,9 +165,18 @@ def select_in_band(
     candidates = np.flatnonzero(status == PoleStatus.KEPT)
     status[candidates] = PoleStatus.CLUSTER_OUTLIER
     least = max(3, math.ceil(band.n_orders / ORDERS_SHARE))
-    selected = []
+    # What costs least comes first: most clusters never need a gradient.
+    likely = []
     for cluster in cluster_poles(poles, candidates):
-        verdict, pole = _judge(band, cluster, least, peaks)
+        if len(cluster) < least:
+            status[cluster.members] = PoleStatus.SMALL_CLUSTER
+        elif _wanders(poles.pole[cluster.members]):
+            status[cluster.members] = PoleStatus.UNCERTAIN
+        else:
+            likely.append(cluster)
+    selected = []
+    for cluster, trials in zip(likely, _trials(band, likely), strict=True):
+        verdict, pole = _judge(band, cluster, trials, peaks)
         status[cluster.members] = verdict
         if pole is not None:
             selected.append(pole)
@@ -176,6 +185,19 @@ def select_in_band(
         if not any(pole is other for other in distinct):
             status[pole.cluster.members] = PoleStatus.CLUSTER_OUTLIER
     return BandSelection(band, tuple(distinct), status)
+
+
+def _wanders(members: NDArray[np.complex128]) -> bool:
+    """Tell whether successive orders disagree, all of them and the lower half as well."""
+    steps = np.abs(np.diff(members))
+    step = min(_median(steps), _median(steps[: (len(steps) + 1) // 2]))
+    return step > LOOSEST * _median(-members.real)
+
+
+def _median(values: NDArray[np.float64]) -> float:
+    ordered = np.sort(values)
+    middle = len(ordered) // 2
+    return float(ordered[middle] + ordered[~middle]) / 2.0
 
 
 def _beside_others(poles: list[SelectedPole]) -> list[SelectedPole]:
@@ -202,20 +224,11 @@ def _near(pole: SelectedPole, poles: list[SelectedPole], reach: float, *, narrow
 
 
 def _judge(
-    band: BandIdentification, cluster: Cluster, least: int, peaks: SpectralPeaks | None
+    band: BandIdentification, cluster: Cluster, trials: '_Trials', peaks: SpectralPeaks | None
 ) -> tuple[PoleStatus, SelectedPole | None]:
-    if len(cluster) < least:
-        return PoleStatus.SMALL_CLUSTER, None
-    # What costs least comes first: most clusters never need a gradient.
-    members = band.poles.pole[cluster.members]
-    steps = np.abs(np.diff(members))
-    step = min(np.median(steps), np.median(steps[: (len(steps) + 1) // 2]))
-    if step > LOOSEST * np.median(-members.real):
+    if not trials.blur < WIDEST:
         return PoleStatus.UNCERTAIN, None
-    rows = _trials(cluster)
-    if not any(_blur(band, [row]) < WIDEST for row in (rows[1], rows[0], *rows[2:])):
-        return PoleStatus.UNCERTAIN, None
-    pole = _average(band, cluster, rows)
+    pole = _average(band, cluster, trials)
     if not pole.is_determined or pole.from_limit > FARTHEST or _cut_off(pole):
         return PoleStatus.UNCERTAIN, None
     if peaks is not None and pole.damping_ratio > BROAD and _is_edge(pole, peaks):
@@ -258,33 +271,57 @@ def _cut_off(pole: SelectedPole) -> bool:
     return pole.frequency_hz > UPPER * rate and flank > UPPER_UNDECIMATED * rate
 
 
-def _trials(cluster: Cluster) -> NDArray[np.int64]:
-    """Return the members whose standard deviations are compared, by model order."""
-    places = np.unique(np.rint(np.array(TRIALS) * (len(cluster) - 1)).astype(int))
-    return np.asarray(cluster.members[places])
+@dataclass(frozen=True, slots=True)
+class _Trials:
+    """The members of a cluster whose standard deviations are compared, by model order.
+
+    Parameters
+    ----------
+    rows : (n_trials,) int array
+        Rows of the poles.
+    series : (n_blocks, n_trials) complex array [rad/s]
+        What each block of time does to them.
+    blur : float
+        The least of their deviations, in half-power half-widths.
+    """
+
+    rows: NDArray[np.int64]
+    series: NDArray[np.complex128]
+    blur: float
 
 
-def _blur(band: BandIdentification, rows: Sequence[int] | NDArray[np.int64]) -> float:
-    """Return the least of the members' deviations, in half-power half-widths."""
-    series = band.influence(rows)
+def _trials(band: BandIdentification, clusters: Sequence[Cluster]) -> list[_Trials]:
+    """Return the trials of all clusters, whose gradients are cheaper together."""
+    if not clusters:
+        return []
+    rows = [cluster.members[_places(len(cluster))] for cluster in clusters]
+    together = np.concatenate(rows)
+    series = band.influence(together)
     # The variance of a complex pole is that of frequency and damping together.
     variance = np.mean(np.abs(series) ** 2, axis=0) / len(series) / 2.0
-    return float(np.min(np.sqrt(variance) / -band.poles.pole[rows].real))
+    blur = np.sqrt(variance) / -band.poles.pole[together].real
+    ends = np.cumsum([len(each) for each in rows])
+    parts = zip(rows, np.split(series, ends[:-1], axis=1), np.split(blur, ends[:-1]), strict=True)
+    return [_Trials(each, own, float(least.min())) for each, own, least in parts]
 
 
-def _average(band: BandIdentification, cluster: Cluster, rows: NDArray[np.int64]) -> SelectedPole:
+def _places(n_members: int) -> list[int]:
+    return sorted({round(share * (n_members - 1)) for share in TRIALS})
+
+
+def _average(band: BandIdentification, cluster: Cluster, trials: _Trials) -> SelectedPole:
     """Average the best determined members, with the deviation of that average.
 
     The members' influence series are averaged like the members themselves, so the deviation of
     the average is exact to first order however strongly the model orders are correlated.
     """
-    series = band.influence(rows)
+    rows, series = trials.rows, trials.series
     duration_s = band.source.covariance.duration_s
     good = _agreeing(band.poles.pole[rows], series)
     pole = complex(np.mean(band.poles.pole[rows[good]]))
     deviation = deviation_from(series[:, good].mean(axis=1), pole, duration_s)
     shape = mean_shape(band.poles.shape[:, rows[good]])
-    return SelectedPole(band, cluster, pole, shape, deviation, _blur(band, rows))
+    return SelectedPole(band, cluster, pole, shape, deviation, trials.blur)
 
 
 def _agreeing(poles: NDArray[np.complex128], series: NDArray[np.complex128]) -> NDArray[np.bool_]:
@@ -302,7 +339,7 @@ def _agreeing(poles: NDArray[np.complex128], series: NDArray[np.complex128]) -> 
     anchor = len(poles) - 1
     for member in np.argsort(variance):
         above = surprise[member, member + 1 :]
-        if len(above) == 0 or np.median(above) <= BIASED:
+        if len(above) == 0 or _median(above) <= BIASED:
             anchor = int(member)
             break
     near = surprise[anchor] <= 2.0 * BIASED

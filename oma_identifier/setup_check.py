@@ -22,15 +22,15 @@ UNIT_G = 'unit_g_suspicion'
 GRAVITY = 'gravity_suspicion'
 
 
-def check_gravity(channels: Sequence[Channel], values: NDArray[np.float64]) -> dict[str, str]:
+def check_gravity(channels: Sequence[Channel], mean: NDArray[np.float64]) -> dict[str, str]:
     """Return a flag per channel of every sensor whose gravity has the wrong length.
 
     Parameters
     ----------
     channels : sequence of Channel
         One per column; the axes of a sensor are called ``<sensor>.x``, ``.y`` and ``.z``.
-    values : (n_samples, n_channels) array [m/s²]
-        One window.
+    mean : (n_channels,) array [m/s²]
+        Over one window.
     """
     sensors: dict[str, dict[str, int]] = {}
     for place, channel in enumerate(channels):
@@ -38,7 +38,6 @@ def check_gravity(channels: Sequence[Channel], values: NDArray[np.float64]) -> d
         if name and axis in ('x', 'y', 'z') and channel.unit == ACCELERATION:
             sensors.setdefault(name, {})[axis] = place
     found = {}
-    mean = values.mean(axis=0)
     for axes in sensors.values():
         if len(axes) == 3:
             flag = _flag(float(np.linalg.norm(mean[list(axes.values())])))

@@ -27,7 +27,7 @@ class Source:
         Topic.
     channels : tuple of Channel
         One per column that is used.
-    columns : tuple of int
+    columns : slice or tuple of int
         Columns of the samples that are used.
     stream : SourceStream
         Its samples in order.
@@ -41,13 +41,14 @@ class Source:
 
     name: str
     channels: tuple[Channel, ...]
-    columns: tuple[int, ...]
+    columns: slice | tuple[int, ...]
     stream: SourceStream
     clock: BlockClock | None = None
     period_ns: float = 0.0
     jitter_std_s: float = 0.0
     rate_changed: bool = False
     flags: set[str] = field(default_factory=set)
+    _counted: tuple[int, int, int] | None = None
 
     @property
     def rate_hz(self) -> float:
@@ -56,8 +57,13 @@ class Source:
 
     @property
     def measured_rate_hz(self) -> float:
-        """Samples per second, by the stamps."""
-        return self.clock.measured_rate_hz if self.clock else self.rate_hz
+        """Samples per second, by all stamps so far."""
+        if self.clock is not None:
+            return self.clock.measured_rate_hz
+        if self._counted is None or self._counted[2] < FEWEST_FOR_RATE:
+            return self.rate_hz
+        first, last, n_steps = self._counted
+        return n_steps * NANOSECONDS_PER_SECOND / (last - first)
 
     def add_stamped(self, samples: StampedSamples) -> None:
         """Take in per-sample messages."""
@@ -87,6 +93,7 @@ class Source:
         events = self.stream.events
         self.stream = SourceStream(len(self.channels))
         self.stream.events = events
+        self._counted = None
         for part in later:
             self.stream.add(part.stamp_ns, part.values)
 
@@ -151,12 +158,26 @@ class Source:
         if self.clock is not None:
             return
         inside = samples.stamp_ns[(samples.stamp_ns >= start_ns) & (samples.stamp_ns <= end_ns)]
-        if len(inside) < FEWEST_FOR_RATE:
+        if len(inside) >= FEWEST_FOR_RATE:
+            step = _mean_step(inside)
+            if abs(step / self.period_ns - 1.0) > RATE_CHANGE:
+                self.period_ns = step
+                self.rate_changed = True
+                self._counted = None
+        self._count(inside)
+
+    def _count(self, stamps: NDArray[np.int64]) -> None:
+        """Count steps between stamps; a gap counts as the steps that fit into it."""
+        if self._counted is None:
+            if len(stamps):
+                self._counted = int(stamps[0]), int(stamps[0]), 0
+                self._count(stamps)
             return
-        step = float(np.median(np.diff(inside)))
-        if abs(step / self.period_ns - 1.0) > RATE_CHANGE:
-            self.period_ns = _mean_step(inside)
-            self.rate_changed = True
+        first, last, n_steps = self._counted
+        later = stamps[stamps > last]
+        if len(later):
+            steps = np.rint(np.diff(later, prepend=last) / self.period_ns)
+            self._counted = first, int(later[-1]), n_steps + int(steps.sum())
 
 
 def make_source(
@@ -177,7 +198,7 @@ def make_source(
     source = Source(
         name=measurement.source,
         channels=channels,
-        columns=columns,
+        columns=slice(None) if len(columns) == len(given) else columns,
         stream=SourceStream(len(channels)),
         clock=clock,
     )
@@ -216,7 +237,8 @@ def _mean_step(stamps: NDArray[np.int64]) -> float:
     """Return the mean step between neighbours, gaps left out [ns]."""
     steps = np.diff(stamps)
     typical = float(np.median(steps))
-    return float(np.mean(steps[steps < 1.5 * typical]))
+    # Stamps in whole milliseconds may alternate between 2 and 3 of them.
+    return float(np.mean(steps[steps < 1.51 * typical]))
 
 
 def _nothing(n_rows: int, n_channels: int) -> GridRows:

@@ -88,8 +88,8 @@ class SourceStream:
         if self.first_ns is None:
             self.first_ns = int(stamp_ns[0])
             self.newest_ns = self.first_ns - 1
-        steps = np.diff(stamp_ns, prepend=self.newest_ns)
-        if not self._suspects and steps.min() > 0 and steps.max() <= FORWARD_NS:
+        ahead = 0 < int(stamp_ns[0]) - self.newest_ns <= FORWARD_NS
+        if not self._suspects and ahead and _is_steady(stamp_ns):
             self._accept(stamp_ns, values)
             return
         self._add_one_by_one(stamp_ns, values)
@@ -174,3 +174,12 @@ class SourceStream:
             self._pending = [
                 OrderedSamples(held.stamp_ns[first:].copy(), held.values[first:].copy())
             ]
+
+
+def _is_steady(stamp_ns: NDArray[np.int64]) -> bool:
+    """Tell whether stamps rise, nowhere by more than a jump."""
+    steps = stamp_ns[1:] - stamp_ns[:-1]
+    if len(steps) == 0:
+        return True
+    is_short = stamp_ns[-1] - stamp_ns[0] <= FORWARD_NS
+    return bool(steps.min() > 0 and (is_short or steps.max() <= FORWARD_NS))

@@ -61,19 +61,19 @@ def singular_value_spectrum(
     scale = 2.0 / (rate * np.sum(taper**2))
     frequency = np.fft.rfftfreq(length, 1.0 / rate)
     keep = (frequency > 0.0) & (frequency <= (max_frequency_hz or rate))
-    starts = range(0, len(data) - length + 1, max(1, length // 2))
-    # Single precision and channels as rows: half the time, and a picture needs no more.
-    rows = np.ascontiguousarray(data.T, dtype=np.float32)
-    rows -= rows.mean(axis=1, keepdims=True)
-    shorter = taper.astype(np.float32)
-    lines = np.array(
-        [rfft(rows[:, start : start + length] * shorter, axis=1)[:, keep] for start in starts]
-    )
+    starts = np.arange(0, len(data) - length + 1, max(1, length // 2))
+    # Single precision: half the time, and a picture needs no more.
+    rows = data.astype(np.float32)
+    rows -= data.mean(axis=0)
+    segments = np.stack([rows[start : start + length] for start in starts], axis=1)
+    segments *= (taper * math.sqrt(scale / len(starts))).astype(np.float32)[:, None, None]
+    lines = rfft(segments, axis=0)[keep]
     # Singular values of the density matrix: those of its square root, the segments' lines.
-    few = lines.transpose(2, 1, 0) if data.shape[1] <= len(starts) else lines.transpose(2, 0, 1)
-    values = np.empty((len(few), few.shape[1]))
-    for first in range(0, len(few), LINES_AT_ONCE):
-        root = few[first : first + LINES_AT_ONCE] * np.float32(math.sqrt(scale / len(starts)))
+    if data.shape[1] <= len(starts):
+        lines = lines.transpose(0, 2, 1)
+    values = np.empty(lines.shape[:2])
+    for first in range(0, len(lines), LINES_AT_ONCE):
+        root = lines[first : first + LINES_AT_ONCE]
         values[first : first + LINES_AT_ONCE] = np.linalg.eigvalsh(
             root @ root.conj().transpose(0, 2, 1)
         )

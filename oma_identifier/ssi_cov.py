@@ -8,18 +8,15 @@ Döhler and Mevel (2012), doi:10.1016/j.conengprac.2012.02.005 (one QR for all m
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh, qr, solve_triangular
 
-from oma_identifier.lag_gradient import LagGradient
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class HankelFactors:
-    """Leading singular triplets of the block Hankel matrix H = U S Vᵀ.
+    """Singular triplets of the block Hankel matrix H = U S Vᵀ.
 
     Parameters
     ----------
@@ -38,11 +35,6 @@ class HankelFactors:
     right: NDArray[np.float64]
     n_outputs: int
     n_references: int
-
-    @cached_property
-    def to_lags(self) -> LagGradient:
-        """What carries a gradient on the left singular vectors over to the covariances."""
-        return LagGradient(self.left, self.values, self.right, self.n_outputs, self.n_references)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,24 +75,18 @@ def block_hankel(covariance: NDArray[np.float64], block_rows: int) -> NDArray[np
     )
 
 
-def factorise(
-    covariance: NDArray[np.float64], block_rows: int, n_kept: int | None = None
-) -> HankelFactors:
-    """Return the leading singular triplets of the block Hankel matrix; all for None.
+def factorise(covariance: NDArray[np.float64], block_rows: int) -> HankelFactors:
+    """Return the singular triplets of the block Hankel matrix.
 
     The eigenvalues of HᵀH are as good as a singular value decomposition here: what matters lies
     within a few decades of the largest singular value, the rest is estimation noise.
     """
     hankel = block_hankel(covariance, block_rows)
     _, n_channels, n_references = covariance.shape
-    n_columns = hankel.shape[1]
-    n_kept = min(n_kept or n_columns, *hankel.shape)
-    gram = hankel.T @ hankel
-    squares, vectors = eigh(
-        gram, subset_by_index=(n_columns - n_kept, n_columns - 1), check_finite=False
-    )
-    values = np.sqrt(np.maximum(squares[::-1], 0.0))
-    right = vectors[:, ::-1]
+    squares, vectors = np.linalg.eigh(hankel.T @ hankel)
+    n_kept = min(hankel.shape)
+    values = np.sqrt(np.maximum(squares[::-1][:n_kept], 0.0))
+    right = vectors[:, ::-1][:, :n_kept]
     keep = values > 1e-7 * values[0]
     values, right = values[keep], right[:, keep]
     left = (hankel @ right) / values

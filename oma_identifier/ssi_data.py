@@ -21,6 +21,7 @@ def ssi_data(
     references: NDArray[np.int64],
     block_rows: int,
     orders: range,
+    seam: int | None = None,
 ) -> RawPoles:
     """Return the poles of all model orders.
 
@@ -34,13 +35,15 @@ def ssi_data(
         Block rows of future and of past.
     orders : range
         Model orders.
+    seam : int or None
+        Row before which a stretch is missing.
 
     References
     ----------
     Van Overschee and De Moor (1996), Subspace Identification for Linear Systems, Kluwer;
     Peeters and De Roeck (1999), doi:10.1006/mssp.1999.1249 (reference-based).
     """
-    gram = HankelGram(rows, rows[:, references], 2 * block_rows)
+    gram = HankelGram.beside(rows, rows[:, references], 2 * block_rows, seam)
     past, future = range(block_rows), range(block_rows, 2 * block_rows)
     of = np.asarray(references, dtype=np.intp)
     triangle = triangular_factor(gram.gram(past, of))

@@ -1,7 +1,8 @@
 """Poles of one band, with what their uncertainty needs."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +18,14 @@ from oma_identifier.ssi_cov import (
     poles_of_orders,
 )
 from oma_identifier.stabilise import BandPoles
-from oma_identifier.uncertainty import influence, OrderSensitivity
+from oma_identifier.uncertainty import influence, PoleSensitivity
 
 EVERY_ORDER_TO = 28
 SAMPLES_PER_ORDER = 40
 """Samples of the record per unit of the highest model order: higher orders would fit noise."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class BandIdentification:
     """Poles of one band over the model order.
 
@@ -38,25 +39,23 @@ class BandIdentification:
         By model order.
     poles : BandPoles
         All orders.
-    sensitivities : dict
-        By model order, filled as needed.
-    series : dict
-        Influence of each block of time on the pole of a row, filled as needed.
     """
 
     source: BandCovariance
     system: MultiOrder
     solutions: Mapping[int, OrderSolution]
     poles: BandPoles
-    sensitivities: dict[int, OrderSensitivity] = field(default_factory=dict)
-    series: dict[int, NDArray[np.complex128]] = field(default_factory=dict)
 
     @property
     def n_orders(self) -> int:
         """How many model orders were solved."""
         return len(self.solutions)
 
-    def influence(self, rows: Sequence[int] | NDArray[np.int64]) -> NDArray[np.complex128]:
+    @cached_property
+    def _sensitivity(self) -> PoleSensitivity:
+        return PoleSensitivity(self.system)
+
+    def influence(self, rows: NDArray[np.int64]) -> NDArray[np.complex128]:
         """Return what each block of time does to the poles in these rows.
 
         Returns
@@ -64,18 +63,10 @@ class BandIdentification:
         (n_blocks, n_rows) complex array [rad/s]
             See :func:`oma_identifier.uncertainty.influence`.
         """
-        missing = [int(row) for row in rows if int(row) not in self.series]
-        if missing:
-            gradients = np.array([self._gradient(row) for row in missing])
-            found = influence(gradients, self.poles.eigenvalue[missing], self.source.covariance)
-            self.series.update(zip(missing, found.T, strict=True))
-        return np.column_stack([self.series[int(row)] for row in rows])
-
-    def _gradient(self, row: int) -> NDArray[np.complex64]:
-        order = int(self.poles.model_order[row])
-        if order not in self.sensitivities:
-            self.sensitivities[order] = OrderSensitivity(self.system, self.solutions[order])
-        return self.sensitivities[order].gradient(self.poles.eigenvalue[row])
+        values = self.poles.eigenvalue[rows]
+        solutions = [self.solutions[order] for order in self.poles.model_order[rows].tolist()]
+        gradients = self._sensitivity.gradients(solutions, values)
+        return influence(gradients, values, self.source.covariance)
 
 
 def model_orders(lowest: int, highest: int) -> list[int]:

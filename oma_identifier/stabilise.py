@@ -1,12 +1,11 @@
 """Which poles repeat from one model order to the next, and why the others do not count."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mac
+from modal_core.indicators import mac_of_pairs
 from modal_core.poles import PoleStatus
 from oma_identifier.bands import Band
 
@@ -66,18 +65,26 @@ def stabilise(poles: BandPoles, band: Band, max_damping_ratio: float) -> NDArray
     status[damping > max_damping_ratio] = PoleStatus.OVERDAMPED
     status[damping <= 0.0] = PoleStatus.UNSTABLE_POLE
     eligible = np.flatnonzero(status == PoleStatus.KEPT)
-    order = poles.model_order[eligible]
-    best = np.full(len(eligible), np.iinfo(np.uint8).max, dtype=np.uint8)
-    for low, high in pairwise(np.unique(poles.model_order)):
-        below, above = np.flatnonzero(order == low), np.flatnonzero(order == high)
-        if len(below) == 0 or len(above) == 0:
-            continue
-        reason = _agreement(poles, eligible[below], eligible[above])
-        best[below] = _better(best[below], reason.min(axis=1))
-        best[above] = _better(best[above], reason.min(axis=0))
-    best[best == np.iinfo(np.uint8).max] = len(_REASONS) - 1
-    status[eligible] = _REASONS[best]
+    first, second = _neighbours(poles.model_order, eligible)
+    reason = _agreement(poles, first, second)
+    best = np.full(len(status), len(_REASONS) - 1, dtype=np.uint8)
+    np.minimum.at(best, first, reason)
+    np.minimum.at(best, second, reason)
+    status[eligible] = _REASONS[best[eligible]]
     return status
+
+
+def _neighbours(
+    orders: NDArray[np.int64], eligible: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return all pairs of poles of successive model orders, lower order first."""
+    level = np.unique(orders, return_inverse=True)[1][eligible]
+    eligible, level = eligible[np.argsort(level, kind='stable')], np.sort(level)
+    starts, ends = np.searchsorted(level, level + 1), np.searchsorted(level, level + 2)
+    count = ends - starts
+    first = np.repeat(np.arange(len(level)), count)
+    second = np.arange(len(first)) - np.repeat(np.cumsum(count) - count - starts, count)
+    return eligible[first], eligible[second]
 
 
 # Index = how far the pair got through the criteria, best first.
@@ -95,19 +102,18 @@ _REASONS = np.array(
 def _agreement(
     poles: BandPoles, first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> NDArray[np.uint8]:
-    """Return how far each pair gets, (n_first, n_second) array of indices into the reasons."""
-    f1, f2 = poles.frequency_hz[first][:, None], poles.frequency_hz[second][None]
-    d1, d2 = poles.damping_ratio[first][:, None], poles.damping_ratio[second][None]
-    mean_damping = (d1 + d2) / 2.0
-    frequency_differs = np.abs(f1 / f2 - 1.0) > np.maximum(mean_damping, LEAST_RELATIVE_STEP)
-    damping_differs = np.abs(d1 - d2) > np.maximum(
+    """Return how far each pair gets, (n_pairs,) array of indices into the reasons."""
+    frequency, damping = poles.frequency_hz, poles.damping_ratio
+    mean_damping = (damping[first] + damping[second]) / 2.0
+    frequency_differs = np.abs(frequency[first] / frequency[second] - 1.0) > np.maximum(
+        mean_damping, LEAST_RELATIVE_STEP
+    )
+    damping_differs = np.abs(damping[first] - damping[second]) > np.maximum(
         DAMPING_STEP * mean_damping, LEAST_RELATIVE_STEP
     )
-    shape_differs = mac(poles.shape[:, first], poles.shape[:, second]) < LEAST_MAC
-    return np.where(
-        frequency_differs, 3, np.where(damping_differs, 2, np.where(shape_differs, 1, 0))
-    ).astype(np.uint8)
-
-
-def _better(first: NDArray[np.uint8], second: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    return np.minimum(first, second)
+    reason = np.where(frequency_differs, 3, np.where(damping_differs, 2, 0)).astype(np.uint8)
+    alike = np.flatnonzero(reason == 0)
+    reason[alike] = mac_of_pairs(poles.shape[:, first[alike]], poles.shape[:, second[alike]]) < (
+        LEAST_MAC
+    )
+    return reason

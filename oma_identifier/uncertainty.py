@@ -13,6 +13,7 @@ Lazarus, Lewis, Stock and Watson (2018), doi:10.1080/07350015.2018.1506926 (cosi
 the long-run variance with exact t critical values).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.stats import t as student_t
 
-from oma_identifier.lag_gradient import times
+from oma_identifier.lag_gradient import LagGradient, times
 from oma_identifier.output_covariance import OutputCovariance
 from oma_identifier.ssi_cov import MultiOrder, OrderSolution
 
@@ -46,54 +47,80 @@ class PoleDeviation:
     damping_ratio_std: float
 
 
-class OrderSensitivity:
-    """Sensitivities of the poles of one model order to the covariances.
+class PoleSensitivity:
+    """Sensitivities of the poles of all model orders to the covariances.
 
     Parameters
     ----------
     system : MultiOrder
         With all singular triplets.
-    solution : OrderSolution
-        Of the model order.
     """
 
-    def __init__(self, system: MultiOrder, solution: OrderSolution) -> None:
-        order = solution.order
-        self._factors = system.factors
-        self._basis = system.factors.left[:, :order]
-        self._orthogonal = system.orthogonal[:, :order]
-        self._triangle = system.triangle[:order, :order]
-        self._solution = solution
+    def __init__(self, system: MultiOrder) -> None:
+        factors = system.factors
+        self._n_outputs = factors.n_outputs
+        self._basis = factors.left[:, : system.highest]
+        self._orthogonal = system.orthogonal
+        # A corner of the inverse is the inverse of the corner.
+        self._inverse = solve_triangular(system.triangle, np.eye(system.highest))
+        self._to_lags = LagGradient(
+            factors.left,
+            factors.values,
+            factors.right,
+            factors.n_outputs,
+            factors.n_references,
+            system.highest,
+        )
 
-    def gradient(self, eigenvalue: complex) -> NDArray[np.complex64]:
-        """Return the derivative of a discrete-time pole with respect to the covariances.
+    def gradients(
+        self, solutions: Sequence[OrderSolution], eigenvalues: NDArray[np.complex128]
+    ) -> NDArray[np.complex64]:
+        """Return the derivatives of discrete-time poles with respect to the covariances.
 
         Parameters
         ----------
-        eigenvalue : complex
-            The pole of this order nearest to it is taken.
+        solutions : sequence of OrderSolution
+            Of the model order of each pole.
+        eigenvalues : (n_poles,) complex array
+            The poles of these orders nearest to them are taken.
 
         Returns
         -------
-        (n_lags, n_outputs, n_references) complex array
+        (n_poles, n_lags, n_outputs, n_references) complex array
             G with dλ = Σ G ∘ dR.
         """
-        factors, triangle = self._factors, self._triangle
-        nearest = int(np.argmin(np.abs(self._solution.eigenvalue - eigenvalue)))
-        value = self._solution.eigenvalue[nearest]
-        vector = self._solution.vector[:, nearest, None]
-        unit = np.eye(1, len(vector), nearest).T
-        left_vector = np.linalg.solve(self._solution.vector.T, unit)
+        orders = np.array([solution.order for solution in solutions])
+        values, right, left = self._eigenvectors(solutions, eigenvalues)
         # dλ = a·dU φ + e·dU g, from the normal equations of A = U↑⁺ U↓
-        half = solve_triangular(triangle, left_vector, trans='T', check_finite=False)
-        g = solve_triangular(triangle, half, check_finite=False)
+        half = times(self._inverse.T, left)
+        half[np.arange(len(half))[:, None] >= orders] = 0.0
+        g = times(self._inverse, half)
         weight = times(self._orthogonal, half)
-        zeros = np.zeros((factors.n_outputs, 1))
-        a = np.concatenate([zeros, weight]) - value * np.concatenate([weight, zeros])
-        image = times(self._basis, vector)
-        residual = image[factors.n_outputs :] - value * image[: -factors.n_outputs]
-        e = np.concatenate([residual, zeros])
-        return factors.to_lags(np.hstack([a, e]), np.hstack([vector, g]))
+        image = times(self._basis, right)
+        rows = np.zeros((len(image), 2, len(orders)), dtype=complex)
+        rows[self._n_outputs :, 0] = weight
+        rows[: -self._n_outputs, 0] -= values * weight
+        rows[: -self._n_outputs, 1] = image[self._n_outputs :] - values * image[: -self._n_outputs]
+        return self._to_lags(rows, np.stack([right, g], axis=1), orders)
+
+    def _eigenvectors(
+        self, solutions: Sequence[OrderSolution], eigenvalues: NDArray[np.complex128]
+    ) -> tuple[NDArray[np.complex128], ...]:
+        """Return the eigenvalues, and their vectors with zeros up to the highest order."""
+        values = np.empty(len(solutions), dtype=complex)
+        right = np.zeros((len(self._inverse), len(solutions)), dtype=complex)
+        left = np.zeros_like(right)
+        together: dict[int, list[int]] = {}
+        for number, solution in enumerate(solutions):
+            together.setdefault(solution.order, []).append(number)
+        for order, numbers in together.items():
+            solution = solutions[numbers[0]]
+            distance = np.abs(solution.eigenvalue - eigenvalues[numbers, None])
+            nearest = np.argmin(distance, axis=1)
+            values[numbers] = solution.eigenvalue[nearest]
+            right[:order, numbers] = solution.vector[:, nearest]
+            left[:order, numbers] = np.linalg.solve(solution.vector.T, np.eye(order)[:, nearest])
+        return values, right, left
 
 
 def influence(
@@ -106,7 +133,7 @@ def influence(
     Parameters
     ----------
     gradients : (n_poles, n_lags, n_outputs, n_references) complex array
-        From :meth:`OrderSensitivity.gradient`.
+        From :meth:`PoleSensitivity.gradients`.
     eigenvalues : (n_poles,) complex array
         Discrete-time poles.
     covariance : OutputCovariance

@@ -13,26 +13,41 @@ Au (2017), Operational Modal Analysis, Springer, doi:10.1007/978-981-10-4118-1, 
 Whittle (1953), Arkiv för Matematik 2, 423-434.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oma_identifier import shape_prior
 from oma_identifier.whittle_information import Evaluated, gradient
 from oma_identifier.whittle_information import information as fisher_information
 
 CONVERGED_CHANGE = 0.01
 """Change of the log-likelihood at which no parameter moves by more than 0.14 of its deviation."""
 NEARLY_UNDAMPED = 0.1
-HOPELESS_MISFIT, HOPELESS_GAIN, CHECKED_EVERY = 3.0, 0.8, 6
-"""A fit so bad that does not get better by this factor in so many steps is given up."""
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-6, 1e6
 NOISE_LOG_STD = 1.0
+ALIKE = 1.0
+"""Distance of nearly equal poles, in half-power half-widths of both."""
 LARGEST_LOG_STEP = (0.2, 0.7, 2.0)
 """Of frequency, damping ratio and noise."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """A fit worse than ``misfit`` that does not get better by ``gain`` in so many steps ends."""
+
+    misfit: float
+    gain: float
+    every: int
+
+
+PATIENT, IMPATIENT = Patience(3.0, 0.8, 6), Patience(1.3, 0.93, 4)
+"""Until the modes beside the band are refined too, and afterwards."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +142,8 @@ class BandFit:
         Scoring steps taken.
     misfit : float
         Mean square of the whitened residual over what the model expects; 1 for a perfect model.
+    value : float
+        Negative logarithm of likelihood and priors.
     """
 
     model: BandModel
@@ -137,6 +154,7 @@ class BandFit:
     converged: bool
     n_steps: int
     misfit: float
+    value: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,10 +171,14 @@ class _Evaluation:
 
 @dataclass(frozen=True, slots=True)
 class _Quadratic:
-    """Fisher information and downhill gradient at one model."""
+    """Fisher information and downhill gradient at one model, and the scale of each parameter.
+
+    Directions across one shape have a common scale, so that it matters not which they are.
+    """
 
     information: Real
     gradient: Real
+    scale: Real
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,10 +220,6 @@ class _Prior:
         slope = [self.slope - model.slope]
         return np.concatenate([difference[first, second].real, off.imag, slope, noise])
 
-    def weighted(self, model: BandModel) -> tuple[Real, Real]:
-        """Return information and gradient, in the order of the last parameters."""
-        return self.weight, self.weight * self.offset(model)
-
     def value(self, model: BandModel) -> float:
         """Return the negative logarithm of the prior."""
         return float(0.5 * np.sum(self.weight * self.offset(model) ** 2))
@@ -218,7 +236,7 @@ def _log_frequency(data: BandData, model: BandModel) -> Real:
 
 
 def fit_band(
-    data: BandData, start: BandModel, max_steps: int = 30, warm: BandModel | None = None
+    data: BandData, start: BandModel, max_steps: int = 30, patience: Patience = PATIENT
 ) -> BandFit:
     """Maximise the likelihood from a start near the maximum.
 
@@ -232,33 +250,29 @@ def fit_band(
         With shapes of unit length and a positive definite force; the prior is centred on it.
     max_steps : int
         Scoring steps, those rejected included.
-    warm : BandModel or None
-        Where to begin instead, of the same size.
+    patience : Patience
+        When to give up.
     """
     # Far from the maximum numbers may overflow; such a step is rejected, not reported.
     with np.errstate(over='ignore', invalid='ignore', divide='ignore'):
-        return _fit_band(data, start, max_steps, warm)
+        return _fit_band(data, start, max_steps, patience)
 
 
-def _fit_band(data: BandData, start: BandModel, max_steps: int, warm: BandModel | None) -> BandFit:
+def _fit_band(data: BandData, start: BandModel, max_steps: int, patience: Patience) -> BandFit:
     prior = _Prior.of(start)
     model, damping, n_steps, converged = start, FIRST_DAMPING, 0, False
-    current = None if warm is None else _evaluate(data, warm, prior)
-    if current is not None and warm is not None:
-        model = warm
-    else:
-        current = _evaluate(data, start, prior)
+    current = _evaluate(data, start, prior)
     if current is None:
         unknown = np.full(start.n_free, np.nan)
         none = np.full((start.n_free, len(start.shapes), 0), np.nan + 0j)
-        return BandFit(start, unknown, unknown, none, np.nan, False, 0, np.inf)
+        return BandFit(start, unknown, unknown, none, np.nan, False, 0, np.inf, np.inf)
     quadratic = _quadratic(data, model, prior, current)
     misfit = np.inf
     while n_steps < max_steps and damping < LARGEST_DAMPING and not converged:
         n_steps += 1
-        if n_steps % CHECKED_EVERY == 0:
+        if n_steps % patience.every == 0:
             before, misfit = misfit, _misfit(data, current)
-            if misfit > max(HOPELESS_MISFIT, HOPELESS_GAIN * before):
+            if misfit > patience.misfit and misfit > patience.gain * before:
                 break
         candidate = _moved(model, _step(quadratic, damping))
         trial = _evaluate(data, candidate, prior)
@@ -278,7 +292,17 @@ def _fit_band(data: BandData, start: BandModel, max_steps: int, warm: BandModel 
     slope_std = float(deviation[start.n_free * size + len(start.force) ** 2])
     scatter = _shape_scatter(covariance, model)
     misfit = _misfit(data, current)
-    return BandFit(model, poles[:, 0], poles[:, 1], scatter, slope_std, converged, n_steps, misfit)
+    return BandFit(
+        model,
+        poles[:, 0],
+        poles[:, 1],
+        scatter,
+        slope_std,
+        converged,
+        n_steps,
+        misfit,
+        current.value,
+    )
 
 
 def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | None:
@@ -306,6 +330,7 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
         power = model.noise[0]
         value += data.n_noise * (np.log(power) + data.noise_power / power)
     value += prior.value(model)
+    value += sum(shape_prior.penalty(shape) for shape in model.shapes.T[: model.n_free])
     if not np.isfinite(value):
         return None
     return _Evaluation(
@@ -321,15 +346,43 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
 def _quadratic(data: BandData, model: BandModel, prior: _Prior, at: _Evaluation) -> _Quadratic:
     evaluated = _evaluated(data, model, at)
     information = fisher_information(evaluated, model.one_noise)
-    downhill = gradient(evaluated, model.one_noise)
     if model.one_noise:
         information[-1, -1] += data.n_noise
-        downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
-    weight, pull = prior.weighted(model)
-    last = np.arange(len(downhill) - len(weight), len(downhill))
+    weight = prior.weight
+    last = np.arange(len(information) - len(weight), len(information))
     information[last, last] += weight
-    downhill[last] += pull
-    return _Quadratic(information, downhill)
+    for own, shape, across in _shapes(model, evaluated):
+        information[own, own] += shape_prior.information(shape, across)
+    scale = np.sqrt(np.diag(information))
+    for own, *_ in _shapes(model, evaluated):
+        scale[own] = np.linalg.norm(scale[own]) / max(1.0, np.sqrt(own.stop - own.start))
+    return _Quadratic(information, _gradient(data, model, prior, at, evaluated), scale)
+
+
+def _gradient(
+    data: BandData,
+    model: BandModel,
+    prior: _Prior,
+    at: _Evaluation,
+    evaluated: Evaluated | None = None,
+) -> Real:
+    """Return the downhill gradient, priors included."""
+    evaluated = evaluated or _evaluated(data, model, at)
+    downhill = gradient(evaluated, model.one_noise)
+    if model.one_noise:
+        downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
+    pull = prior.weight * prior.offset(model)
+    downhill[-len(pull) :] += pull
+    for own, shape, across in _shapes(model, evaluated):
+        downhill[own] += shape_prior.gradient(shape, across)
+    return downhill
+
+
+def _shapes(model: BandModel, evaluated: Evaluated) -> Iterator[tuple[slice, Complex, Complex]]:
+    """Yield the parameters of each free shape, the shape and the directions across it."""
+    size = 2 * len(model.shapes)
+    for mode, across in enumerate(evaluated.across):
+        yield slice(mode * size + 2, (mode + 1) * size), model.shapes[:, mode], across
 
 
 def _evaluated(data: BandData, model: BandModel, at: _Evaluation) -> Evaluated:
@@ -369,7 +422,7 @@ def _pairs(n_modes: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _step(quadratic: _Quadratic, damping: float) -> Real:
-    scale = np.sqrt(np.diag(quadratic.information))
+    scale = quadratic.scale
     scaled = quadratic.information / np.outer(scale, scale)
     scaled[np.diag_indices_from(scaled)] += damping
     try:
@@ -390,7 +443,8 @@ def _moved(model: BandModel, step: Real) -> BandModel:
         shapes[:, mode] += _across(model.shapes[:, mode]) @ (part[2::2] + 1j * part[3::2])
         length[mode] = np.linalg.norm(shapes[:, mode])
     end = poles.size + len(frequency) ** 2
-    force = _force(model.force, step[poles.size : end]) * np.outer(length, length)
+    force = _mixed(model, shapes, _force_step(model.force, step[poles.size : end]))
+    force *= np.outer(length, length)
     noise = model.noise * np.exp(
         np.clip(step[end + 1 :], -LARGEST_LOG_STEP[2], LARGEST_LOG_STEP[2])
     )
@@ -405,13 +459,34 @@ def _moved(model: BandModel, step: Real) -> BandModel:
     )
 
 
-def _force(force: Complex, step: Real) -> Complex:
+def _force_step(force: Complex, step: Real) -> Complex:
     first, second = _pairs(len(force))
     off = first != second
     change = np.zeros_like(force)
     change[first, second] = step[: len(first)]
     change[first[off], second[off]] += 1j * step[len(first) :]
-    return np.asarray(force + change + np.triu(change, 1).conj().T)
+    return np.asarray(change + np.triu(change, 1).conj().T)
+
+
+def _mixed(model: BandModel, shapes: Complex, change: Complex) -> Complex:
+    """Return the force after a change of it and of the shapes.
+
+    Modes of nearly the same pole have no shapes of their own: with Φ T for Φ and T⁻¹ S T⁻ᴴ for S
+    the spectra are the same.  Added to S as it is, a step would leave that curved valley.
+    """
+    pole = model.frequency_hz * (1j - model.damping_ratio)
+    width = model.frequency_hz * model.damping_ratio
+    alike = np.abs(pole[:, None] - pole) < ALIKE * (width[:, None] + width)
+    mixing = np.zeros_like(force := model.force)
+    for mode in np.flatnonzero(alike[: model.n_free].sum(axis=1) > 1):
+        near = alike[mode]
+        step = shapes[:, mode] - model.shapes[:, mode]
+        mixing[near, mode] = np.linalg.lstsq(model.shapes[:, near], step, rcond=0.1)[0]
+    if not mixing.any():
+        return np.asarray(force + change)
+    change = change + mixing @ force + force @ mixing.conj().T
+    back = np.linalg.inv(np.eye(len(mixing)) + mixing)
+    return np.asarray(back @ (force + change) @ back.conj().T)
 
 
 def _covariance(information: Real) -> Real:

@@ -189,6 +189,8 @@ def _joined_channel(first: ChannelQuality | None, second: ChannelQuality) -> Cha
         n_reordered=max(first.n_reordered, second.n_reordered),
         jitter_std_s=max(first.jitter_std_s, second.jitter_std_s),
         rms=max(first.rms, second.rms),
+        kurtosis=float(np.fmax(first.kurtosis, second.kurtosis)),
+        noise_rms=float(np.fmax(first.noise_rms, second.noise_rms)),
         excluded=first.excluded and second.excluded,
         flags=tuple(dict.fromkeys((*first.flags, *second.flags))),
     )

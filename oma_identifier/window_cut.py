@@ -1,7 +1,7 @@
 """Cut one window out of the rows of a segment: healthy channels, and the health of all."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,24 +11,18 @@ from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
 from oma_identifier.block_clock import RATE_TOLERANCE
-from oma_identifier.health import compare, examine, EXCLUDING
+from oma_identifier.health import ChannelHealth, compare, examine, EXCLUDING
 from oma_identifier.joint_track import JointTrack, pose_of
 from oma_identifier.segment import Segment
 from oma_identifier.setup_check import check_gravity
 from oma_identifier.source import Source
+from oma_identifier.source_rows import CutRows
 
 DEGRADED_SHARE = 0.01
 """Share of filled samples that makes a window degraded."""
 
 MOST_NAMED = 4
 """Channels named one by one."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Column:
-    channel: Channel
-    values: NDArray[np.float64]
-    quality: ChannelQuality
 
 
 def cut_window(
@@ -60,18 +54,23 @@ def cut_window(
     flags : tuple of str
         What is known about the window as a whole.
     """
-    columns = [column for source in sources for column in _columns_of(source, segment, rows)]
-    healthy = [column for column in columns if not column.quality.excluded]
-    values = _side_by_side(healthy, len(rows))
-    compared = compare(values, [column.quality for column in healthy])
-    suspicions = check_gravity([column.channel for column in healthy], values)
-    by_name = {
-        quality.name: replace(quality, flags=(*quality.flags, suspicions[quality.name]))
-        if quality.name in suspicions
-        else quality
-        for quality in compared
-    }
-    qualities = [by_name.get(column.channel.name, column.quality) for column in columns]
+    cuts = [segment.cut(source, rows) for source in sources]
+    by_source = [
+        _qualities(source, segment, rows, cut) for source, cut in zip(sources, cuts, strict=True)
+    ]
+    values = _side_by_side(cuts, by_source, len(rows))
+    channels = [channel for source in sources for channel in source.channels]
+    qualities = [quality for each in by_source for quality in each]
+    healthy = [place for place, quality in enumerate(qualities) if not quality.excluded]
+    channels = [channels[place] for place in healthy]
+    mean = np.concatenate([cut.summary.mean for cut in cuts])[healthy]
+    suspicions = check_gravity(channels, mean)
+    compared = compare(values, [qualities[place] for place in healthy])
+    for place, quality in zip(healthy, compared, strict=True):
+        suspicion = suspicions.get(quality.name)
+        if suspicion:
+            quality = replace(quality, flags=(*quality.flags, suspicion))
+        qualities[place] = quality
     qualities += _missing(layout, qualities)
     start_ns, end_ns = segment.time_ns(rows.start), segment.time_ns(rows.stop)
     recent = joints.between(start_ns, end_ns)
@@ -82,7 +81,7 @@ def cut_window(
         samples=Samples(
             acceleration=values,
             sample_rate_hz=segment.sample_rate_hz,
-            channels=tuple(column.channel for column in healthy),
+            channels=tuple(channels),
             start_ns=segment.label_ns(rows.start),
         ),
         quality=_quality(sources, qualities, len(rows), flags),
@@ -91,40 +90,31 @@ def cut_window(
     )
 
 
-def _side_by_side(columns: Sequence[_Column], n_rows: int) -> NDArray[np.float64]:
-    """Return the columns as one array, without a copy where they are all columns of one."""
-    whole = columns[0].values.base if columns else None
-    if whole is not None and whole.shape == (n_rows, len(columns)):
-        if all(column.values.base is whole for column in columns):
-            return whole
-    values = np.empty((n_rows, len(columns)))
-    for place, column in enumerate(columns):
-        values[:, place] = column.values
+def _side_by_side(
+    cuts: Sequence[CutRows], qualities: Sequence[Sequence[ChannelQuality]], n_rows: int
+) -> NDArray[np.float64]:
+    """Return the healthy columns as one array; those of one source are not copied."""
+    healthy = [[not quality.excluded for quality in each] for each in qualities]
+    if len(cuts) == 1 and all(healthy[0]):
+        return cuts[0].values
+    values = np.empty((n_rows, sum(map(sum, healthy))))
+    start = 0
+    for cut, chosen in zip(cuts, healthy, strict=True):
+        stop = start + sum(chosen)
+        values[:, start:stop] = cut.values if all(chosen) else cut.values[:, chosen]
+        start = stop
     return values
 
 
-def _columns_of(source: Source, segment: Segment, rows: range) -> list[_Column]:
-    n_channels = len(source.channels)
-    values = np.zeros((len(rows), n_channels))
-    lost = np.ones(len(rows), dtype=bool)
-    filled = np.zeros(len(rows), dtype=bool)
-    bad = np.zeros((len(rows), n_channels), dtype=bool)
-    for stretch in segment.stretches:
-        part = stretch.rows.get(source.name)
-        low = max(rows.start, stretch.first_row)
-        high = min(rows.stop, stretch.first_row + stretch.n_rows)
-        if part is None or high <= low:
-            continue
-        here = slice(low - rows.start, high - rows.start)
-        there = slice(low - stretch.first_row, high - stretch.first_row)
-        values[here] = part.values[there]
-        lost[here] = part.lost[there]
-        filled[here] = part.filled[there]
-        bad[here] = part.bad[there]
-    base = _source_quality(source, segment, rows, lost, filled)
+def _qualities(
+    source: Source, segment: Segment, rows: range, cut: CutRows
+) -> list[ChannelQuality]:
+    base = _source_quality(source, segment, rows, cut.lost, cut.filled)
     return [
-        _Column(channel, values[:, place], _channel_quality(base, channel, values, bad, place))
-        for place, channel in enumerate(source.channels)
+        _channel_quality(base, channel, health, bad)
+        for channel, health, bad in zip(
+            source.channels, examine(cut.values, cut.summary), cut.bad.tolist(), strict=True
+        )
     ]
 
 
@@ -162,16 +152,11 @@ def _source_quality(
 
 
 def _channel_quality(
-    base: ChannelQuality,
-    channel: Channel,
-    values: NDArray[np.float64],
-    bad: NDArray[np.bool_],
-    place: int,
+    base: ChannelQuality, channel: Channel, health: ChannelHealth, bad: bool
 ) -> ChannelQuality:
     flags = list(base.flags)
-    if bad[:, place].any():
+    if bad:
         flags.append('not_finite')
-    health = examine(values[:, place])
     if 'missing' not in flags:
         flags += [flag for flag in health.flags if flag not in flags]
     return ChannelQuality(
@@ -183,6 +168,8 @@ def _channel_quality(
         measured_rate_hz=base.measured_rate_hz,
         jitter_std_s=base.jitter_std_s,
         rms=health.rms,
+        kurtosis=health.kurtosis,
+        noise_rms=health.noise_rms,
         excluded=any(flag in EXCLUDING for flag in flags),
         flags=tuple(flags),
     )

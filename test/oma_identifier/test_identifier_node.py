@@ -10,10 +10,15 @@ pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
 from rcl_interfaces.srv import SetParameters
+import rclpy
 from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
 
+from modal_core.channel import Channel
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
+from modal_core.samples import Samples
+from oma_identifier.identifier_node import IdentifierNode
+from oma_identifier.identify import identify_samples
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
 from recordings import open_recording, to_mcap
@@ -187,6 +192,20 @@ def test_checkpoint_keeps_ids_over_a_restart(driver, tmp_path):
     assert ids[0] and ids[0] == ids[1]
 
 
+def test_a_window_that_is_done_after_the_stop_is_kept(tmp_path):
+    context, file = rclpy.Context(), tmp_path / 'tracks.json'
+    rclpy.init(context=context)
+    parameters = [Parameter('checkpoint_file', value=str(file))]
+    node = IdentifierNode(context=context, parameter_overrides=parameters)
+    data, _ = three_modes(20.0, 200.0, 4, SEED)
+    channels = tuple(Channel(name) for name in 'abcd')
+    result = identify_samples(Samples(data, 200.0, channels, START))
+    rclpy.shutdown(context=context)
+    node._publish(result)
+    assert file.exists() and file.with_name('tracks.json.last').exists()
+    node.destroy_node()
+
+
 @pytest.mark.parametrize('content', [b'', b'\x00\x01\x00\x00' + b'\xff' * 100, b'junk'])
 def test_a_broken_last_result_is_named_and_survived(driver, tmp_path, content):
     (tmp_path / 'tracks.json.last').write_bytes(content)
@@ -217,7 +236,6 @@ def offline_windows(path, settings):
     return results + [pipeline.identify(window) for window in pipeline.finish()]
 
 
-@pytest.mark.slow
 @pytest.mark.slow
 @pytest.mark.parametrize('name', ['palisaden', 'cessipy'])
 def test_live_replay_gives_the_same_modes_as_offline(driver, data_path, tmp_path, name):

@@ -179,19 +179,23 @@ def test_result_does_not_depend_on_gain_or_order_of_channels():
         assert mac((first.shape * gain)[order], second.shape)[0, 0] > 0.9999
 
 
-def test_worst_shape_is_better_than_at_the_start():
+def test_shapes_are_better_than_at_the_start():
     plant = small_plant()
-    generator = np.random.default_rng(11)
-    samples = simulate(plant, generator, 60.0, RATE_HZ, noise=0.02)
-    start = start_modes(plant, samples, generator)
-    rough = tuple(
-        replace(mode, shape=mode.shape + 0.05 * generator.standard_normal(6)) for mode in start
-    )
-    result = refine(samples, ModeSet(rough, samples.channel_names))
-    before = np.diag(mac(ModeSet(rough, samples.channel_names).shapes, plant.shapes))
-    after = np.diag(mac(result.modes.shapes, plant.shapes))
-    assert after.min() > before.min(), f'seed 11: {before} {after}'
-    assert after.min() > 0.997, f'seed 11: {after}'
+    before, after = [], []
+    for seed in range(11, 17):
+        generator = np.random.default_rng(seed)
+        samples = simulate(plant, generator, 60.0, RATE_HZ, noise=0.02)
+        start = start_modes(plant, samples, generator)
+        rough = tuple(
+            replace(mode, shape=mode.shape + 0.05 * generator.standard_normal(6)) for mode in start
+        )
+        given = ModeSet(rough, samples.channel_names)
+        result = refine(samples, given)
+        before.append(1.0 - np.diag(mac(given.shapes, plant.shapes)))
+        after.append(1.0 - np.diag(mac(result.modes.shapes, plant.shapes)))
+    worst_before, worst_after = np.max(before, axis=1), np.max(after, axis=1)
+    assert worst_after.mean() < 0.5 * worst_before.mean(), f'seeds 11..16: {after}'
+    assert np.median(after) < 0.001, f'seeds 11..16: {after}'
 
 
 def test_a_mode_that_is_not_there_is_kept_as_it_came():
@@ -286,7 +290,7 @@ def test_fit_recovers_the_model_that_made_an_exact_spectrum():
     gain = 1.0 / (1.0 - beta**2 - 2j * damping * beta)
     amplitude = shapes * gain[:, None, :]
     exact = amplitude @ force @ amplitude.conj().transpose(0, 2, 1) + 0.01 * np.eye(4)
-    data = BandData(frequency, exact, np.full(121, 20.0), 0.0, 1.0)
+    data = BandData(frequency, exact, np.full(121, 2000.0), 0.0, 1.0)
     start = BandModel(
         natural * (1.01, 0.995),
         damping * (1.4, 0.7),

@@ -104,6 +104,14 @@ def test_jitter_is_reconstructed():
     assert quality.jitter_std_s == pytest.approx(5e-5, rel=0.1)
 
 
+@pytest.mark.parametrize(('rate', 'rounded_s'), [(99.993, 1e-4), (425.083, 1e-3)])
+def test_the_measured_rate_is_that_of_all_stamps(rate, rounded_s):
+    stamps = np.arange(int(9 * rate)) / rate
+    _, windows = run(pieces(samples(np.round(stamps / rounded_s) * rounded_s), 100))
+    for channel in windows[-1].quality.channels:
+        assert abs(channel.measured_rate_hz / rate - 1.0) < 2.0 * rounded_s / 9.0
+
+
 def test_sensors_of_different_rate_and_phase_share_one_grid():
     block = blocks(9.0)
     first = samples(0.00037 + np.arange(3600) / 400.0, '/imu/a')
@@ -271,5 +279,5 @@ def test_memory_is_bounded_by_the_window():
         list(buffer.windows())
         source = next(iter(buffer._sources.values()))
         assert source.stream.n_pending < 2500
-        rows = sum(s.n_rows for s in buffer._segment.stretches) if buffer._segment else 0
+        rows = sum(s.n_held for s in buffer._segment.rows.values()) if buffer._segment else 0
         assert rows <= 7000
