@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
-from model_gap.effects.payload import arm_mass
+from model_gap.effects.places import arm_mass
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 from model_gap.setup import Setup
@@ -124,7 +124,7 @@ def _separations(
     like: Predictor,
     mass_kg: float = 0.0,
 ) -> list[float]:
-    predictor = Predictor(like.model, records, like.steps_per_s)
+    predictor = dataclasses.replace(like, records=records)
     try:
         return _differences(predictor, one, other, mass_kg)
     except ModelError:

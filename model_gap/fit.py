@@ -5,12 +5,14 @@ data count as ``EFFECTIVE_DATA`` independent pieces of unknown scale,
 -log L = N log χ with χ = mean |Y - Ŷ|²/σ².
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
+from model_gap.effects.effect import Effect
 from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import (
     effect_columns,
@@ -40,12 +42,15 @@ class Fit:
         Tempered, by Laplace's method, up to a constant of the data.
     covariance : (n_parameters, n_parameters) array
         Of the inner parameters, tolerances marginalised.
+    precision : (n_tolerances + n_parameters, same) array
+        Of all numbers, in prior standard deviations.
     """
 
     hypothesis: Hypothesis
     misfit: float
     log_evidence: float
     covariance: Array
+    precision: Array
 
 
 def objective(misfit_value: float, hypothesis: Hypothesis) -> float:
@@ -53,6 +58,15 @@ def objective(misfit_value: float, hypothesis: Hypothesis) -> float:
     scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
     prior = float(hypothesis.tolerance_values @ hypothesis.tolerance_values + scaled @ scaled)
     return float(EFFECTIVE_DATA * np.log(misfit_value) + 0.5 * prior)
+
+
+def free_numbers_cost(effects: Sequence[Effect], records: int) -> float:
+    """Return what numbers that are free in every record cost in log evidence.
+
+    Half the logarithm of the data's count each: Schwarz (1978), doi:10.1214/aos/1176344136.
+    """
+    count = records * sum(effect.free_numbers for effect in effects)
+    return float(0.5 * np.log(EFFECTIVE_DATA) * count)
 
 
 def fit(
@@ -76,24 +90,30 @@ def fit(
     iterations : int
         Most steps between two linearisations of the tolerances.
     relinearise : int
-        How often the tolerance derivatives are computed anew.
+        How often the tolerance derivatives are computed anew at most.
     """
+    fresh = columns is None
     if columns is None:
         columns = tolerance_columns(hypothesis, predictor, weighting)
-    for round_number in range(relinearise + 1):
-        hypothesis = _descend(hypothesis, predictor, weighting, columns, iterations)
-        if round_number < relinearise:
-            columns = tolerance_columns(hypothesis, predictor, weighting)
+    for _ in range(relinearise):
+        moved = descend(hypothesis, predictor, weighting, columns, iterations)
+        if fresh and moved is hypothesis:
+            break
+        hypothesis, fresh = moved, True
+        columns = tolerance_columns(hypothesis, predictor, weighting)
+    else:
+        hypothesis = descend(hypothesis, predictor, weighting, columns, iterations)
     return _summary(hypothesis, predictor, weighting, columns)
 
 
-def _descend(
+def descend(
     hypothesis: Hypothesis,
     predictor: Predictor,
     weighting: Weighting,
     columns: Rows,
     iterations: int,
 ) -> Hypothesis:
+    """Return where damped Gauss-Newton steps lead, tolerances linear as ``columns`` say."""
     rows = weighting.rows(predictor.predict(hypothesis.setup()))
     chi = misfit(weighting, rows)
     best = objective(chi, hypothesis)
@@ -162,9 +182,11 @@ def _summary(
     covariance = np.linalg.inv(hessian)[len(columns) :, len(columns) :]
     scale = hypothesis.prior_scale
     evidence = -objective(chi, hypothesis) - 0.5 * float(np.linalg.slogdet(hessian)[1])
+    evidence -= free_numbers_cost(hypothesis.effects, len(predictor.records))
     return Fit(
         hypothesis=hypothesis,
         misfit=chi,
         log_evidence=evidence,
         covariance=covariance * np.outer(scale, scale),
+        precision=hessian,
     )

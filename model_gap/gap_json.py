@@ -45,8 +45,8 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
             {
                 'kind': item.kind,
                 'name': item.name,
-                'misfit_before': _number(item.before),
-                'misfit_after': _number(item.after),
+                'over_noise_before': over_noise(item.before),
+                'over_noise_after': over_noise(item.after),
                 'share': _number(item.share),
             }
             for item in result.where
@@ -58,8 +58,8 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
         'noise_floor': _number(result.noise_floor),
         'reasons': list(decision.reasons),
         'next_experiments': list(decision.experiments),
-        'misfit_with_tolerances_only': _number(first.misfit),
-        'misfit_with_tolerances_only_heldout': _number(search.steps[0].heldout_before),
+        'over_noise_with_tolerances_only': over_noise(first.misfit),
+        'over_noise_with_tolerances_only_heldout': over_noise(search.steps[0].heldout_before),
         'screened': [
             {
                 'type': item.effect.type,
@@ -73,7 +73,7 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
         'excitation': search.campaign.excitation,
         'comparison': None if comparison is None else comparison_mapping(comparison),
         'remarks': list(search.campaign.remarks),
-        'notes': list(search.campaign.notes),
+        'notes': list(search.notes),
         'band_hz': [search.settings.band.low_hz, search.settings.band.high_hz],
         'lines_hz': list(search.scene.lines_hz),
         'fitting': [item.record.name for item in search.fitting.records],
@@ -135,8 +135,8 @@ def _candidate(item: Candidate) -> dict[str, Any]:
     return {
         **_effect(candidate_effects(item)[-1]),
         'log_evidence_gain': _number(item.gain),
-        'misfit': _number(item.fit.misfit),
-        'misfit_heldout': _number(item.heldout_misfit),
+        'over_noise': over_noise(item.fit.misfit),
+        'over_noise_heldout': over_noise(item.heldout_misfit),
     }
 
 
@@ -148,6 +148,11 @@ def _tolerances(hypothesis: Hypothesis) -> list[dict[str, Any]]:
         {'name': hypothesis.tolerances[place].name, 'deviations': _number(float(values[place]))}
         for place in order
     ]
+
+
+def over_noise(misfit: float) -> float | None:
+    """Return what is left over as an amplitude in units of the noise: 1 is noise alone."""
+    return _number(math.sqrt(misfit)) if misfit >= 0.0 else None
 
 
 def _number(value: float) -> float | None:

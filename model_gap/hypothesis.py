@@ -2,6 +2,7 @@
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,8 +84,28 @@ class Hypothesis:
         effects = self.effects[:index] + self.effects[index + 1 :]
         return dataclasses.replace(self, effects=effects, inner=keep)
 
+    def with_details(self) -> 'Hypothesis | None':
+        """Return a copy whose last effect has more of its numbers free; None when it has none."""
+        effect = self.effects[-1].detailed()
+        if effect is None:
+            return None
+        neutral = [item.neutral for item in effect.parameters(self.scene)]
+        last = len(self.effects) - 1
+        known = self.values()[last]
+        return self.without(last).with_effect(effect, (*known, *neutral[len(known) :]))
+
     def moved(self, tolerance_values: Array, inner: Array) -> 'Hypothesis':
-        """Return a copy with other numbers, inner ones kept in their plausible range."""
+        """Return a copy with other numbers, inner ones kept in their plausible range.
+
+        Numbers of laws whose torques are held stay: nothing but their prior would pull at them.
+        """
+        waiting = len(self.held)
+        stay: list[bool] = []
+        for effect in self.effects:
+            held = effect.amplitude_dependent and waiting > 0
+            waiting -= held
+            stay += [held] * len(effect.parameters(self.scene))
+        inner = np.where(stay, self.inner, inner) if any(stay) else inner
         inside = [
             min(
                 max(x, item.inner(item.low) if not item.log or item.low > 0 else x),
@@ -96,9 +117,10 @@ class Hypothesis:
             self, tolerance_values=tolerance_values, inner=np.array(inside, dtype=float)
         )
 
-    def tolerant_setup(self, values: Array | None = None) -> Setup:
-        """Return the setup with tolerances but without effects."""
-        numbers = self.tolerance_values if values is None else values
+    @cached_property
+    def tolerant(self) -> Setup:
+        """The setup with tolerances but without effects."""
+        numbers = self.tolerance_values
         setup = self.scene.setup
         for item, value in zip(self.tolerances, numbers, strict=True):
             if value and item.kind != 'gain':
@@ -130,4 +152,4 @@ class Hypothesis:
 
     def setup(self) -> Setup:
         """Return the whole setup."""
-        return self.add_effects(self.tolerant_setup())
+        return self.add_effects(self.tolerant)

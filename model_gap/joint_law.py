@@ -5,6 +5,7 @@ without it and fall by ``give``·N and ``rate_give``·N with it.
 """
 
 from abc import ABC, abstractmethod
+from enum import Enum
 from typing import ClassVar
 
 import numpy as np
@@ -16,6 +17,16 @@ MOST_SOFTENING = 0.6
 MOST_HARDENING = 30.0
 # Of the play: teeth under less static twist than this rest between the flanks, not on one.
 CENTRED = 1e-3
+# To the speed that friction leaves: the torque is then right to 0.5 %, mostly to rounding.
+NEWTON_STEPS = 3
+
+
+class Follow(Enum):
+    """Which twist a law is evaluated on."""
+
+    PREDICTED = 'predicted'
+    PARTED = 'measured above a few hertz, predicted below'
+    MEASURED = 'measured'
 
 
 class JointLaw(ABC):
@@ -35,6 +46,11 @@ class JointLaw(ABC):
 
     # Whether the static twist enters.
     preloaded: ClassVar[bool] = False
+    # Which twist it sees, and while its numbers are still far off.
+    sees: ClassVar[Follow] = Follow.PREDICTED
+    sees_first: ClassVar[Follow] = Follow.PREDICTED
+    # Whether the torque is proportional to the stiffness.
+    of_spring: ClassVar[bool] = False
 
     def __init__(
         self, values: Array, stiffness: Array, static_twist: Array, give: Array, rate_give: Array
@@ -76,12 +92,13 @@ def held(values: Array, low: Array | float, high: Array | float) -> Array:
 
 
 class FrictionLaw(JointLaw):
-    """τ·sat(v/v₀): Coulomb friction with a viscous transition; values τ, v₀."""
+    """τ·tanh(v/v₀): Coulomb friction with a viscous transition; values τ, v₀."""
 
     def prepare(self) -> None:
-        """Solve inside the transition, where the implicit equation is linear."""
+        """Set how much the torque slows the joint within a step."""
         self.level, self.width = self.values
-        self.slope = self.level / (self.width + self.rate_give * self.level)
+        self.braking = self.rate_give * self.level
+        self.inner_share = 1.0 / (1.0 + self.braking / self.width)
         self.step = (np.zeros_like(self.level),) * 4  # last speed and torque, new speed and torque
 
     def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
@@ -89,8 +106,20 @@ class FrictionLaw(JointLaw):
         return self._at(rate)
 
     def _at(self, speed: Array) -> Array:
-        torque = held(self.slope * speed, -self.level, self.level)
-        self.step = (*self.step[2:], speed - self.rate_give * torque, torque)
+        """Solve u + r τ tanh(u/v₀) = v for the speed u that is left.
+
+        tanh(x) is less than x and than one: the larger of both bounds is below the root, from
+        where Newton's steps on the concave function climb to it.
+        """
+        free = np.abs(speed)
+        left = np.maximum(free - self.braking, free * self.inner_share)
+        for _ in range(NEWTON_STEPS):
+            grip = np.tanh(left / self.width)
+            slope = 1.0 + self.braking / self.width * (1.0 - grip * grip)
+            left = left + (free - left - self.braking * grip) / slope
+        left = np.copysign(left, speed)
+        torque = np.asarray(self.level * np.tanh(left / self.width))
+        self.step = (*self.step[2:], left, torque)
         return torque
 
     def surplus(self) -> Array | None:
@@ -107,9 +136,9 @@ class FrictionLaw(JointLaw):
         return np.asarray(np.where(still, 0.0, mean - 0.5 * (last + torque)))
 
     def _integral(self, speed: Array) -> Array:
-        size = np.abs(speed)
-        inside = np.minimum(size, self.width)
-        return np.asarray(self.level * (0.5 * inside * inside / self.width + size - inside))
+        """Return τ v₀ ln cosh(v/v₀), up to a constant."""
+        size = np.abs(speed) / self.width
+        return np.asarray(self.level * self.width * (size + np.log1p(np.exp(-2.0 * size))))
 
 
 class JointFrictionLaw(FrictionLaw):
@@ -122,6 +151,9 @@ class JointFrictionLaw(FrictionLaw):
 
 class CubicLaw(JointLaw):
     """k α e³; value α [1/rad²]."""
+
+    sees_first = Follow.MEASURED
+    of_spring = True
 
     def prepare(self) -> None:
         """Set the range: a softening spring never turns round."""
@@ -147,6 +179,9 @@ class BacklashLaw(JointLaw):
     """k·dz(e + e_r, b) less the linear spring; values b [rad] and the share of gravity preload."""
 
     preloaded = True
+    sees = Follow.PARTED
+    sees_first = Follow.PARTED
+    of_spring = True
 
     def prepare(self) -> None:
         """Solve between the flanks; on them the torque is constant."""
@@ -165,6 +200,9 @@ class BacklashLaw(JointLaw):
 
 class SpeedStiffnessLaw(JointLaw):
     """k β |q'| e; value β [s/rad]."""
+
+    sees_first = Follow.MEASURED
+    of_spring = True
 
     def prepare(self) -> None:
         """Set the change of stiffness per speed."""

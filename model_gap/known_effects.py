@@ -74,9 +74,8 @@ def corrected_layout(layout: SensorLayout, hypothesis: Hypothesis) -> SensorLayo
             name = str(effect.location).removeprefix('sensor:')
             delay_s[name] = delay_s.get(name, 0.0) + values[0]
     # The steps are linear and the same at every frequency: what they make of unit readings.
-    mixing = np.eye(len(layout.channels), dtype=complex)
-    for step in setup.outputs:
-        mixing = step(np.zeros(len(mixing)), mixing)
+    count = len(layout.channels)
+    mixing = setup.seen(np.zeros(count), np.eye(count, dtype=complex))
     directions = mixing.real @ np.array([channel.direction for channel in layout.channels])
     changed = np.abs(mixing - np.eye(len(mixing))).sum(axis=1) > 0.0
     sensors, first = [], 0

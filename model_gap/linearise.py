@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from model_gap.equivalent_gain import closed_transfer, equivalent_gain
 from model_gap.hypothesis import Hypothesis
+from model_gap.joint_law import Follow
+from model_gap.joint_vector import joint_spring, joint_vector
 from model_gap.pose_system import PoseSystem
 from model_gap.predict import Predictor, RecordState
 from model_gap.setup import Setup
@@ -14,6 +17,7 @@ from model_gap.spectra import Complex, hann
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.float32]
+Complex64 = NDArray[np.complex64]
 TOLERANCE_STEP = 0.05
 EFFECT_STEP = 0.002
 
@@ -72,7 +76,7 @@ def effect_columns(
     Where a parameter changes no torque law, nonlinear torques are held.  What changes the arm is
     differentiated as tolerances are: a spring's change and its tolerance must look alike.
     """
-    tolerant = hypothesis.tolerant_setup()
+    tolerant = hypothesis.tolerant
     now = hypothesis.add_effects(tolerant)
     held = predictor.hold(now).held if _mixed(hypothesis) else now.held
     slow = [
@@ -103,9 +107,9 @@ def effect_columns(
             columns.append((weighting.rows(spectra) - base) / np.float32(step))
             continue
         if arm is None:
-            arm = _arm_derivative(replace(now, forces=(), held=held), predictor)
-        changes = arm.changes(setup, step)
-        columns.append(weighting.rows(predictor.outputs(now, changes)))
+            arm = _arm_derivative(now, predictor)
+        changes = predictor.outputs(now, arm.changes(setup, step))
+        columns.append(weighting.rows(predictor.less_tones(now, changes, arm.doubts)))
     return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
 
 
@@ -119,18 +123,19 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: W
 
     To first order a changed arm is the present one under the force (dB a + dP q) -
     (dM x'' + dC x' + dK x), so that one transfer per record serves all tolerances.  Nonlinear
-    torques, but for the load of gravity on them, and what rings on after the record are held.
+    torques follow the changed motion as equivalent springs and dampers would, but where the drive
+    they act in is changed: there they are stepped anew.  What rings on after the record is held.
 
     References
     ----------
     Fox and Kapoor (1968), doi:10.2514/3.5008, for the direct method of sensitivities.
     """
-    tolerant = hypothesis.tolerant_setup()
+    tolerant = hypothesis.tolerant
     setup = hypothesis.add_effects(tolerant)
     systems = predictor.systems(setup.spec, setup.channels)
-    states = predictor.states(setup, systems)
+    states, forces = predictor.states_and_forces(setup, systems)
     readings = predictor.readings(systems, states)
-    arm = _ArmDerivative(predictor, setup, systems, states)
+    arm = _ArmDerivative(predictor, setup, systems, states, forces)
     heavier = [
         hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
         for item in hypothesis.tolerances
@@ -138,8 +143,15 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: W
     ]
     pushes = iter(predictor.preload_pushes(setup, systems, heavier))
     gains = [number for number, item in enumerate(hypothesis.tolerances) if item.kind == 'gain']
+    lawful = {force.joint for force in setup.forces}
+    base = weighting.rows(predictor.predict(setup)) if lawful else None
     columns = []
     for number, item in enumerate(hypothesis.tolerances):
+        if base is not None and item.joint in lawful:
+            moved = hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
+            stepped = weighting.rows(predictor.predict(moved)) - base
+            columns.append(stepped / np.float32(TOLERANCE_STEP))
+            continue
         if item.kind == 'gain':
             changes = [np.zeros_like(reading) for reading in readings]
             for change, reading in zip(changes, readings, strict=True):
@@ -156,13 +168,14 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: W
                 springs = item.kind == 'spring'
                 push = None if springs else next(pushes, None)
                 changes = arm.changes(moved, TOLERANCE_STEP, springs, push)
-        columns.append(weighting.rows(predictor.outputs(setup, changes)))
+        seen = predictor.outputs(setup, changes)
+        columns.append(weighting.rows(predictor.less_tones(setup, seen, arm.doubts)))
     return np.array(columns, dtype=np.float32)
 
 
 def _arm_derivative(setup: Setup, predictor: Predictor) -> '_ArmDerivative':
     systems = predictor.systems(setup.spec, setup.channels)
-    return _ArmDerivative(predictor, setup, systems, predictor.states(setup, systems))
+    return _ArmDerivative(predictor, setup, systems, *predictor.states_and_forces(setup, systems))
 
 
 class _ArmDerivative:
@@ -174,13 +187,40 @@ class _ArmDerivative:
         setup: Setup,
         systems: Sequence[PoseSystem],
         states: Sequence[RecordState],
+        forces: Sequence[Complex],
     ) -> None:
         self.predictor, self.states = predictor, states
-        self.transfers = [
-            systems[group].transfer(state.omega).astype(np.complex64)
-            for state, group in zip(states, predictor.groups, strict=True)
-        ]
+        self.doubts = predictor.doubts(setup, systems)
         self.base = predictor.arms(setup.spec)
+        names = systems[0].dof_names
+        joints = tuple(dict.fromkeys(item.joint for item in setup.forces))
+        places = np.array([joint_vector(predictor.model, joint, names) for joint in joints]).T
+        self.setup, self.joints, self.places = setup, joints, places
+        self.of_spring = {item.joint for item in setup.forces if item.law.of_spring}
+        self.torques: list[Complex] = []
+        follows = [  # torques on a measured twist stay when the arm changes
+            all(
+                predictor.followed(item) is Follow.PREDICTED
+                for item in setup.forces
+                if item.joint == joint
+            )
+            for joint in joints
+        ]
+        self.open: list[Complex64] = []
+        self.transfers: list[Complex64] = []
+        for number, (state, group) in enumerate(zip(states, predictor.groups, strict=True)):
+            system = systems[group]
+            transfer: Complex = system.transfer(state.omega)
+            self.open.append(transfer.astype(np.complex64))
+            if joints:
+                torques = -np.linalg.lstsq(places.astype(complex), forces[number])[0]
+                self.torques.append(np.asarray(torques, dtype=complex))
+                gains = [
+                    equivalent_gain(torque, place @ state.deflection, state.omega) * waits
+                    for torque, place, waits in zip(torques, places.T, follows, strict=True)
+                ]
+                transfer = closed_transfer(transfer, system, state.omega, places, gains)
+            self.transfers.append(transfer.astype(np.complex64))
 
     def changes(
         self,
@@ -203,6 +243,7 @@ class _ArmDerivative:
             Change of nonlinear torques, per record.
         """
         arms = self.predictor.arms(moved.spec, 1 if springs_only else None)
+        stronger = [self._stronger(joint, moved) for joint in self.joints]
         found = []
         for index, (state, transfer, group) in enumerate(
             zip(self.states, self.transfers, self.predictor.groups, strict=True)
@@ -217,10 +258,24 @@ class _ArmDerivative:
                 force += (arm.M - base.M) @ (state.omega**2 * state.deflection)
                 force += (arm.inertia_input - base.inertia_input) @ state.acceleration
                 force += (arm.shift_input - base.shift_input) @ state.shift
-            if pushes is not None:
-                force += pushes[index]
-            force = (force / step).astype(np.complex64)
-            rows = np.flatnonzero(np.abs(force).max(axis=1) > 0.0)
-            change = np.einsum('cnb,nb->cb', transfer[:, rows], force[rows])
-            found.append(hann(change.reshape(len(change), -1, 3)))
+            if any(stronger):
+                force -= (self.places * stronger) @ self.torques[index]
+            change = _through(transfer, force / step)
+            if pushes is not None:  # as the torques themselves say: no loop is to be closed
+                change = change + _through(self.open[index], pushes[index] / step)
+            found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
         return found
+
+    def _stronger(self, joint: str, moved: Setup) -> float:
+        """Return by which share a torque grows because the joint's spring does."""
+        if joint not in self.of_spring:
+            return 0.0
+        now = joint_spring(self.setup.spec, joint).stiffness
+        return joint_spring(moved.spec, joint).stiffness / now - 1.0
+
+
+def _through(transfer: Complex64, force: Complex) -> Complex64:
+    """Return readings under a force on few degrees of freedom."""
+    small = force.astype(np.complex64)
+    rows = np.flatnonzero(np.abs(small).max(axis=1) > 0.0)
+    return np.asarray(np.einsum('cnb,nb->cb', transfer[:, rows], small[rows]))

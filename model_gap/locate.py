@@ -48,8 +48,8 @@ def locate(search: Search, after: Hypothesis) -> tuple[Where, ...]:
     for predictor in (search.fitting, search.heldout):
         if not predictor.records:
             continue
-        before = _squares(predictor, search.nominal)
-        left = _squares(predictor, after)
+        before = predictor.squares(search.nominal.setup())
+        left = predictor.squares(after.setup())
         parts += [
             (item, one, two)
             for item, one, two in zip(predictor.records, before, left, strict=True)
@@ -103,14 +103,6 @@ def _modes(search: Search, hypothesis: Hypothesis) -> dict[int, np.ndarray]:
             place[distance.min(axis=1) > NEAR_MODE] = -1
             nearest[id(item)] = place
     return nearest
-
-
-def _squares(predictor: Predictor, hypothesis: Hypothesis) -> list[np.ndarray]:
-    predicted = predictor.predict(hypothesis.setup())
-    return [
-        np.abs(item.measured - reading) ** 2 / item.noise_power
-        for item, reading in zip(predictor.records, predicted, strict=True)
-    ]
 
 
 Pick = Callable[..., np.ndarray]
@@ -168,7 +160,7 @@ def gap_fraction(predictor: Predictor, hypothesis: Hypothesis) -> float:
     """Return the gap as a fraction of the response, √(Σ|Y-Ŷ|²/σ² / Σ|Y|²/σ²)."""
     if not predictor.records:
         return float('nan')
-    residual = sum(float(part.sum()) for part in _squares(predictor, hypothesis))
+    residual = sum(float(part.sum()) for part in predictor.squares(hypothesis.setup()))
     return float(np.sqrt(residual / _response(predictor)))
 
 

@@ -49,12 +49,15 @@ class Nuisance:
         (setup, standard deviations) -> setup.
     sigma : float
         One standard deviation, relative or [m].
+    joint : str
+        The joint whose drive it is of, or nothing.
     """
 
     name: str
     kind: str
     apply: Callable[[Setup, float], Setup]
     sigma: float = 0.0
+    joint: str = ''
 
 
 def nuisances(setup: Setup, links: tuple[str, ...], size: Tolerances) -> tuple[Nuisance, ...]:
@@ -158,7 +161,8 @@ def _joint(joint: JointSpec, size: Tolerances) -> list[Nuisance]:
                 change = _spring_change(what, sigma * value)
                 return setup.with_spec(change_drive(setup.spec, joint.name, change))
 
-            found.append(Nuisance(f'{what} of {joint.name}', 'spring', drive))
+            name = f'{what} of {joint.name}'
+            found.append(Nuisance(name, 'spring', drive, joint=joint.name))
         for number, spring in enumerate(joint.tilts):
             if spring.rigid:
                 continue

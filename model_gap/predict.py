@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 import dataclasses
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import Channel
-from model_gap.joint_law import JointLaw
+from model_gap.doubt import certain, Doubt, doubt_of
+from model_gap.joint_law import Follow, JointLaw
 from model_gap.joint_vector import joint_vector
 from model_gap.pose_system import pose_arm, pose_system, PoseArm, PoseSystem, with_channels
 from model_gap.ripple import ripple_force
@@ -22,7 +24,7 @@ from model_gap.time_domain import (
     step_torques,
     STEPS_PER_S,
 )
-from model_gap.tone import add_tones
+from model_gap.tone import best_motion, follow, rows_of, tone_motions
 from structural_model import FlexibleJointModel, ModelSpec
 
 Complex = NDArray[np.complex128]
@@ -60,15 +62,24 @@ class Predictor:
     records : sequence of RecordSpectra
         What to predict.
     steps_per_s : float [Hz]
-        Of nonlinear torques.
+        Of nonlinear torques; fewer than usual are for numbers that are still far off.
+    hanging : bool
+        Linear about how the arm hangs in its springs, not about the motors' angles.
     """
 
     model: FlexibleJointModel
     records: Sequence[RecordSpectra]
     steps_per_s: float = STEPS_PER_S
+    hanging: bool = True
     groups: tuple[int, ...] = field(init=False)
     poses: list[NDArray[np.float64]] = field(init=False)
     _kept: '_Kept | None' = field(init=False, default=None)
+    _model: FlexibleJointModel | None = field(init=False, default=None)
+    _systems: tuple[ModelSpec, tuple[Channel, ...], list[PoseSystem]] | None = field(
+        init=False, default=None
+    )
+    _tones: list[NDArray[np.float64]] = field(init=False, default_factory=list)
+    _errors: list['_Errors'] = field(init=False, default_factory=list)
 
     def __post_init__(self) -> None:
         """Group the records: those of one pose share one linear system."""
@@ -86,20 +97,30 @@ class Predictor:
         self.groups = tuple(groups)
 
     def systems(self, spec: ModelSpec, channels: tuple[Channel, ...]) -> list[PoseSystem]:
-        """Linearise at every pose."""
-        model = dataclasses.replace(self.model, spec=spec)
-        return [pose_system(model, pose, channels) for pose in self.poses]
+        """Linearise at every pose; what was asked for last is remembered."""
+        known = self._systems
+        if known is None or known[:2] != (spec, channels):
+            model = self._arm(spec)
+            found = [pose_system(model, pose, channels, self.hanging) for pose in self.poses]
+            known = self._systems = (spec, channels, found)
+        return known[2]
 
     def arms(self, spec: ModelSpec, most: int | None = None) -> list[PoseArm]:
         """Return the matrices at every pose, or at the first few."""
-        model = dataclasses.replace(self.model, spec=spec)
-        return [pose_arm(model, pose) for pose in self.poses[:most]]
+        model = self._arm(spec)
+        return [pose_arm(model, pose, self.hanging) for pose in self.poses[:most]]
+
+    def _arm(self, spec: ModelSpec) -> FlexibleJointModel:
+        """Return the arm, the last one again if it is the same."""
+        if self._model is None or self._model.spec != spec:
+            self._model = dataclasses.replace(self.model, spec=spec)
+        return self._model
 
     def sensors_moved(self, setup: Setup, systems: Sequence[PoseSystem]) -> list[PoseSystem]:
         """Return the systems with the channels of a setup, dynamics unchanged."""
         model = dataclasses.replace(self.model, spec=setup.spec)
         return [
-            with_channels(system, model, pose, setup.channels)
+            with_channels(system, model, pose, setup.channels, self.hanging)
             for system, pose in zip(systems, self.poses, strict=True)
         ]
 
@@ -126,8 +147,7 @@ class Predictor:
             omega = item.omega.ravel()
             acceleration = item.motor_acceleration.reshape(len(item.motor_acceleration), -1)
             shift = item.motor_shift.reshape(len(item.motor_shift), -1)
-            for step in setup.inputs:
-                acceleration, shift = step(omega, acceleration), step(omega, shift)
+            acceleration, shift = setup.driven(omega, acceleration, shift)
             system = systems[group]
             force = system.force(acceleration, shift)
             for ripple in setup.ripples:
@@ -140,9 +160,51 @@ class Predictor:
             ringing = system.end_state(item.tail, item.coarse_period_s)
             deflection = system.deflection(omega, force, ringing * item.end_scale)
             states.append(RecordState(omega, acceleration, shift, deflection))
+        if setup.tones:
+            states = self._with_tones(setup, systems, states)
         return states, list(forces)
 
+    def _with_tones(
+        self, setup: Setup, systems: Sequence[PoseSystem], states: Sequence[RecordState]
+    ) -> list[RecordState]:
+        """Add to every record the tones that fit what is left of it best."""
+        found, self._tones = [], []
+        readings = self.outputs(setup, self.readings(systems, states))
+        for item, group, state, reading in zip(
+            self.records, self.groups, states, readings, strict=True
+        ):
+            seen = partial(_seen, setup, item, systems[group])
+            kinds = tone_motions(setup.tones, item, systems[group], self.model)
+            rest = item.measured - reading
+            motion, patterns = best_motion(setup.tones, kinds, item, seen, rest)
+            self._tones.append(patterns)
+            found.append(dataclasses.replace(state, deflection=state.deflection + motion))
+        return found
+
+    def less_tones(
+        self, setup: Setup, changes: Sequence[Complex], doubts: Sequence[Doubt] = ()
+    ) -> list[Complex]:
+        """Return changes of the readings less what the free tones of a setup would follow.
+
+        ``doubts`` scale the changes as they do the residual.
+
+        Golub and Pereyra (1973), doi:10.1137/0710036, as simplified by Kaufman (1975),
+        doi:10.1007/BF01932995: numbers that are free in every record are eliminated.
+        """
+        changes = self.certain(doubts, changes)
+        if not setup.tones:
+            return list(changes)
+        found = []
+        for item, patterns, change in zip(self.records, self._tones, changes, strict=True):
+            rows = rows_of(change, item)
+            rows = rows - follow(patterns, rows) @ patterns
+            half = len(rows) // 2
+            scaled = (rows[:half] + 1j * rows[half:]).reshape(change.shape)
+            found.append(scaled * np.sqrt(item.noise_power))
+        return found
+
     def _local_forces(self, setup: Setup, systems: Sequence[PoseSystem]) -> list[Complex]:
+        self._errors = []
         return self.local_forces([setup], systems)[0] if setup.forces else []
 
     def local_forces(
@@ -156,27 +218,82 @@ class Predictor:
             Per setup, per record.
         """
         model = dataclasses.replace(self.model, spec=setups[0].spec)
-        paths: dict[tuple[str, int], JointPath] = {}
-        lanes: dict[type[JointLaw], list[tuple[int, int, JointForce]]] = {}
+        paths: dict[tuple[str, int, Follow], JointPath] = {}
+        lanes: dict[type[JointLaw], list[tuple[int, JointPath, int, JointForce]]] = {}
         for number, setup in enumerate(setups):
             for force in setup.forces:
+                follow = self.followed(force)
                 for index, item in enumerate(self.records):
-                    key = (force.joint, index)
+                    key = (force.joint, index, follow)
                     if key not in paths:
                         system = systems[self.groups[index]]
                         paths[key] = joint_path(
-                            model, force.joint, item, system, setup, self.steps_per_s
+                            model, force.joint, item, system, setup, self.steps_per_s, follow
                         )
-                    lanes.setdefault(force.law, []).append((number, index, force))
+                    lanes.setdefault(force.law, []).append((number, paths[key], index, force))
         found: list[list[Complex]] = [[0.0j] * len(self.records) for _ in setups]  # type: ignore[list-item]
+        self._errors = [_Errors() for _ in setups]
         for entries in lanes.values():
-            chosen = [paths[force.joint, index] for _, index, force in entries]
-            torques = step_torques(chosen, [force for _, _, force in entries])
-            for (number, index, _), path, torque in zip(entries, chosen, torques, strict=True):
-                found[number][index] = found[number][index] + force_spectra(
-                    torque, path, self.records[index]
-                )
+            chosen, laws = [entry[1] for entry in entries], [entry[3] for entry in entries]
+            doubtful = [n for n, path in enumerate(chosen) if path.noisy is not None]
+            torques = step_torques(
+                [*chosen, *(chosen[n].with_noise() for n in doubtful)],
+                [*laws, *(laws[n] for n in doubtful)],
+            )
+            noisy = dict(zip(doubtful, torques[len(chosen) :], strict=True))
+            for n, (number, path, index, force) in enumerate(entries):
+                item, torque = self.records[index], torques[n]
+                found[number][index] = found[number][index] + force_spectra(torque, path, item)
+                if n in noisy:
+                    place = force_spectra(noisy[n] - torque, path, item)
+                    error = path.vector @ place / (path.vector @ path.vector)
+                    self._errors[number][force.joint, index] = hann(error.reshape(-1, 3))
         return found
+
+    def doubts(
+        self, setup: Setup, systems: Sequence[PoseSystem], errors: '_Errors | None' = None
+    ) -> tuple[Doubt, ...]:
+        """Return the doubt of every record; nothing where no torque sees a measured twist."""
+        if errors is None:  # of the torques stepped last
+            errors = self._errors[0] if self._errors else _Errors()
+        if not errors:
+            return ()
+        places = {
+            joint: joint_vector(self.model, joint, systems[0].dof_names) for joint, _ in errors
+        }
+        found = []
+        for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
+            omega = item.omega[:, 1]
+            responses, samples = [], []
+            for joint, place in places.items():
+                responses.append(setup.seen(omega, systems[group].response(omega, place)))
+                samples.append(errors[joint, index])
+            found.append(doubt_of(responses, samples, item))
+        return tuple(found)
+
+    def certain(self, doubts: Sequence[Doubt], changes: Sequence[Complex]) -> list[Complex]:
+        """Return changes of the readings scaled as ``doubts`` scale residuals."""
+        if not doubts:
+            return list(changes)
+        count = sum(item.measured.size for item in self.records)
+        growth = np.exp(0.5 * sum(item.log_det for item in doubts) / count)
+        return [
+            growth * certain(change, doubt, item)
+            for change, doubt, item in zip(changes, doubts, self.records, strict=True)
+        ]
+
+    def _doubted(self, doubts: Sequence[Doubt], readings: list[Complex]) -> list[Complex]:
+        """Return readings such that what is measured beyond them is scaled by the doubts."""
+        if not doubts:
+            return readings
+        measured = [item.measured for item in self.records]
+        rest = [one - two for one, two in zip(measured, readings, strict=True)]
+        return [one - two for one, two in zip(measured, self.certain(doubts, rest), strict=True)]
+
+    def followed(self, force: JointForce) -> Follow:
+        """Return which twist a torque sees."""
+        first = self.steps_per_s < STEPS_PER_S
+        return force.law.sees_first if first else force.law.sees
 
     def hold(self, setup: Setup) -> Setup:
         """Return a setup whose nonlinear torques stay as they are now, whatever changes."""
@@ -215,7 +332,15 @@ class Predictor:
             paths = []
             for index, item in enumerate(self.records):
                 group = self.groups[index]
-                path = joint_path(base, force.joint, item, systems[group], setup, self.steps_per_s)
+                path = joint_path(
+                    base,
+                    force.joint,
+                    item,
+                    systems[group],
+                    setup,
+                    self.steps_per_s,
+                    self.followed(force),
+                )
                 paths.append(path)
                 paths += [dataclasses.replace(path, static_twist=row[group]) for row in twists]
             torques = step_torques(paths, [force] * len(paths))
@@ -242,14 +367,11 @@ class Predictor:
             return [self.predict(item) for item in setups]
         systems = self.systems(setups[0].spec, setups[0].channels)
         found = []
-        for setup, forces in zip(setups, self.local_forces(setups, systems), strict=True):
+        pushes = self.local_forces(setups, systems)
+        for setup, forces, errors in zip(setups, pushes, self._errors, strict=True):
             states = self.states(setup, systems, forces if setup.forces else [])
             readings = self.outputs(setup, self.readings(systems, states))
-            if setup.tones:
-                readings = add_tones(
-                    setup.tones, self.records, self.groups, systems, self.model, readings
-                )
-            found.append(readings)
+            found.append(self._doubted(self.doubts(setup, systems, errors), readings))
         return found
 
     def readings(
@@ -266,12 +388,17 @@ class Predictor:
 
     def outputs(self, setup: Setup, readings: Sequence[Complex]) -> list[Complex]:
         """Apply the outputs' steps."""
-        found = []
-        for item, reading in zip(self.records, readings, strict=True):
-            for step in setup.outputs:
-                reading = step(item.omega[:, 1], reading)
-            found.append(reading)
-        return found
+        return [
+            setup.seen(item.omega[:, 1], reading)
+            for item, reading in zip(self.records, readings, strict=True)
+        ]
+
+    def squares(self, setup: Setup) -> list[NDArray[np.float64]]:
+        """Return |Y - Ŷ|²/σ² of every record, (n_channels, n_bins) each."""
+        return [
+            np.abs(item.measured - reading) ** 2 / item.noise_power
+            for item, reading in zip(self.records, self.predict(setup), strict=True)
+        ]
 
     def predict(self, setup: Setup) -> list[Complex]:
         """Return the predicted spectra of every record, (n_channels, n_bins) each.
@@ -290,13 +417,22 @@ class Predictor:
             systems = kept.systems
         if kept is None or not _same_motion(kept.setup, setup):
             readings = self.readings(systems, self.states(setup, systems))
-            self._kept = _Kept(setup, systems, readings)
-        else:
-            readings = kept.readings
-        found = self.outputs(setup, readings)
-        if setup.tones:
-            found = add_tones(setup.tones, self.records, self.groups, systems, self.model, found)
-        return found
+            errors = self._errors[0] if setup.forces else _Errors()
+            kept = self._kept = _Kept(setup, systems, readings, errors)
+        doubts = self.doubts(setup, systems, kept.errors)
+        return self._doubted(doubts, self.outputs(setup, kept.readings))
+
+
+class _Errors(dict[tuple[str, int], Complex]):
+    """Sample errors of torques on the compared bins, by joint and record."""
+
+
+def _seen(setup: Setup, item: RecordSpectra, system: PoseSystem, motion: Complex) -> Complex:
+    """Return what the sensors read of a deflection while the motors stand still."""
+    omega = item.omega.ravel()
+    still = np.zeros((system.rigid.shape[1], len(omega)), dtype=complex)
+    raw = system.reading(omega, motion, still, still)
+    return setup.seen(item.omega[:, 1], hann(raw.reshape(len(raw), -1, 3)))
 
 
 @dataclass(frozen=True)
@@ -304,12 +440,16 @@ class _Kept:
     setup: Setup
     systems: list[PoseSystem]
     readings: list[Complex]
+    errors: _Errors
 
 
 def _same_motion(one: Setup, other: Setup) -> bool:
-    return (one.inputs, one.forces, one.ripples, one.held) == (
+    if one.tones and one.outputs != other.outputs:
+        return False  # tones follow what sensors read
+    return (one.inputs, one.forces, one.ripples, one.held, one.tones) == (
         other.inputs,
         other.forces,
         other.ripples,
         other.held,
+        other.tones,
     )

@@ -80,9 +80,7 @@ def shares(
             for number, item in enumerate(predictor.records):
                 omega = item.omega[:, 1]
                 response = systems[predictor.groups[number]].response(omega, force)
-                for step in setup.outputs:
-                    response = step(omega, response)
-                response = response * scale[number]
+                response = setup.seen(omega, response) * scale[number]
                 size = np.maximum(np.sum(np.abs(response) ** 2, axis=0), 1e-300)
                 part = np.abs(np.sum(response.conj() * rest[number], axis=0)) ** 2 / size
                 explained[place] += float(part.sum())

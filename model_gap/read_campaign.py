@@ -59,9 +59,17 @@ def read_campaign(
     sensors.check_links(model.link_names, model.robot_name)
     notes: list[str] = []
     raws: list[tuple[CampaignEntry, RawRecording]] = []
+    useless: list[RecordingError] = []
     for number, entry in enumerate(file.entries):
-        raws.append((entry, _gathered(entry, sensors, model, notes)))
+        try:
+            raws.append((entry, _gathered(entry, sensors, model, notes)))
+        except RecordingError as error:
+            # The others may be enough; how little they are shows in the verdict.
+            useless.append(error)
+            notes.append(f'left out: {error}')
         progress((number + 1) / len(file.entries))
+    if not raws:
+        raise useless[0]
     kept = _common_layout(sensors, [raw for _, raw in raws], notes)
     found = [_record(entry, raw, kept, model, notes) for entry, raw in raws]
     sources = sorted({motion.source for _, motion in found})
@@ -85,6 +93,12 @@ def _gathered(
     recording = open_recording(entry.path)
     raw = gather(recording.measurements(), sensors, str(entry.path), model.joint_names)
     notes += [f'{entry.path.name}: {note}' for note in (*raw.notes, *recording.damage())]
+    if raw.position is None:
+        raise RecordingError(
+            'no joint states: the motion is not known',
+            where=str(entry.path),
+            advice='record sensor_msgs/JointState beside the accelerations',
+        )
     for name in raw.unknown:
         note = f'channel {name} is not in the sensor layout and was left out'
         if note not in notes:
@@ -140,12 +154,7 @@ def _record(
     notes: list[str],
 ) -> tuple[GapRecord, Motion]:
     where = str(entry.path)
-    if raw.position is None:
-        raise RecordingError(
-            'no joint states: the motion is not known',
-            where=where,
-            advice='record sensor_msgs/JointState beside the accelerations',
-        )
+    assert raw.position is not None  # noqa: S101 - recordings without are left out
     order = _joint_order(raw.position.names, model, where)
     chosen = [item for item in raw.accelerations if _uses(item, layout)]
     start, end = _stretch([*chosen, raw.position], where)

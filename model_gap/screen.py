@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
 from model_gap.effects.effect import Effect
-from model_gap.fit import EFFECTIVE_DATA
+from model_gap.fit import EFFECTIVE_DATA, free_numbers_cost
 from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import Rows, Weighting
 from model_gap.predict import Predictor
@@ -150,7 +150,8 @@ def screen(
         present = predictor.hold(item.base.setup())
         for number, values, spectra in _changes(candidates, item, present, predictor):
             value, amplitude = item.value(weighting.rows(spectra) - item.rows)
-            gain = reference - value
+            cost = free_numbers_cost([candidates[number]], len(predictor.records))
+            gain = reference - value - cost
             if np.isfinite(gain) and (number not in best or gain > best[number].gain):
                 effect = candidates[number]
                 start = scaled(effect, values, amplitude, item.base)

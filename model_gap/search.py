@@ -12,9 +12,12 @@ from model_gap.fit import EFFECTIVE_DATA, Fit, fit
 from model_gap.hypothesis import Hypothesis
 from model_gap.known_effects import with_known_effects
 from model_gap.linearise import misfit, tolerance_columns, Weighting
-from model_gap.lines import common_lines
+from model_gap.linearised import linearised
+from model_gap.lines import common_lines, lines_left
+from model_gap.neighbours import neighbours
 from model_gap.nuisance import nuisances, Tolerances
 from model_gap.predict import Predictor, SAME_POSE_RAD
+from model_gap.race import race
 from model_gap.reach import within_reach
 from model_gap.screen import Projection, screen, Trial
 from model_gap.setup import Setup
@@ -32,14 +35,13 @@ SCREEN_S = 12.0
 LEAST_REACH = 3.0
 REACH_SHARE = 0.1
 ROUGH = 8
-ROUGH_PER_TYPE = 3
+ROUGH_PER_TYPE = 4
+ROUGH_PER_PLACE = 2
 # As many beside an accepted torque law, where a fit takes longer.
 AFTER_TORQUES = 4
 REFINED = 4
 # Rough fits this far behind the best are not refined.
 HOPELESS = 200.0
-# Effects with more parameters come from further away and are linearised more often.
-FEW_PARAMETERS = 3
 # Once a rough fit is this good, torque laws that promised less than this share are not tried.
 SETTLED_MISFIT = 1.5
 SETTLED_SHARE = 0.5
@@ -48,10 +50,20 @@ LEAST_PROMISE = 0.06
 # Nothing is refined when the best promises less than this share of what is worth adding.
 PROMISE = 0.5
 FURTHER_PROMISE = 1.0
+# Below this misfit a linear trial says enough; nor is more needed where one promises such a share
+# of what there is to gain.
+OPEN_MISFIT = 1.1
+CLOSED_SHARE = 0.8
+# Details are looked into of candidates this close to the best.
+DETAILED = 100.0
 # Tolerances this far out of their range absorb an effect.  A misfit this large means that the fit
 # without an effect is distorted: candidates are then tried on the nominal model.
 DISTORTED_TOLERANCE = 3.5
 DISTORTED_MISFIT = 4.0
+# Of a misfit so small not all is resonance: hums stand out of it.
+NEAR_MISFIT = 30.0
+# Log evidence by which a linear simulation must explain recordings better than a moving arm.
+LINEAR_LEAD = 3.0
 
 
 @dataclass(frozen=True)
@@ -137,6 +149,8 @@ class Search:
         How.
     progress : callable
         Takes the fraction done.
+    simulated : bool or None
+        The recordings are of a simulation linear about the motors' angles; None: not yet known.
     """
 
     model: FlexibleJointModel
@@ -144,6 +158,7 @@ class Search:
     settings: SearchSettings = field(default_factory=SearchSettings)
     progress: Callable[[float], None] = lambda _: None
     steps: list[Step] = field(default_factory=list)
+    simulated: bool | None = None
 
     def __post_init__(self) -> None:
         """Transform the records."""
@@ -154,18 +169,29 @@ class Search:
         setup = with_known_effects(Scene(self.model, names, setup, lines))
         self.scene = Scene(self.model, names, setup, lines)
         self.tolerances = nuisances(setup, moving_links(self.model), self.settings.tolerances)
-        fitting = [record for record in self.campaign.records if not record.heldout]
-        heldout = [record for record in self.campaign.records if record.heldout]
+        self._prepare(setup)
+
+    def _prepare(self, about: Setup) -> None:
+        """Make records linear about an arm, and transform them."""
+        fitting = self._records(about, heldout=False)
+        heldout = self._records(about, heldout=True)
         self.fitting = self._predictor(fitting)
         self.heldout = self._predictor(heldout)
         short = [shortened(record, SCREEN_S) for record in fitting]
         self.coarse = self._predictor(short, SCREEN_BINS, COARSE_STEPS)
         few = of_first_poses(short, SCREEN_POSES)
         self.screening = self._predictor(few, SCREEN_BINS, COARSE_STEPS)
+        self.racing = self._predictor(loudest(few), SCREEN_BINS, COARSE_STEPS)
         self.weighting = Weighting.of(self.fitting)
         self.heldout_weighting = Weighting.of(self.heldout) if heldout else None
         self.coarse_weighting = Weighting.of(self.coarse)
         self.screening_weighting = Weighting.of(self.screening)
+        self.racing_weighting = Weighting.of(self.racing)
+
+    def _records(self, about: Setup, *, heldout: bool) -> list[GapRecord]:
+        records = [item for item in self.campaign.records if bool(item.heldout) == heldout]
+        high_hz = self.settings.band.high_hz
+        return records if self.simulated else linearised(records, self.model, about, high_hz)
 
     def _predictor(
         self,
@@ -178,7 +204,7 @@ class Search:
         # Many channels say the same with fewer bins.
         bins = max(LEAST_BINS, round(bins * min(1.0, MANY_CHANNELS / self._n_channels)))
         spectra = [record_spectra(item, band, bins, lines) for item in records]
-        return Predictor(self.model, spectra, steps_per_s)
+        return Predictor(self.model, spectra, steps_per_s, hanging=not self.simulated)
 
     @property
     def nominal(self) -> Hypothesis:
@@ -186,6 +212,15 @@ class Search:
         return Hypothesis(
             self.scene, self.tolerances, (), np.zeros(len(self.tolerances)), np.zeros(0)
         )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed, left out or limits the comparison."""
+        linear = (
+            'recordings show neither sag nor second-order motion: compared with an arm that is '
+            "linear about the motors' angles, as simulations are",
+        )
+        return (*self.campaign.notes, *(linear if self.simulated else ()))
 
     def heldout_misfit(self, hypothesis: Hypothesis) -> float:
         """Return χ on the held-out records, NaN without any."""
@@ -196,7 +231,7 @@ class Search:
 
     def run(self) -> list[Step]:
         """Search until nothing more is worth adding."""
-        current = fit(self.nominal, self.fitting, self.weighting)
+        current = self._followed(fit(self.nominal, self.fitting, self.weighting))
         for number in range(self.settings.most_effects):
             step = self._settled(self._step(current))
             self.steps.append(step)
@@ -223,10 +258,34 @@ class Search:
                 last = again
             else:
                 number += 1
-        return replace(
-            step,
-            candidates=(self._candidate(best.effect, last, step.before), *step.candidates[1:]),
-        )
+        gain = last.log_evidence - step.before.log_evidence
+        last = self._followed(last)
+        held = self.heldout_misfit(last.hypothesis)
+        settled = Candidate(best.effect, last, gain, held)
+        return replace(step, candidates=(settled, *step.candidates[1:]))
+
+    def _followed(self, fitted: Fit) -> Fit:
+        """Fit again with the second-order motion of what was found out of the recordings.
+
+        A linear simulation has none, and does not hang in its springs: what explains the
+        recordings better is kept.
+        """
+        distorted = fitted.misfit > DISTORTED_MISFIT
+        if self.simulated or (distorted and not fitted.hypothesis.effects):
+            return fitted
+        undecided, self.simulated = self.simulated is None, False
+        self._prepare(fitted.hypothesis.setup())
+        found = fit(fitted.hypothesis, self.fitting, self.weighting, iterations=4)
+        if undecided:
+            self.simulated = True
+            linear = self._predictor(self._records(self.scene.setup, heldout=False))
+            start = fitted.hypothesis
+            other = fit(start, linear, Weighting.of(linear), iterations=4)
+            if other.log_evidence > found.log_evidence + LINEAR_LEAD:
+                self._prepare(self.scene.setup)
+                return other
+            self.simulated = False
+        return found
 
     def _candidate(self, effect: Effect, fitted: Fit, before: Fit) -> Candidate:
         gain = fitted.log_evidence - before.log_evidence
@@ -238,12 +297,26 @@ class Search:
         left = EFFECTIVE_DATA * np.log(max(current.misfit, 1.0))
         return float(left + 0.5 * values @ values)
 
+    def _with_lines(self, current: Fit) -> Fit:
+        """Look for hums in what is left over, once the model is not far off."""
+        if current.misfit > NEAR_MISFIT:
+            return current
+        known = self.scene.lines_hz
+        lines = lines_left(self.fitting, current.hypothesis, self.settings.band, known)
+        if lines == known:
+            return current
+        self.scene = replace(self.scene, lines_hz=lines)
+        self._prepare(current.hypothesis.setup())
+        hypothesis = replace(current.hypothesis, scene=self.scene)
+        return fit(hypothesis, self.fitting, self.weighting, relinearise=0)
+
     def _step(self, current: Fit) -> Step:
+        current = self._with_lines(current)
         candidates = [
             effect
             for kind in self.settings.catalogue
             for effect in kind.instances(self.scene)
-            if effect.key not in [item.key for item in current.hypothesis.effects]
+            if not any(same(effect, item) for item in current.hypothesis.effects)
         ]
         trials = self._screen(current, candidates)
         share = FURTHER_PROMISE if current.hypothesis.effects else PROMISE
@@ -268,7 +341,17 @@ class Search:
             base = bases[-1]
         columns = tolerance_columns(base, predictor, weighting)
         projection = Projection.of(base, predictor, weighting, columns)
-        return screen(candidates, [projection], predictor, weighting)
+        trials = screen(candidates, [projection], predictor, weighting)
+        if self._is_open(current, trials):
+            trials = race(trials, current.hypothesis, self.racing, self.racing_weighting)
+        return trials
+
+    def _is_open(self, current: Fit, trials: Sequence[Trial]) -> bool:
+        """Return whether there is a gap that no trial of the screening promises to close."""
+        stretched = _stretched(current.hypothesis) > DISTORTED_TOLERANCE
+        gap = EFFECTIVE_DATA * np.log(max(current.misfit, 1.0))
+        closed = bool(trials) and trials[0].gain > CLOSED_SHARE * gap
+        return stretched or (current.misfit > OPEN_MISFIT and not closed)
 
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Candidate]:
         if not trials:
@@ -288,13 +371,18 @@ class Search:
                     self.coarse_weighting,
                     columns=shared,
                     iterations=4 if slow else 6,
-                    relinearise=1 if len(trial.values) <= FEW_PARAMETERS else 3,
+                    relinearise=1 if slow else 3,
                 )
             )
         rough.sort(key=lambda item: -item.log_evidence)
         close = [item for item in rough if item.log_evidence > rough[0].log_evidence - HOPELESS]
+        close = close[:REFINED]
+        if close[0].misfit > SETTLED_MISFIT:
+            close = with_details(close, self.coarse, self.coarse_weighting)
+        if current.misfit > DISTORTED_MISFIT and not self.simulated:
+            self._prepare(replace(close[0].hypothesis, held=()).setup())
         found = []
-        for item in close[:REFINED]:
+        for item in close:
             slow = any(effect.amplitude_dependent for effect in item.hypothesis.effects)
             fine = fit(
                 replace(item.hypothesis, held=()),
@@ -303,21 +391,50 @@ class Search:
                 iterations=3 if slow else 5,
                 relinearise=0,
             )
-            found.append(self._candidate(fine.hypothesis.effects[-1], fine, current))
-        return found
+            found.append(fine)
+        best = max(item.log_evidence for item in found)
+        near = [item for item in found if item.log_evidence > best - DETAILED]
+        rest = [item for item in found if item.log_evidence <= best - DETAILED]
+        near = with_details(near, self.fitting, self.weighting)
+        near += self._next_door(near, [item.hypothesis.effects[-1].key for item in found])
+        return [
+            self._candidate(item.hypothesis.effects[-1], item, current) for item in (*near, *rest)
+        ]
+
+    def _next_door(self, near: Sequence[Fit], tried: Sequence[tuple[str, str]]) -> list[Fit]:
+        """Fit the best effect of a link on the links beside it as well."""
+        best = max(near, key=lambda item: item.log_evidence).hypothesis
+        moved = neighbours(best, tried, self.coarse, self.coarse_weighting)
+        fine = [fit(item, self.fitting, self.weighting, iterations=5) for item in moved]
+        return with_details(fine, self.fitting, self.weighting)
 
 
 def _stretched(hypothesis: Hypothesis) -> float:
     return float(np.abs(hypothesis.tolerance_values).max(initial=0.0))
 
 
+def with_details(found: Sequence[Fit], predictor: Predictor, weighting: Weighting) -> list[Fit]:
+    """Return each fit with its last effect's details free, where it has any.
+
+    No one knows them: values, deviations and evidence must contain that.
+    """
+    kept = []
+    for item in found:
+        start = item.hypothesis.with_details()
+        if start is not None:
+            item = fit(start, predictor, weighting, iterations=5, relinearise=2)
+        kept.append(item)
+    return kept
+
+
 def chosen(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the trials worth a refined fit: the best, not too many of one type."""
+    """Return the trials worth a refined fit: the best, not too many of one type and place."""
     found: list[Trial] = []
     for trial in trials:
-        same = sum(item.effect.type == trial.effect.type for item in found)
+        alike = sum(item.effect.type == trial.effect.type for item in found)
+        here = sum(item.effect.key == trial.effect.key for item in found)
         promising = trial.gain > max(1.0, LEAST_PROMISE * trials[0].gain)
-        if same < ROUGH_PER_TYPE and promising:
+        if alike < ROUGH_PER_TYPE and here < ROUGH_PER_PLACE and promising:
             found.append(trial)
         if len(found) == ROUGH:
             break
@@ -334,6 +451,20 @@ def shortened(record: GapRecord, seconds: float) -> GapRecord:
         motor_velocity=record.motor_velocity[:count],
         motor_shift=record.motor_shift[:count],
     )
+
+
+def same(one: Effect, other: Effect) -> bool:
+    """Return whether two effects are one and the same, whatever details are free."""
+    return (one.key, one.variant) == (other.key, other.variant)
+
+
+def loudest(records: Sequence[GapRecord]) -> list[GapRecord]:
+    """Return the records of the level with the largest motion."""
+    size = {item.level: 0.0 for item in records}
+    for item in records:
+        size[item.level] = max(size[item.level], float(item.motor_acceleration.std()))
+    level = max(size, key=lambda name: size[name])
+    return [item for item in records if item.level == level]
 
 
 def of_first_poses(records: Sequence[GapRecord], count: int) -> list[GapRecord]:

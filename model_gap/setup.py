@@ -75,6 +75,20 @@ class Setup:
         """Return a copy with one more step behind the sensors."""
         return replace(self, outputs=(*self.outputs, step))
 
+    def driven(
+        self, omega: NDArray[np.float64], acceleration: Spectrum, shift: Spectrum
+    ) -> tuple[Spectrum, Spectrum]:
+        """Return the motor motion behind the inputs' steps."""
+        for step in self.inputs:
+            acceleration, shift = step(omega, acceleration), step(omega, shift)
+        return acceleration, shift
+
+    def seen(self, omega: NDArray[np.float64], readings: Spectrum) -> Spectrum:
+        """Return readings behind the outputs' steps."""
+        for step in self.outputs:
+            readings = step(omega, readings)
+        return readings
+
     def then_input(self, step: Filter) -> 'Setup':
         """Return a copy with one more step before the motors."""
         return replace(self, inputs=(*self.inputs, step))
@@ -118,18 +132,26 @@ class Ripple:
 
 @dataclass(frozen=True)
 class Tone:
-    """A steady sinusoidal force of unknown amplitude and phase in every record.
+    """A steady periodic force of unknown amplitudes and phases in every record.
 
     Parameters
     ----------
     frequency_hz : float [Hz]
-        Of the line.
+        Of its fundamental.
     place : str
         Joint or link it acts on.
     force : bool
         A force on a link at its origin, in any direction, instead of a torque in a joint.
+    orders : tuple of int
+        Harmonics it has.
     """
 
     frequency_hz: float
     place: str
     force: bool = False
+    orders: tuple[int, ...] = (1,)
+
+    @property
+    def lines_hz(self) -> tuple[float, ...]:
+        """Where it shows [Hz]."""
+        return tuple(order * self.frequency_hz for order in self.orders)

@@ -18,8 +18,8 @@ HANN_POWER = 0.375
 TARGET_BINS = 160
 # Bins to either side over which powers are averaged for the noise of the motion.
 SMOOTHING_BINS = 12
-# Of the amplitude: what a model linearised about a pose misses of an arm that shakes there, as its
-# gravity and inertia turn.  Shaken by 80 deg/s², the whole nonlinear arm differs by so much.
+# Of the amplitude: what a linear model misses of an arm that shakes, once the motion of second
+# order has been taken out.
 LINEARISATION_ERROR = 0.005
 COARSE_HZ = 240.0
 # Motions are known up to here at most.

@@ -6,11 +6,20 @@ further force, so that sensors, poses and leakage are treated as for any other f
 """
 
 from collections.abc import Sequence
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model_gap.followed import (
+    free_torques,
+    measured_share,
+    PARTING_1_S,
+    parting_residues,
+    predicted_share,
+)
+from model_gap.joint_law import Follow
 from model_gap.joint_vector import axis_row, joint_spring, joint_vector
 from model_gap.pose_system import PoseSystem
 from model_gap.ripple import transform_at
@@ -21,6 +30,7 @@ from structural_model import FlexibleJointModel
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]
 STEPS_PER_S = 600.0
+NOISE_SEED = 0
 # Faster poles follow a torque at once.
 SLOW_POLE_1_S = 2.0 * np.pi * 220.0
 
@@ -43,6 +53,8 @@ class JointPath:
         Linear spring, and its twist under gravity.
     steps_per_s : float [Hz]
         Of the series.
+    noisy : ((n_steps,) array, (n_steps,) array) or None
+        Twist and rate once more, with as much noise again as a measured twist has.
     """
 
     poles: Complex
@@ -55,6 +67,13 @@ class JointPath:
     stiffness: float
     static_twist: float
     steps_per_s: float = STEPS_PER_S
+    noisy: tuple[Array, Array] | None = None
+
+    def with_noise(self) -> 'JointPath':
+        """Return the path along the noisier twist."""
+        if self.noisy is None:
+            return self
+        return dataclasses.replace(self, twist=self.noisy[0], rate=self.noisy[1])
 
 
 def joint_path(
@@ -64,6 +83,7 @@ def joint_path(
     system: PoseSystem,
     setup: Setup,
     steps_per_s: float = STEPS_PER_S,
+    follow: Follow = Follow.PREDICTED,
 ) -> JointPath:
     """Prepare a joint of a record."""
     vector = joint_vector(model, joint, system.dof_names)
@@ -74,12 +94,28 @@ def joint_path(
     quick = np.abs(system.poles) >= SLOW_POLE_1_S
     instant = float(np.sum((-residues / system.poles)[quick].real))
     instant += float(vector @ system.instant @ vector)
-    twist, rate = linear_twist(item, system, vector, setup, steps_per_s)
+    poles, residues = system.poles[slow], 2.0 * residues[slow]
+    measured = None
+    if follow is not Follow.PREDICTED:
+        torques, noise = free_torques(item, system, [vector], setup)
+        share = measured_share(item.long_motion[0], follow)
+        measured = torques[0] * share
+        # One sample; half of it falls behind the record.
+        normal = np.random.default_rng(NOISE_SEED).standard_normal((2, len(share)))
+        error = share * np.sqrt(noise[0]) * (normal[0] + 1j * normal[1])
+        low = np.sum((residues / (-PARTING_1_S[:, None] - poles)).real, axis=1) + instant
+        residues = np.r_[residues * predicted_share(poles), parting_residues() * low]
+        residues *= float(follow is Follow.PARTED)
+        poles, instant = np.r_[poles, -PARTING_1_S], 0.0
+    twist, rate = linear_twist(item, system, vector, setup, steps_per_s, measured)
+    noisy = None
+    if measured is not None and follow is Follow.PARTED:
+        noisy = linear_twist(item, system, vector, setup, steps_per_s, measured + error)
     record = item.record
     speed = record.motor_velocity @ axis_row(model, joint)
     return JointPath(
-        poles=system.poles[slow],
-        residues=2.0 * residues[slow],
+        poles=poles,
+        residues=residues,
         instant=instant,
         twist=twist,
         rate=rate,
@@ -88,6 +124,7 @@ def joint_path(
         vector=vector,
         stiffness=spring.stiffness,
         static_twist=static_twist(model, vector, record.pose),
+        noisy=noisy,
     )
 
 
@@ -99,18 +136,30 @@ def static_twist(model: FlexibleJointModel, vector: Array, pose: Array) -> float
 
 
 def linear_twist(
-    item: RecordSpectra, system: PoseSystem, vector: Array, setup: Setup, steps_per_s: float
+    item: RecordSpectra,
+    system: PoseSystem,
+    vector: Array,
+    setup: Setup,
+    steps_per_s: float,
+    torque: Complex | None = None,
 ) -> tuple[Array, Array]:
-    """Return twist and rate of the linear arm at the steps; starts from rest."""
+    """Return twist and rate of the linear arm at the steps; starts from rest.
+
+    ``torque`` acts in the joint, on the frequencies of the long motion.
+    """
     record = item.record
     count = len(record.motor_acceleration)
     padded = 2 * count  # the response must not wrap around
-    omega, acceleration, shift = item.long_motion
-    for step in setup.inputs:
-        acceleration, shift = step(omega, acceleration), step(omega, shift)
+    omega, *motion = item.long_motion
+    acceleration, shift = setup.driven(omega, *motion)
     force = system.force(acceleration, shift)
     modal = (system.drives @ force) / (1j * omega - system.poles[:, None])
     twist = (vector @ system.shapes) @ modal + (vector @ system.instant) @ force
+    if torque is not None:
+        path = (vector @ system.shapes * (system.drives @ vector)) @ (
+            1.0 / (1j * omega - system.poles[:, None])
+        ) + vector @ system.instant @ vector
+        twist = twist - path * torque
     steps = round(count / record.sample_rate_hz * steps_per_s)
     size = 2 * steps
 
@@ -129,12 +178,12 @@ def resampled(values: Array, rate_hz: float, steps: int, steps_per_s: float) -> 
     return np.asarray(np.interp(times, np.arange(len(values)) / rate_hz, values))
 
 
-def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Array:
+def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> list[Array]:
     """Step all lanes together; lane i is path i under law i, all laws of one kind.
 
     Returns
     -------
-    (n_lanes, n_steps) array [N m]
+    list of (n_steps,) array [N m]
         Torque of the law on the twist, mean from each step to the next; the arm feels its
         negative.
 
@@ -162,8 +211,9 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Arr
         give,
         np.maximum(rate_give, 1e-3 * give / period),
     )
+    lengths = [len(item.twist) for item in paths]  # a shorter record rests at its last value
     twist, rate, speed = (
-        np.ascontiguousarray(np.array(rows).T)
+        np.stack([np.pad(row, (0, max(lengths) - len(row)), 'edge') for row in rows], axis=1)
         for rows in zip(*((item.twist, item.rate, item.speed) for item in paths), strict=True)
     )
     # The state without the present torque: y' = g y - (g change + held) N.
@@ -184,7 +234,7 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> Arr
         found[number] = mean
         state *= grow
         state -= mixed * torque[:, None]
-    return np.asarray(np.roll(found, -1, axis=0).T)
+    return [np.roll(found[:length, lane], -1) for lane, length in enumerate(lengths)]
 
 
 def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Complex:

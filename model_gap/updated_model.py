@@ -24,7 +24,7 @@ def updated_model(result: GapResult) -> FlexibleJointModel:
     effects = accepted_effects(result)
     if not effects:
         return search.model
-    setup = result.final.add_effects(search.nominal.tolerant_setup())
+    setup = result.final.add_effects(search.nominal.tolerant)
     unchanged = setup.spec is search.scene.setup.spec
     spec = search.model.spec if unchanged else setup.spec
     return dataclasses.replace(

@@ -135,8 +135,7 @@ def _model_modes(search: Search, setup: Setup, q: Array, tolerances: Sequence[Nu
     modes = model.damped_modes(q, setup.channels)
     shapes = np.asarray(modes.channel_shapes)
     omega = 2.0 * np.pi * modes.frequency_hz
-    for step in setup.outputs:
-        shapes = step(omega, shapes)
+    shapes = setup.seen(omega, shapes)
     changes = [
         _change(search.model, item.apply(setup, 1.0), q, modes.frequency_hz, modes.damping_ratio)
         for item in tolerances

@@ -41,5 +41,5 @@ class Backlash(Effect):
         return dataclasses.replace(setup, forces=(*setup.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
-        """Return plays over a decade, fully and hardly preloaded."""
-        return [(b, share) for b in (1e-5, 5e-5, 2.5e-4) for share in (0.1, 0.5, 1.0)]
+        """Return plays over a decade and a half, fully and hardly preloaded."""
+        return [(b, share) for b in (1.5e-5, 4e-5, 1e-4, 2.5e-4, 6e-4) for share in (0.3, 1.0)]

@@ -7,23 +7,33 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.places import stiffest
 from model_gap.setup import Setup
 from structural_model.spec import Spring
 
-ROCKING = (3, 4)
+SIDEWAYS, ROCKING = (0, 1), (3, 4)
 
 
 class BaseCompliance(Effect):
-    """Two rocking degrees of freedom under the base, in series with those the model has."""
+    """Two rocking degrees of freedom under the base, in series with those the model has.
+
+    ``difference`` d and ``translation`` s are zero until a fit is good.
+    """
 
     type = 'base_compliance'
-    equation = '1/k_rx += c, 1/k_ry += c, with loss time t: d = t/c'
+    equation = '1/k_rx += c + d, 1/k_ry += c - d, damping t/c; sideways 1/k += s'
     source = 'foundation stiffness of machine tools; Rivin (1999), Stiffness and Damping'
     signature = 'sensors on link 1 tilt in directions joint 1 cannot produce; depends on azimuth'
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_stiffness': 'turn joint 1 by 90°: the base axes stay, joint 2 turns with it',
         'link_flexibility': 'a sensor on the base plate',
     }
+
+    def __init__(
+        self, location: str | None = None, variant: str = '', uneven: bool = False
+    ) -> None:
+        super().__init__(location, variant)
+        self.uneven = uneven
 
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
@@ -32,18 +42,34 @@ class BaseCompliance(Effect):
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return the compliance and how lossy it is."""
-        unit = 0.3 / softest(scene)
-        return (
-            EffectParameter('compliance', 'rad/(N m)', unit, 0.0, 100.0 * unit),
+        unit = 0.3 / stiffest(scene)
+        first = (
+            EffectParameter('compliance', 'rad/(N m)', 5.0 * unit, 0.0, 100.0 * unit),
             EffectParameter('loss_time', 's', 0.7, 1e-5, 1e-2, neutral=4e-4, log=True),
         )
+        if not self.uneven:
+            return first
+        return (
+            *first,
+            EffectParameter('difference', 'rad/(N m)', unit, -100.0 * unit, 100.0 * unit),
+            EffectParameter('translation', 'm/N', 0.1 * unit, 0.0, 10.0 * unit),
+        )
+
+    def detailed(self) -> Effect | None:
+        """Return a base that tilts about its axes by different amounts and gives way sideways."""
+        return None if self.uneven else BaseCompliance(self.location, uneven=True)
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the compliance in series."""
-        compliance, loss = max(values[0], 1e-14), values[1]
+        compliance, loss = values[0], values[1]
+        difference, translation = values[2:] if self.uneven else (0.0, 0.0)
         springs = list(setup.spec.base.springs)
-        for number in ROCKING:
-            springs[number] = series(springs[number], compliance, loss)
+        for number, sign in zip(ROCKING, (1.0, -1.0), strict=True):
+            own = max(compliance + sign * difference, 1e-14)
+            springs[number] = series(springs[number], own, loss)
+        if translation > 0.0:
+            for number in SIDEWAYS:
+                springs[number] = series(springs[number], translation, loss)
         base = dataclasses.replace(
             setup.spec.base,
             springs=tuple(springs),  # type: ignore[arg-type]
@@ -52,7 +78,7 @@ class BaseCompliance(Effect):
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return compliances over two decades."""
-        unit = 0.3 / softest(scene)
+        unit = 0.3 / stiffest(scene)
         return [(float(unit * f), 4e-4) for f in np.geomspace(0.01, 20.0, 24)]
 
 
@@ -63,12 +89,3 @@ def series(spring: Spring, compliance: float, loss_s: float) -> Spring:
         return added
     stiffness = 1.0 / (1.0 / spring.stiffness + compliance)
     return Spring(stiffness, spring.damping * stiffness / spring.stiffness)
-
-
-def softest(scene: Scene) -> float:
-    """Return the stiffness of the stiffest drive [N m/rad], the scale of the structure."""
-    return max(
-        item.drive.spring.stiffness
-        for item in scene.setup.spec.joints
-        if not item.drive.spring.rigid
-    )

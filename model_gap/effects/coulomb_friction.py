@@ -13,10 +13,10 @@ WHOLE_JOINT = 'whole joint'
 
 
 class CoulombFriction(Effect):
-    """τ_c·sat(v/v₀), v the twist rate of the gear or the speed of the whole joint."""
+    """τ_c·tanh(v/v₀), v the twist rate of the gear or the speed of the whole joint."""
 
     type = 'coulomb_friction'
-    equation = "τ_f = τ_c sat(v/v_0), v = e' (in the gear) or q' + e' (between the links)"
+    equation = "τ_f = τ_c tanh(v/v_0), v = e' (in the gear) or q' + e' (between the links)"
     source = 'Coulomb friction; Armstrong-Hélouvry et al. (1994), doi:10.1016/0005-1098(94)90209-7'
     signature = 'damping falls as amplitude rises; sticks at low amplitude; odd harmonics'
     amplitude_dependent = True

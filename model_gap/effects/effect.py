@@ -12,6 +12,8 @@ from model_gap.joint_vector import BETWEEN_LINKS, is_coupled, marked
 from model_gap.setup import Setup
 from structural_model import FlexibleJointModel
 
+FEW_STARTS = 4
+
 
 @dataclass(frozen=True)
 class EffectParameter:
@@ -105,6 +107,8 @@ class Effect(ABC):
     confused_with: ClassVar[Mapping[str, str]] = MappingProxyType({})
     amplitude_dependent: ClassVar[bool] = False
     moves_poles: ClassVar[bool] = True
+    # Acts at a place on a link, and nearly alike from the next link.
+    on_links: ClassVar[bool] = False
 
     def __init__(self, location: str | None = None, variant: str = '') -> None:
         self.location = location
@@ -128,12 +132,31 @@ class Effect(ABC):
         grids = [np.linspace(item.low, item.high, 5) for item in self.parameters(scene)]
         return [tuple(grid[1] for grid in grids), tuple(grid[3] for grid in grids)]
 
+    def few_starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return a few of the starts, for a fit that finds its way from afar."""
+        starts = self.starts(scene)
+        inner = np.linspace(0, len(starts) - 1, FEW_STARTS + 2)[1:-1]
+        return [starts[place] for place in np.unique(np.rint(inner).astype(int))]
+
+    def detailed(self) -> 'Effect | None':
+        """Return the effect with what matters less, such as its exact place, free as well.
+
+        Its parameters are those of this effect, then others that start at their neutral values.
+        None when there is nothing more to free.
+        """
+        return None
+
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return where a force bounds what the effect explains: an arm, a coordinate of it.
 
         None when the effect does not act along one coordinate.
         """
         return (setup, self.place) if self.amplitude_dependent else None
+
+    @property
+    def free_numbers(self) -> int:
+        """How many numbers are fitted in every record beside the parameters."""
+        return 0
 
     @property
     def place(self) -> str:

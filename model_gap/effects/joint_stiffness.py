@@ -12,10 +12,10 @@ from structural_model.spec import Spring
 
 
 class JointStiffness(Effect):
-    """k_j → f·k_j, the loss factor kept."""
+    """k_j → f·k_j, c_j → f^a·c_j; the loss factor is kept (a = 1) until a fit is good."""
 
     type = 'joint_stiffness'
-    equation = 'k_j -> f k_j'
+    equation = 'k_j -> f k_j, c_j -> f^a c_j'
     source = 'Do et al. (2022); Klimchik et al. (2015), doi:10.1016/j.rcim.2015.01.003'
     signature = 'modes with strain energy in the joint shift, by their share; not by amplitude'
     confused_with: ClassVar[Mapping[str, str]] = {
@@ -26,6 +26,12 @@ class JointStiffness(Effect):
         'cubic_stiffness': 'a second amplitude level: a linear spring keeps its frequency',
     }
 
+    def __init__(
+        self, location: str | None = None, variant: str = '', damped: bool = False
+    ) -> None:
+        super().__init__(location, variant)
+        self.damped = damped
+
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one per flexible joint."""
@@ -33,7 +39,13 @@ class JointStiffness(Effect):
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return the factor."""
-        return (EffectParameter('factor', '1', 0.7, 0.05, 5.0, neutral=1.0, log=True),)
+        first = EffectParameter('factor', '1', 0.7, 0.05, 5.0, neutral=1.0, log=True)
+        exponent = EffectParameter('damping_exponent', '1', 0.6, -1.0, 3.0, neutral=1.0)
+        return (first, exponent) if self.damped else (first,)
+
+    def detailed(self) -> Effect | None:
+        """Return a spring whose damper changes by another factor, or not at all."""
+        return None if self.damped else JointStiffness(self.location, self.variant, damped=True)
 
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the drive."""
@@ -41,10 +53,10 @@ class JointStiffness(Effect):
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Scale the drive spring."""
-        factor = values[0]
+        factor, exponent = values if self.damped else (values[0], 1.0)
 
         def change(spring: Spring) -> Spring:
-            return Spring(spring.stiffness * factor, spring.damping * factor)
+            return Spring(spring.stiffness * factor, spring.damping * factor**exponent)
 
         return setup.with_spec(change_drive(setup.spec, str(self.location), change))
 

@@ -6,47 +6,66 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.effects.base_compliance import softest
 from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.places import AXES, spans, stiffest, turned
 from model_gap.setup import Setup
 from structural_model.spec import HingeSpec, Spring
 
-AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
-
 
 class LinkFlexibility(Effect):
-    """A virtual hinge half-way along the link, about one of its axes."""
+    """A virtual hinge half-way along the link, about one of its axes.
+
+    ``place`` (0 at its own joint, 1 at the next), the share of the mass beyond it and small turns
+    of the axis are free once a fit is good.
+    """
 
     type = 'link_flexibility'
     equation = 'virtual hinge with 1/k = c about one axis of the link'
     source = 'virtual joints; Mousavi et al. (2018), doi:10.1007/s00170-017-0052-0'
+    on_links = True
     signature = 'relative motion inside one link, out of reach of the joints'
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_stiffness': 'turn the next joint by 90°: its axis leaves the bending plane',
         'base_compliance': 'two sensors on the link, one at each end',
     }
 
+    def __init__(
+        self, location: str | None = None, variant: str = '', placed: bool = False
+    ) -> None:
+        super().__init__(location, variant)
+        self.placed = placed
+
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one per axis of every link with a span."""
         return [
-            cls(link, axis)
-            for link, place in spans(scene)
-            if not _divided(scene, link)
-            for axis in AXES
+            cls(link, axis) for link in spans(scene) if not _divided(scene, link) for axis in AXES
         ]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return the compliance and how lossy it is."""
-        unit = 0.3 / softest(scene)
-        return (
-            EffectParameter('compliance', 'rad/(N m)', unit, 0.0, 300.0 * unit),
+        unit = 0.3 / stiffest(scene)
+        first = (
+            EffectParameter('compliance', 'rad/(N m)', 15.0 * unit, 0.0, 300.0 * unit),
             EffectParameter('loss_time', 's', 0.7, 1e-5, 1e-2, neutral=4e-4, log=True),
         )
+        if not self.placed:
+            return first
+        return (
+            *first,
+            EffectParameter('place', '1', 0.25, 0.0, 1.0, neutral=0.5),
+            EffectParameter('outboard_share', '1', 0.25, 0.0, 1.0, neutral=0.5),
+            EffectParameter('turn_1', 'rad', 0.3, -1.0, 1.0),
+            EffectParameter('turn_2', 'rad', 0.3, -1.0, 1.0),
+        )
+
+    def detailed(self) -> Effect | None:
+        """Return a hinge anywhere on the way, about any axis near this one."""
+        return None if self.placed else LinkFlexibility(self.location, self.variant, placed=True)
 
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the hinge, all but rigid."""
-        stiff = (1e-4 * 0.3 / softest(scene), 4e-4)
+        stiff = (1e-4 * 0.3 / stiffest(scene), 4e-4)
         return self.apply(setup, stiff, scene), self.name
 
     @property
@@ -57,36 +76,22 @@ class LinkFlexibility(Effect):
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Divide the link."""
         compliance, loss = max(values[0], 1e-14), values[1]
+        place, share, *turns = values[2:] if self.placed else (0.5, 0.5, 0.0, 0.0)
+        x, y, z = spans(scene)[str(self.location)]
         hinge = HingeSpec(
             name=self.name,
             link=str(self.location),
-            position_m=dict(spans(scene))[str(self.location)],
-            axis=AXES[self.variant],
+            position_m=(place * x, place * y, place * z),
+            axis=turned(self.variant, turns),
             spring=Spring(1.0 / compliance, loss / compliance),
+            outboard_share=share,
         )
         return setup.with_spec(dataclasses.replace(setup.spec, hinges=(*setup.spec.hinges, hinge)))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return compliances over three decades."""
-        unit = 0.3 / softest(scene)
+        unit = 0.3 / stiffest(scene)
         return [(float(unit * f), 4e-4) for f in np.geomspace(0.02, 60.0, 16)]
-
-
-def spans(scene: Scene) -> list[tuple[str, tuple[float, float, float]]]:
-    """Return every moving link with the middle of its way to the next joint."""
-    robot = scene.model.robot
-    found = []
-    frames = {
-        int(f.parentJoint): f.name
-        for f in reversed(list(robot.model.frames))
-        if f.type.name == 'BODY'
-    }
-    for index in range(1, len(robot.joints)):
-        place = np.array(robot.model.jointPlacements[index + 1].translation)
-        if np.linalg.norm(place) > 0.05:
-            middle = place / 2.0
-            found.append((frames[index], (float(middle[0]), float(middle[1]), float(middle[2]))))
-    return found
 
 
 def _divided(scene: Scene, link: str) -> bool:

@@ -1,19 +1,20 @@
-"""A mass the model does not know, at the flange: tool, payload, forgotten adapter."""
+"""A mass the model does not know: tool, payload, forgotten adapter, equipment on the arm."""
 
 from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.places import arm_mass, body_of, centre, moving_links, Place
 from model_gap.setup import Setup
 from structural_model.spec import MassSpec
 
 
 class Payload(Effect):
-    """M += m AᵀA + I JᵀJ at the last link."""
+    """M += m AᵀA + I JᵀJ at one link, usually the last."""
 
     type = 'payload'
-    equation = 'M += m AᵀA + m r² JᵀJ, A = J_v - [c]× J_w at the flange'
+    equation = 'M += m AᵀA + m r² JᵀJ, A = J_v - [c]× J_w at the link'
     source = 'rigid-body inertia at the flange; Swevers et al. (1997), doi:10.1109/70.631234'
     signature = 'all modes that move the flange fall, by reach; shapes nearly kept'
     confused_with: ClassVar[Mapping[str, str]] = {
@@ -24,17 +25,21 @@ class Payload(Effect):
 
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
-        """Return one at the last link."""
-        return [cls(scene.model.link_names[-1])]
+        """Return one at the last link and one at every other moving body."""
+        last = scene.model.link_names[-1]
+        own = body_of(scene, last)
+        others = [link for link in moving_links(scene) if body_of(scene, link) != own]
+        return [cls(last), *(cls(link) for link in reversed(others))]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return mass, centre of mass and radius of gyration."""
         total = max(1.0, 0.05 * arm_mass(scene))
         return (
             EffectParameter('mass', 'kg', total, -4.0 * total, 8.0 * total),
-            EffectParameter('com_x', 'm', 0.15, -0.6, 0.6),
-            EffectParameter('com_y', 'm', 0.15, -0.6, 0.6),
-            EffectParameter('com_z', 'm', 0.15, -0.6, 0.6),
+            *(
+                EffectParameter(f'com_{axis}', 'm', 0.15, place - 0.6, place + 0.6, neutral=place)
+                for axis, place in zip('xyz', self._middle(scene), strict=True)
+            ),
             EffectParameter('gyration', 'm', 0.05, 0.0, 0.4, neutral=0.06),
         )
 
@@ -51,17 +56,25 @@ class Payload(Effect):
         return setup.with_spec(dataclasses.replace(setup.spec, masses=(*setup.spec.masses, item)))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
-        """Return masses at a few places."""
+        """Return masses at a few places, at its centre on a link that is not the last."""
+        if self.location != scene.model.link_names[-1]:
+            return self.few_starts(scene)
         unit = max(1.0, 0.05 * arm_mass(scene))
-        places = [(0.0, 0.0, 0.0), (0.15, 0.0, 0.0), (0.0, 0.0, 0.15)]
+        x, y, z = self._middle(scene)
+        places = [(x, y, z), (x + 0.15, y, z), (x, y, z + 0.15)]
         return [
             (factor * unit, *place, 0.06)
             for factor in (-0.6, -0.3, 0.15, 0.35, 0.6, 0.9, 1.3, 1.8, 2.5, 3.5)
             for place in places
         ]
 
+    def few_starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return light and heavy."""
+        unit = max(1.0, 0.05 * arm_mass(scene))
+        place = self._middle(scene)
+        return [(factor * unit, *place, 0.06) for factor in (-0.1, 0.15, 0.6, 1.5)]
 
-def arm_mass(scene: Scene) -> float:
-    """Return the mass of the moving links [kg]."""
-    inertias = scene.model.robot.model.inertias
-    return float(sum(inertias[index].mass for index in range(1, len(inertias))))
+    def _middle(self, scene: Scene) -> Place:
+        """Return where a mass is looked for first: the last link's origin, a link's own centre."""
+        link = str(self.location)
+        return (0.0, 0.0, 0.0) if link == scene.model.link_names[-1] else centre(scene, link)

@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.effects.base_compliance import softest
 from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.places import stiffest
 from model_gap.setup import Setup
 from structural_model.spec import RodSpec, Spring
 
@@ -25,15 +25,27 @@ class RodSpring(Effect):
 
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
-        """Return both signs over joints 2 and 3, where both are flexible."""
+        """Return both signs over joints 2 and 3, where both are flexible.
+
+        Not the one that a drive acts along through its own rod: that is a stiffer drive.
+        """
         names = scene.model.joint_names
         if len(names) < 3 or not {names[1], names[2]} <= set(scene.flexible_joints):
             return []
-        return [cls(f'{names[1]}+{names[2]}', sign) for sign in ('+', '-')]
+        drives = scene.model.axes.matrix
+        signs = {'+': 1.0, '-': -1.0}
+        weights = {
+            sign: np.eye(len(names))[1] + s * np.eye(len(names))[2] for sign, s in signs.items()
+        }
+        return [
+            cls(f'{names[1]}+{names[2]}', sign)
+            for sign, weight in weights.items()
+            if not any(np.array_equal(row, weight) for row in drives)
+        ]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return the stiffness and how lossy it is."""
-        unit = 0.5 * softest(scene)
+        unit = 0.5 * stiffest(scene)
         return (
             EffectParameter('stiffness', 'N m/rad', unit, 0.0, 50.0 * unit),
             EffectParameter('loss_time', 's', 0.7, 1e-5, 1e-2, neutral=3e-4, log=True),
@@ -52,4 +64,4 @@ class RodSpring(Effect):
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return stiffnesses over two decades."""
-        return [(float(0.5 * softest(scene) * f), 3e-4) for f in np.geomspace(0.03, 10.0, 16)]
+        return [(float(0.5 * stiffest(scene) * f), 3e-4) for f in np.geomspace(0.03, 10.0, 16)]

@@ -8,37 +8,62 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.effects.link_flexibility import AXES
-from model_gap.effects.payload import arm_mass
+from model_gap.effects.places import arm_mass, AXES, centre, moving_links, turned
 from model_gap.setup import Setup
 from structural_model.spec import AbsorberSpec, Spring
 
 
 class TunedMass(Effect):
-    """A mass m on a spring at a link: K = m ω_t², C = 2 ζ_t m ω_t."""
+    """A mass m on a spring at a link: K = m ω_t², C = 2 ζ_t m ω_t.
+
+    It hangs at the link's centre of mass and swings along one of its axes until a good fit frees
+    place and direction.
+    """
 
     type = 'tuned_mass'
     equation = "m (z'' + a'') + 2 ζ m ω z' + m ω² z = 0 along one axis of the link"
     source = 'Den Hartog (1956), Mechanical Vibrations, sec. 3.2'
+    on_links = True
     signature = 'an extra mode or notch at the same frequency in every pose'
     confused_with: ClassVar[Mapping[str, str]] = {
         'payload': 'tie the hose down: a payload stays, a swinging mass does not',
         'link_flexibility': 'a pose with another reach: the notch of a swinging mass stays',
     }
 
+    def __init__(
+        self, location: str | None = None, variant: str = '', placed: bool = False
+    ) -> None:
+        super().__init__(location, variant)
+        self.placed = placed
+
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
-        """Return one per moving link and axis."""
-        return [cls(link, axis) for link in scene.model.link_names[1:] for axis in AXES]
+        """Return one per moving body and axis."""
+        return [cls(link, axis) for link in moving_links(scene) for axis in AXES]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return mass, frequency and damping."""
         unit = max(1.0, 0.03 * arm_mass(scene))
-        return (
+        first = (
             EffectParameter('mass', 'kg', unit, 0.0, 10.0 * unit),
             EffectParameter('frequency', 'Hz', 0.8, 2.0, 70.0, neutral=15.0, log=True),
             EffectParameter('damping_ratio', '1', 0.8, 0.002, 0.5, neutral=0.04, log=True),
         )
+        if not self.placed:
+            return first
+        return (
+            *first,
+            *(
+                EffectParameter(f'at_{axis}', 'm', 0.2, place - 0.8, place + 0.8, neutral=place)
+                for axis, place in zip('xyz', centre(scene, str(self.location)), strict=True)
+            ),
+            EffectParameter('turn_1', 'rad', 0.4, -1.2, 1.2),
+            EffectParameter('turn_2', 'rad', 0.4, -1.2, 1.2),
+        )
+
+    def detailed(self) -> Effect | None:
+        """Return a mass anywhere on the link that swings in any direction near this one."""
+        return None if self.placed else TunedMass(self.location, self.variant, placed=True)
 
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the place the mass pulls at: a mass too light to matter."""
@@ -52,12 +77,13 @@ class TunedMass(Effect):
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Hang the mass on the link."""
         mass, frequency, damping = max(values[0], 1e-6), values[1], values[2]
+        x, y, z = values[3:6] if self.placed else centre(scene, str(self.location))
         omega = 2.0 * math.pi * frequency
         item = AbsorberSpec(
             name=self.name,
             link=str(self.location),
-            position_m=centre(scene, str(self.location)),
-            axis=AXES[self.variant],
+            position_m=(x, y, z),
+            axis=turned(self.variant, values[6:] if self.placed else (0.0, 0.0)),
             mass_kg=mass,
             spring=Spring(mass * omega**2, 2.0 * damping * mass * omega),
         )
@@ -67,15 +93,5 @@ class TunedMass(Effect):
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return frequencies over the band, light and heavy."""
-        unit = max(1.0, 0.03 * arm_mass(scene))
-        return [(unit, float(f), 0.05) for f in np.geomspace(4.0, 50.0, 14)]
-
-
-def centre(scene: Scene, link: str) -> tuple[float, float, float]:
-    """Return the centre of mass of a link, its origin when it has none."""
-    robot = scene.model.robot
-    for frame in robot.model.frames:
-        if frame.name == link and frame.type.name == 'BODY':
-            place = frame.placement.actInv(np.array(robot.model.inertias[frame.parentJoint].lever))
-            return float(place[0]), float(place[1]), float(place[2])
-    return 0.0, 0.0, 0.0
+        mass = max(0.3, 0.01 * arm_mass(scene))
+        return [(mass, float(f), 0.05) for f in np.geomspace(4.0, 50.0, 14)]

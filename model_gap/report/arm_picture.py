@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import SensorLayout
+from model_gap.report.drawing import heat
 from structural_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -17,7 +18,7 @@ def arm_picture(
     model: FlexibleJointModel,
     q: Array,
     layout: SensorLayout,
-    misfit: Mapping[str, float],
+    left: Mapping[str, float],
     places: tuple[str, ...],
 ) -> Markup:
     """Draw skeleton, joints and sensors in the vertical plane the arm reaches out in.
@@ -30,8 +31,8 @@ def arm_picture(
         Pose.
     layout : SensorLayout
         Sensors.
-    misfit : mapping of sensor name to float
-        χ before; 1 is noise.  It colours the sensors.
+    left : mapping of sensor name to float
+        Gap before, times the noise.  It colours the sensors.
     places : tuple of str
         Locations to mark: joints, links, ``sensor:<name>``, or ``base``.
     """
@@ -55,11 +56,11 @@ def arm_picture(
             f'{escape(name.replace("joint_", "J"))}</text>'
         )
     for sensor, (x, y) in zip(layout, dots, strict=True):
-        value = misfit.get(sensor.name, 1.0)
+        value = left.get(sensor.name, 1.0)
         hot = ' hot' if f'sensor:{sensor.name}' in places else ''
         parts.append(
             f'<circle class="sensor{hot}" cx="{x:.1f}" cy="{y:.1f}" r="{9 if hot else 5}" '
-            f'fill="{misfit_colour(value)}"><title>{escape(sensor.name)}: {value:.1f}</title>'
+            f'fill="{heat(value)}"><title>{escape(sensor.name)}: {value:.1f}</title>'
             '</circle>'
         )
     marked = ', '.join(places) or 'no place'
@@ -67,12 +68,6 @@ def arm_picture(
         f'<svg viewBox="0 0 {SIZE} {SIZE}" role="img" '
         f'aria-label="the arm from the side; marked: {escape(marked)}">{"".join(parts)}</svg>'
     )
-
-
-def misfit_colour(value: float) -> str:
-    """Return the colour of a χ, from noise (green) to a thousand times that (red)."""
-    share = min(max(float(np.log10(max(value, 1.0))) / 3.0, 0.0), 1.0)
-    return f'hsl({130 - 130 * share:.0f} 55% {78 - 28 * share:.0f}%)'
 
 
 def _flattened(points: Array, sensors: Array) -> Array:

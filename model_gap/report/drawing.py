@@ -78,15 +78,21 @@ def spectra_plot(
     )
 
 
+def heat(value: float) -> str:
+    """Return the colour of so many times the noise: green at one, red from thirty."""
+    share = min(max(float(np.log10(max(value, 1.0))) / 1.5, 0.0), 1.0)
+    return f'hsl({130 - 130 * share:.0f} 55% {78 - 28 * share:.0f}%)'
+
+
 def gap_map(rows: Sequence[str], columns: Sequence[str], before: Array, after: Array) -> Markup:
-    """Draw χ of sensors by bands, before beside after.
+    """Draw what is left over of sensors by bands, before beside after.
 
     Parameters
     ----------
     rows, columns : sequence of str
         Sensors and bands.
     before, after : (n_rows, n_columns) array
-        χ; 1 is noise.
+        Times the noise.
     """
     cell, label, space = 40, 110, 60
     wide = len(columns) * cell
@@ -107,11 +113,10 @@ def gap_map(rows: Sequence[str], columns: Sequence[str], before: Array, after: A
                 value = float(values[row, column])
                 if not np.isfinite(value):
                     continue
-                share = min(max(np.log10(max(value, 1.0)) / 3.0, 0.0), 1.0)
                 text = f'{value:.1f}' if value < 100 else f'{value:.0f}'
                 parts.append(
                     f'<rect x="{offset + column * cell}" y="{44 + 24 * row}" width="{cell - 2}" '
-                    f'height="22" fill="hsl({130 - 130 * share:.0f} 55% {78 - 28 * share:.0f}%)"/>'
+                    f'height="22" fill="{heat(value)}"/>'
                     f'<text class="cell" x="{offset + column * cell + cell / 2 - 1}" '
                     f'y="{59 + 24 * row}" text-anchor="middle">{text}</text>'
                 )

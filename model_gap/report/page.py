@@ -1,5 +1,6 @@
 """One HTML file that shows what was found and needs nothing else to open."""
 
+import dataclasses
 import itertools
 import math
 from pathlib import Path
@@ -13,9 +14,9 @@ from modal_core.atomic_file import write_text
 from model_gap.comparison.compare import compare, Comparison
 from model_gap.comparison.spectra_pairs import SpectraPair, used_bands
 from model_gap.comparison.transmissibility import SensorBand
+from model_gap.decide import EVIDENCE_BETWEEN, EVIDENCE_TO_ADD
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects, gap_mapping
-from model_gap.predict import Predictor
 from model_gap.report.arm_picture import arm_picture
 from model_gap.report.drawing import gap_bars, gap_map, spectra_plot
 from model_gap.report.words import effect_words, headline, percent
@@ -68,6 +69,8 @@ def render_report(result: GapResult, comparison: Comparison | None = None) -> st
         gap=gap_mapping(result, comparison),
         worst=_worst_sensors(comparison),
         percent=percent,
+        evidence_to_add=EVIDENCE_TO_ADD,
+        evidence_between=EVIDENCE_BETWEEN,
     )
 
 
@@ -85,11 +88,11 @@ def _bars(result: GapResult) -> Markup:
 
 def _arm(result: GapResult) -> Markup:
     search = result.search
-    misfit = {item.name: item.before for item in result.where if item.kind == 'sensor'}
+    left = {item.name: math.sqrt(item.before) for item in result.where if item.kind == 'sensor'}
     places = tuple(item.location or WHOLE.get(item.type, '') for item in accepted_effects(result))
     pose = search.campaign.records[0].pose
     layout = search.campaign.layout
-    return arm_picture(search.model, pose, layout, misfit, tuple(filter(None, places)))
+    return arm_picture(search.model, pose, layout, left, tuple(filter(None, places)))
 
 
 def _worst_sensors(comparison: Comparison) -> list[dict[str, object]]:
@@ -133,7 +136,7 @@ def _map(result: GapResult, shown: list[SpectraPair]) -> Markup:
             after[place, column] += two[row].sum()
             count[place, column] += inside.sum()
     with np.errstate(invalid='ignore', divide='ignore'):
-        before, after = before / count, after / count
+        before, after = np.sqrt(before / count), np.sqrt(after / count)
     columns = [f'{low:g}–{high:g}' for low, high in bands]
     return gap_map(sensors, columns, before, after)
 
@@ -150,7 +153,7 @@ def _pictures(result: GapResult, shown: list[SpectraPair]) -> list[Markup]:
     worst = max(shown, key=lambda pair: float(gap(pair).sum()))
     order = np.argsort(-gap(worst))
     item = record_spectra(worst.item.record, search.settings.band, FINE_BINS)
-    predictor = Predictor(search.model, [item])
+    predictor = dataclasses.replace(search.fitting, records=[item])
     (before,) = predictor.predict(search.nominal.setup())
     (after,) = predictor.predict(result.final.setup())
     pictures: list[Markup] = []

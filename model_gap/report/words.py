@@ -9,6 +9,7 @@ from model_gap.gap_json import accepted_effects
 from structural_model.spec import KnownEffect
 
 NO_GAP = 'Model and robot agree: what differs is noise and known tolerance'
+TOO_LITTLE = 'No gap shows in what was recorded, which is too little to say that there is none'
 STRANGE = 'There is a gap, and nothing in the catalogue explains it'
 # What each effect says of the robot, in a plain sentence; {place} and the parameters by name.
 SENTENCES: Mapping[str, str] = {
@@ -40,7 +41,7 @@ def headline(result: GapResult) -> str:
     """Return the verdict as one plain sentence."""
     verdict = result.decision.verdict
     if verdict is Verdict.NONE:
-        return NO_GAP
+        return TOO_LITTLE if result.decision.reasons else NO_GAP
     if verdict is Verdict.UNEXPLAINED:
         return STRANGE
     found = '; '.join(sentence(effect) for effect in accepted_effects(result))
@@ -129,5 +130,5 @@ def summary_lines(result: GapResult) -> list[str]:
         f'gap, fitted poses: {percent(result.gap_before)} before, '
         f'{percent(result.gap_after)} after'
     )
-    lines += [f'note: {line}' for line in result.search.campaign.notes]
+    lines += [f'note: {line}' for line in result.search.notes]
     return lines

@@ -5,6 +5,8 @@ import math
 
 from independent_arm import linearise, read_arm, respond
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import fftconvolve
 
 SENSORS = (
     ('frame', 'link_1', (0.20, 0.42, 0.05)),
@@ -97,7 +99,7 @@ def make_campaign(
     gains = np.concatenate(gains)
     nonlinear = any(e['type'] in NONLINEAR for e in effects)
     # Explicit friction with a steep transition chatters in longer steps.
-    steep = 'coulomb_friction' in by
+    steep = 'coulomb_friction' in by or 'stribeck_friction' in by
     dt = 1 / 4000 if steep else 1 / 2000 if nonlinear else 1 / 1000
     samples = int(duration / dt)
     cases = [
@@ -122,7 +124,7 @@ def make_campaign(
     angle = np.array([pose for pose, _, _ in cases])[:, None, :] + q
     local = local_forces(effects, systems, cases, arm, v, dt, rng, angle)
     y, _x, _xv = respond(systems, a, q, dt, local)
-    y = sensor_faults(by, y, sensors, dt)
+    y = sensor_faults(by, y, sensors, dt, rng)
     records = []
     keep, joint_keep = round(1 / dt / 500), round(1 / dt / 250)
     for r, (pose, level, held) in enumerate(cases):
@@ -148,6 +150,15 @@ def make_campaign(
     return records
 
 
+def picked_up(folder, payload, seed, **options):
+    """Return records in which the arm takes a payload at half time."""
+    without, loaded = (make_campaign(folder, item, seed, **options) for item in ((), (payload,)))
+    for record, other in zip(without, loaded, strict=True):
+        half = len(record.acceleration) // 2
+        record.acceleration[half:] = other.acceleration[half:]
+    return without
+
+
 def decimated(x, keep):
     f = np.fft.rfft(x, axis=0)
     n = len(x)
@@ -162,6 +173,7 @@ NONLINEAR = {
     'cubic_stiffness',
     'speed_dependent_stiffness',
     'hysteresis',
+    'stribeck_friction',
     'end_stop',
     'drifting_stiffness',
     'tonal_disturbance',
@@ -222,6 +234,29 @@ def structural(e, extra, arm):
         )
 
 
+def tone(e, systems, place, dt, samples, rng):
+    """A hum: torque in a joint, or force along an axis where a sensor sits; it may wander."""
+    if 'sensor' in e:
+        row = 3 * [name for name, _, _ in SENSORS].index(e['sensor']) + e['axis']
+        push = np.array([s.Ja[row] for s in systems])
+    else:
+        push = np.zeros((len(systems), len(systems[0].M)))
+        push[:, place[f'{e["joint"]}/drive']] = 1.0
+    harmonics = e.get('harmonics', (1.0,))
+    phase = rng.uniform(0, 2 * np.pi, (len(harmonics), len(systems)))
+    turn = 2 * np.pi * e['f'] * dt * np.arange(samples)[:, None]
+    if 'wander' in e:  # rad per root second
+        turn = turn + e['wander'] * np.sqrt(dt) * np.cumsum(
+            rng.standard_normal((samples, len(systems))), axis=0
+        )
+    else:
+        turn = turn + np.zeros(len(systems))
+    size = e['torque'] * sum(
+        part * np.cos((order + 1) * turn + phase[order]) for order, part in enumerate(harmonics)
+    )
+    return slice(None), lambda t, x, xv: size[t][:, None] * push
+
+
 def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
     """Explicit nonlinear or time-varying forces on the dofs."""
     terms = []
@@ -234,12 +269,7 @@ def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
         if kind not in NONLINEAR:
             continue
         if kind == 'tonal_disturbance':
-            # torque at a joint's deflection, or force at a link along an axis
-            i, w, T = place[f'{e["joint"]}/drive'], 2 * np.pi * e['f'], e['torque']
-            phase = rng.uniform(0, 2 * np.pi, len(systems))
-            terms.append(
-                (i, lambda t, x, xv, w=w, T=T, phase=phase: T * np.cos(w * t * dt + phase))
-            )
+            terms.append(tone(e, systems, place, dt, v.shape[1], rng))
             continue
         i = place[f'{e["joint"]}/drive']
         j = joint[e['joint']]
@@ -309,6 +339,14 @@ def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
                     ),
                 )
             )
+        elif kind == 'stribeck_friction':
+            tc, ts, vs, v0 = e['torque'], e['static'], e['speed'], 1e-3
+
+            def slips(t, x, xv, i=i, tc=tc, ts=ts, vs=vs, v0=v0):
+                rate = xv[:, i]
+                return -(tc + (ts - tc) * np.exp(-((rate / vs) ** 2))) * np.tanh(rate / v0)
+
+            terms.append((i, slips))
         elif kind == 'hysteresis':
             kh, limit = e['share'] * k, e['limit']
             state = {'s': np.zeros(len(systems)), 'x': np.zeros(len(systems))}
@@ -331,7 +369,7 @@ def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
     return local
 
 
-def sensor_faults(by, y, sensors, dt):
+def sensor_faults(by, y, sensors, dt, rng):
     names = [s[0] for s in sensors]
     f = np.fft.rfftfreq(y.shape[1], dt)
 
@@ -373,4 +411,17 @@ def sensor_faults(by, y, sensors, dt):
         )
         Y = np.fft.rfft(y[:, :, c], axis=1) * H[None, :, None]
         y[:, :, c] = np.fft.irfft(Y, y.shape[1], axis=1)
+    for e in by.get('clock_drift', []):  # the sensors' clock runs fast
+        time = dt * np.arange(y.shape[1])
+        wanted = np.minimum(time * (1.0 + e['rate']), time[-1])
+        y = CubicSpline(time, y, axis=1)(wanted)
+    for e in by.get('loose_sensor', []):  # knocks and rings whenever it is shaken hard
+        ring = np.arange(round(0.05 / dt)) * dt
+        ring = np.exp(-ring / 0.01) * np.sin(2 * np.pi * e['f'] * ring)
+        for record in y[:, :, columns(e)]:
+            hard = np.abs(record).max(axis=1) > e['at'] * record.std()
+            knocks = (hard[1:] & ~hard[:-1])[:, None] * rng.standard_normal((len(record) - 1, 3))
+            record[1:] += (
+                e['size'] * record.std() * fftconvolve(knocks, ring[:, None])[: len(record) - 1]
+            )
     return y

@@ -72,6 +72,15 @@ def test_recordings_without_campaign_file(folder, robot):
     assert {record.heldout for record in divided.records} == {True, False}
 
 
+def test_a_recording_without_joint_states_is_left_out_and_named(tmp_path, records, robot):
+    mute = replace(records[1], position=np.zeros((0, 6)), velocity=np.zeros((0, 6)))
+    write_campaign(tmp_path, [records[0], mute], robot.joint_names, SENSORS)
+    campaign = read_campaign(tmp_path, robot)
+    assert len(campaign.records) == 1
+    (note,) = (note for note in campaign.notes if 'left out' in note)
+    assert 'no joint states' in note and 'record sensor_msgs/JointState' in note
+
+
 def test_missing_joint_states_are_named(tmp_path, records, robot):
     empty = [replace(records[0], position=np.zeros((0, 6)), velocity=np.zeros((0, 6)))]
     write_campaign(tmp_path, empty, robot.joint_names, SENSORS)

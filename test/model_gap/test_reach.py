@@ -72,8 +72,23 @@ def test_mean_friction_over_a_step_is_the_integral_of_the_law(rng):
     ends = [law.torque(nothing, speed, nothing) for speed in (start, end)]
     mean = 0.5 * (ends[0] + ends[1]) + law.surplus()
     fine = start + (end - start) * (np.arange(20000)[:, None] + 0.5) / 20000
-    expected = np.mean(30.0 * np.clip(fine / 2e-3, -1.0, 1.0), axis=0)
+    expected = np.mean(30.0 * np.tanh(fine / 2e-3), axis=0)
     assert mean == pytest.approx(expected, abs=1e-3)
+
+
+def test_friction_solves_its_implicit_equation(rng):
+    """Torque and the speed it leaves belong together, from stuck to sliding."""
+    level, width = rng.uniform(10.0, 300.0, 400), 10.0 ** rng.uniform(-4.0, -2.0, 400)
+    give = 10.0 ** rng.uniform(-7.0, -4.0, 400)
+    nothing = np.zeros(400)
+    law = FrictionLaw(np.array([level, width]), nothing, nothing, nothing, give)
+    rate = rng.standard_normal(400) * 10.0 ** rng.uniform(-4.0, 0.0, 400)
+    torque = law.torque(nothing, rate, nothing)
+    expected = level * np.tanh((rate - give * torque) / width)
+    left = rate - give * torque
+    # An error of the torque changes the speed it leaves: judged where both meet.
+    slope = 1.0 + give * level / width * (1.0 - np.tanh(left / width) ** 2)
+    assert np.abs((torque - expected) / slope / level).max() < 0.01
 
 
 def test_held_torques_reproduce_the_prediction(search):

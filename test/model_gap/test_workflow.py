@@ -119,7 +119,8 @@ def test_result_files(softer, compared, tmp_path):
     assert load_layout(path).channels == softer.search.campaign.layout.channels
     write_report(softer, tmp_path / 'report.html', compared)
     page = (tmp_path / 'report.html').read_text()
-    assert 'Joint 2 is 28 % softer than the model says' in page
+    softer_by = 100.0 * (1.0 - effect['parameters']['factor']['value'])
+    assert f'Joint 2 is {softer_by:.0f} % softer than the model says' in page
     assert 'joint stiffness at joint_2' in page
     assert '<script' not in page
     assert 'http://' not in page

@@ -1,0 +1,75 @@
+"""Places on an arm that effects are attached to, and what is usual for its size."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from model_gap.effects.effect import Scene
+
+Place = tuple[float, float, float]
+AXES: dict[str, Place] = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
+
+
+def arm_mass(scene: Scene) -> float:
+    """Return the mass of the moving links [kg]."""
+    inertias = scene.model.robot.model.inertias
+    return float(sum(inertias[index].mass for index in range(1, len(inertias))))
+
+
+def stiffest(scene: Scene) -> float:
+    """Return the stiffness of the stiffest drive [N m/rad], the scale of the structure."""
+    return max(
+        item.drive.spring.stiffness
+        for item in scene.setup.spec.joints
+        if not item.drive.spring.rigid
+    )
+
+
+def moving_links(scene: Scene) -> list[str]:
+    """Return one link for every body that moves on its own: not what is only fixed to it."""
+    names: dict[int, str] = {}
+    for frame in scene.model.robot.model.frames:
+        if frame.type.name == 'BODY' and frame.parentJoint > 0:
+            names.setdefault(int(frame.parentJoint), str(frame.name))
+    return list(names.values())
+
+
+def body_of(scene: Scene, link: str) -> int:
+    """Return the moving joint a link rides on."""
+    return next(
+        int(frame.parentJoint)
+        for frame in scene.model.robot.model.frames
+        if frame.type.name == 'BODY' and frame.name == link
+    )
+
+
+def centre(scene: Scene, link: str) -> Place:
+    """Return the centre of mass of a link and all that is fixed to it, in the link's axes."""
+    robot = scene.model.robot
+    for frame in robot.model.frames:
+        if frame.name == link and frame.type.name == 'BODY':
+            place = frame.placement.actInv(np.array(robot.model.inertias[frame.parentJoint].lever))
+            return float(place[0]), float(place[1]), float(place[2])
+    return 0.0, 0.0, 0.0
+
+
+def spans(scene: Scene) -> dict[str, Place]:
+    """Return the way to the next joint of every moving link that has one."""
+    robot = scene.model.robot
+    found = {}
+    for link in moving_links(scene):
+        index = body_of(scene, link)
+        for child in range(1, len(robot.joints) + 1):
+            place = np.array(robot.model.jointPlacements[child].translation)
+            if int(robot.model.parents[child]) == index and np.linalg.norm(place) > 0.05:
+                found[link] = (float(place[0]), float(place[1]), float(place[2]))
+                break
+    return found
+
+
+def turned(axis: str, turns: Sequence[float]) -> Place:
+    """Return one of the axes, a unit vector, turned (2,) [rad] towards the two after it."""
+    first, second = ('xyz'[('xyz'.index(axis) + step) % 3] for step in (1, 2))
+    vector = np.array(AXES[axis]) + np.tan(turns) @ np.array([AXES[first], AXES[second]])
+    x, y, z = vector / np.linalg.norm(vector)
+    return float(x), float(y), float(z)

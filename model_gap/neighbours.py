@@ -1,0 +1,58 @@
+"""The same effect on the next link: what a fit at one link can hide from the search."""
+
+from collections.abc import Collection
+
+from model_gap.effects.places import moving_links
+from model_gap.fit import descend, objective
+from model_gap.hypothesis import Hypothesis
+from model_gap.linearise import misfit, tolerance_columns, Weighting
+from model_gap.predict import Predictor
+
+STEPS = 10
+
+
+def neighbours(
+    best: Hypothesis,
+    tried: Collection[tuple[str, str]],
+    predictor: Predictor,
+    weighting: Weighting,
+) -> list[Hypothesis]:
+    """Return the last effect moved to the links next to its own, roughly fitted there.
+
+    An absorber or a hinge explains much from the link beside its own, once its place and direction
+    are free: the right link must then be among those that are compared.
+
+    Parameters
+    ----------
+    best : Hypothesis
+        With an effect on a link last.
+    tried : collection of (type, location)
+        Not tried again.
+    predictor, weighting
+        Of the records the rough fit is made on.
+
+    Returns
+    -------
+    list of Hypothesis
+        One per link, its best axis; none for effects that are not on links.
+    """
+    effect, scene = best.effects[-1], best.scene
+    links = moving_links(scene)
+    if effect.location not in links or not effect.on_links:
+        return []
+    own = links.index(str(effect.location))
+    near = [link for link in links if abs(links.index(link) - own) == 1]
+    last = len(best.effects) - 1
+    base, values = best.without(last), best.values()[last]
+    columns = tolerance_columns(base, predictor, weighting)
+    found: dict[str, tuple[float, Hypothesis]] = {}
+    for other in type(effect).instances(scene):
+        if other.location not in near or other.key in tried:
+            continue
+        start = base.with_effect(other, values[: len(other.parameters(scene))])
+        fitted = descend(start.with_details() or start, predictor, weighting, columns, STEPS)
+        rows = weighting.rows(predictor.predict(fitted.setup()))
+        value = objective(misfit(weighting, rows), fitted)
+        if other.location not in found or value < found[other.location][0]:
+            found[other.location] = value, fitted
+    return [hypothesis for _, hypothesis in found.values()]

@@ -1,0 +1,106 @@
+"""Fit every linear effect of the arm for a few steps, tolerances following, and see who is ahead.
+
+One simulation per starting value is not enough for what moves resonances by more than their width:
+the tolerances make up for part of it, and what is left looks like nothing.  A few steps of a joint
+fit of effect and tolerances find the right one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from modal_core.errors import ModelError
+from model_gap.effects.effect import Effect
+from model_gap.fit import descend, objective
+from model_gap.hypothesis import Hypothesis
+from model_gap.linearise import misfit, Rows, tolerance_columns, Weighting
+from model_gap.predict import Predictor
+from model_gap.reach import within_reach
+from model_gap.screen import Trial
+
+FIRST_STEPS = 2
+FURTHER_STEPS = 4
+# Only where a free force would explain this share of what one does at the best place: the right
+# place explains all but what tolerances have to do with it.
+REACH_SHARE = 0.4
+# So many go on after the first steps, of one effect at most so many.
+FURTHER = 20
+FURTHER_STARTS = 2
+
+
+def runs(effect: Effect) -> bool:
+    """Return whether an effect changes the arm and is linear."""
+    return effect.moves_poles and not effect.amplitude_dependent
+
+
+@dataclass(frozen=True)
+class Track:
+    """The records a race is run on, and how tolerances act on them without any new effect.
+
+    Parameters
+    ----------
+    predictor, weighting
+        Of a few records: one level is enough.
+    columns : array
+        Tolerance derivatives.
+    """
+
+    predictor: Predictor
+    weighting: Weighting
+    columns: Rows
+
+    @classmethod
+    def of(cls, base: Hypothesis, predictor: Predictor, weighting: Weighting) -> 'Track':
+        """Linearise the tolerances at what the effects are added to."""
+        return cls(predictor, weighting, tolerance_columns(base, predictor, weighting))
+
+    def run(self, start: Hypothesis, steps: int) -> tuple[float, Hypothesis] | None:
+        """Return the objective and where it is after some steps; None from an impossible arm."""
+        try:
+            found = descend(start, self.predictor, self.weighting, self.columns, steps)
+        except ModelError:
+            return None
+        rows = self.weighting.rows(self.predictor.predict(found.setup()))
+        return objective(misfit(self.weighting, rows), found), found
+
+
+def race(
+    screened: Sequence[Trial], base: Hypothesis, predictor: Predictor, weighting: Weighting
+) -> list[Trial]:
+    """Return all trials, linear effects of the arm after a few steps, the most promising first.
+
+    Parameters
+    ----------
+    screened : sequence of Trial
+        Where each begins, beside a few starts of its own; others than linear effects of the arm
+        stay as they are.
+    base : Hypothesis
+        What they are added to.
+    predictor, weighting
+        Of a few records.
+    """
+    base = replace(base, held=predictor.hold(base.setup()).held)
+    track = Track.of(base, predictor, weighting)
+    standing: list[tuple[float, int, Hypothesis]] = []
+    found_of = dict(enumerate(screened))
+    linear = [trial.effect for trial in screened if runs(trial.effect)]
+    near = within_reach(linear, [base], predictor, 0.0, REACH_SHARE)
+    for number, trial in enumerate(screened):
+        effect = trial.effect
+        if not any(effect is item for item in near):
+            continue
+        values = [trial.values, *map(tuple, effect.few_starts(base.scene))]
+        found = [track.run(base.with_effect(effect, start), FIRST_STEPS) for start in values]
+        best = sorted((item for item in found if item), key=lambda item: item[0])
+        standing += [(value, number, item) for value, item in best[:FURTHER_STARTS]]
+    standing.sort(key=lambda item: item[0])
+    without = track.run(base, FIRST_STEPS + FURTHER_STEPS)
+    for _, number, hypothesis in standing[:FURTHER]:
+        further = track.run(hypothesis, FURTHER_STEPS)
+        if without is None or further is None:
+            continue
+        gain, at = without[0] - further[0], further[1]
+        if gain > found_of[number].gain:
+            last = len(at.effects) - 1
+            before = replace(at.without(last), held=())
+            found_of[number] = Trial(at.effects[last], at.values()[last], gain, before)
+    return sorted(found_of.values(), key=lambda trial: -trial.gain)

@@ -1,0 +1,143 @@
+"""Nonlinear joints: what small changes feel of them, and play tried on the measured twist."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from model_gap.doubt import certain, doubt_of
+from model_gap.effects import Scene
+from model_gap.effects.backlash import Backlash
+from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.equivalent_gain import equivalent_gain
+from model_gap.explicit_damping import explicit_damping
+from model_gap.followed import PARTING_1_S, parting_residues, predicted_share
+from model_gap.hypothesis import Hypothesis
+from model_gap.linearise import misfit, tolerance_columns, Weighting
+from model_gap.nuisance import nuisances, Tolerances
+from model_gap.predict import Predictor
+from model_gap.setup import Setup
+from model_gap.spectra import Band, record_spectra
+
+SEED = 17
+SMALL = {'n_fit': 2, 'n_held': 0, 'duration': 10.0, 'size': 0.0}
+
+
+def gaussian_motion(rng, count=2**17, rate=500.0):
+    """Return a twist with power from 5 to 30 Hz, its rate, their bins and frequencies."""
+    omega = 2 * np.pi * np.fft.rfftfreq(count, 1 / rate)
+    inside = (omega > 2 * np.pi * 5) & (omega < 2 * np.pi * 30)
+    spectrum = inside * (rng.standard_normal(len(omega)) + 1j * rng.standard_normal(len(omega)))
+    twist = np.fft.irfft(spectrum, count)
+    scale = 1e-4 / twist.std()
+    return twist * scale, np.fft.irfft(1j * omega * spectrum, count) * scale, inside, omega
+
+
+def test_equivalent_spring_and_damper_of_gaussian_motion():
+    rng = np.random.default_rng(SEED)
+    twist, rate, inside, omega = gaussian_motion(rng)
+    bins = np.unique(np.geomspace(*np.flatnonzero(inside)[[0, -1]], 3000).astype(int))
+
+    def spectrum(values):
+        return np.fft.rfft(values)[bins]
+
+    cubic = equivalent_gain(spectrum(1e13 * twist**3), spectrum(twist), omega[bins])
+    expected = 3e13 * twist.var()
+    assert cubic.real.mean() == pytest.approx(expected, rel=0.05), f'seed {SEED}'
+    assert np.abs(cubic.imag).max() < 0.05 * expected, f'seed {SEED}'
+    dry = equivalent_gain(spectrum(50.0 * np.sign(rate)), spectrum(twist), omega[bins])
+    damper = (dry.imag / omega[bins]).mean()
+    assert damper == pytest.approx(50.0 * np.sqrt(2 / np.pi) / rate.std(), rel=0.05)
+
+
+def test_parting_filter_is_its_partial_fractions():
+    s = 1j * np.geomspace(1.0, 300.0, 40)
+    parts = np.sum(parting_residues() / (s[:, None] + PARTING_1_S), axis=1)
+    np.testing.assert_allclose(predicted_share(s), parts, rtol=1e-9, atol=1e-12)
+    assert abs(predicted_share(s)[0]) == pytest.approx(1.0, abs=1e-3)
+    assert abs(predicted_share(s)[-1]) < 0.3
+
+
+def predictor_of(campaign, robot, **options):
+    spectra = [record_spectra(item, Band(4.0, 50.0), 90) for item in campaign.records]
+    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    names = tuple(sensor.name for sensor in campaign.layout)
+    predictor = Predictor(robot, spectra, hanging=False, **options)
+    return predictor, Scene(robot, names, setup)
+
+
+def test_play_is_explained_where_no_motion_can_be_predicted(campaign_of, robot):
+    # Without gravity on it joint 1 floats in its play: the motion is chaotic.
+    hidden = {'type': 'backlash', 'joint': 'joint_1', 'gap': 1.5e-4}
+    campaign = campaign_of([hidden], SEED, **SMALL)
+    predictor, scene = predictor_of(campaign, robot)
+    weighting = Weighting.of(predictor)
+
+    def left(gap):
+        setup = Backlash('joint_1').apply(scene.setup, (gap, 1.0), scene) if gap else scene.setup
+        return misfit(weighting, weighting.rows(predictor.predict(setup)))
+
+    right = left(1.5e-4)
+    assert right < 2.0, f'seed {SEED}: {right:.2f}'
+    assert left(0.0) > 50.0 * right, f'seed {SEED}: {left(0.0):.1f}'
+    assert left(1.2e-4) > 2.0 * right, f'seed {SEED}: {left(1.2e-4):.1f}'
+    assert left(1.9e-4) > 2.0 * right, f'seed {SEED}: {left(1.9e-4):.1f}'
+
+
+def test_doubt_takes_along_its_direction_only_and_costs_its_determinant(campaign_of, robot):
+    predictor, _ = predictor_of(campaign_of([], SEED, **SMALL), robot)
+    item = predictor.records[0]
+    rng = np.random.default_rng(SEED)
+    shape = item.measured.shape
+    response = rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+    error = 0.3 * np.ones(shape[1])
+    doubt = doubt_of([response], [error], item)
+    size = np.sum(np.abs(response) ** 2 / item.noise_power, axis=0)
+    assert doubt.log_det == pytest.approx(np.log1p(0.09 * size).sum())
+    along = certain(response, doubt, item)
+    np.testing.assert_allclose(along, response / np.sqrt(1.0 + 0.09 * size), rtol=1e-9)
+    other = rng.standard_normal(shape) + 0j
+    inner = np.sum(response.conj() * other / item.noise_power, axis=0)
+    other = other - response * (inner / size)
+    np.testing.assert_allclose(certain(other, doubt, item), other, atol=1e-9)
+
+
+def test_numbers_of_a_held_law_stay(campaign_of, robot):
+    predictor, scene = predictor_of(campaign_of([], SEED, **SMALL), robot)
+    start = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0))
+    one = start.with_effect(CubicStiffness('joint_2'), (1e5,))
+    held = replace(one, held=predictor.hold(one.setup()).held)
+    two = held.with_effect(Backlash('joint_3'), (1e-4, 1.0))
+    moved = two.moved(two.tolerance_values, two.inner + 0.1)
+    assert moved.inner[0] == two.inner[0]
+    np.testing.assert_allclose(moved.inner[1:], two.inner[1:] + 0.1)
+    assert one.moved(one.tolerance_values, one.inner + 0.1).inner[0] == one.inner[0] + 0.1
+
+
+def test_tolerance_derivatives_follow_a_hard_spring(campaign_of, robot):
+    hidden = {'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 1e5}
+    campaign = campaign_of([hidden], SEED, **SMALL)
+    predictor, scene = predictor_of(campaign, robot)
+    weighting = Weighting.of(predictor)
+    tolerances = nuisances(scene.setup, ('link_3',), Tolerances())
+    start = Hypothesis(scene, tolerances, (), np.zeros(len(tolerances)), np.zeros(0))
+    bent = start.with_effect(CubicStiffness('joint_2'), (1e5,))
+    columns = tolerance_columns(bent, predictor, weighting)
+    still = replace(bent, held=predictor.hold(bent.setup()).held)
+    held = tolerance_columns(still, predictor, weighting)
+    number = next(i for i, item in enumerate(tolerances) if 'joint_2' in item.name)
+    step = 0.02
+    moved = [np.eye(len(tolerances))[number] * sign * step for sign in (1.0, -1.0)]
+    up, down = (
+        weighting.rows(predictor.predict(bent.moved(values, bent.inner).setup()))
+        for values in moved
+    )
+    exact = (up - down) / (2.0 * step)
+
+    def error(column):
+        return float(np.linalg.norm(column - exact) / np.linalg.norm(exact))
+
+    assert error(columns[number]) < 0.5 * error(held[number]), (
+        f'seed {SEED}, {tolerances[number].name}: '
+        f'{error(columns[number]):.2f}, held {error(held[number]):.2f}'
+    )

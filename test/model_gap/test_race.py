@@ -1,0 +1,106 @@
+"""Effects that tolerances all but hide: a few joint steps tell them apart; details when needed."""
+
+import numpy as np
+import pytest
+
+from model_gap.effects import CATALOGUE, Scene
+from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.link_flexibility import LinkFlexibility
+from model_gap.effects.places import moving_links, turned
+from model_gap.effects.tuned_mass import TunedMass
+from model_gap.fit import descend, fit, objective
+from model_gap.linearise import misfit, tolerance_columns
+from model_gap.neighbours import neighbours
+from model_gap.race import race
+from model_gap.screen import Trial
+from model_gap.search import Search
+from model_gap.split import split
+
+SEED = 47
+PLACE = (0.3, 0.05, 0.1)
+HIDDEN = {
+    'type': 'tuned_mass',
+    'link': 'link_4',
+    'at': PLACE,
+    'axis': (0.0, 0.26, 0.966),
+    'mass': 12.0,
+    'f': 14.0,
+    'zeta': 0.03,
+}
+
+
+@pytest.fixture(scope='module')
+def search(campaign_of, robot):
+    campaign = campaign_of([HIDDEN], SEED, n_fit=3, n_held=0, duration=12.0)
+    return Search(robot, split(campaign, np.random.default_rng(SEED)), simulated=True)
+
+
+def test_swinging_mass_wins_the_race_and_its_place_is_found(search):
+    effects = [
+        *(TunedMass(link, 'z') for link in ('link_3', 'link_4', 'link_5')),
+        *(JointStiffness(joint) for joint in ('joint_3', 'joint_5')),
+        LinkFlexibility('link_2', 'y'),
+    ]
+    base = fit(search.nominal, search.racing, search.racing_weighting).hypothesis
+    trials = [Trial(item, tuple(item.starts(search.scene)[0]), 0.0, base) for item in effects]
+    best = race(trials, base, search.racing, search.racing_weighting)[0]
+    assert repr(best.effect) == 'tuned_mass at link_4z', f'seed {SEED}'
+    assert best.gain > 20.0, f'seed {SEED}: {best.gain}'
+    start = best.base.with_effect(best.effect, best.values)
+    plain = fit(start, search.fitting, search.weighting)
+    free = fit(plain.hypothesis.with_details(), search.fitting, search.weighting, relinearise=2)
+    assert free.log_evidence > plain.log_evidence + 10.0, f'seed {SEED}'
+    mass, frequency, _, *rest = free.hypothesis.values()[-1]
+    assert mass == pytest.approx(12.0, rel=0.05), f'seed {SEED}'
+    assert frequency == pytest.approx(14.0, rel=0.01), f'seed {SEED}'
+    assert rest[:3] == pytest.approx(PLACE, abs=0.06), f'seed {SEED}'
+    assert turned('z', rest[3:]) == pytest.approx(HIDDEN['axis'], abs=0.1), f'seed {SEED}'
+
+
+def test_from_the_next_link_the_right_one_is_found(search):
+    """A fit on the wrong link leads to its neighbours, and there to a better one."""
+    predictor, weighting = search.racing, search.racing_weighting
+    start = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
+    columns = tolerance_columns(search.nominal, predictor, weighting)
+    wrong = descend(start.with_details(), predictor, weighting, columns, 4)
+
+    def value(hypothesis):
+        rows = weighting.rows(predictor.predict(hypothesis.setup()))
+        return objective(misfit(weighting, rows), hypothesis)
+
+    found = {
+        item.effects[-1].location: value(item)
+        for item in neighbours(wrong, [], predictor, weighting)
+    }
+    assert set(found) == {'link_4', 'link_6'}
+    assert found['link_4'] < min(value(wrong), found['link_6']) - 10.0, f'seed {SEED}: {found}'
+    known = [('tuned_mass', 'link_4'), ('tuned_mass', 'link_6')]
+    assert neighbours(wrong, known, predictor, weighting) == []
+    stiffer = search.nominal.with_effect(JointStiffness('joint_3'), (1.1,))
+    assert neighbours(stiffer, [], predictor, weighting) == []
+
+
+def test_details_left_alone_change_nothing(search):
+    found = 0
+    for kind in CATALOGUE:
+        effect = kind.instances(search.scene)[0]
+        if effect.detailed() is None:
+            continue
+        found += 1
+        values = tuple(effect.starts(search.scene)[0])
+        plain = search.nominal.with_effect(effect, values)
+        free = plain.with_details()
+        assert len(free.inner) > len(plain.inner)
+        assert free.with_details() is None
+        one, other = (search.racing.predict(item.setup())[0] for item in (plain, free))
+        assert np.abs(one - other).max() < 1e-9 * np.abs(one).max(), effect
+    assert found >= 4
+
+
+def test_places(search):
+    scene: Scene = search.scene
+    links = moving_links(scene)
+    assert len(links) == len(scene.model.joint_names)
+    assert set(links) <= set(scene.model.link_names)
+    assert turned('x', (0.0, 0.0)) == (1.0, 0.0, 0.0)
+    assert turned('y', (0.0, np.pi / 4)) == pytest.approx((0.5**0.5, 0.5**0.5, 0.0))
