@@ -19,7 +19,7 @@ from modal_core.errors import ModalAnalysisError, RecordingError
 from modal_core.ros_messages import LATCHED, parameter_descriptor, stamp
 from modal_core.run_node import RCLError, run_node
 from oma_msgs.msg import BridgeState
-from recordings.open_recording import open_recording
+from recordings.open_recording import open_recording, Recording
 from robot_bridge.operator_flow import FlowState
 from robot_bridge.playback import DueMessage, parse_remap, Playback, PlaybackSettings
 
@@ -27,41 +27,69 @@ RELIABLE = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 CLOCK_PERIOD_S = 0.01
 LAST_WORDS_S = 30.0
 
+PARAMETERS: tuple[tuple[str, Any, str], ...] = (
+    ('recording', '', 'rosbag2 folder, .mcap, .db3, .bag, .npy or .csv'),
+    ('topics', [''], 'play only these topics; empty: every usable one'),
+    ('remap', [''], 'old:=new, one entry per topic'),
+    ('rate', 1.0, '1: as recorded'),
+    ('start_offset_s', 0.0, 'skipped at the beginning [s]'),
+    ('loop', False, 'begin again at the end'),
+    ('publish_clock', False, 'publish /clock in recorded time'),
+    ('start_paused', False, 'wait for ~/pause false or ~/step'),
+    ('wait_for_subscribers_s', 10.0, 'longest wait until every topic is listened to'),
+    ('exit_at_end', True, 'end the process when everything is played'),
+    ('sample_rate_hz', 0.0, 'plain arrays: rate [Hz]; 0: from the sidecar file'),
+    ('unit', '', 'plain arrays: unit; empty: from the sidecar file'),
+    ('channels', [''], 'plain arrays: names of the columns; empty: from the sidecar file'),
+)
+
 
 class ReplayNode(Node):
     """The replay backend: one thread publishes, the executor serves pause, step and state."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__('replay', **options)
-        declare = self._declare
-        declare('recording', '', 'rosbag2 folder, .mcap, .db3, .bag, .npy or .csv')
-        declare('topics', [''], 'play only these topics; empty: every usable one')
-        declare('remap', [''], 'old:=new, one entry per topic')
-        declare('rate', 1.0, '1: as recorded')
-        declare('start_offset_s', 0.0, 'skipped at the beginning [s]')
-        declare('loop', False, 'begin again at the end')
-        declare('publish_clock', False, 'publish /clock in recorded time')
-        declare('start_paused', False, 'wait for ~/pause false or ~/step')
-        declare('wait_for_subscribers_s', 10.0, 'longest wait until every topic is listened to')
-        declare('exit_at_end', True, 'end the process when everything is played')
-        declare('sample_rate_hz', 0.0, 'plain arrays: rate [Hz]; 0: from the sidecar file')
-        declare('unit', '', 'plain arrays: unit; empty: from the sidecar file')
-        declare(
-            'channels', [''], 'plain arrays: names of the columns; empty: from the sidecar file'
+        for name, default, text in PARAMETERS:
+            self.declare_parameter(name, default, parameter_descriptor(text, read_only=True))
+        self.recording = self._open()
+        self.playback = self._make_playback()
+        self.done = threading.Event()
+        self.failure = ''
+        self.n_published = 0
+        self.largest_lateness_s = 0.0
+        self._closing = threading.Event()
+        self._gate = threading.Condition()
+        self._paused = bool(self._value('start_paused'))
+        self._steps = 0
+        self._first_ns: int | None = None
+        self._now_ns = 0
+        # Not self._publishers: rclpy keeps its own list under that name.
+        self._outputs: dict[str, Publisher] = {}
+        self.states = self.create_publisher(BridgeState, '~/state', LATCHED)
+        self.clock_publisher = (
+            self.create_publisher(Clock, '/clock', 10) if self._value('publish_clock') else None
         )
+        self.create_service(SetBool, '~/pause', self._on_pause)
+        self.create_service(Trigger, '~/step', self._on_step)
+        self.create_timer(0.2, self._publish_state)
+        self._thread = threading.Thread(target=self._run, name='replay', daemon=True)
+        self._thread.start()
+
+    def _open(self) -> Recording:
         value = self._value
         if not value('recording'):
             raise RecordingError('parameter recording is empty', expected='a path')
-        topics = [topic for topic in value('topics') if topic]
-        channels = [name for name in value('channels') if name]
-        self.recording = open_recording(
+        return open_recording(
             value('recording'),
             sample_rate_hz=value('sample_rate_hz') or None,
             unit=value('unit') or None,
-            channels=channels or None,
-            topics=topics or None,
+            channels=[name for name in value('channels') if name] or None,
+            topics=[topic for topic in value('topics') if topic] or None,
         )
-        self.playback = Playback(
+
+    def _make_playback(self) -> Playback:
+        value = self._value
+        return Playback(
             self.recording,
             PlaybackSettings(
                 rate=value('rate'),
@@ -70,30 +98,6 @@ class ReplayNode(Node):
                 remap=parse_remap(value('remap')),
             ),
         )
-        self.done = threading.Event()
-        self.failure = ''
-        self.n_published = 0
-        self.largest_lateness_s = 0.0
-        self._closing = threading.Event()
-        self._gate = threading.Condition()
-        self._paused = bool(value('start_paused'))
-        self._steps = 0
-        self._first_ns: int | None = None
-        self._now_ns = 0
-        # Not self._publishers: rclpy keeps its own list under that name.
-        self._outputs: dict[str, Publisher] = {}
-        self.states = self.create_publisher(BridgeState, '~/state', LATCHED)
-        self.clock_publisher = (
-            self.create_publisher(Clock, '/clock', 10) if value('publish_clock') else None
-        )
-        self.create_service(SetBool, '~/pause', self._on_pause)
-        self.create_service(Trigger, '~/step', self._on_step)
-        self.create_timer(0.2, self._publish_state)
-        self._thread = threading.Thread(target=self._run, name='replay', daemon=True)
-        self._thread.start()
-
-    def _declare(self, name: str, default: Any, text: str) -> None:
-        self.declare_parameter(name, default, parameter_descriptor(text, read_only=True))
 
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value

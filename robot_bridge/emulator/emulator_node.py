@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 import contextlib
-from dataclasses import fields
 import math
 from pathlib import Path
 import queue
@@ -28,20 +27,20 @@ from oma_msgs.msg import AccelerationBlock, ModalParameters
 from oma_msgs.srv import InjectFault
 from recordings.encode import encode
 from robot_bridge.egm_link import ask_for_real_time
-from robot_bridge.emulator.arm_effect import read_effects
-from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide, SensorBlock
-from robot_bridge.emulator.controller import ControllerSettings
+from robot_bridge.emulator.cell import ArmSide, MotorSide, SensorBlock
+from robot_bridge.emulator.emulator_parameters import (
+    cell_settings,
+    PARAMETERS,
+    settings_of,
+    start_angles_deg,
+)
 from robot_bridge.emulator.fault_desk import Fault, FaultDesk
-from robot_bridge.emulator.gear_settings import GearSettings
-from robot_bridge.emulator.guidance_law import GuidanceSettings
 from robot_bridge.emulator.link_faults import LinkFaults
 from robot_bridge.emulator.program_task import ProgramTask
 from robot_bridge.emulator.recorder import Recorder
 from robot_bridge.emulator.ros_messages import truth_message
 from robot_bridge.emulator.rws_server import RwsServer
 from robot_bridge.emulator.rws_station import Station
-from robot_bridge.emulator.sensors import SensorSettings
-from robot_bridge.emulator.servo import ServoSettings
 from robot_bridge.emulator.udp_client import UdpClient
 from structural_model.robot_files import load_layout, load_robot
 
@@ -53,13 +52,6 @@ BLOCK_TOPIC = 'acceleration_block'
 POSE_MOVED_RAD = 2e-3
 CATCH_UP_S = 0.002
 LATEST_S = 1.0
-GROUPS = (
-    ('servo', ServoSettings),
-    ('gears', GearSettings),
-    ('sensors', SensorSettings),
-    ('controller', ControllerSettings),
-    ('guidance', GuidanceSettings),
-)
 
 
 class EmulatorNode(Node):
@@ -67,56 +59,33 @@ class EmulatorNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('abb_emulator', **options)
-        declare = self._declare
-        declare('robot', 'irb6660_205_190', 'robot of config/robots, or its folder')
-        declare('sensors_file', 'sensors', 'sensor layout of the robot')
-        declare('start_pose', 'P1', 'named pose the arm stands at')
-        declare('start_controller_deg', [math.nan], 'or its controller angles [deg]')
-        declare('sample_rate_hz', 2048.0, 'of the accelerometers [Hz]')
-        declare('block_samples', 64, 'rows per acceleration_block')
-        declare('seed', 1, 'of noise, bias and link faults')
-        declare('effects', '', 'what the arm has and its model lacks: YAML list, or its file')
-        declare('tolerance', 0.0, 'ordinary deviations from the model; 1 is what every arm has')
-        declare('tolerance_seed', 1, 'of those')
-        declare('uptime_s', 0.0, 'how long the arm has been switched on [s]')
-        declare('sensor_address', '127.0.0.1', 'host that answers EGM (Remote Address)')
-        declare('sensor_port', 6510, 'its port')
-        declare('local_address', '127.0.0.1', 'interface the controller sends from')
-        declare('start_program', True, 'run the program at once; guidance when the sensor answers')
-        declare('module', '', 'RAPID module to run; none is EGM guidance', live=True)
-        declare('speed_ratio', 1.0, "operator's speed ratio, 0..1", live=True)
-        declare('automatic', True, 'operating mode at the beginning; else manual')
-        declare('faults', [''], 'at the beginning: name[:value[:duration_s[:target]]]')
-        declare('rws.port', 0, 'TCP port of Robot Web Services; 0 has none')
-        declare('rws.address', '127.0.0.1', 'interface it listens on')
-        declare('rws.user', 'Default User', 'account')
-        declare('rws.password', 'robotics', 'of the account')
-        for group, kind in GROUPS:
-            for item in fields(kind):
-                default = getattr(kind(), item.name)
-                if isinstance(default, tuple):
-                    default = list(default)
-                declare(f'{group}.{item.name}', default, f'{kind.__name__}.{item.name}')
+        for item in PARAMETERS:
+            descriptor = parameter_descriptor(item.text, read_only=not item.live)
+            self.declare_parameter(item.name, item.default, descriptor)
+        self._lock = threading.Lock()
+        self._to_arm: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._closing = threading.Event()
+        self.n_late = self.n_slips = 0
+        self.plant_s = self.plant_of_s = 0.0
+        self._make_cell()
+        self._make_operator()
+        self._make_interfaces()
+        if self._value('start_program'):
+            self.task.start()
+        self._threads = [
+            threading.Thread(target=self._run_motors, name='controller', daemon=True),
+            threading.Thread(target=self._run_arm, name='arm', daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def _make_cell(self) -> None:
+        """Make controller, arm and sensors, standing at the start pose."""
         value = self._value
         self.model = load_robot(value('robot'))
         self.layout = load_layout(value('robot'), value('sensors_file'))
-        self.settings = CellSettings(
-            sample_rate_hz=value('sample_rate_hz'),
-            block_samples=value('block_samples'),
-            seed=value('seed'),
-            effects=read_effects(value('effects')),
-            tolerance=value('tolerance'),
-            tolerance_seed=value('tolerance_seed'),
-            uptime_s=value('uptime_s'),
-            controller=self._group('controller', ControllerSettings),
-            servo=self._group('servo', ServoSettings),
-            gears=self._group('gears', GearSettings),
-            sensors=self._group('sensors', SensorSettings),
-        )
-        self.guidance = self._group('guidance', GuidanceSettings)
-        start_deg = np.array(value('start_controller_deg'), float)
-        if not np.isfinite(start_deg).all() or len(start_deg) != self.model.n_joints:
-            start_deg = np.degrees(self.model.to_controller(self.model.pose(value('start_pose'))))
+        self.settings = cell_settings(value)
+        start_deg = start_angles_deg(value, self.model)
         self.faults = LinkFaults(np.random.default_rng(self.settings.seed + 1))
         self.client = UdpClient(
             (value('sensor_address'), value('sensor_port')), self.faults, value('local_address')
@@ -128,8 +97,12 @@ class EmulatorNode(Node):
         self.recorder = Recorder.of(self.layout)
         self.names = [channel.name for channel in self.recorder.channels]
         self.arm = ArmSide(self.model, self.recorder.channels, start_deg, self.settings)
-        self._lock = threading.Lock()
-        controller = self.motors.controller
+        self._truth_pose = np.full(self.model.n_joints, math.inf)
+
+    def _make_operator(self) -> None:
+        """Make what an operator has: program, key and panel, faults, web services."""
+        value, controller = self._value, self.motors.controller
+        self.guidance = settings_of('guidance', value)
         self.task = ProgramTask(
             controller, self.guidance, np.random.default_rng(self.settings.seed + 2)
         )
@@ -151,12 +124,11 @@ class EmulatorNode(Node):
                 Station(controller, self.task, self._lock), value('rws.address'),
                 value('rws.port'), value('rws.user'), value('rws.password'),
             )  # fmt: skip
-        self.n_late = self.n_slips = 0
-        self.plant_s = self.plant_of_s = 0.0
-        self._to_arm: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._closing = threading.Event()
-        self._truth_pose = np.full(self.model.n_joints, math.inf)
+
+    def _make_interfaces(self) -> None:
         self._topics = {BLOCK_TOPIC: self.create_publisher(AccelerationBlock, BLOCK_TOPIC, BLOCKS)}
+        for port in self.recorder.imus:
+            self._topics[port.topic] = self.create_publisher(Imu, port.topic, SAMPLES)
         self.truth = self.create_publisher(ModalParameters, '~/true_modes', LATCHED)
         self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         for name, action in (
@@ -171,24 +143,11 @@ class EmulatorNode(Node):
             self.create_service(Trigger, f'~/{name}', action)
         self.create_service(SetBool, '~/automatic', self._automatic)
         self.create_service(InjectFault, '~/inject_fault', self._inject_fault)
-        for port in self.recorder.imus:
-            self._topics[port.topic] = self.create_publisher(Imu, port.topic, SAMPLES)
         self.add_on_set_parameters_callback(self._on_parameters)
         self.create_timer(0.5, self._publish_truth)
         self.create_timer(1.0, self._publish_diagnostics)
-        if value('start_program'):
-            self.task.start()
-        self._threads = [
-            threading.Thread(target=self._run_motors, name='controller', daemon=True),
-            threading.Thread(target=self._run_arm, name='arm', daemon=True),
-        ]
-        for thread in self._threads:
-            thread.start()
 
     # -- parameters ----------------------------------------------------------------------------
-
-    def _declare(self, name: str, default: Any, text: str, live: bool = False) -> None:
-        self.declare_parameter(name, default, parameter_descriptor(text, read_only=not live))
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
@@ -201,13 +160,6 @@ class EmulatorNode(Node):
 
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
-
-    def _group(self, group: str, kind: Any) -> Any:
-        values = {}
-        for item in fields(kind):
-            found = self._value(f'{group}.{item.name}')
-            values[item.name] = found if isinstance(found, (int, float, str)) else tuple(found)
-        return kind(**values)
 
     # -- threads -------------------------------------------------------------------------------
 

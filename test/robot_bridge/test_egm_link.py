@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from robot_bridge.egm_link import EgmLink
+from robot_bridge.egm_link import _bound_socket, _receipt_ns, EgmLink
 from robot_bridge.plan_player import Reference
 from robot_bridge.session_check import SessionCheck, SessionLimits
 
@@ -34,6 +34,21 @@ def link():
     made.close()
 
 
+def wait_for_arrival_stamps():
+    """Wait until the kernel stamps what arrives: a moment after the first socket asks for it.
+
+    Before, a packet is stamped when it is read, and cannot be seen to have waited.
+    """
+    probe = _bound_socket('127.0.0.1', 0)
+    with probe:
+        while True:
+            probe.sendto(b'?', probe.getsockname())
+            time.sleep(STALE_S)
+            _, ancillary, _, _ = probe.recvmsg(16, 64)
+            if time.time_ns() - _receipt_ns(ancillary) > 0.5e9 * STALE_S:
+                return
+
+
 def replies(peers, peer, n, patience_s=30.0):
     """Return the next n replies."""
     peer.socket.settimeout(patience_s)
@@ -42,6 +57,7 @@ def replies(peers, peer, n, patience_s=30.0):
 
 def test_packets_that_piled_up_leave_no_queue_of_answers(peers, link):
     made, heard = link
+    wait_for_arrival_stamps()
     peer = peers.StrictPeer([0.0] * 6, made.address)
     # The process stands still while the controller goes on.
     for _ in range(N_WAITING):
