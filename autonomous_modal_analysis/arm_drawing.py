@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomous_modal_analysis.report import Geometry
+from autonomous_modal_analysis.results import Identification
 from excitation_planner.sensitivity import expanded_shapes
 from modal_core.channel import SensorLayout
 from modal_core.indicators import normalise, rotate_to_real
@@ -27,6 +28,25 @@ class ArmDrawing:
 
     geometry: Geometry
     displacements: tuple[NDArray[np.complex128], ...]
+
+
+def draw_identified(
+    model: FlexibleJointModel, layout: SensorLayout, identification: Identification
+) -> ArmDrawing | None:
+    """Draw the modes of a recording on the arm, in the newest pose its joint states tell.
+
+    None where no pose is known, or a channel is on no known link.
+    """
+    modes = identification.modes
+    placed = {channel.name for channel in layout.channels}
+    poses = [window.pose for window in identification.windows if window.pose is not None]
+    if not poses or not set(modes.channel_names) <= placed:
+        return None
+    newest = poses[-1]
+    if not set(model.joint_names) <= set(newest.joint_names):
+        return None
+    columns = [newest.joint_names.index(name) for name in model.joint_names]
+    return draw_arm(model, np.asarray(newest.position)[columns], layout, modes)
 
 
 def draw_arm(

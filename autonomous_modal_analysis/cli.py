@@ -12,10 +12,12 @@ import typer
 
 from autonomous_modal_analysis.commands import (
     campaign,
+    compare,
     demo,
     gap,
     identify,
     info,
+    merge,
     model,
     plan,
     replay,
@@ -33,7 +35,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode='rich',
 )
-for command in (demo, identify, info, replay, plan, model, up, campaign, gap):
+for command in (demo, identify, compare, merge, info, replay, plan, model, up, campaign, gap):
     command.register(app)
 
 

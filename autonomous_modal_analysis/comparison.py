@@ -1,6 +1,6 @@
 """What the demo found beside what is true, and whether that is good enough."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -35,14 +35,11 @@ class ComparedMode:
         Inside the band the plan excites.
     n_live : int
         Live windows with a mode within 5 % of its frequency.
-    from_window : bool
-        The whole recording does not show it; its counterpart is from one window.
     """
 
     true: TrueMode
     in_band: bool
     n_live: int
-    from_window: bool = False
 
     @property
     def failure(self) -> str:
@@ -93,7 +90,6 @@ def compare(settings: DemoSettings, run: DemoRun) -> Comparison:
         IdentificationSettings(
             window_s=settings.window_s,
             hop_s=settings.hop_s,
-            max_frequency_hz=settings.max_frequency_hz,
         ),
         layout,
     )
@@ -101,7 +97,6 @@ def compare(settings: DemoSettings, run: DemoRun) -> Comparison:
     modes = tuple(
         ComparedMode(
             true=true if true.mode is not None else _from_windows(found, run, place),
-            from_window=true.mode is None,
             in_band=run.band_hz[0] <= true.frequency_hz <= run.band_hz[1],
             n_live=sum(
                 bool(np.any(np.abs(seen / true.frequency_hz - 1.0) < 0.05))
@@ -117,8 +112,7 @@ def compare(settings: DemoSettings, run: DemoRun) -> Comparison:
         settings.recording.name,
         title=f'Self-excited modal analysis of the emulated {settings.robot}',
         truth=tuple(mode.true for mode in modes if mode.in_band or mode.true.mode is not None),
-        geometry=drawing.geometry,
-        displacements=drawing.displacements,
+        drawing=drawing,
         provenance={'plan': run.plan_hash, 'seed': str(settings.seed), 'pose': settings.pose},
     )
     return Comparison(modes=modes, n_windows=len(run.window_frequencies_hz), band_hz=run.band_hz)
@@ -142,10 +136,10 @@ def show_comparison(comparison: Comparison) -> None:
             table.add_row(*_row(mode, comparison.n_windows))
     OUTPUT.print(table)
     for mode in comparison.modes:
-        if mode.in_band and mode.from_window and mode.true.mode is not None:
+        if mode.in_band and mode.true.from_window:
             MESSAGES.print(
                 f'note: {mode.true.frequency_hz:.2f} Hz is from a single window,'
-                ' the whole recording does not show it; it is not in the tables of the report'
+                ' the whole recording does not show it'
             )
     for failure in comparison.failures:
         MESSAGES.print(f'[bold red]failed[/]: {failure}')
@@ -177,7 +171,8 @@ def _from_windows(found: IdentifiedRecording, run: DemoRun, place: int) -> TrueM
     newest_first = reversed(found.identification.windows)
     seen = (_matched(window.modes, run)[place] for window in newest_first)
     missed = _matched(ModeSet((), run.truth.channel_names), run)[place]
-    return next((true for true in seen if true.mode is not None), missed)
+    shown = next((true for true in seen if true.mode is not None), None)
+    return missed if shown is None else replace(shown, from_window=True)
 
 
 def _matched(modes: ModeSet, run: DemoRun) -> tuple[TrueMode, ...]:

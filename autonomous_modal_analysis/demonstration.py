@@ -25,9 +25,6 @@ class DemoSettings:
         Windows to wait for.
     seed : int
         Of plan and sensor noise.
-    max_frequency_hz : float [Hz]
-        Upper edge of the analysed band: a little inside the 60 Hz the plan excites, as the edge
-        of the excitation itself looks like a mode.
     """
 
     folder: Path
@@ -37,7 +34,6 @@ class DemoSettings:
     hop_s: float = 12.0
     n_windows: int = 3
     seed: int = 1
-    max_frequency_hz: float = 55.0
 
     @property
     def excitation_s(self) -> float:

@@ -126,7 +126,6 @@ def _commands(settings: DemoSettings) -> tuple[NodeCommand, ...]:
             IDENTIFIER: {
                 'window_s': settings.window_s,
                 'hop_s': settings.hop_s,
-                'max_frequency_hz': settings.max_frequency_hz,
             },
         }
     )

@@ -2,12 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
+from statistics import mode
 
+from autonomous_modal_analysis.plan_record import recorded_edge_hz
 from autonomous_modal_analysis.results import Identification, IdentifiedWindow
 from autonomous_modal_analysis.terminal import ProgressCallback
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
 from modal_core.window import Window
+from oma_identifier.analysed_band import analysed_band, below_edge
 from oma_identifier.identify import NO_MODE
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
@@ -46,7 +50,8 @@ def identify_recording(
     recording : Recording
         From :func:`recordings.open_recording.open_recording`.
     settings : IdentificationSettings
-        The defaults need no knob.
+        The defaults need no knob.  Without an upper end of the band, that of the excitation is
+        taken from a plan in the recording.
     layout : SensorLayout or None
         Links, places and directions of the channels.
     progress : callable
@@ -61,15 +66,18 @@ def identify_recording(
     IdentificationError
         It cannot be identified with these settings at all.
     """
+    asked, settings = settings, below_edge(settings, recorded_edge_hz(recording))
     pipeline = IdentificationPipeline(settings, layout, robot=robot)
     windows: list[IdentifiedWindow] = []
+    rates_hz: list[float] = []
 
     def take(results: list[WindowResult]) -> None:
         # Poles and spectra of single windows are dropped: a day has thousands of windows.
         windows.extend(identified_window(result) for result in results)
 
     def identify(window: Window) -> WindowResult:
-        _check_band(window, settings)
+        _check_band(window, asked)
+        rates_hz.append(window.samples.sample_rate_hz)
         return pipeline.identify(window)
 
     for measurement in recording.measurements():
@@ -87,6 +95,7 @@ def identify_recording(
             channels=pipeline.channels,
             quality=whole.quality,
             settings=settings,
+            band=analysed_band(mode(rates_hz), math.inf, asked, settings),
             harmonics=whole.harmonics,
             damage=recording.damage(),
         ),
@@ -103,6 +112,7 @@ def identified_window(result: WindowResult) -> IdentifiedWindow:
         modes=result.modes,
         quality=result.quality,
         harmonics=result.harmonics,
+        pose=result.pose,
     )
 
 

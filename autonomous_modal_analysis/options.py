@@ -48,7 +48,10 @@ MinFrequency = Annotated[
 ]
 MaxFrequency = Annotated[
     float | None,
-    typer.Option('--max-frequency-hz', help='Upper edge of the band; else from the data.'),
+    typer.Option(
+        '--max-frequency-hz',
+        help='Upper edge of the band; else from a recorded plan, or the data.',
+    ),
 ]
 Method = Annotated[
     str, typer.Option('--method', help='ssi_cov, ssi_data, plscf, csi, efdd or fdd.')

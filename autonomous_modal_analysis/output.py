@@ -3,22 +3,26 @@
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
 from rich.markup import escape
 
 from autonomous_modal_analysis.identification import IdentifiedRecording
+from autonomous_modal_analysis.mode_tracks import mode_tracks
 from autonomous_modal_analysis.report import (
-    Geometry,
     ReportContent,
     Spectrum,
     TrueMode,
     write_report,
 )
-from autonomous_modal_analysis.results import write_csv, write_json
+from autonomous_modal_analysis.report.words import band_words
+from autonomous_modal_analysis.results import Identification, write_csv, write_json
 from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT
 
+if TYPE_CHECKING:
+    from autonomous_modal_analysis.arm_drawing import ArmDrawing
+
+PACKAGE = 'autonomous_modal_analysis'
 JSON_NAME, CSV_NAME, REPORT_NAME = 'modes.json', 'modes.csv', 'report.html'
 
 
@@ -38,6 +42,11 @@ def show_identification(found: IdentifiedRecording, name: str) -> None:
         OUTPUT.print(f'no modes: {escape(reason)}')
     identified = sum(1 for window in identification.windows if len(window.modes))
     OUTPUT.print(f'{identified} of {len(identification.windows)} windows gave modes')
+    for track in mode_tracks(identification.windows):
+        if track.moves_with_pose:
+            OUTPUT.print(track.words())
+    if identification.band is not None:
+        OUTPUT.print(band_words(identification.band))
 
 
 def write_results(
@@ -47,12 +56,10 @@ def write_results(
     *,
     title: str = 'Operational modal analysis',
     truth: tuple[TrueMode, ...] | None = None,
-    geometry: Geometry | None = None,
-    displacements: Sequence[NDArray[np.complex128]] = (),
+    drawing: 'ArmDrawing | None' = None,
     provenance: Mapping[str, str] | None = None,
 ) -> None:
     """Write modes.json, modes.csv and report.html into a folder and say so."""
-    package = 'autonomous_modal_analysis'
     content = ReportContent(
         title=title,
         recording=name,
@@ -63,11 +70,24 @@ def write_results(
             singular_value=found.whole.spectrum.singular_value,
         ),
         truth=truth,
-        geometry=geometry,
-        displacements=tuple(displacements),
-        provenance={'software': f'{package} {version(package)}', **(provenance or {})},
+        geometry=drawing.geometry if drawing else None,
+        displacements=drawing.displacements if drawing else (),
+        provenance={'software': f'{PACKAGE} {version(PACKAGE)}', **(provenance or {})},
     )
     write_json(folder / JSON_NAME, found.identification)
     write_csv(folder / CSV_NAME, found.identification)
     write_report(folder / REPORT_NAME, content)
     MESSAGES.print(f'written: {folder}/{{{JSON_NAME}, {CSV_NAME}, {REPORT_NAME}}}', soft_wrap=True)
+
+
+def write_merged(folder: Path, identification: Identification, names: Sequence[str]) -> None:
+    """Write modes.json and report.html of merged set-ups into a folder and say so."""
+    content = ReportContent(
+        title='Operational modal analysis, set-ups merged',
+        recording=', '.join(names),
+        identification=identification,
+        provenance={'software': f'{PACKAGE} {version(PACKAGE)}'},
+    )
+    write_json(folder / JSON_NAME, identification)
+    write_report(folder / REPORT_NAME, content)
+    MESSAGES.print(f'written: {folder}/{{{JSON_NAME}, {REPORT_NAME}}}', soft_wrap=True)

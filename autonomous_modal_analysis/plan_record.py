@@ -1,14 +1,17 @@
 """A plan as a message in a recording, without ROS: what was played, beside what came of it."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from excitation_planner.plan import ExcitationPlan
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from oma_identifier.analysed_band import sharp_edge_hz
 from recordings.message_recording import MessageRecording
+from recordings.open_recording import Recording
 from recordings.raw_message import RawMessage
-from recordings.schemas import typestore
+from recordings.schemas import differing_field, typestore
 
 PLAN = 'oma_msgs/msg/ExcitationPlan'
 PLAN_TOPIC = '/excitation_planner/excitation_plan'
@@ -37,7 +40,34 @@ def plan_message(plan: ExcitationPlan, time_ns: int) -> RawMessage:
 
 def recorded_plan_hash(recording: MessageRecording) -> str:
     """Return the hash of the plan a recording holds; empty without one."""
-    for message in recording.file.messages(frozenset({PLAN_TOPIC})):
-        plan: Any = typestore().deserialize_cdr(message.data, PLAN)
-        return str(plan.plan_hash)
-    return ''
+    return next((str(plan.plan_hash) for plan in _plans(recording)), '')
+
+
+def recorded_edge_hz(recording: Recording) -> float | None:
+    """Return where the excitation of the plans in a recording ends, the highest of several.
+
+    None where there is no plan, or one whose excitation does not end at an edge.
+    """
+    if not isinstance(recording, MessageRecording):
+        return None
+    highest_hz = None
+    for plan in _plans(recording):
+        edge_hz = sharp_edge_hz(str(plan.signal), float(plan.band_high_hz))
+        if edge_hz is None:
+            return None
+        highest_hz = max(edge_hz, highest_hz or 0.0)
+    return highest_hz
+
+
+def _plans(recording: MessageRecording) -> Iterator[Any]:
+    """Yield the plans of a recording, on whatever topic; none of another definition."""
+    topics = frozenset(
+        entry.name
+        for entry in recording.entries
+        if entry.message_type == PLAN
+        and not (entry.definition and differing_field(PLAN, entry.definition))
+    )
+    if not topics:
+        return
+    for message in recording.file.messages(topics):
+        yield typestore().deserialize_cdr(message.data, PLAN)

@@ -1,17 +1,22 @@
 """Records topics into an MCAP file as they arrive, without decoding them."""
 
+from collections import deque
 from collections.abc import Mapping
 import contextlib
 from pathlib import Path
+import threading
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from modal_core.errors import RecordingError
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from oma_identifier.polled_topic_node import PolledGroup, PolledTopic
+from recordings.raw_message import RawMessage
 from recordings.writer import RecordingWriter
 
-DEPTH = 1000
+DEPTH = 8000
+POLL_S = 0.05
 
 
 class RecorderNode(Node):
@@ -25,6 +30,13 @@ class RecorderNode(Node):
         Absolute topic names and their types.
     latched : tuple of str
         Topics of transient-local durability.
+    held_s : float [s]
+        Write nothing before :meth:`begin`, then also what came so long before it; 0: write all.
+
+    Attributes
+    ----------
+    keep : bool
+        Whether the file stays when the node ends.
     """
 
     def __init__(
@@ -32,25 +44,32 @@ class RecorderNode(Node):
         path: Path,
         topics: Mapping[str, type[Any]],
         latched: tuple[str, ...] = (),
+        held_s: float = 0.0,
         **options: Any,
     ) -> None:
         super().__init__('ama_recorder', **options)
         self.writer = RecordingWriter(path)
         self.failure = ''
+        self.keep = True
         self._open = True
-        for topic, message_type in topics.items():
-            durable = topic in latched
-            # Best effort hears reliable and best-effort publishers alike; blocks need reliability.
-            profile = QoSProfile(
-                depth=DEPTH,
-                reliability=ReliabilityPolicy.RELIABLE,
-                durability=DurabilityPolicy.TRANSIENT_LOCAL
-                if durable
-                else DurabilityPolicy.VOLATILE,
+        self._held_ns = round(held_s * NANOSECONDS_PER_SECOND)
+        self._held: deque[RawMessage] = deque()
+        self._begun = held_s <= 0.0
+        self._latched = frozenset(latched)
+        self._lock = threading.Lock()
+        group = PolledGroup()
+        self._topics = {
+            topic: (
+                _type_name(kind),
+                PolledTopic(self, group, topic, kind, DEPTH, topic in latched),
             )
-            self.create_subscription(
-                message_type, topic, self._writer_of(topic, message_type), profile, raw=True
-            )
+            for topic, kind in topics.items()
+        }
+        self.create_timer(POLL_S, self._poll)
+
+    def begin(self) -> None:
+        """Write what was held, and what comes from now on."""
+        self._begun = True
 
     def close(self) -> Path:
         """Finish the file and give it its name.
@@ -60,27 +79,54 @@ class RecorderNode(Node):
         RecordingError
             The disk is full; what fitted is kept.
         """
-        self._open = False
-        return self.writer.close()
+        self._poll()
+        with self._lock:
+            self._open = False
+            return self.writer.close()
 
     def destroy_node(self) -> None:
-        """Keep what was recorded, then end the node."""
+        """Keep what was recorded, or not, then end the node."""
         with contextlib.suppress(RecordingError):
-            self.close()
+            if self.keep:
+                self.close()
+            else:
+                self.writer.discard()
         super().destroy_node()
 
-    def _writer_of(self, topic: str, message_type: type[Any]) -> Any:
-        package = message_type.__module__.split('.')[0]
-        type_name = f'{package}/msg/{message_type.__name__}'
-
-        def write(data: bytes) -> None:
+    def _poll(self) -> None:
+        """Take what has come of all topics, in the order it came."""
+        with self._lock:
             if not self._open:
                 return
-            now_ns = self.get_clock().now().nanoseconds
-            try:
-                self.writer.write(topic, type_name, now_ns, data)
-            except RecordingError as error:
-                self._open, self.failure = False, str(error)
-                self.get_logger().error(self.failure)
+            self._held += sorted(
+                (
+                    RawMessage(topic, type_name, received_ns, data)
+                    for topic, (type_name, subscription) in self._topics.items()
+                    for data, received_ns in subscription.take()
+                ),
+                key=lambda message: message.log_time_ns,
+            )
+            if self._begun:
+                self._write_held()
+            elif self._held:
+                self._forget(self._held[-1].log_time_ns - self._held_ns)
 
-        return write
+    def _forget(self, before_ns: int) -> None:
+        """Drop what is too old; a latched message is never repeated and stays."""
+        self._held = deque(
+            message
+            for message in self._held
+            if message.log_time_ns >= before_ns or message.topic in self._latched
+        )
+
+    def _write_held(self) -> None:
+        try:
+            while self._held:
+                self.writer.write(*self._held.popleft())
+        except RecordingError as error:
+            self._open, self.failure = False, str(error)
+            self.get_logger().error(self.failure)
+
+
+def _type_name(kind: type[Any]) -> str:
+    return f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'

@@ -11,11 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
+from autonomous_modal_analysis.mode_tracks import mode_tracks
 from modal_core.atomic_file import write_text
 from modal_core.channel import Channel
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode, ModeSet
 from modal_core.quality import DataQuality
+from modal_core.window import Pose
+from oma_identifier.analysed_band import AnalysedBand
 
 CSV_COLUMNS = (
     'window',
@@ -49,6 +52,8 @@ class IdentifiedWindow:
         Health of the window's data.
     harmonics : ModeSet
         Lines of machines and drives, kept out of the modes.
+    pose : Pose or None
+        Where the robot was; None without joint states.
     """
 
     index: int
@@ -57,6 +62,7 @@ class IdentifiedWindow:
     modes: ModeSet
     quality: DataQuality = field(default_factory=DataQuality)
     harmonics: ModeSet = NONE
+    pose: Pose | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +83,9 @@ class Identification:
         What the identifier was told and what it chose.
     harmonics : ModeSet
         Lines of machines and drives in the whole recording, kept out of the modes.
+    band : AnalysedBand or None
+        Where modes were looked for in the whole recording; single windows reach down to thirty
+        periods at most.
     damage : tuple of str
         What of the recording could not be read, one statement each.
     """
@@ -87,6 +96,7 @@ class Identification:
     quality: DataQuality = field(default_factory=DataQuality)
     settings: object = None
     harmonics: ModeSet = NONE
+    band: AnalysedBand | None = None
     damage: tuple[str, ...] = ()
 
 
@@ -101,13 +111,18 @@ def identification_json(identification: Identification) -> dict[str, object]:
     Returns
     -------
     dict
-        Keys ``modes``, ``harmonics``, ``windows``, ``channels``, ``data_quality``, ``settings``;
-        ``data_quality`` has ``damage``, a list of statements, empty for a sound recording.
+        Keys ``modes``, ``harmonics``, ``shape_channels``, ``band``, ``tracks``, ``windows``,
+        ``channels``, ``data_quality``, ``settings``; ``shape_channels`` names the entries of the
+        shapes (windows have ``channels`` for that), ``data_quality`` has ``damage``, a list of
+        statements, empty for a sound recording.
     """
     quality = {field: plain(value) for field, value in asdict(identification.quality).items()}
     return {
-        'modes': [_mode(mode) for mode in identification.modes],
-        'harmonics': [_mode(line) for line in identification.harmonics],
+        'modes': [mode_json(mode) for mode in identification.modes],
+        'harmonics': [mode_json(line) for line in identification.harmonics],
+        'shape_channels': list(identification.modes.channel_names),
+        'band': plain(identification.band),
+        'tracks': [plain(track) for track in mode_tracks(identification.windows)],
         'windows': [_window(window) for window in identification.windows],
         'channels': [plain(channel) for channel in identification.channels],
         'data_quality': {**quality, 'damage': list(identification.damage)},
@@ -144,7 +159,7 @@ def csv_text(identification: Identification) -> str:
         entry = _window(window)
         place = {name: index for index, name in enumerate(window.modes.channel_names)}
         for mode in (*window.modes, *window.harmonics):
-            row = {'window': window.index, **entry, **_mode(mode)}
+            row = {'window': window.index, **entry, **mode_json(mode)}
             shape = [
                 _shape_entry(row[part], place[name]) if name in place else None
                 for part, name in parts
@@ -194,13 +209,16 @@ def _window(window: IdentifiedWindow) -> dict[str, object]:
         'index': window.index,
         'start_time_s': window.start_ns / NANOSECONDS_PER_SECOND,
         'end_time_s': window.end_ns / NANOSECONDS_PER_SECOND,
-        'modes': [_mode(mode) for mode in window.modes],
-        'harmonics': [_mode(line) for line in window.harmonics],
+        'modes': [mode_json(mode) for mode in window.modes],
+        'harmonics': [mode_json(line) for line in window.harmonics],
+        'channels': list(window.modes.channel_names),
+        'pose': plain(window.pose),
         'data_quality': plain(window.quality),
     }
 
 
-def _mode(mode: Mode) -> dict[str, object]:
+def mode_json(mode: Mode) -> dict[str, object]:
+    """Return a mode or a line as plain values."""
     return {
         'id': int(mode.id),
         'frequency_hz': plain(mode.frequency_hz),

@@ -1,6 +1,6 @@
 """What the command line shows: results on standard output, progress and messages beside it."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import json
 import math
@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
+from autonomous_modal_analysis.mode_marks import mark, SCATTERED, SCATTERED_MEANS
 from modal_core.mode import Mode
 
 # Programs read standard output; people also look at standard error.
@@ -45,7 +46,7 @@ def print_json(value: object) -> None:
     OUTPUT.out(json.dumps(value, allow_nan=False, indent=2))
 
 
-def modes_table(modes: Iterable[Mode], title: str) -> Table:
+def modes_table(modes: Sequence[Mode], title: str) -> Table:
     """Return a table of modes, and of lines marked as harmonic, for people."""
     table = Table(title=escape(title), title_justify='left')
     for heading in ('mode', 'frequency [Hz]', 'damping [%]', 'MPC', 'MPD [°]', ''):
@@ -59,8 +60,11 @@ def modes_table(modes: Iterable[Mode], title: str) -> Table:
             else with_deviation(100.0 * mode.damping_ratio, 100.0 * mode.damping_ratio_std),
             f'{mode.mpc:.3f}',
             f'{math.degrees(mode.mpd):.1f}',
-            'harmonic' if mode.harmonic else '',
+            mark(mode),
         )
+    if any(mark(mode) == SCATTERED for mode in modes):
+        table.caption = f'{SCATTERED}: {SCATTERED_MEANS}'
+        table.caption_justify = 'left'
     return table
 
 

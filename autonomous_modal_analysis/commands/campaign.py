@@ -1,9 +1,14 @@
 """`ama campaign`: record the robot at several poses and amplitudes, for `ama gap`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TYPE_CHECKING
 
 import typer
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from structural_model.flexible_joint_model import FlexibleJointModel
 
 
 def register(app: typer.Typer) -> None:
@@ -41,15 +46,25 @@ def campaign(
             help='YAML file with what the emulated arm has: effects, tolerance, sensors, ...'
         ),
     ] = None,
+    live: Annotated[
+        bool,
+        typer.Option(
+            '--live',
+            help='Record on the robot in this ROS domain: each motion waits until a person has'
+            ' released and started it at the bridge.',
+        ),
+    ] = False,
     dry_run: Annotated[
         bool, typer.Option('--dry-run', help='Choose and check all motions; record nothing.')
     ] = False,
 ) -> None:
-    """Record a campaign on the emulated arm: poses far apart, times amplitude levels.
+    """Record a campaign: poses far apart, times amplitude levels.
 
-    Every motion is planned and checked against all limits before the first one is played. A
-    campaign that was interrupted goes on where it stopped when the command is given again.
+    On the emulated arm, or with --live on the robot, which this command never moves. Every motion
+    is planned and checked against all limits before the first one is played. A campaign that was
+    interrupted goes on where it stopped when the command is given again.
     """
+    from contextlib import nullcontext
     from dataclasses import replace
 
     from autonomous_modal_analysis.campaign_plan import (
@@ -85,9 +100,24 @@ def campaign(
         for item in planned:
             OUTPUT.print(item.words(model), soft_wrap=True, markup=False)
         return
-    player = EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors))
-    folder = CampaignFolder(out, model, layout, player.options, (player.note,))
-    with progress_bar(f'recording {len(planned)} motions') as progress:
-        record_campaign(folder, planned, player.play, progress, MESSAGES.print)
+    with (
+        _at_the_robot(model)
+        if live
+        else nullcontext(EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors)))
+    ) as player:
+        folder = CampaignFolder(out, model, layout, player.options, (player.note,))
+        with progress_bar(f'recording {len(planned)} motions') as progress:
+            record_campaign(folder, planned, player.play, progress, MESSAGES.print)
     OUTPUT.print(f'written: {out}/campaign.yaml and {len(planned)} recordings', markup=False)
     OUTPUT.print(f'next: ama gap {out} --model {robot}', markup=False)
+
+
+def _at_the_robot(model: 'FlexibleJointModel') -> 'AbstractContextManager[Any]':
+    from autonomous_modal_analysis.live_player_node import live_player
+    from autonomous_modal_analysis.terminal import MESSAGES
+
+    def tell(text: str) -> None:
+        MESSAGES.print(text, soft_wrap=True, markup=False)
+
+    player: AbstractContextManager[Any] = live_player(model, tell)
+    return player

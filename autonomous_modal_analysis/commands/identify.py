@@ -46,4 +46,9 @@ def identify(
     else:
         show_identification(found, name)
     if out is not None:
-        write_results(out, found, name)
+        drawing = None
+        if model is not None and sensors is not None:
+            from autonomous_modal_analysis.arm_drawing import draw_identified
+
+            drawing = draw_identified(model, sensors, found.identification)
+        write_results(out, found, name, drawing=drawing)

@@ -33,29 +33,35 @@ def replay(
     The recording keeps its own stamps, so the modes are those of `ama identify`, window by window.
     """
     from autonomous_modal_analysis.message_view_node import WindowView
+    from autonomous_modal_analysis.plan_record import recorded_edge_hz
     from autonomous_modal_analysis.replay_session_node import play_only, ReplaySettings
     from autonomous_modal_analysis.replay_session_node import replay as run
     from autonomous_modal_analysis.terminal import MESSAGES, print_json, progress_bar
     from modal_core.errors import SettingsError
+    from oma_identifier.analysed_band import below_edge
 
     # Opened and built here too: what is wrong is said before any node starts.
-    info = source.open().info()
-    identifier.settings()
+    recording = source.open()
+    info = recording.info()
+    settings = below_edge(identifier.settings(), recorded_edge_hz(recording))
     identifier.sensors()
     if not 0.0 < rate <= 1000.0:
         raise SettingsError('out of range', where='--rate', found=rate, expected='above 0 to 1000')
     playing = {'rate': rate, 'start_offset_s': start_offset_s, 'loop': loop}
-    settings = ReplaySettings(
+    session = ReplaySettings(
         replay_parameters={**source.parameters(), **playing, 'remap': remap or ['']},
-        identifier_parameters=identifier.parameters(),
+        identifier_parameters={
+            **identifier.parameters(),
+            'max_frequency_hz': settings.max_frequency_hz or 0.0,
+        },
         duration_s=0.0 if loop else max(info.duration_s - start_offset_s, 0.0) / rate,
     )
     view = WindowView(json=json)
     with progress_bar(f'playing {source.recording.name}') as progress:
         if only_play:
-            play_only(settings, progress)
+            play_only(session, progress)
             return
-        run(settings, view.take, progress)
+        run(session, view.take, progress)
     if json:
         print_json({'windows': view.windows})
     else:

@@ -9,6 +9,8 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from autonomous_modal_analysis.mode_marks import SCATTERED, SCATTERED_MEANS
+from autonomous_modal_analysis.mode_tracks import mode_tracks
 from autonomous_modal_analysis.report.content import ReportContent
 from autonomous_modal_analysis.report.number_text import fixed
 from autonomous_modal_analysis.report.payload import payload
@@ -72,10 +74,16 @@ def render_report(content: ReportContent) -> str:
         facts=facts(content),
         rows=mode_rows(content),
         truth_known=content.truth is not None,
+        scattered=SCATTERED,
+        scattered_means=SCATTERED_MEANS,
         quality=quality_words(content.identification.quality),
         channels=channel_rows(content.identification.quality.channels),
         poor_windows=_poor_windows(content),
-        settings=settings_rows(content.identification.settings),
+        settings=[
+            *settings_rows(content.identification.band, 'band.'),
+            *settings_rows(content.identification.settings),
+        ],
+        tracks=mode_tracks(content.identification.windows),
         fixed=fixed,
         count=count,
         script=Markup(script),  # noqa: S704 - our own files, read from the package
@@ -111,7 +119,7 @@ def settings_rows(settings: object, prefix: str = '') -> list[tuple[str, str]]:
 
 def _value_words(value: object) -> str:
     if value is None:
-        return 'not set'
+        return 'automatic'
     if isinstance(value, bool):
         return 'yes' if value else 'no'
     if isinstance(value, float):

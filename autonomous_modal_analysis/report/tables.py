@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 import math
 
+from autonomous_modal_analysis.mode_marks import HARMONIC, mark, SCATTERED
 from autonomous_modal_analysis.report.content import ReportContent
 from autonomous_modal_analysis.report.number_text import (
     deviation_text,
@@ -63,7 +64,10 @@ class ModeRow:
     mpc, mpd, mac : str
         MPD in degrees.
     note : str
-        ``harmonic``, ``missed``, ``extra`` (no true mode belongs to it) or nothing.
+        ``harmonic``, ``missed``, ``extra`` (no true mode belongs to it), ``one window`` (the whole
+        recording does not show it) or nothing.
+    scattered : bool
+        The phases of the shape scatter.
     """
 
     label: str
@@ -73,12 +77,14 @@ class ModeRow:
     mpd: str
     mac: str
     note: str
+    scattered: bool = False
 
 
 def mode_rows(content: ReportContent) -> list[ModeRow]:
     """Return one row per identified mode, harmonic and missed true mode, by frequency."""
-    modes = [*content.identification.modes, *content.identification.harmonics]
     truth = content.truth or ()
+    single = [true.mode for true in truth if true.mode is not None and true.from_window]
+    modes = [*content.identification.modes, *content.identification.harmonics, *single]
     by_mode = {id(true.mode): true for true in truth if true.mode is not None}
     widest_f = max((_relative(m.frequency_std_hz, m.frequency_hz) for m in modes), default=0.0)
     widest_d = max((_relative(m.damping_ratio_std, m.damping_ratio) for m in modes), default=0.0)
@@ -103,6 +109,8 @@ def channel_rows(channels: tuple[ChannelQuality, ...]) -> list[dict[str, str]]:
             'rate': significant(channel.measured_rate_hz, 5),
             'jitter': significant(1e6 * channel.jitter_std_s),
             'rms': significant(channel.rms),
+            'noise': significant(channel.noise_rms),
+            'kurtosis': significant(channel.kurtosis),
             'filled': str(channel.n_interpolated),
             'lost': str(channel.n_lost),
             'duplicates': str(channel.n_duplicates),
@@ -115,9 +123,11 @@ def channel_rows(channels: tuple[ChannelQuality, ...]) -> list[dict[str, str]]:
 def _row(
     mode: Mode, true: TrueMode | None, widest_f: float, widest_d: float, *, known: bool
 ) -> ModeRow:
-    note = 'harmonic' if mode.harmonic else ''
+    note = HARMONIC if mode.harmonic else ''
     if known and true is None and not mode.harmonic:
         note = 'extra'
+    if true is not None and true.from_window:
+        note = 'one window'
     return ModeRow(
         label=str(mode.id) if mode.id else UNKNOWN,
         frequency=_measure(
@@ -138,6 +148,7 @@ def _row(
         mpd=fixed(math.degrees(mode.mpd), 1),
         mac=fixed(true.mac if true else math.nan, 3),
         note=note,
+        scattered=mark(mode) == SCATTERED,
     )
 
 

@@ -28,12 +28,15 @@ class TrueMode:
         Its identified counterpart; None when it was missed.
     mac : float
         Between true and identified shape; NaN when missed or no true shape is known.
+    from_window : bool
+        The whole recording does not show it; its counterpart is from a single window.
     """
 
     frequency_hz: float
     damping_ratio: float = math.nan
     mode: Mode | None = None
     mac: float = math.nan
+    from_window: bool = False
 
     @property
     def frequency_error(self) -> float:

@@ -9,6 +9,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.poles import PoleStatus
 from modal_core.quality import ChannelQuality, DataQuality
+from oma_identifier.analysed_band import AnalysedBand
 
 STATUS_WORDS = {
     PoleStatus.KEPT: 'belongs to a mode',
@@ -53,7 +54,7 @@ def headline(content: ReportContent) -> str:
         reason = identification.quality.reason
         return f'No mode could be identified{f": {reason}" if reason else ""}.'
     if content.truth:
-        return _against_truth(content.truth)
+        return _against_truth(content.truth, len(modes))
     if len(modes) == 1:
         return f'One mode of vibration was found, at {_frequency(modes[0])}.'
     return (
@@ -77,11 +78,19 @@ def facts(content: ReportContent) -> list[str]:
     rates = sorted(rate for rate in rates if rate > 0.0)
     if rates:
         listed.append(f'{rates[len(rates) // 2]:.4g} Hz sample rate')
+    if identification.band is not None:
+        listed.append(band_words(identification.band))
     harmonics = sum(mode.harmonic for mode in identification.modes)
     harmonics += len(identification.harmonics)
     if harmonics:
         listed.append(f'{count(harmonics, "harmonic")} set apart')
     return listed
+
+
+def band_words(band: AnalysedBand) -> str:
+    """Return where modes were looked for, and why not above when a plan tells."""
+    text = f'band {band.low_hz:.3g} to {band.high_hz:.3g} Hz'
+    return f'{text}, below the edge of the excitation' if band.high_from == 'plan' else text
 
 
 def quality_words(quality: DataQuality) -> list[str]:
@@ -139,13 +148,16 @@ def duration(seconds: float) -> str:
     return f'{seconds / 3600.0:.3g} h of data'
 
 
-def _against_truth(truth: Sequence[TrueMode]) -> str:
+def _against_truth(truth: Sequence[TrueMode], n_modes: int) -> str:
     pairs = [true for true in truth if true.mode is not None]
+    n_single = sum(true.from_window for true in pairs)
     missed = [true for true in truth if true.mode is None]
     found = f'All {len(truth)}' if not missed else f'{len(pairs)} of {len(truth)}'
     if len(truth) == 1:
         found = 'The one' if pairs else 'Not the one'
     sentence = f'{found} true {"mode" if len(truth) == 1 else "modes"} found'
+    if n_single:
+        sentence += f', {n_single} in a single window only'
     if pairs:
         worst = max(pairs, key=lambda pair: abs(pair.frequency_error))
         sigma = worst.frequency_error_sigma
@@ -155,6 +167,9 @@ def _against_truth(truth: Sequence[TrueMode]) -> str:
         sentence += f'; {which} frequency error is {error} %{of_sigma}'
     if missed:
         sentence += f'. Missed: {_listed([f"{true.frequency_hz:.4g} Hz" for true in missed])}'
+    n_extra = n_modes - (len(pairs) - n_single)
+    if n_extra:
+        sentence += f'. {count(n_extra, "further mode")} without a true one'
     return sentence + '.'
 
 

@@ -161,3 +161,19 @@ def test_the_json_says_what_of_the_recording_was_lost(tmp_path, monkeypatch, cap
     assert [line for line in said.err.splitlines() if line.startswith('damaged')] == [
         f'damaged: {statement}'
     ]
+
+
+@pytest.mark.parametrize(
+    ('options', 'words'),
+    [
+        (('--robot', 'nope'), ('nope', 'generic_arm_6')),
+        (('--pose', 'Q'), ('Q', 'P1, P2, P3')),
+        (('--robot', 'generic_arm_6', '--pose', 'P1'), ('P1', 'home, ready')),
+    ],
+)
+def test_the_demo_names_robots_and_poses_it_can_take(
+    tmp_path, monkeypatch, capsys, options, words
+):
+    code, said = run(['demo', *options, '--out', str(tmp_path / 'out')], monkeypatch, capsys)
+    check(code, said.err, words)
+    assert not (tmp_path / 'out').exists()

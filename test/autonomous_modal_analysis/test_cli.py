@@ -101,7 +101,20 @@ def test_the_model_has_the_published_frequencies(ama):
 
 
 @pytest.mark.parametrize(
-    'command', ['demo', 'identify', 'info', 'replay', 'plan', 'model', 'up', '']
+    'command',
+    [
+        'demo',
+        'identify',
+        'compare',
+        'info',
+        'replay',
+        'plan',
+        'model',
+        'up',
+        'campaign',
+        'gap',
+        '',
+    ],
 )
 def test_every_command_explains_itself(ama, command):
     run = ama(*([command] if command else []), '--help')

@@ -25,6 +25,7 @@ def test_it_leaves_recording_results_and_report(finished_demo):
 def test_at_least_three_windows_were_identified(finished_demo):
     result = json.loads((finished_demo.folder / 'modes.json').read_text())
     assert len([window for window in result['windows'] if window['modes']]) >= 3
+    assert result['band']['high_from'] == 'plan'
     rows = list(csv.DictReader((finished_demo.folder / 'modes.csv').open()))
     assert len({row['window'] for row in rows}) >= 3
 
@@ -49,3 +50,17 @@ def test_the_arm_moved_only_a_little_and_came_from_its_pose(finished_demo):
 def test_the_report_names_what_was_found(finished_demo):
     page = (finished_demo.folder / 'report.html').read_text()
     assert 'true modes found' in page
+
+
+def test_with_the_robot_named_the_report_draws_its_modes_on_the_arm(ama, finished_demo, tmp_path):
+    out = tmp_path / 'results'
+    recording = finished_demo.folder / 'demo.mcap'
+    run = ama('identify', recording, '--window-s', 24, '--robot', 'irb6660_205_190', '--out', out)
+    assert run.returncode == 0, run.stderr
+    data = (out / 'report.html').read_text().split('id="report-data">')[1].split('</script>')[0]
+    shown = json.loads(data)
+    assert len(shown['geometry']['points_m']) > 14
+    for mode in shown['modes']:
+        assert len(mode['moved_real']) == len(shown['geometry']['points_m'])
+    pose = json.loads((out / 'modes.json').read_text())['windows'][0]['pose']
+    assert len(pose['position']) == 6

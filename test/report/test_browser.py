@@ -102,6 +102,11 @@ def variant(arm, name):
         )  # fmt: skip
     if name == 'poles only':
         return replace(arm, spectrum=None, truth=None)
+    if name == 'merged':
+        return replace(
+            arm, poles=None, spectrum=None, truth=None,
+            identification=replace(base, windows=(), quality=DataQuality()),
+        )  # fmt: skip
     if name == 'spectrum only':
         return replace(arm, poles=None)
     if name == 'no deviation':
@@ -160,7 +165,7 @@ def variant(arm, name):
 
 VARIANTS = (
     'arm', 'no modes', 'empty tables', 'poles only', 'spectrum only', 'no deviation',
-    'one channel', 'forty modes, hundred windows',
+    'one channel', 'forty modes, hundred windows', 'merged',
 )  # fmt: skip
 
 
@@ -176,7 +181,7 @@ def test_every_case_draws_without_errors(page, tmp_path, arm, name, width):
     assert len(shapes) == n_modes
     assert all(count > 50 for count in shapes)
     charts = inked(page, '#stabilisation-chart .uplot canvas')
-    if name not in ('no modes', 'empty tables'):
+    if name not in ('no modes', 'empty tables', 'merged'):
         assert len(charts) == 1
         assert charts[0] > 2000
         assert (

@@ -1,5 +1,6 @@
 """The report: words and tables against known content, the geometry against known motions."""
 
+from dataclasses import replace
 import math
 import re
 
@@ -84,6 +85,21 @@ def test_missed_and_foreign_modes_are_told():
     page = render_report(content)
     assert '>extra<' in page
     assert '>missed<' in page
+    assert '1 further mode without a true one' in headline(content)
+
+
+def test_a_mode_of_one_window_alone_is_counted_apart_and_has_its_row():
+    found, late = modes(10.0), modes(20.1)
+    truth = match_truth(found, [10.0, 20.0], [0.01, 0.01])
+    seen = match_truth(late, [10.0, 20.0], [0.01, 0.01])[1]
+    content = ReportContent(
+        't', 'r', Identification(found), truth=(truth[0], replace(seen, from_window=True))
+    )
+    assert headline(content).startswith('All 2 true modes found, 1 in a single window only;')
+    assert 'further' not in headline(content)
+    rows = mode_rows(content)
+    assert [row.note for row in rows] == ['', 'one window']
+    assert rows[1].frequency.value.startswith('20.1')
 
 
 def test_no_modes_to_match():
@@ -135,3 +151,13 @@ def test_lines_of_machines_are_shown_as_lines_and_counted_apart():
     assert rows[1].frequency.value.startswith('24')
     assert rows[1].damping.value == UNKNOWN
     assert [entry['frequency_hz'] for entry in payload(content)['harmonics']] == [24.0]
+
+
+def test_a_mode_whose_phases_scatter_is_marked_and_the_mark_explained():
+    calm = modes(3.0, 5.0)
+    wide = replace(calm.modes[1], mpd=math.radians(11.0), mpc=0.89)
+    found = replace(calm, modes=(replace(calm.modes[0], mpd=math.radians(9.0)), wide))
+    page = render_report(ReportContent('t', 'r', Identification(found)))
+    assert page.count('>phases scatter<') == 1
+    assert 'MPD above 10°' in page
+    assert '>phases scatter<' not in render_report(ReportContent('t', 'r', Identification(calm)))

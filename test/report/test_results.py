@@ -57,7 +57,10 @@ def identification():
 
 def test_json_has_the_promised_keys_and_no_nan():
     found = identification_json(identification())
-    expected = {'modes', 'harmonics', 'windows', 'channels', 'data_quality', 'settings'}
+    expected = {
+        'modes', 'harmonics', 'shape_channels', 'band', 'tracks', 'windows', 'channels',
+        'data_quality', 'settings',
+    }  # fmt: skip
     assert set(found) == expected
     for part in (found, found['windows'][0]):
         assert not any(mode['harmonic'] for mode in part['modes'])

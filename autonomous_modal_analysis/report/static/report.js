@@ -9,7 +9,7 @@
   const isDark = () => (root.dataset.theme ? root.dataset.theme === 'dark' : prefersDark.matches);
   if (asked) root.dataset.theme = asked[1];
 
-  modal.stabilisation(at('stabilisation-chart'), data);
+  if (at('stabilisation-chart')) modal.stabilisation(at('stabilisation-chart'), data);
   modal.modeShapes(at('shape-cards'), at('shape-tools'), data);
   if (at('track-chart')) {
     modal.tracks(at('track-chart'), data);

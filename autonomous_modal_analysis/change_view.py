@@ -1,0 +1,84 @@
+"""What changed between two sets of modes, for people and for programs."""
+
+from collections.abc import Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from autonomous_modal_analysis.results import mode_json, plain
+from autonomous_modal_analysis.terminal import OUTPUT, with_deviation
+from modal_core.mode import Mode
+from oma_identifier.comparison import Comparison, ModeChange
+
+HEADINGS = ('first Hz', 'second Hz', 'change', '/σ', 'first %', 'second %', '/σ', 'MAC', '')
+
+
+def show_changes(comparison: Comparison, first: str, second: str) -> None:
+    """Print one row per pair of modes, and the modes of one side alone."""
+    table = Table(
+        title=escape(f'natural frequency and damping ratio: {first}, then {second}'),
+        title_justify='left',
+        box=SIMPLE_HEAD,
+        padding=(0, 0),
+    )
+    for heading in HEADINGS:
+        table.add_column(heading, justify='right', no_wrap=True)
+    for change in comparison.changes:
+        table.add_row(*_row(change))
+    OUTPUT.print(table)
+    for name, alone in ((first, comparison.only_first), (second, comparison.only_second)):
+        if alone:
+            OUTPUT.print(f'{name} alone: {_listed(alone)}', soft_wrap=True, markup=False)
+    changed = sum(change.is_significant for change in comparison.changes)
+    OUTPUT.print(
+        f'{changed} of {len(comparison.changes)} modes changed (*): by more than three standard'
+        ' deviations, in frequency or damping',
+        soft_wrap=True,
+    )
+
+
+def changes_json(comparison: Comparison) -> dict[str, object]:
+    """Return the comparison as plain values."""
+    return {
+        'changes': [
+            {
+                'first': mode_json(change.first),
+                'second': mode_json(change.second),
+                'frequency_change': plain(change.frequency_change),
+                'frequency_surprise': plain(change.frequency_surprise),
+                'damping_change': plain(change.damping_change),
+                'damping_surprise': plain(change.damping_surprise),
+                'mac': plain(change.mac),
+                'significant': bool(change.is_significant),
+            }
+            for change in comparison.changes
+        ],
+        'only_first': [mode_json(mode) for mode in comparison.only_first],
+        'only_second': [mode_json(mode) for mode in comparison.only_second],
+    }
+
+
+def _row(change: ModeChange) -> tuple[str, ...]:
+    first, second = change.first, change.second
+    return (
+        with_deviation(first.frequency_hz, first.frequency_std_hz),
+        with_deviation(second.frequency_hz, second.frequency_std_hz),
+        f'{100.0 * change.frequency_change:+.2f}%',
+        _surprise(change.frequency_surprise),
+        with_deviation(100.0 * first.damping_ratio, 100.0 * first.damping_ratio_std),
+        with_deviation(100.0 * second.damping_ratio, 100.0 * second.damping_ratio_std),
+        _surprise(change.damping_surprise),
+        f'{change.mac:.3f}',
+        '*' if change.is_significant else '',
+    )
+
+
+def _surprise(value: float) -> str:
+    return f'{value:+.1f}' if value == value else '–'
+
+
+def _listed(modes: Sequence[Mode]) -> str:
+    return ', '.join(
+        f'{with_deviation(mode.frequency_hz, mode.frequency_std_hz)} Hz' for mode in modes
+    )

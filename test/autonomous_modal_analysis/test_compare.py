@@ -1,0 +1,79 @@
+"""`ama compare`: a change is told from scatter."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from autonomous_modal_analysis import cli
+
+RATE_HZ, SEED = 100.0, 23
+SHAPES = np.array([[1.0, 0.6], [0.5, -1.0], [-0.3, 0.4]])
+
+
+def response(frequencies_hz, seed):
+    """Return 200 s of two modes of 2 % damping under white noise."""
+    rng = np.random.default_rng([SEED, seed])
+    total = np.zeros((20_000, 3))
+    for frequency_hz, shape in zip(frequencies_hz, SHAPES.T, strict=True):
+        root = np.exp(2 * np.pi * frequency_hz * (-0.02 + 1j * np.sqrt(1 - 0.0004)) / RATE_HZ)
+        force = rng.normal(size=len(total))
+        total += np.outer(lfilter([1.0, -1.0], np.poly([root, root.conj()]).real, force), shape)
+    return total + 0.02 * total.std() * rng.normal(size=total.shape)
+
+
+@pytest.fixture(scope='module')
+def states(tmp_path_factory):
+    """Write the robot at rest, and at work: its upper mode is 4 % lower there."""
+    folder = tmp_path_factory.mktemp('states')
+    for number, (name, upper_hz) in enumerate((('rest', 9.0), ('work', 8.64))):
+        np.save(folder / f'{name}.npy', response((4.0, upper_hz), number))
+        (folder / f'{name}.npy.yaml').write_text('sample_rate_hz: 100\nunit: m/s^2\n')
+    return folder
+
+
+def test_the_mode_that_changed_is_told_and_the_other_is_not(ama, states):
+    run = ama('compare', states / 'rest.npy', states / 'work.npy', '--json')
+    assert run.returncode == 0, run.stderr
+    found = json.loads(run.stdout)
+    same, lower = found['changes']
+    assert not same['significant'], f'seed {SEED}'
+    assert lower['significant'] and lower['frequency_surprise'] < -3.0, f'seed {SEED}'
+    assert lower['frequency_change'] == pytest.approx(-0.04, abs=0.01), f'seed {SEED}'
+    assert lower['mac'] > 0.99
+    assert found['only_first'] == found['only_second'] == []
+
+
+def test_kept_results_stand_for_their_recording(ama, states, tmp_path):
+    kept = tmp_path / 'rest'
+    assert ama('identify', states / 'rest.npy', '--out', kept).returncode == 0
+    table = ama('compare', kept, states / 'work.npy')
+    assert table.returncode == 0, table.stderr
+    assert '1 of 2 modes changed' in table.stdout
+    again = ama('compare', kept / 'modes.json', kept, '--json')
+    assert all(change['frequency_change'] == 0.0 for change in json.loads(again.stdout)['changes'])
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        (None, ('cannot be read', 'No such file')),
+        ('{', ('not the results', 'JSON')),
+        ('{"modes": []}', ('not the results', 'shape_channels')),
+        ('[1]', ('not the results', 'ama identify')),
+    ],
+)
+def test_what_are_no_results_is_named(states, tmp_path, monkeypatch, capsys, text, words):
+    path = tmp_path / 'other.json'
+    if text is not None:
+        path.write_text(text)
+    monkeypatch.setattr(sys, 'argv', ['ama', 'compare', str(path), str(states / 'work.npy')])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    said = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert len(said.strip().splitlines()) == 1
+    for word in ('other.json', *words):
+        assert word in said
