@@ -36,7 +36,7 @@ def ssi_cov_std(which: str) -> Call:
     """Poles of all orders, step 1, with 6 references; σ of `all`, of one a `mode`, of `none`."""
     from oma_identifier.output_covariance import CovarianceAccumulator
     from oma_identifier.ssi_cov import factorise, MultiOrder, poles_of_orders
-    from oma_identifier.uncertainty import deviation_from, influence, OrderSensitivity
+    from oma_identifier.uncertainty import deviation_from, influence, PoleSensitivity
 
     def call(rows: NDArray[np.float64], rate_hz: float) -> Found:
         block = len(rows) // N_BLOCKS
@@ -56,16 +56,17 @@ def ssi_cov_std(which: str) -> Call:
             return Found(poles=(raw.model_order, poles))
         if which == 'mode':
             wanted = _one_a_mode(raw.model_order, poles, wanted)
-        sensitivity = {
-            order: OrderSensitivity(system, solutions[order])
-            for order in {int(order) for order in raw.model_order[wanted]}
-        }
+        sensitivity = PoleSensitivity(system)
         deviations = []
-        for row in wanted:
-            value = raw.eigenvalue[row]
-            gradient = sensitivity[int(raw.model_order[row])].gradient(value)
-            series = influence(gradient[None], value[None], covariance)[:, 0]
-            deviations.append(deviation_from(series, poles[row], len(rows) / rate_hz))
+        for order in np.unique(raw.model_order[wanted]):
+            own = wanted[raw.model_order[wanted] == order]
+            values = raw.eigenvalue[own]
+            gradients = sensitivity.gradients([solutions[int(order)]] * len(own), values)
+            series = influence(gradients, values, covariance)
+            deviations += [
+                deviation_from(each, pole, len(rows) / rate_hz)
+                for each, pole in zip(series.T, poles[own], strict=True)
+            ]
         std = np.array([[each.frequency_std_hz, each.damping_ratio_std] for each in deviations])
         return Found(poles=(raw.model_order[wanted], poles[wanted]), deviations=std)
 
