@@ -111,7 +111,7 @@ class OperatorFlow:
     # -- the operator --------------------------------------------------------------------------
 
     def offer(self, path: PlanPath) -> None:
-        """Take a new plan in hand; a release of the plan before ends.
+        """Take a plan in hand; a release ends unless it was of this very plan, by its hash.
 
         Raises
         ------
@@ -120,8 +120,11 @@ class OperatorFlow:
         """
         with self._lock:
             self.check_free()
-            self.path = path
-            if self.state in (FlowState.ARMED, FlowState.HOLDING):
+            before, self.path = self.path, path
+            released = self.state == FlowState.ARMED
+            if released and before is not None and before.plan_hash == path.plan_hash:
+                return  # a late or repeated delivery of what the operator released
+            if released or self.state == FlowState.HOLDING:
                 self._enter(FlowState.IDLE, 'a new plan arrived')
 
     def check_free(self) -> None:

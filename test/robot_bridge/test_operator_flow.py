@@ -110,6 +110,18 @@ def test_arm_is_bound_to_the_plan(prepare, part):
         rig.flow.arm('abc123', 5.0, rig.now)
 
 
+def test_a_release_outlasts_a_repeated_delivery_of_its_plan_but_no_other_plan():
+    rig = Rig().run(3)
+    rig.flow.offer(sweep())
+    rig.flow.arm('abc123', 5.0, rig.now)
+    rig.flow.offer(sweep())
+    assert rig.flow.state == FlowState.ARMED
+    rig.flow.offer(replace(sweep(), plan_hash='other'))
+    assert rig.flow.state == FlowState.IDLE
+    with pytest.raises(BridgeError, match='not armed'):
+        rig.flow.start(rig.now)
+
+
 @pytest.mark.parametrize('timeout_s', [0.0, -1.0, 301.0, float('nan'), float('inf')])
 def test_arm_needs_a_bounded_time_out(timeout_s):
     rig = Rig().run(3)
