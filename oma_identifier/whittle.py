@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier import shape_prior
-from oma_identifier.whittle_information import Evaluated, gradient
+from oma_identifier.whittle_information import Evaluated, gradient, pairs
 from oma_identifier.whittle_information import information as fisher_information
 
 CONVERGED_CHANGE = 0.01
@@ -198,7 +198,7 @@ class _Prior:
     @classmethod
     def of(cls, start: BandModel) -> '_Prior':
         level = np.diag(start.force).real
-        first, second = _pairs(len(level))
+        first, second = pairs(len(level))
         weight = np.where(second >= start.n_free, 1.0 / (level[first] * level[second]), 0.0)
         weight[first != second] *= 2.0
         n_noise = 1 if start.one_noise else len(start.noise)
@@ -214,7 +214,7 @@ class _Prior:
     def offset(self, model: BandModel) -> Real:
         """Return centre minus model, in the order of the last parameters."""
         difference = self.force - model.force
-        first, second = _pairs(len(difference))
+        first, second = pairs(len(difference))
         off = difference[first, second][first != second]
         noise = np.log(self.noise / model.noise[: len(self.noise)])
         slope = [self.slope - model.slope]
@@ -402,23 +402,24 @@ def _evaluated(data: BandData, model: BandModel, at: _Evaluation) -> Evaluated:
         by_damping=by_damping,
         log_frequency=_log_frequency(data, model),
         noise=model.noise,
-        across=np.array([_across(shape) for shape in model.shapes.T[free]]),
+        across=_across(model.shapes[:, free]),
     )
 
 
-def _across(shape: Complex) -> Complex:
-    """Return an orthonormal basis of the directions across a shape: Householder's reflection."""
-    normal = shape.copy()
-    first = abs(shape[0])
-    normal[0] += np.linalg.norm(shape) * (shape[0] / first if first > 0.0 else 1.0)
-    basis = np.outer(normal, (-2.0 / np.vdot(normal, normal).real) * normal[1:].conj())
-    basis[1:] += np.eye(len(shape) - 1)
-    return basis
+def _across(shapes: Complex) -> Complex:
+    """Return orthonormal bases of the directions across shapes: Householder's reflections.
 
-
-def _pairs(n_modes: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return rows and columns of the diagonal and upper triangle, row by row."""
-    return np.triu_indices(n_modes)
+    Shapes are columns; the bases are (n_shapes, n_channels, n_channels - 1).
+    """
+    normal = shapes.T.copy()
+    first = np.abs(normal[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    phase = np.divide(normal[:, 0], first, out=np.ones_like(normal[:, 0]), where=first > 0.0)
+    normal[:, 0] += length * phase
+    mirrored = (-2.0 / np.sum(np.abs(normal) ** 2, axis=1))[:, None] * normal[:, 1:].conj()
+    basis = normal[:, :, None] * mirrored[:, None]
+    basis[:, 1:] += np.eye(len(shapes) - 1)
+    return np.asarray(basis)
 
 
 def _step(quadratic: _Quadratic, damping: float) -> Real:
@@ -437,11 +438,12 @@ def _moved(model: BandModel, step: Real) -> BandModel:
     shapes = model.shapes.copy()
     length = np.ones(len(frequency))
     poles = step[: model.n_free * 2 * len(shapes)].reshape(model.n_free, -1)
-    for mode, part in enumerate(poles):
-        frequency[mode] *= np.exp(np.clip(part[0], -LARGEST_LOG_STEP[0], LARGEST_LOG_STEP[0]))
-        damping[mode] *= np.exp(np.clip(part[1], -LARGEST_LOG_STEP[1], LARGEST_LOG_STEP[1]))
-        shapes[:, mode] += _across(model.shapes[:, mode]) @ (part[2::2] + 1j * part[3::2])
-        length[mode] = np.linalg.norm(shapes[:, mode])
+    free = slice(0, model.n_free)
+    frequency[free] *= np.exp(np.clip(poles[:, 0], -LARGEST_LOG_STEP[0], LARGEST_LOG_STEP[0]))
+    damping[free] *= np.exp(np.clip(poles[:, 1], -LARGEST_LOG_STEP[1], LARGEST_LOG_STEP[1]))
+    turned = _across(shapes[:, free]) @ (poles[:, 2::2] + 1j * poles[:, 3::2])[:, :, None]
+    shapes[:, free] += turned[:, :, 0].T
+    length[free] = np.linalg.norm(shapes[:, free], axis=0)
     end = poles.size + len(frequency) ** 2
     force = _mixed(model, shapes, _force_step(model.force, step[poles.size : end]))
     force *= np.outer(length, length)
@@ -460,7 +462,7 @@ def _moved(model: BandModel, step: Real) -> BandModel:
 
 
 def _force_step(force: Complex, step: Real) -> Complex:
-    first, second = _pairs(len(force))
+    first, second = pairs(len(force))
     off = first != second
     change = np.zeros_like(force)
     change[first, second] = step[: len(first)]
@@ -504,14 +506,15 @@ def _shape_scatter(covariance: Real, model: BandModel) -> Complex:
     n_channels = len(model.shapes)
     size = 2 * n_channels
     scatter = np.full((model.n_free, n_channels, size - 2), np.nan, dtype=complex)
-    for mode, shape in enumerate(model.shapes.T[: model.n_free]):
+    across = _across(model.shapes[:, : model.n_free])
+    for mode in range(model.n_free):
         own = slice(mode * size + 2, (mode + 1) * size)
         block = covariance[own, own]
         if not np.isfinite(block).all():
             continue
         variance, directions = np.linalg.eigh(block)
         steps = directions * np.sqrt(np.maximum(variance, 0.0))
-        scatter[mode] = _across(shape) @ (steps[::2] + 1j * steps[1::2])
+        scatter[mode] = across[mode] @ (steps[::2] + 1j * steps[1::2])
     return scatter
 
 

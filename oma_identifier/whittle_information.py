@@ -3,10 +3,12 @@
 Every derivative of the covariance E_k but those by noise and slope is w_k u_k v_kᴴ plus its
 conjugate transpose, where u and v are columns of few matrices.  The information of two of them,
 Σ n tr(E⁻¹ ∂E E⁻¹ ∂'E), is therefore a sum of products of entries of one small Gram matrix
-C_k = Bᴴ E_k⁻¹ B, B = [A | A S | 1] with A = Φ H_k: no derivative is ever formed.
+C_k = Bᴴ E_k⁻¹ B, B = [A | A S | 1] with A = Φ H_k: no derivative is ever formed.  Sums over the
+lines are products of matrices wherever one factor depends on one half of the indices alone.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +59,12 @@ class Evaluated:
     across: Complex
 
 
+@cache
+def pairs(n_modes: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return rows and columns of the diagonal and upper triangle, row by row."""
+    return np.triu_indices(n_modes)
+
+
 def gradient(at: Evaluated, one_noise: bool) -> Real:
     """Return Σ n tr(E⁻¹ (P - E) E⁻¹ ∂E) for every parameter.
 
@@ -78,7 +86,7 @@ def gradient(at: Evaluated, one_noise: bool) -> Real:
     modes = np.concatenate([poles.T, shapes], axis=1).ravel()
     flat = at.amplitude.reshape(-1, n_modes)
     force = flat.conj().T @ (weighted @ at.amplitude).reshape(-1, n_modes)
-    first, second = np.triu_indices(n_modes)
+    first, second = pairs(n_modes)
     off = first != second
     upper = force[first, second] * np.where(off, 2.0, 1.0)
     on_diagonal = np.einsum('kcc->kc', weighted).real * at.noise
@@ -97,81 +105,135 @@ def gradient(at: Evaluated, one_noise: bool) -> Real:
 
 
 @dataclass(frozen=True, slots=True)
-class _Halves:
-    """Derivatives w u vᴴ of the free modes before directions and real parts are taken.
+class _Products:
+    """The blocks of C, lines last: inner products with E⁻¹ of A, of R = A S (free) and of 1.
 
-    ``left`` and ``right`` index columns of B; ``weight`` is (n_halves, n_lines).
+    Parameters
+    ----------
+    among : (n_modes, n_modes, n_lines) complex array
+        Aᴴ E⁻¹ A.
+    right : (n_free, n_modes, n_lines) complex array
+        Rᴴ E⁻¹ A.
+    right_right : (n_free, n_free, n_lines) complex array
+        Rᴴ E⁻¹ R.
+    right_units : (n_free, n_channels, n_lines) complex array
+        Rᴴ E⁻¹.
+    units : (n_channels, n_modes, n_lines) complex array
+        E⁻¹ A.
+    precision : (n_channels, n_channels, n_lines) complex array
+        E⁻¹.
     """
 
-    left: NDArray[np.intp]
-    right: NDArray[np.intp]
-    weight: Complex
+    among: Complex
+    right: Complex
+    right_right: Complex
+    right_units: Complex
+    units: Complex
+    precision: Complex
+
+    @classmethod
+    def of(cls, at: Evaluated) -> '_Products':
+        n_modes = at.amplitude.shape[2]
+        columns = np.concatenate([at.amplitude, at.response], axis=2)
+        onto = at.precision @ columns
+        inner = (columns.conj().transpose(0, 2, 1) @ onto).transpose(1, 2, 0)
+        onto = onto.transpose(1, 2, 0)
+        blocks = (
+            inner[:n_modes, :n_modes],
+            inner[n_modes:, :n_modes],
+            inner[n_modes:, n_modes:],
+            onto[:, n_modes:].conj().transpose(1, 0, 2),
+            onto[:, :n_modes],
+            at.precision.transpose(1, 2, 0),
+        )
+        return cls(*(np.ascontiguousarray(block) for block in blocks))
 
 
 def information(at: Evaluated, one_noise: bool) -> Real:
     """Return the Fisher information of the parameters of :func:`gradient`."""
-    n_lines, n_channels, n_modes = at.amplitude.shape
-    n_free = at.response.shape[2]
-    unit = np.broadcast_to(np.eye(n_channels, dtype=complex), (n_lines, n_channels, n_channels))
-    basis = np.concatenate([at.amplitude, at.response, unit], axis=2)
-    gram = basis.conj().transpose(0, 2, 1) @ (at.precision @ basis)
-    lines = np.ascontiguousarray(gram.transpose(1, 2, 0))
-    halves = _free_halves(at, n_modes, n_free, n_channels)
-    first, second = np.triu_indices(n_modes)
-    to_modes, to_force = _mode_blocks(lines, halves, at.count, n_modes, first, second)
-    force = _force_block(lines, at.count, n_modes, first, second)
+    n_channels, n_modes = at.amplitude.shape[1:]
+    products = _Products.of(at)
+    # Derivatives w u vᴴ of each free mode: by its pole with u in A, by its shape with u in 1.
+    poles = np.stack([at.by_frequency.T, at.by_damping.T], axis=1)
+    gain = np.ascontiguousarray(at.gain.T)
+    first, second = pairs(n_modes)
+    off = first != second
+    x, y = _modes_with_modes(products, poles, gain, at.count)
+    to_force = _modes_with_force(products, poles, gain, at.count)
+    force = _force_block(products.among, at.count, first, second)
     turn = _turn(at.across, n_channels)
-    modes_modes = _real(*to_modes, turn, turn)
-    modes_force = _with_pairs((turn.T @ to_force[0]), turn.T @ to_force[1], first != second)
-    force_force = _pairs_with_pairs(*force, first != second)
+    modes_modes = _real(x, y, turn, turn)
+    modes_force = _with_pairs(
+        turn.T @ to_force[:, first, second], turn.T @ to_force[:, second, first], off
+    )
+    force_force = _pairs_with_pairs(*force, off)
     top = np.block([[modes_modes, modes_force], [modes_force.T, force_force]])
-    rest = _slope_and_noise(lines, halves, at, turn, first, second, one_noise)
-    return np.asarray(np.block([[top, rest[:, : len(top)].T], [rest]]))
+    rows = _slope_and_noise(products, poles, gain, at, first, second)
+    n_halves = len(turn)
+    rest = [
+        2.0 * (rows[:, :n_halves] @ turn).real,
+        _of_pairs(rows[:, n_halves:], off),
+        _among(products.precision, at),
+    ]
+    return _joined(top, np.concatenate(rest, axis=1), n_channels, one_noise)
 
 
-def _free_halves(at: Evaluated, n_modes: int, n_free: int, n_channels: int) -> _Halves:
-    left, right, weight = [], [], []
-    for mode in range(n_free):
-        left += [mode, mode, *range(n_modes + n_free, n_modes + n_free + n_channels)]
-        right += [n_modes + mode] * (2 + n_channels)
-        weight += [at.by_frequency[:, mode], at.by_damping[:, mode]]
-        weight += [at.gain[:, mode]] * n_channels
-    return _Halves(np.array(left), np.array(right), np.array(weight))
+def _modes_with_modes(
+    products: _Products, poles: Complex, gain: Complex, count: Real
+) -> tuple[Complex, Complex]:
+    """Return X_ab = Σ n w_a w_b (v_aᴴ u_b)(v_bᴴ u_a), Y_ab = Σ n w_a w_b* (v_aᴴ v_b)(u_bᴴ u_a).
 
-
-def _mode_blocks(
-    lines: Complex,
-    halves: _Halves,
-    count: Real,
-    n_modes: int,
-    first: NDArray[np.intp],
-    second: NDArray[np.intp],
-) -> tuple[tuple[Complex, Complex], tuple[Complex, Complex]]:
-    """Return the sums X and Y of the free modes with themselves and with the forces.
-
-    X_ab = Σ n w_a w_b (v_aᴴ u_b)(v_bᴴ u_a), Y_ab = Σ n w_a w_b* (v_aᴴ v_b)(u_bᴴ u_a), inner
-    products with E⁻¹.
+    Inner products with E⁻¹.  All derivatives of one mode share v, so that two modes at a time are
+    products of matrices.
     """
-    left, right, weight = halves.left, halves.right, halves.weight
-    weighted = weight * count
-    x = lines[right[:, None], left] * (weighted[:, None] * weight) * lines[right, left[:, None]]
-    y = lines[right[:, None], right] * (weighted[:, None] * weight.conj())
-    y *= lines[left, left[:, None]]
-    # u_b and v_b are columns i <= j of A: one product of matrices per row.
-    from_right = weighted[:, None] * lines[right, :n_modes]
-    into_left = lines[:n_modes, left].transpose(1, 2, 0)
-    every = from_right @ into_left
-    return (x.sum(axis=2), y.sum(axis=2)), (every[:, first, second], every[:, second, first])
+    n_free, n_lines = gain.shape
+    n_channels = len(products.precision)
+    size = 2 + n_channels
+    met = np.empty((n_free, n_free, size, n_lines), dtype=complex)  # (v_aᴴ u_b) w_b
+    met[:, :, :2] = products.right[:, :n_free, None] * poles
+    met[:, :, 2:] = products.right_units[:, None] * gain[:, None]
+    x = (met.swapaxes(0, 1) * count) @ met.swapaxes(2, 3)
+    between = products.right_right * (count * gain.conj())
+    y = np.empty((n_free, n_free, size, size), dtype=complex)
+    shapes = (gain[:, None] * between).reshape(n_free**2, -1) @ (
+        products.precision.reshape(-1, n_lines).T
+    )
+    y[:, :, 2:, 2:] = shapes.reshape(n_free, n_free, n_channels, -1).swapaxes(2, 3)
+    towards = products.units[:, :n_free].transpose(1, 2, 0)
+    mixed = (poles[:, None] * between[:, :, None]).reshape(n_free, -1, n_lines) @ towards
+    mixed = mixed.reshape(n_free, n_free, 2, n_channels)
+    y[:, :, :2, 2:] = mixed
+    y[:, :, 2:, :2] = mixed.conj().transpose(1, 0, 3, 2)
+    own = products.right_right * products.among[:n_free, :n_free].swapaxes(0, 1) * count
+    y[:, :, :2, :2] = (poles[:, None] * own[:, :, None]) @ poles.conj().swapaxes(1, 2)
+    n_halves = n_free * size
+    return (
+        np.asarray(x.swapaxes(1, 2).reshape(n_halves, n_halves)),
+        np.asarray(y.swapaxes(1, 2).reshape(n_halves, n_halves)),
+    )
+
+
+def _modes_with_force(products: _Products, poles: Complex, gain: Complex, count: Real) -> Complex:
+    """Return Σ n w_a (v_aᴴ a_i)(a_jᴴ u_a) for columns i and j of A."""
+    n_free, n_modes, n_lines = products.right.shape
+    n_channels = len(products.precision)
+    result = np.empty((n_free, 2 + n_channels, n_modes, n_modes), dtype=complex)
+    weighted = products.right * count
+    own = products.among[:, :n_free].transpose(1, 2, 0)
+    by_pole = (poles[:, :, None] * weighted[:, None]).reshape(n_free, -1, n_lines) @ own
+    result[:, :2] = by_pole.reshape(n_free, 2, n_modes, n_modes)
+    by_shape = (weighted * gain[:, None]).reshape(-1, n_lines) @ (
+        products.units.reshape(-1, n_lines).conj().T
+    )
+    result[:, 2:] = by_shape.reshape(n_free, n_modes, n_channels, n_modes).swapaxes(1, 2)
+    return result.reshape(-1, n_modes, n_modes)
 
 
 def _force_block(
-    lines: Complex,
-    count: Real,
-    n_modes: int,
-    first: NDArray[np.intp],
-    second: NDArray[np.intp],
+    among: Complex, count: Real, first: NDArray[np.intp], second: NDArray[np.intp]
 ) -> tuple[Complex, Complex]:
-    inner = lines[:n_modes, :n_modes].reshape(n_modes**2, -1)
+    n_modes = len(among)
+    inner = among.reshape(n_modes**2, -1)
     # every[(p, q), (r, s)] = Σ n C_pq C_rs
     every = ((inner * count) @ inner.T).reshape((n_modes,) * 4)
     i, j = first[:, None], second[:, None]
@@ -213,36 +275,47 @@ def _pairs_with_pairs(x: Complex, y: Complex, off: NDArray[np.bool_]) -> Real:
 
 
 def _slope_and_noise(
-    lines: Complex,
-    halves: _Halves,
+    products: _Products,
+    poles: Complex,
+    gain: Complex,
     at: Evaluated,
-    turn: Complex,
     first: NDArray[np.intp],
     second: NDArray[np.intp],
-    one_noise: bool,
-) -> Real:
-    """Return the rows of slope and noise over all parameters."""
+) -> Complex:
+    """Return the rows of slope and noise over what makes up modes and forces."""
+    n_free, n_modes, n_lines = products.right.shape
     n_channels = len(at.noise)
-    units = np.arange(len(lines) - n_channels, len(lines))
-    weight = np.concatenate([halves.weight, np.ones((len(first), len(at.count)))])
-    left, right = np.concatenate([halves.left, first]), np.concatenate([halves.right, second])
-    # Noise: E⁻¹ ∂E E⁻¹ on the diagonal; slope: E⁻¹ ∂E less that.
-    power = at.noise[:, None, None]
-    each = power * lines[units[:, None], left] * lines[right, units[:, None]] * weight
-    noise = each @ at.count
     turning = at.count * at.log_frequency
-    slope = (weight * lines[right, left] - each.sum(axis=0)) @ turning
-    rows = np.concatenate([slope[None], noise])
-    n_halves = len(halves.left)
-    off = first != second
-    modes = 2.0 * (rows[:, :n_halves] @ turn).real
-    force = _of_pairs(rows[:, n_halves:], off)
-    among = _among(lines[np.ix_(units, units)], at)
-    whole = np.concatenate([modes, force, among], axis=1)
-    if not one_noise:
-        return whole
-    whole = np.stack([whole[0], whole[1:].sum(axis=0)])
-    return np.concatenate([whole[:, :-n_channels], whole[:, -n_channels:].sum(axis=1)[:, None]], 1)
+    weights = np.stack([at.count, turning])
+    # Noise: E⁻¹ ∂E E⁻¹ on the diagonal; slope: E⁻¹ ∂E less that.
+    halves = np.empty((n_channels, n_free, 2 + n_channels, 2), dtype=complex)
+    into = products.right_units.swapaxes(0, 1)  # channels first
+    by_pole = (products.units[:, :n_free] * into)[:, :, None] * poles
+    halves[:, :, :2] = by_pole @ weights.T
+    by_shape = (into * gain)[:, :, None] * weights
+    by_shape = products.precision @ by_shape.reshape(n_channels, -1, n_lines).swapaxes(1, 2)
+    by_shape = by_shape.reshape(n_channels, n_channels, n_free, 2)
+    halves[:, :, 2:] = by_shape.swapaxes(1, 2)
+    weighted = (products.units[:, None] * weights[:, None]).reshape(n_channels, -1, n_lines)
+    pairs = weighted @ products.units.conj().swapaxes(1, 2)
+    pairs = pairs.reshape(n_channels, 2, n_modes, n_modes)[:, :, first, second].swapaxes(1, 2)
+    every = np.concatenate([halves.reshape(n_channels, -1, 2), pairs], axis=1)
+    every *= at.noise[:, None, None]
+    slope = np.empty((n_free, 2 + n_channels), dtype=complex)
+    slope[:, :2] = (poles * products.right[range(n_free), range(n_free), None]) @ turning
+    slope[:, 2:] = (products.right_units * gain[:, None]) @ turning
+    whole = np.concatenate([slope.ravel(), products.among[second, first] @ turning])
+    return np.concatenate([(whole - every[:, :, 1].sum(axis=0))[None], every[:, :, 0]])
+
+
+def _joined(top: Real, rest: Real, n_channels: int, one_noise: bool) -> Real:
+    """Return the matrix of its part without slope and noise, and of the rows of these."""
+    if one_noise:
+        rest = np.stack([rest[0], rest[1:].sum(axis=0)])
+        rest = np.concatenate(
+            [rest[:, :-n_channels], rest[:, -n_channels:].sum(axis=1)[:, None]], axis=1
+        )
+    return np.asarray(np.block([[top, rest[:, : len(top)].T], [rest]]))
 
 
 def _of_pairs(rows: Complex, off: NDArray[np.bool_]) -> Real:
