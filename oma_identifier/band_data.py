@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from oma_identifier.line_spectra import Spectra
 from oma_identifier.whittle import accelerance, BandData, BandModel, SlopePrior
 
 HALF_WIDTHS = 8.0
@@ -26,27 +27,6 @@ LEAST_VISIBLE = 0.3
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-
-@dataclass(frozen=True, slots=True)
-class Spectra:
-    """Discrete Fourier transforms of all channels.
-
-    Parameters
-    ----------
-    frequency_hz : (n_frequencies,) array [Hz]
-        Uniform from 0.
-    values : (n_frequencies, n_channels) complex array
-        Scaled by one over the square root of the number of samples.
-    """
-
-    frequency_hz: Real
-    values: Complex
-
-    @property
-    def spacing_hz(self) -> float:
-        """Distance of neighbouring frequencies [Hz]."""
-        return float(self.frequency_hz[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,11 +128,8 @@ def reduce_band(
     Channels are scaled to equal noise.  With more channels than modes, what other modes contribute
     is projected out; otherwise they become tails of the model.
     """
-    n_lines = len(lines)
-    # Everything here is real but the values: twice as many real rows cost half as much.
-    values = spectra.values[lines]
-    parts = np.concatenate([values.real, values.imag])
-    plain = parts.T @ parts / n_lines
+    parts, n_lines = spectra.parts(lines), len(lines)
+    plain = parts @ parts.T / n_lines
     scale = _noise_scale(plain)
     shapes = _unit(start.shapes * scale[:, None])
     others = [mode for mode in range(len(start.frequency_hz)) if mode not in group]
@@ -167,8 +144,8 @@ def reduce_band(
     if kept < free.shape[1]:
         basis = free @ np.linalg.eigh(covariance)[1][:, ::-1][:, :kept]
     included = [*group, *tails]
-    in_basis = parts @ (scale[:, None] * basis)
-    reduced = in_basis[:n_lines] + 1j * in_basis[n_lines:]
+    in_basis = (scale[:, None] * basis).T @ parts
+    reduced = in_basis.view(complex).T
     n_noise = (free.shape[1] - kept) * n_lines
     rest = n_lines * np.trace(covariance) - np.sum(in_basis**2)
     noise = float(rest / n_noise) if n_noise else 0.3
@@ -250,14 +227,10 @@ def _force_levels(
         shapes = projector @ shapes
     for index, mode in enumerate(modes):
         width = max(start.half_width_hz[mode], 2.0 * spectra.spacing_hz)
-        first, last = np.searchsorted(
-            spectra.frequency_hz,
-            (start.frequency_hz[mode] - width, start.frequency_hz[mode] + width),
-        )
-        near = slice(max(1, int(first)), max(2, int(last)))
+        near = spectra.near(start.frequency_hz[mode], width)
         shape = shapes[:, mode]
         length = np.linalg.norm(shape)
-        response = (spectra.values[near] * scale) @ shape.conj() / length
+        response = (scale * shape.conj()) @ spectra.values[:, near] / length
         gain = accelerance(
             spectra.frequency_hz[near], start.frequency_hz[[mode]], start.damping_ratio[[mode]]
         )

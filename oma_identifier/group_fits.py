@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.band_data import band_lines, reduce_band, ReducedBand, Spectra, StartModes
+from oma_identifier.band_data import band_lines, reduce_band, ReducedBand, StartModes
+from oma_identifier.line_spectra import Spectra
 from oma_identifier.whittle import (
     BandData,
     BandFit,

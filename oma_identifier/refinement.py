@@ -13,14 +13,14 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len, rfft
 
 from modal_core.errors import LayoutError
 from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.band_data import group_modes, Spectra, StartModes
+from oma_identifier.band_data import group_modes, StartModes
 from oma_identifier.group_fits import fit_group, GroupFit, pooled_slopes, unit, updated
+from oma_identifier.line_spectra import Spectra, spectra_of, usable_lines
 from oma_identifier.mode_evidence import is_demanded, missing_mode, MissingMode, superfluous
 from oma_identifier.one_thread import one_thread
 from oma_identifier.shape_scatter import normalised_std
@@ -29,8 +29,6 @@ from oma_identifier.whittle import IMPATIENT, Patience, PATIENT, SlopePrior
 
 PASSES = 2
 """The second pass has refined tails and shapes to project out."""
-HIGHEST_SHARE = 0.435
-"""Of the sample rate: above, anti-aliasing filters shape the spectrum."""
 FAR = 5.0
 """Standard deviations a refined mode may be away from its start."""
 LEAST_MAC = 0.8
@@ -38,8 +36,6 @@ LARGEST_MISFIT = 3.0
 INCOMPLETE_MISFIT = 1.5
 """From here on a band may lack a mode."""
 MOST_MISSING = 2
-LINE_REACH = 4
-"""Frequencies left out on both sides of a harmonic."""
 
 
 class Outcome(StrEnum):
@@ -156,10 +152,9 @@ def _refine_ordered(
     resting: Collection[int],
 ) -> Refinement:
     """Fit the groups of modes, twice, and judge each mode."""
-    spectra = _spectra(samples)
-    usable = _usable(spectra, samples.sample_rate_hz, harmonics)
     alive = np.flatnonzero(samples.acceleration.std(axis=0) > 0.0)
-    live = Spectra(spectra.frequency_hz, spectra.values[:, alive])
+    spectra = spectra_of(samples, alive)
+    usable = usable_lines(spectra, harmonics or ())
     given = [modes.modes[index] for index in order]
     start = StartModes(
         np.array([mode.frequency_hz for mode in given]),
@@ -167,8 +162,8 @@ def _refine_ordered(
         np.column_stack([unit(mode.shape[alive]) for mode in given]),
     )
     idle = {mode for mode, index in enumerate(order) if index in resting}
-    fitter = _Fitter(live, usable, idle)
-    now = with_unlisted(live, start, usable)
+    fitter = _Fitter(spectra, usable, idle)
+    now = with_unlisted(spectra, start, usable)
     fits = fitter.fit(now, group_modes(now))
     twice = [each.group[at] for each in fits if (at := superfluous(each)) is not None]
     if twice and twice[0] < len(given):
@@ -304,37 +299,6 @@ def _appended(now: StartModes, mode: MissingMode) -> StartModes:
         np.append(now.damping_ratio, mode.damping_ratio),
         np.column_stack([now.shapes, mode.shape]),
     )
-
-
-def _spectra(samples: Samples) -> Spectra:
-    data = samples.acceleration
-    length = _fast_length(len(data))
-    time = np.arange(len(data)) - 0.5 * (len(data) - 1)
-    line = np.stack([np.ones(len(data)), time / np.linalg.norm(time)], axis=1)
-    fit = (line.T @ data) / np.array([[len(data)], [1.0]])
-    values = rfft(data[:length] - line[:length] @ fit, axis=0)
-    values *= 1.0 / math.sqrt(length)
-    return Spectra(np.arange(len(values)) * samples.sample_rate_hz / length, values)
-
-
-def _fast_length(n_samples: int) -> int:
-    """Return a length at most 0.5 % shorter that the transform likes; padding would correlate."""
-    best = n_samples
-    for shorter in range(n_samples, n_samples - max(1, n_samples // 200), -1):
-        if next_fast_len(shorter, real=True) == shorter:
-            return shorter
-    return best
-
-
-def _usable(
-    spectra: Spectra, sample_rate_hz: float, harmonics: ModeSet | None
-) -> NDArray[np.bool_]:
-    frequency = spectra.frequency_hz
-    usable = (frequency > 0.0) & (frequency <= HIGHEST_SHARE * sample_rate_hz)
-    for line in harmonics or ():
-        reach = LINE_REACH * spectra.spacing_hz
-        usable &= np.abs(frequency - line.frequency_hz) > reach
-    return np.asarray(usable)
 
 
 def _judge(

@@ -8,7 +8,8 @@ and the channels there show its shape.
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.band_data import Spectra, StartModes
+from oma_identifier.band_data import StartModes
+from oma_identifier.line_spectra import Spectra
 
 MOST_UNLISTED = 4
 STANDS_OUT = 10.0
@@ -25,8 +26,8 @@ def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]
     They are rough and want refining with the others.
     """
     lines = np.flatnonzero(usable)
-    values = spectra.values[lines]
-    plain = values.conj().T @ values / len(values)
+    values = spectra.at(lines)
+    plain = (values @ values.conj().T).conj() / len(lines)
     power = np.diag(plain).real
     frequency, damping, shapes = start.frequency_hz, start.damping_ratio, start.shapes
     scale = 1.0 / np.sqrt(power)
@@ -41,11 +42,11 @@ def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]
         levels, vectors = np.linalg.eigh(basis.conj().T @ scaled_covariance @ basis)
         if levels[-1] < STANDS_OUT * np.median(levels):
             break
-        track = np.abs(values @ (scale * (basis @ vectors[:, -1]))) ** 2
+        track = np.abs((scale * (basis @ vectors[:, -1])) @ values) ** 2
         smooth = np.convolve(track, np.full(LINES, 1.0 / LINES), mode='same')
         peak = int(np.argmax(smooth))
         at = spectra.frequency_hz[lines[peak]]
-        near = values[max(0, peak - LINES) : peak + LINES + 1] * scale
+        near = values[:, max(0, peak - LINES) : peak + LINES + 1].T * scale
         listed = np.any(np.abs(frequency - at) < damping * frequency)
         if listed and smooth[peak] < SHAPE_ERROR * np.mean(np.sum(np.abs(near) ** 2, axis=1)):
             explained = np.column_stack([explained, basis.conj() @ vectors[:, -1].conj()])

@@ -1,0 +1,99 @@
+"""Discrete Fourier transforms of all channels of a stretch, and which lines of them to use."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft
+
+from modal_core.mode import Mode
+from modal_core.samples import Samples
+
+HIGHEST_SHARE = 0.435
+"""Of the sample rate: above, anti-aliasing filters shape the spectrum."""
+LINE_REACH = 4
+"""Frequencies left out on both sides of a harmonic."""
+CHANNELS_AT_ONCE = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Spectra:
+    """Discrete Fourier transforms of all channels.
+
+    Parameters
+    ----------
+    sample_rate_hz : float [Hz]
+        Of the samples.
+    frequency_hz : (n_frequencies,) array [Hz]
+        Uniform from 0.
+    values : (n_channels, n_frequencies) complex array
+        Scaled by one over the square root of the number of samples.
+    """
+
+    sample_rate_hz: float
+    frequency_hz: NDArray[np.float64]
+    values: NDArray[np.complex128]
+
+    @property
+    def spacing_hz(self) -> float:
+        """Distance of neighbouring frequencies [Hz]."""
+        return float(self.frequency_hz[1])
+
+    def parts(self, lines: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return real and imaginary parts in turn, (n_channels, 2 n_lines).
+
+        What is real costs half as much on them as on complex values.
+        """
+        return self.at(lines).view(np.float64)
+
+    def at(self, lines: NDArray[np.intp]) -> NDArray[np.complex128]:
+        """Return the values at some lines, not copied where no line is left out between."""
+        if len(lines) and lines[-1] - lines[0] == len(lines) - 1:
+            return self.values[:, lines[0] : lines[-1] + 1]
+        return np.take(self.values, lines, axis=1)
+
+    def near(self, frequency_hz: float, reach_hz: float) -> slice:
+        """Return the lines within reach of a frequency, one at least, without that at 0."""
+        ends = (frequency_hz - reach_hz, frequency_hz + reach_hz)
+        first, last = np.searchsorted(self.frequency_hz, ends)
+        return slice(max(1, int(first)), max(2, int(last)))
+
+
+def spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
+    """Return the spectra of some channels, freed of offset and trend.
+
+    A few channels at a time, so that little memory is needed beside the spectra.
+    """
+    data = samples.acceleration
+    n_samples, length = len(data), _fast_length(len(data))
+    time = np.arange(n_samples) - 0.5 * (n_samples - 1)
+    time /= np.linalg.norm(time)
+    values = np.empty((len(channels), length // 2 + 1), dtype=complex)
+    for first in range(0, len(channels), CHANNELS_AT_ONCE):
+        chosen = channels[first : first + CHANNELS_AT_ONCE]
+        rows = np.ascontiguousarray(data[:, chosen].T)
+        for row in rows:
+            row -= row.mean() + (row @ time) * time
+        values[first : first + len(chosen)] = rfft(rows[:, :length], axis=1)
+    values *= 1.0 / math.sqrt(length)
+    frequency = np.arange(values.shape[1]) * samples.sample_rate_hz / length
+    return Spectra(samples.sample_rate_hz, frequency, values)
+
+
+def _fast_length(n_samples: int) -> int:
+    """Return a length at most 0.5 % shorter that the transform likes; padding would correlate."""
+    for shorter in range(n_samples, n_samples - max(1, n_samples // 200), -1):
+        if next_fast_len(shorter, real=True) == shorter:
+            return shorter
+    return n_samples
+
+
+def usable_lines(spectra: Spectra, harmonics: Iterable[Mode]) -> NDArray[np.bool_]:
+    """Return which lines to use: neither 0 nor near Nyquist's frequency nor near a harmonic."""
+    frequency = spectra.frequency_hz
+    usable = (frequency > 0.0) & (frequency <= HIGHEST_SHARE * spectra.sample_rate_hz)
+    for line in harmonics:
+        usable &= np.abs(frequency - line.frequency_hz) > LINE_REACH * spectra.spacing_hz
+    return np.asarray(usable)
