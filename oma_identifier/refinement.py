@@ -270,11 +270,14 @@ def _completed(
             break
         mode, source = max(found, key=lambda pair: pair[0].rise)
         wider = _appended(now, mode)
-        good = [each for each in fits if each.misfit <= INCOMPLETE_MISFIT]
-        more = fitter.fit(wider, group_modes(wider), known=good, patience=IMPATIENT)
-        own = next(each for each in more if len(now.frequency_hz) in each.group)
-        if own.fit is None or not own.fit.converged or not own.misfit < source.misfit:
+        groups = group_modes(wider)
+        own = next(group for group in groups if len(now.frequency_hz) in group)
+        # The other bands matter only once the mode's own is mended.
+        (mended,) = fitter.fit(wider, [own], patience=IMPATIENT)
+        if mended.fit is None or not mended.fit.converged or not mended.misfit < source.misfit:
             break
+        good = [each for each in fits if each.misfit <= INCOMPLETE_MISFIT]
+        more = fitter.fit(wider, groups, known=[*good, mended], patience=IMPATIENT)
         now, fits = updated(wider, more), more
     if fits is not before[1]:
         now, fits = fitter.again(now, fits)
