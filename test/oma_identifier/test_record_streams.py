@@ -125,9 +125,12 @@ def test_blocks_of_the_window_serve_the_whole_record(record, starts_s, n_gaps):
         if ours is None:
             continue
         assert ours.covariance.n_samples == plain.covariance.n_samples
-        # Only in the block that begins at a gap are products weighted in another length.
-        difference = np.abs(ours.covariance.blocks - plain.covariance.blocks).max(axis=(1, 2, 3))
-        assert np.count_nonzero(difference > 1e-6) <= n_gaps, difference
+        # Only in the block that begins at a gap are products weighted in another length; elsewhere
+        # sums in single precision differ by a few roundings, as the processor orders them.
+        blocks = plain.covariance.blocks
+        rounding = np.finfo(np.float32).eps * np.abs(blocks).max()
+        difference = np.abs(ours.covariance.blocks - blocks).max(axis=(1, 2, 3))
+        assert np.count_nonzero(difference > 8.0 * rounding) <= n_gaps, difference / rounding
         np.testing.assert_allclose(ours.scale, plain.scale, rtol=1e-6)
 
 
