@@ -17,6 +17,7 @@ import numpy as np
 
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from oma_identifier.foregoing import Foregoing, RefinedMode
 from oma_identifier.refinement import Outcome, refine
 
 LARGEST_MISFIT = 1.05
@@ -82,10 +83,13 @@ class Adoption:
     Where the model does not describe the spectrum in one window it hardly does in the next, and
     finding that out costs as much as a refinement.  Each time it does not, the modes there are
     left as they are for twice as many windows, up to ``LONGEST_REST``.
+
+    Where it does, the refined modes of one window are where the next begins.
     """
 
     def __init__(self) -> None:
         self._rests: list[_Rest] = []
+        self._foregoing: Foregoing | None = None
 
     def __call__(self, samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopted:
         """Return the modes of a window, see :func:`adopt_refined`."""
@@ -96,12 +100,21 @@ class Adoption:
         if len(resting) == len(modes):
             return Adopted(modes, tuple(range(len(modes))))
         try:
-            refinement = refine(samples, modes, harmonics, HOPELESS_MISFIT, resting)
+            refinement = refine(
+                samples, modes, harmonics, HOPELESS_MISFIT, resting, self._foregoing
+            )
         except np.linalg.LinAlgError:
             return Adopted(modes, tuple(range(len(modes))))
-        adopted = list[tuple[Mode, int]]()
-        for index, (plain, refined, outcome, misfit) in enumerate(
-            zip(modes, refinement.modes, refinement.outcomes, refinement.misfit, strict=True)
+        adopted, good = list[tuple[Mode, int]](), list[RefinedMode]()
+        for index, (plain, refined, outcome, misfit, fit) in enumerate(
+            zip(
+                modes,
+                refinement.modes,
+                refinement.outcomes,
+                refinement.misfit,
+                refinement.refined,
+                strict=True,
+            )
         ):
             if outcome is Outcome.SUPERFLUOUS:
                 continue
@@ -111,6 +124,7 @@ class Adoption:
                 or (outcome is Outcome.REFINED and _agree(plain, refined, beside))
             )
             adopted.append((_merged(plain, refined) if fits else plain, index))
+            good += [fit] if fits and fit is not None else []
             if outcome is not Outcome.NOT_TRIED:
                 self._note(plain, known[index], described=misfit <= HOPELESS_MISFIT)
         adopted += [
@@ -118,6 +132,7 @@ class Adoption:
             for mode, misfit in zip(refinement.added, refinement.added_misfit, strict=True)
             if misfit <= LARGEST_MISFIT
         ]
+        self._foregoing = Foregoing(refinement.channels, tuple(good), refinement.slopes)
         adopted.sort(key=lambda each: each[0].frequency_hz)
         return Adopted(
             replace(modes, modes=tuple(mode for mode, _ in adopted)),

@@ -19,7 +19,9 @@ from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.band_data import group_modes, StartModes
-from oma_identifier.group_fits import fit_group, GroupFit, pooled_slopes, unit, updated
+from oma_identifier.force_slopes import ForceSlope, pooled_slopes
+from oma_identifier.foregoing import Foregoing, RefinedMode
+from oma_identifier.group_fits import fit_group, GroupFit, unit, updated
 from oma_identifier.line_spectra import Spectra, spectra_of, usable_lines
 from oma_identifier.mode_evidence import is_demanded, missing_mode, MissingMode, superfluous
 from oma_identifier.one_thread import one_thread
@@ -71,6 +73,12 @@ class Refinement:
         Modes that were not given and that the data demand.
     added_misfit : (n_added,) array
         As ``misfit``.
+    channels : (n_alive,) int array
+        That are not dead.
+    refined : tuple of RefinedMode or None
+        One per mode given, None where it was not refined.
+    slopes : tuple of ForceSlope
+        Of the bands that were fitted.
     """
 
     modes: ModeSet
@@ -78,6 +86,9 @@ class Refinement:
     misfit: NDArray[np.float64]
     added: tuple[Mode, ...] = ()
     added_misfit: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    channels: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    refined: tuple[RefinedMode | None, ...] = ()
+    slopes: tuple[ForceSlope, ...] = ()
 
     @property
     def n_refined(self) -> int:
@@ -91,6 +102,7 @@ def refine(
     harmonics: ModeSet | None = None,
     largest_misfit: float = LARGEST_MISFIT,
     resting: Collection[int] = (),
+    foregoing: Foregoing | None = None,
 ) -> Refinement:
     """Refine modes by maximising the Whittle likelihood of the samples.
 
@@ -106,6 +118,9 @@ def refine(
         Bands that the first pass describes worse get no second one.
     resting : collection of int
         Modes, by position, that shall not be refined; a band with one of them is not fitted.
+    foregoing : Foregoing or None
+        What another stretch of the same structure told: where all modes agree with it the fits
+        start there, and one pass is enough.
 
     Returns
     -------
@@ -134,9 +149,13 @@ def refine(
     )
     if not order:
         outcomes = (Outcome.OUT_OF_BAND,) * len(modes)
-        return Refinement(modes, outcomes, np.full(len(modes), np.nan))
+        return Refinement(
+            modes, outcomes, np.full(len(modes), np.nan), refined=(None,) * len(modes)
+        )
     with one_thread():
-        return _refine_ordered(samples, modes, order, harmonics, largest_misfit, resting)
+        return _refine_ordered(
+            samples, modes, order, harmonics, largest_misfit, resting, foregoing
+        )
 
 
 def _refinable(mode: Mode) -> bool:
@@ -150,6 +169,7 @@ def _refine_ordered(
     harmonics: ModeSet | None,
     largest_misfit: float,
     resting: Collection[int],
+    foregoing: Foregoing | None,
 ) -> Refinement:
     """Fit the groups of modes, twice, and judge each mode."""
     alive = np.flatnonzero(samples.acceleration.std(axis=0) > 0.0)
@@ -163,17 +183,24 @@ def _refine_ordered(
     )
     idle = {mode for mode, index in enumerate(order) if index in resting}
     fitter = _Fitter(spectra, usable, idle)
-    now = with_unlisted(spectra, start, usable)
-    fits = fitter.fit(now, group_modes(now))
+    known = None if foregoing is None else foregoing.start(given, start, alive, idle)
+    now = with_unlisted(spectra, start if known is None else known, usable)
+    groups = group_modes(now)
+    slopes = None
+    if known is not None and foregoing is not None:
+        slopes = pooled_slopes(foregoing.slopes, [_middle(now, group) for group in groups])
+    fits = fitter.fit(now, groups, slopes)
     twice = [each.group[at] for each in fits if (at := superfluous(each)) is not None]
     if twice and twice[0] < len(given):
         rest = [index for mode, index in enumerate(order) if mode != twice[0]]
-        found = _refine_ordered(samples, modes, rest, harmonics, largest_misfit, resting)
+        found = _refine_ordered(
+            samples, modes, rest, harmonics, largest_misfit, resting, foregoing
+        )
         outcomes = list(found.outcomes)
         outcomes[order[twice[0]]] = Outcome.SUPERFLUOUS
         return replace(found, outcomes=tuple(outcomes))
     now = updated(now, fits)
-    n_passes = PASSES + (len(now.frequency_hz) > len(given))
+    n_passes = PASSES - (known is not None) + (len(now.frequency_hz) > len(given))
     for number in range(1, n_passes):
         last = number == n_passes - 1
         bad = [each for each in fits if last and each.misfit > largest_misfit]
@@ -181,6 +208,7 @@ def _refine_ordered(
     now, fits, demanded = _completed(fitter, now, fits, len(given))
     result, outcomes = list(modes.modes), [Outcome.OUT_OF_BAND] * len(modes)
     misfit = np.full(len(modes), np.nan)
+    refined: list[RefinedMode | None] = [None] * len(modes)
     added, added_misfit = list[Mode](), list[float]()
     for each in fits:
         for position, mode in enumerate(each.group):
@@ -199,6 +227,7 @@ def _refine_ordered(
             misfit[index] = each.misfit
             if outcomes[index] in (Outcome.REFINED, Outcome.SPLIT):
                 result[index] = _refined(given[mode], each, position, now.shapes[:, mode], alive)
+                refined[index] = RefinedMode(result[index], each, position)
     blank = Mode(math.nan, math.nan, np.zeros(samples.acceleration.shape[1], dtype=complex))
     for mode, each in demanded.items():
         position = each.group.index(mode)
@@ -210,6 +239,9 @@ def _refine_ordered(
         misfit,
         tuple(added),
         np.array(added_misfit),
+        alive,
+        tuple(refined),
+        tuple(_slopes(fits)),
     )
 
 
@@ -241,7 +273,8 @@ class _Fitter:
     ) -> tuple[StartModes, list[GroupFit]]:
         """Fit the same groups once more, with what the others say about slopes."""
         groups = [each.group for each in fits]
-        fits = self.fit(now, groups, pooled_slopes(fits), known, IMPATIENT)
+        places = [math.nan if each.fit is None else _middle(now, each.group) for each in fits]
+        fits = self.fit(now, groups, pooled_slopes(_slopes(fits), places), known, IMPATIENT)
         return updated(now, fits), fits
 
     def _one(
@@ -250,6 +283,15 @@ class _Fitter:
         if any(mode in self.idle for mode in group):
             return GroupFit(group)
         return fit_group(self.spectra, now, group, self.usable, slope, patience)
+
+
+def _slopes(fits: Sequence[GroupFit]) -> list[ForceSlope]:
+    return [ForceSlope.of(each.fit) for each in fits if each.fit and each.fit.converged]
+
+
+def _middle(now: StartModes, group: list[int]) -> float:
+    """Return ln f in the middle of a group."""
+    return float(np.mean(np.log(now.frequency_hz[group])))
 
 
 def _completed(

@@ -1,0 +1,117 @@
+"""What a window tells about the next one: where its refinement may start."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.indicators import mac
+from modal_core.mode import Mode
+from oma_identifier.band_data import StartModes
+from oma_identifier.force_slopes import ForceSlope
+from oma_identifier.group_fits import GroupFit, whole_shape
+
+FARTHEST = 4.0
+"""Standard deviations of what was found now."""
+LEAST_MAC = 0.9
+
+
+@dataclass(frozen=True, slots=True)
+class RefinedMode:
+    """A mode that was refined, and the fit that did it.
+
+    Parameters
+    ----------
+    mode : Mode
+        As it was adopted.
+    fit : GroupFit
+        Of its band.
+    position : int
+        Of the mode in the fit.
+    """
+
+    mode: Mode
+    fit: GroupFit
+    position: int
+
+    def shape_with(self, plain: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return the shape, what was not refined of it taken from a new estimate.
+
+        Were it kept instead, it would be that of the first window for ever.
+        """
+        if self.fit.fit is None or self.fit.band is None:
+            return plain
+        return whole_shape(self.fit.band, self.fit.fit.model.shapes[:, self.position], plain)
+
+
+@dataclass(frozen=True, slots=True)
+class Foregoing:
+    """What the refinement of one stretch leaves for the next.
+
+    Parameters
+    ----------
+    channels : (n_alive,) int array
+        That were not dead.
+    modes : tuple of RefinedMode
+        Those adopted.
+    slopes : tuple of ForceSlope
+        Of the force density.
+    """
+
+    channels: NDArray[np.intp]
+    modes: tuple[RefinedMode, ...]
+    slopes: tuple[ForceSlope, ...]
+
+    def start(
+        self,
+        given: Sequence[Mode],
+        start: StartModes,
+        alive: NDArray[np.intp],
+        idle: Collection[int],
+    ) -> StartModes | None:
+        """Return the modes to start from; None where the structure may have changed.
+
+        Parameters
+        ----------
+        given : sequence of Mode
+            As identified now.
+        start : StartModes
+            The same.
+        alive : (n_alive,) int array
+            Channels of ``start``.
+        idle : collection of int
+            Modes that will not be refined and stay as given.
+        """
+        if not np.array_equal(alive, self.channels):
+            return None
+        frequency, damping = start.frequency_hz.copy(), start.damping_ratio.copy()
+        shapes = start.shapes.copy()
+        for index, mode in enumerate(given):
+            if index in idle:
+                continue
+            like = min(self.modes, key=lambda known: abs(_apart(mode, known.mode)), default=None)
+            if like is None or not _agrees(mode, like.mode):
+                return None
+            frequency[index] = like.mode.frequency_hz
+            damping[index] = like.mode.damping_ratio
+            shapes[:, index] = like.shape_with(start.shapes[:, index])
+        return StartModes(frequency, damping, shapes)
+
+
+def _apart(mode: Mode, other: Mode) -> float:
+    return mode.frequency_hz - other.frequency_hz
+
+
+def _agrees(mode: Mode, other: Mode) -> bool:
+    """Tell whether a mode is where another was; False for a deviation of NaN."""
+    if len(mode.shape) != len(other.shape):
+        return False
+    f_spread = math.hypot(mode.frequency_std_hz, other.frequency_std_hz)
+    d_spread = math.hypot(mode.damping_ratio_std, other.damping_ratio_std)
+    return (
+        abs(_apart(mode, other)) <= FARTHEST * f_spread
+        and abs(mode.damping_ratio - other.damping_ratio) <= FARTHEST * d_spread
+        and bool(mac(mode.shape, other.shape)[0, 0] > LEAST_MAC)
+    )
