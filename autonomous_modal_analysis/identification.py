@@ -67,7 +67,7 @@ def identify_recording(
         It cannot be identified with these settings at all.
     """
     asked, settings = settings, below_edge(settings, recorded_edge_hz(recording))
-    pipeline = IdentificationPipeline(settings, layout, robot=robot)
+    pipeline = IdentificationPipeline(settings, layout, robot=robot, only_whole=True)
     windows: list[IdentifiedWindow] = []
     rates_hz: list[float] = []
 

@@ -54,6 +54,7 @@ from oma_identifier.sensor_lag import in_step, Lag
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectrum import (
     empty_spectrum,
+    REFRESHED,
     singular_value_spectrum,
     SingularValueSpectrum,
     SlidingSpectrum,
@@ -76,6 +77,9 @@ class IdentificationPipeline:
     robot : RobotMotion or None
         Model that predicts rigid motion and lines of the drives from joint states; None: slow
         motion is filtered, and large motion recognised by its size.
+    only_whole : bool
+        The spectra of single windows are not looked at: where windows overlap, only as many are
+        made as that of the whole record needs.
     """
 
     def __init__(
@@ -84,6 +88,8 @@ class IdentificationPipeline:
         layout: SensorLayout | None = None,
         tracker: ModeTracker | None = None,
         robot: RobotMotion | None = None,
+        *,
+        only_whole: bool = False,
     ) -> None:
         self.settings = settings or IdentificationSettings()
         self.tracker = tracker or ModeTracker()
@@ -95,7 +101,8 @@ class IdentificationPipeline:
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
         self._adopt = Adoption()
-        self._spectra = SlidingSpectrum(self.settings.max_frequency_hz)
+        refreshed = 1.0 if only_whole else REFRESHED
+        self._spectra = SlidingSpectrum(self.settings.max_frequency_hz, refreshed)
         method = self.settings.method
         self._kept = None if method == 'ssi_cov' else KeptRecord(method)
 

@@ -88,25 +88,29 @@ class SlidingSpectrum:
     ----------
     max_frequency_hz : float [Hz] or None
         As for :func:`singular_value_spectrum`.
+    refreshed : float
+        Share of a window that is new when its spectrum is made again; 1: every sample once.
     """
 
-    def __init__(self, max_frequency_hz: float | None = None) -> None:
+    def __init__(
+        self, max_frequency_hz: float | None = None, refreshed: float = REFRESHED
+    ) -> None:
         self._max_frequency_hz = max_frequency_hz
+        self._refreshed = refreshed
         self._of: Samples | None = None
         self._last = empty_spectrum()
 
     def of(self, samples: Samples) -> SingularValueSpectrum:
-        """Return the spectrum of a window, at most an eighth of a window old."""
+        """Return the spectrum of a window, or of one before it that is nearly the same."""
         if self._of is None or not self._nearly(self._of, samples):
             self._last = singular_value_spectrum(samples, self._max_frequency_hz)
             self._of = replace(samples, acceleration=samples.acceleration[:0].copy())
         return self._last
 
-    @staticmethod
-    def _nearly(first: Samples, second: Samples) -> bool:
+    def _nearly(self, first: Samples, second: Samples) -> bool:
         same = first.channels == second.channels and first.sample_rate_hz == second.sample_rate_hz
         passed_s = (second.start_ns - first.start_ns) / NANOSECONDS_PER_SECOND
-        return same and 0.0 < passed_s < REFRESHED * second.duration_s
+        return same and 0.0 < passed_s < self._refreshed * second.duration_s
 
 
 def empty_spectrum() -> SingularValueSpectrum:

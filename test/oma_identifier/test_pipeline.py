@@ -8,9 +8,11 @@ import pytest
 from modal_core.errors import IdentificationError
 from modal_core.measurements import SampleBlock
 from modal_core.quality import DataQuality
+from oma_identifier import spectrum
 from oma_identifier.identify import NO_MODE
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
+from oma_identifier.spectrum import singular_value_spectrum
 
 RATE_HZ = 64.0
 TRUTH = (4.0, 9.0, 9.4, 21.0)
@@ -63,6 +65,32 @@ def test_windows_carry_the_same_ids_and_the_whole_record_has_them_too(record):
     assert 'channels_changed' not in whole.quality.flags
     assert whole.start_ns == results[0].start_ns
     assert whole.end_ns == results[-1].end_ns
+
+
+def test_the_spectrum_of_the_whole_needs_no_more_than_every_sample_once(record, monkeypatch):
+    settings = IdentificationSettings(window_s=60.0, hop_s=30.0, refine=False)
+    made = []
+
+    def counted(samples, *arguments):
+        made.append((samples.start_ns, singular_value_spectrum(samples, *arguments)))
+        return made[-1][1]
+
+    monkeypatch.setattr(spectrum, 'singular_value_spectrum', counted)
+    every = IdentificationPipeline(settings)
+    results = run(every, record)
+    assert len(made) == len(results) == 7
+    starts = [start_ns for start_ns, _ in made]
+    made.clear()
+    some = IdentificationPipeline(settings, only_whole=True)
+    run(some, record)
+    # Windows 0, 2, 4 and 6 hold all samples.
+    assert [start_ns for start_ns, _ in made] == starts[::2]
+    one, other = every.whole().spectrum, some.whole().spectrum
+    np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
+    # Means over 240 s, of 7 windows and of 4: a line of either scatters by more.
+    apart = np.log(other.singular_value[:, 0] / one.singular_value[:, 0])
+    assert np.abs(np.mean(apart)) < 0.03
+    assert np.std(apart) < 0.2
 
 
 def test_noise_gives_no_mode_and_a_reason(record):
