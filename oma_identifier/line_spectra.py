@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ HIGHEST_SHARE = 0.435
 LINE_REACH = 4
 """Frequencies left out on both sides of a harmonic."""
 CHANNELS_AT_ONCE = 8
+FEW_ROWS = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,16 @@ class Spectra:
         return slice(max(1, int(first)), max(2, int(last)))
 
 
+def moving_channels(samples: Samples) -> NDArray[np.intp]:
+    """Return the channels whose samples are not all equal."""
+    data = samples.acceleration
+    moves = (data[:FEW_ROWS] != data[:1]).any(axis=0)
+    # Nearly always that settles it; only the others need all their samples.
+    still = np.flatnonzero(~moves)
+    moves[still] = (data[:, still] != data[:1, still]).any(axis=0)
+    return np.flatnonzero(moves)
+
+
 def spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
     """Return the spectra of some channels, freed of offset and trend.
 
@@ -73,11 +83,13 @@ def spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
     values = np.empty((len(channels), length // 2 + 1), dtype=complex)
     for first in range(0, len(channels), CHANNELS_AT_ONCE):
         chosen = channels[first : first + CHANNELS_AT_ONCE]
-        rows = np.ascontiguousarray(data[:, chosen].T)
+        if chosen[-1] - chosen[0] == len(chosen) - 1:
+            rows = data[:, chosen[0] : chosen[-1] + 1].T.copy()
+        else:
+            rows = np.ascontiguousarray(data[:, chosen].T)
         for row in rows:
             row -= row.mean() + (row @ time) * time
-        values[first : first + len(chosen)] = rfft(rows[:, :length], axis=1)
-    values *= 1.0 / math.sqrt(length)
+        values[first : first + len(chosen)] = rfft(rows[:, :length], axis=1, norm='ortho')
     frequency = np.arange(values.shape[1]) * samples.sample_rate_hz / length
     return Spectra(samples.sample_rate_hz, frequency, values)
 

@@ -22,7 +22,7 @@ from oma_identifier.band_data import group_modes, StartModes
 from oma_identifier.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.foregoing import Foregoing, RefinedMode
 from oma_identifier.group_fits import fit_group, GroupFit, unit, updated
-from oma_identifier.line_spectra import Spectra, spectra_of, usable_lines
+from oma_identifier.line_spectra import moving_channels, Spectra, spectra_of, usable_lines
 from oma_identifier.mode_evidence import is_demanded, missing_mode, MissingMode, superfluous
 from oma_identifier.one_thread import one_thread
 from oma_identifier.shape_scatter import normalised_std
@@ -172,7 +172,7 @@ def _refine_ordered(
     foregoing: Foregoing | None,
 ) -> Refinement:
     """Fit the groups of modes, twice, and judge each mode."""
-    alive = np.flatnonzero(samples.acceleration.std(axis=0) > 0.0)
+    alive = moving_channels(samples)
     spectra = spectra_of(samples, alive)
     usable = usable_lines(spectra, harmonics or ())
     given = [modes.modes[index] for index in order]
