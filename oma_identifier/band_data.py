@@ -67,6 +67,8 @@ class ReducedBand:
         A shape in channels = back · reduced shape, but for what was projected out.
     projected_out : (n_channels, n_channels) array
         Part of a shape in channels along the shapes of the other modes.
+    included : tuple of int
+        Modes of the model, by position in the modes it starts from.
     """
 
     data: BandData
@@ -74,6 +76,7 @@ class ReducedBand:
     project: Real
     back: Real
     projected_out: Real
+    included: tuple[int, ...]
 
     @property
     def is_whole(self) -> bool:
@@ -172,7 +175,8 @@ def reduce_band(
         slope_prior=slope,
     )
     along = (np.eye(len(scale)) - free @ free.T) * scale / scale[:, None]
-    return ReducedBand(data, model, scale[:, None] * basis, basis / scale[:, None], along)
+    project, back = scale[:, None] * basis, basis / scale[:, None]
+    return ReducedBand(data, model, project, back, along, tuple(included))
 
 
 def _noise_scale(covariance: Real) -> Real:

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from modal_core.indicators import mac
 from modal_core.mode import Mode
-from oma_identifier.band_data import StartModes
+from oma_identifier.band_data import ReducedBand, StartModes
+from oma_identifier.continued import continued
 from oma_identifier.force_slopes import ForceSlope
 from oma_identifier.group_fits import GroupFit, whole_shape
+from oma_identifier.whittle import BandModel
 
 FARTHEST = 4.0
 """Standard deviations of what was found now."""
@@ -70,8 +72,8 @@ class Foregoing:
         start: StartModes,
         alive: NDArray[np.intp],
         idle: Collection[int],
-    ) -> StartModes | None:
-        """Return the modes to start from; None where the structure may have changed.
+    ) -> 'Footing | None':
+        """Return where to start; None where the structure may have changed.
 
         Parameters
         ----------
@@ -87,7 +89,7 @@ class Foregoing:
         if not np.array_equal(alive, self.channels):
             return None
         frequency, damping = start.frequency_hz.copy(), start.damping_ratio.copy()
-        shapes = start.shapes.copy()
+        shapes, known = start.shapes.copy(), dict[int, RefinedMode]()
         for index, mode in enumerate(given):
             if index in idle:
                 continue
@@ -97,7 +99,33 @@ class Foregoing:
             frequency[index] = like.mode.frequency_hz
             damping[index] = like.mode.damping_ratio
             shapes[:, index] = like.shape_with(start.shapes[:, index])
-        return StartModes(frequency, damping, shapes)
+            known[index] = like
+        return Footing(StartModes(frequency, damping, shapes), known)
+
+
+@dataclass(frozen=True, slots=True)
+class Footing:
+    """Where the refinement of a window starts.
+
+    Parameters
+    ----------
+    modes : StartModes
+        All modes.
+    known : dict of int to RefinedMode
+        Those refined before.
+    """
+
+    modes: StartModes
+    known: dict[int, RefinedMode]
+
+    def begin(self, band: ReducedBand) -> BandModel | None:
+        """Return where the fit of a band begins, if one fit before was of the same modes."""
+        free = band.included[: band.model.n_free]
+        fits = [self.known[mode].fit for mode in free if mode in self.known]
+        if len(fits) < len(free) or any(fit is not fits[0] for fit in fits):
+            return None
+        index = {mode: each.fit.group[each.position] for mode, each in self.known.items()}
+        return continued(band, fits[0], index)
 
 
 def _apart(mode: Mode, other: Mode) -> float:

@@ -1,6 +1,6 @@
 """Fits of all groups of modes that overlap, one band of the spectra each."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import math
 
@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 
 from oma_identifier.band_data import band_lines, reduce_band, ReducedBand, StartModes
 from oma_identifier.line_spectra import Spectra
-from oma_identifier.whittle import BandData, BandFit, fit_band, Patience, PATIENT, SlopePrior
+from oma_identifier.whittle import (
+    BandData,
+    BandFit,
+    BandModel,
+    fit_band,
+    Patience,
+    PATIENT,
+    SlopePrior,
+)
 
 LEAST_LINES_PER_MODE = 12
 CHANCE = 1.5
@@ -61,13 +69,19 @@ def fit_group(
     usable: NDArray[np.bool_],
     slope: SlopePrior,
     patience: Patience = PATIENT,
+    begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
 ) -> GroupFit:
-    """Fit one group of modes, the others staying where they are."""
+    """Fit one group of modes, the others staying where they are.
+
+    ``begin`` says where in a band to begin, if it knows.
+    """
     lines = band_lines(spectra, start, group, usable)
     if len(lines) < LEAST_LINES_PER_MODE * len(group):
         return GroupFit(group)
     band = reduce_band(spectra, start, group, lines, slope)
-    return GroupFit(group, band, fit_band(band.data, band.model, patience=patience))
+    return GroupFit(
+        group, band, fit_band(band.data, band.model, patience=patience, near=begin(band))
+    )
 
 
 def updated(start: StartModes, fits: Sequence[GroupFit]) -> StartModes:

@@ -6,7 +6,7 @@ of modes is maximised; the result scatters near the limit and its standard devia
 the Fisher information.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 import math
@@ -18,7 +18,8 @@ from modal_core.errors import LayoutError
 from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.band_data import group_modes, StartModes
+from oma_identifier.band_data import group_modes, ReducedBand, StartModes
+from oma_identifier.continued import continued
 from oma_identifier.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.foregoing import Foregoing, RefinedMode
 from oma_identifier.group_fits import fit_group, GroupFit, unit, updated
@@ -27,7 +28,7 @@ from oma_identifier.mode_evidence import is_demanded, missing_mode, MissingMode,
 from oma_identifier.one_thread import one_thread
 from oma_identifier.shape_scatter import normalised_std
 from oma_identifier.unlisted import with_unlisted
-from oma_identifier.whittle import IMPATIENT, Patience, PATIENT, SlopePrior
+from oma_identifier.whittle import BandModel, IMPATIENT, Patience, PATIENT, SlopePrior
 
 PASSES = 2
 """The second pass has refined tails and shapes to project out."""
@@ -184,12 +185,13 @@ def _refine_ordered(
     idle = {mode for mode, index in enumerate(order) if index in resting}
     fitter = _Fitter(spectra, usable, idle)
     known = None if foregoing is None else foregoing.start(given, start, alive, idle)
-    now = with_unlisted(spectra, start if known is None else known, usable)
+    now = with_unlisted(spectra, start if known is None else known.modes, usable)
     groups = group_modes(now)
-    slopes = None
     if known is not None and foregoing is not None:
         slopes = pooled_slopes(foregoing.slopes, [_middle(now, group) for group in groups])
-    fits = fitter.fit(now, groups, slopes)
+        fits = fitter.fit(now, groups, slopes, begin=known.begin)
+    else:
+        fits = fitter.fit(now, groups)
     twice = [each.group[at] for each in fits if (at := superfluous(each)) is not None]
     if twice and twice[0] < len(given):
         rest = [index for mode, index in enumerate(order) if mode != twice[0]]
@@ -260,11 +262,12 @@ class _Fitter:
         slopes: Sequence[SlopePrior] | None = None,
         known: Sequence[GroupFit] = (),
         patience: Patience = PATIENT,
+        begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
     ) -> list[GroupFit]:
         """Fit every group but those whose fit is known."""
         done = {tuple(each.group): each for each in known}
         return [
-            done.get(tuple(group)) or self._one(now, group, slope, patience)
+            done.get(tuple(group)) or self._one(now, group, slope, patience, begin)
             for group, slope in zip(groups, slopes or [SlopePrior()] * len(groups), strict=True)
         ]
 
@@ -274,15 +277,29 @@ class _Fitter:
         """Fit the same groups once more, with what the others say about slopes."""
         groups = [each.group for each in fits]
         places = [math.nan if each.fit is None else _middle(now, each.group) for each in fits]
-        fits = self.fit(now, groups, pooled_slopes(_slopes(fits), places), known, IMPATIENT)
+        before = {each.group[0]: each for each in fits}
+        same = {mode: mode for mode in range(len(now.frequency_hz))}
+        fits = self.fit(
+            now,
+            groups,
+            pooled_slopes(_slopes(fits), places),
+            known,
+            IMPATIENT,
+            lambda band: continued(band, before.get(band.included[0]), same),
+        )
         return updated(now, fits), fits
 
     def _one(
-        self, now: StartModes, group: list[int], slope: SlopePrior, patience: Patience
+        self,
+        now: StartModes,
+        group: list[int],
+        slope: SlopePrior,
+        patience: Patience,
+        begin: Callable[[ReducedBand], BandModel | None],
     ) -> GroupFit:
         if any(mode in self.idle for mode in group):
             return GroupFit(group)
-        return fit_group(self.spectra, now, group, self.usable, slope, patience)
+        return fit_group(self.spectra, now, group, self.usable, slope, patience, begin)
 
 
 def _slopes(fits: Sequence[GroupFit]) -> list[ForceSlope]:

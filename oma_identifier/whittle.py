@@ -236,7 +236,11 @@ def _log_frequency(data: BandData, model: BandModel) -> Real:
 
 
 def fit_band(
-    data: BandData, start: BandModel, max_steps: int = 30, patience: Patience = PATIENT
+    data: BandData,
+    start: BandModel,
+    max_steps: int = 30,
+    patience: Patience = PATIENT,
+    near: BandModel | None = None,
 ) -> BandFit:
     """Maximise the likelihood from a start near the maximum.
 
@@ -252,14 +256,18 @@ def fit_band(
         Scoring steps, those rejected included.
     patience : Patience
         When to give up.
+    near : BandModel or None
+        A better place to begin, on which the prior is not centred.
     """
     # Far from the maximum numbers may overflow; such a step is rejected, not reported.
     with np.errstate(over='ignore', invalid='ignore', divide='ignore'):
-        return _fit_band(data, start, max_steps, patience)
+        prior = _Prior.of(start)
+        return _fit_band(data, near or start, prior, max_steps, patience)
 
 
-def _fit_band(data: BandData, start: BandModel, max_steps: int, patience: Patience) -> BandFit:
-    prior = _Prior.of(start)
+def _fit_band(
+    data: BandData, start: BandModel, prior: _Prior, max_steps: int, patience: Patience
+) -> BandFit:
     model, damping, n_steps, converged = start, FIRST_DAMPING, 0, False
     current = _evaluate(data, start, prior)
     if current is None:

@@ -1,6 +1,7 @@
 """A refinement starts from the last window where the structure is the same, and only there."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,8 +11,13 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier import refinement
+from oma_identifier.band_data import group_modes, StartModes
+from oma_identifier.continued import continued
 from oma_identifier.foregoing import Foregoing
+from oma_identifier.group_fits import fit_group, unit, updated
+from oma_identifier.line_spectra import spectra_of, usable_lines
 from oma_identifier.refinement import Outcome, refine, Refinement
+from oma_identifier.whittle import SlopePrior
 
 RATE_HZ, WINDOW_S = 128.0, 60.0
 SEEDS = range(640, 646)
@@ -148,3 +154,51 @@ def test_what_a_fit_left_of_a_shape_is_never_handed_on():
     out = band.projected_out @ plain
     assert np.linalg.norm(out) > 0.01
     assert mac(band.projected_out @ shape, out)[0, 0] == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize('channels', [MANY, FEW])
+def test_a_fit_that_is_continued_arrives_where_it_would_have_arrived(channels):
+    n_steps = []
+    index = {mode: mode for mode in range(4)}
+    for seed in SEEDS:
+        first, second = windows(seed, channels)
+        alive = np.arange(len(channels))
+        chosen = given(first, seed)
+        start = StartModes(
+            chosen.frequency_hz,
+            chosen.damping_ratio,
+            np.column_stack([unit(mode.shape) for mode in chosen]),
+        )
+        spectra = [spectra_of(samples, alive) for samples in (first, second)]
+        usable = usable_lines(spectra[0], ())
+        for group in group_modes(start):
+            before = fit_group(spectra[0], start, group, usable, SlopePrior())
+            if not before.fit.converged:
+                continue
+            now = updated(start, [before])
+            begin = partial(continued, before=before, index=index)
+            for own in spectra:
+                alone = fit_group(own, now, group, usable, SlopePrior())
+                after = fit_group(own, now, group, usable, SlopePrior(), begin=begin)
+                if own is spectra[0]:
+                    n_steps.append([alone.fit.n_steps, after.fit.n_steps])
+                if not (alone.fit.converged and after.fit.converged):
+                    continue
+                # In a flat valley one of them may stop earlier; never the continued one.
+                rise = alone.fit.value - after.fit.value
+                assert rise > -0.05, (seed, group)
+                step = after.fit.model.frequency_hz / alone.fit.model.frequency_hz - 1.0
+                small = np.abs(step[: len(group)]) < 0.15 * alone.fit.frequency_std
+                assert np.all(small) or rise > 0.01, (seed, group)
+    total = np.sum(n_steps, axis=0)
+    assert total[1] < 0.85 * total[0], f'seeds {SEEDS}: {n_steps}'
+
+
+def test_a_fit_of_other_modes_is_not_continued():
+    first, _ = windows(640, FEW)
+    before = refine(first, given(first, 640)).refined[0]
+    band = before.fit.band
+    assert continued(band, before.fit, {mode: mode for mode in range(4)}) is not None
+    assert continued(band, before.fit, {mode: mode for mode in range(3)}) is None
+    assert continued(replace(band, included=band.included[:-1]), before.fit, {0: 0}) is None
+    assert continued(band, None, {}) is None
