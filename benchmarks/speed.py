@@ -181,8 +181,8 @@ def _damping_line(name: str, ours: list[Cost], peer: list[Cost], how: str) -> Li
     met = own[0] <= DAMPING_REACH
     return Line(
         f'{name} damping error, mean of the modes found; peer with {how}',
-        f'{own[0]:.0%}, {own[1]:.0f} of 12 found',
-        f'{other[0]:.0%}, {other[1]:.0f} of 12 found',
+        f'{own[0]:.0%}, {own[1]:.3g} of 12 found',
+        f'{other[0]:.0%}, {other[1]:.3g} of 12 found',
         reach=f'≤ {DAMPING_REACH:.0%}',
         met=met,
     )
