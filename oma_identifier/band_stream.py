@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.bands import Band
-from oma_identifier.condition import BandConditioner
+from oma_identifier.condition import BandConditioner, Decimation
 from oma_identifier.output_covariance import CovarianceAccumulator, OutputCovariance, WhenFull
 from oma_identifier.references import choose_references
 from oma_identifier.settings import IdentificationSettings
@@ -94,12 +94,12 @@ class BandStream:
         self._turn = turn
         self._follows = False
 
-    def add(self, rows: NDArray[np.float64]) -> None:
-        """Add the next samples at the full rate, (n_samples, n_channels)."""
+    def add(self, rows: Decimation) -> None:
+        """Add the samples that were taken last."""
         if self._follows:
             self.interrupt()
             self._follows = False
-        conditioned = self._conditioner(rows)
+        conditioned = self._conditioner.of(rows)
         if len(conditioned) == 0:
             return
         if self._accumulator is None:
@@ -125,6 +125,11 @@ class BandStream:
         self._accumulator.take(blocks)
         self._follows = True
         return True
+
+    def refilter(self) -> None:
+        """Forget the filters' state where samples are added, not the blocks of another stream."""
+        if not self._follows:
+            self.interrupt()
 
     def interrupt(self) -> None:
         """Keep the covariances, forget the filters' state: samples are missing."""

@@ -114,6 +114,43 @@ class HighPass:
         return np.asarray(filtered)
 
 
+class Decimation:
+    """One stream of samples at all the rates that its bands ask for, each stage made once."""
+
+    def __init__(self) -> None:
+        self._stages: dict[tuple[int, ...], tuple[Decimator, int]] = {}
+        self._made: dict[tuple[int, ...], NDArray[np.float64]] = {}
+        self._number = 0
+        self.n_rows = 0
+
+    def take(self, rows: NDArray[np.float64], ahead: 'Decimation | None' = None) -> None:
+        """Take the next rows, (n_samples, n_channels).
+
+        Parameters
+        ----------
+        ahead : Decimation or None
+            That took the same rows, this time and every time before: what it made is not made
+            again.
+        """
+        self._number += 1
+        self.n_rows = len(rows)
+        self._made = {**(ahead._made if ahead is not None else {}), (): rows}
+
+    def __call__(self, factors: tuple[int, ...]) -> NDArray[np.float64]:
+        """Return the rows taken last, decimated by all factors in turn."""
+        if factors not in self._made:
+            stage, last = self._stages.get(factors, (None, 0))
+            if stage is None or last != self._number - 1:
+                stage = Decimator(factors[-1])  # rows are missing: what it knows is too old
+            self._stages[factors] = stage, self._number
+            self._made[factors] = stage(self(factors[:-1]))
+        return self._made[factors]
+
+    def drop(self) -> None:
+        """Forget the rows at the full rate, which keep the window alive they were cut from."""
+        self._made.pop((), None)
+
+
 class BandConditioner:
     """The filters of one band in a row.
 
@@ -124,11 +161,17 @@ class BandConditioner:
     """
 
     def __init__(self, band: Band) -> None:
-        self._decimators = [Decimator(factor) for factor in band.factors]
+        self._factors = band.factors
+        self._decimation = Decimation()
         self._high_pass = HighPass(band.high_pass_hz, band.sample_rate_hz)
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Condition the next rows, (n_samples, n_channels) to (n_decimated, n_channels)."""
-        for decimator in self._decimators:
-            rows = decimator(rows)
-        return self._high_pass(rows)
+        self._decimation.take(rows)
+        conditioned = self.of(self._decimation)
+        self._decimation.drop()
+        return conditioned
+
+    def of(self, decimation: Decimation) -> NDArray[np.float64]:
+        """Condition the rows that a decimation shared with other bands took last."""
+        return self._high_pass(decimation(self._factors))

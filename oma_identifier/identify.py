@@ -16,6 +16,7 @@ from modal_core.samples import Samples
 from oma_identifier.adopt import adopt_refined, Adopted
 from oma_identifier.band_stream import BandCovariance, BandStream
 from oma_identifier.bands import Band, plan_bands
+from oma_identifier.condition import Decimation
 from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
 from oma_identifier.line_removal import without_lines
 from oma_identifier.new_modes import NewModeTest, without_doubtful
@@ -114,19 +115,21 @@ def _sources(
     progress: Callable[[float], None] | None = None,
 ) -> list[BandCovariance | None]:
     bands = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)
+    rows = Decimation()
+    rows.take(samples.acceleration)
     sources = []
     for done, band in enumerate(bands):
-        sources.append(_source(band, samples, settings))
+        sources.append(_source(band, samples, rows, settings))
         if progress is not None:
             progress((done + 1) / len(bands))
     return sources
 
 
 def _source(
-    band: Band, samples: Samples, settings: IdentificationSettings
+    band: Band, samples: Samples, rows: Decimation, settings: IdentificationSettings
 ) -> BandCovariance | None:
     stream = BandStream(band, settings, samples.duration_s, WhenFull.JOIN)
-    stream.add(samples.acceleration)
+    stream.add(rows)
     return stream.result()
 
 
@@ -176,8 +179,10 @@ def refine_found(
     if len(found.harmonics):
         lines_hz = found.harmonics.frequency_hz
         samples = without_lines(samples, tuple(lines_hz))
+        rows = Decimation()
+        rows.take(samples.acceleration)
         freed = [
-            _source(source.band, samples, settings)
+            _source(source.band, samples, rows, settings)
             if source is not None and source.band.sees(lines_hz).any()
             else source
             for source in sources

@@ -4,6 +4,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
 from oma_identifier.band_stream import BandCovariance, BandStream
 from oma_identifier.bands import Band, plan_bands
+from oma_identifier.condition import Decimation
 from oma_identifier.output_covariance import WhenFull
 from oma_identifier.settings import IdentificationSettings
 
@@ -27,6 +28,8 @@ class RecordStreams:
         self._began_ns = 0
         self._ahead: list[BandStream] = []
         self._leads: dict[Band, BandStream] = {}
+        self._decimation = Decimation()
+        self._shares: bool | None = None
 
     def add(self, samples: Samples, ahead: 'RecordStreams | None' = None) -> None:
         """Add what is new in a window.
@@ -47,21 +50,41 @@ class RecordStreams:
             passed_ns = self._last.end_ns - samples.start_ns
             first = round(passed_ns * samples.sample_rate_hz / NANOSECONDS_PER_SECOND)
         elif self._goes_on(samples):
-            for stream in self._streams:
-                stream.interrupt()
+            self._interrupt()
         else:
             self._start(samples)
         leads = self._in_step(ahead, samples, first)
+        rows = samples.acceleration[first:]
+        shared = self._shared(ahead, leads, len(rows))
+        self._decimation.take(rows, shared)
         for stream in self._streams:
             lead = leads.get(stream.band)
             if lead is None or not stream.follow(lead):
-                stream.add(samples.acceleration[first:])
+                stream.add(self._decimation)
+        self._decimation.drop()
         self._last = Samples(
             samples.acceleration[:0].copy(),
             samples.sample_rate_hz,
             samples.channels,
             samples.end_ns,
         )
+
+    def _interrupt(self) -> None:
+        self._decimation, self._shares = Decimation(), None
+        for stream in self._streams:
+            stream.interrupt()
+
+    def _shared(
+        self, ahead: 'RecordStreams | None', leads: dict[Band, BandStream], n_rows: int
+    ) -> Decimation | None:
+        """Return what others made of the same rows, as long as they have done so every time."""
+        same = ahead is not None and bool(leads) and ahead._decimation.n_rows == n_rows
+        if self._shares and not same:
+            self._decimation = Decimation()
+            for stream in self._streams:
+                stream.refilter()
+        self._shares = same and self._shares is not False
+        return ahead._decimation if ahead is not None and self._shares else None
 
     def _in_step(
         self, ahead: 'RecordStreams | None', samples: Samples, first: int
@@ -102,6 +125,7 @@ class RecordStreams:
 
     def _start(self, samples: Samples) -> None:
         self._began_ns = samples.start_ns
+        self._decimation, self._shares = Decimation(), None
         window_s = self._settings.window_s
         # The length of the whole record is not known yet: plan for an endless one.
         duration_s = min(window_s, samples.duration_s)

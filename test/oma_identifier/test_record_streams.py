@@ -7,6 +7,8 @@ import pytest
 
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
+from oma_identifier.bands import plan_bands
+from oma_identifier.condition import Decimation
 from oma_identifier.harmonics import line_at
 from oma_identifier.identify import identify_bands, identify_samples
 from oma_identifier.output_covariance import (
@@ -143,6 +145,53 @@ def test_windows_that_are_out_of_step_are_summed_for_themselves(record):
         alone.add(window(record, start_s))
         late.add(window(record, start_s), newest)
     np.testing.assert_array_equal(_in_channels(late), _in_channels(alone))
+
+
+def test_a_window_that_only_the_newest_streams_saw_costs_the_whole_record_little(record):
+    settings = replace(SETTINGS, window_s=80.0)
+    newest = RecordStreams(settings, WhenFull.RETIRE)
+    alone, sharing = (RecordStreams(settings, WhenFull.JOIN) for _ in range(2))
+    for start_s in (0.0, 20.0, 40.0, 60.0, 80.0, 100.0):
+        part = window(record, start_s, 80.0)
+        newest.add(part)
+        alone.add(part)
+        if start_s != 40.0:
+            sharing.add(part, newest)
+    follows = [stream._follows for stream in sharing._streams]
+    assert follows[0] and not follows[-1]
+    for ours, plain in zip(sharing.results(), alone.results(), strict=True):
+        if ours is None or plain is None:  # the lowest band has a dozen samples
+            continue
+        # The memory of filters of 87 taps, each at four times the rate of the next, and a block.
+        lost = plain.covariance.n_samples - ours.covariance.n_samples
+        assert lost <= 87 / 4 * 4 / 3 + plain.covariance.n_samples / 30
+        if ours.band.high_hz > 3.0:  # below, nothing resonates
+            np.testing.assert_allclose(ours.scale, plain.scale, rtol=0.05)
+
+
+def test_a_shared_decimation_makes_what_each_band_would_make():
+    rows = np.random.default_rng(14).standard_normal((6000, 3))
+    chunks = np.split(rows, [1500, 1501, 4000])
+    bands = plan_bands(64.0, 1e9, IdentificationSettings())
+    assert [len(band.factors) for band in bands] == [0, 1, 2, 3, 4]
+    shared, led, alone = (Decimation() for _ in range(3))
+    for chunk in chunks:
+        shared.take(chunk)
+        alone.take(chunk)
+        for band in bands[:3]:
+            shared(band.factors)
+        led.take(chunk, shared)
+        for band in bands:
+            np.testing.assert_array_equal(led(band.factors), alone(band.factors))
+    assert set(led._stages) == {band.factors for band in bands[3:]}
+    # Rows that a stage did not see make it start anew.
+    alone.take(chunks[0])
+    alone((4,))
+    alone.take(chunks[1])
+    alone.take(chunks[2])
+    fresh = Decimation()
+    fresh.take(chunks[2])
+    np.testing.assert_array_equal(alone((4,)), fresh((4,)))
 
 
 def test_whole_record_goes_on_after_a_gap(record):
