@@ -18,7 +18,8 @@ import numpy as np
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.foregoing import Foregoing, RefinedMode
-from oma_identifier.refinement import Outcome, refine
+from oma_identifier.refinement import refine
+from oma_identifier.verdict import Outcome
 
 LARGEST_MISFIT = 1.05
 """Mean square of the whitened residual; 1 where the model holds."""

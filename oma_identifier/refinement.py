@@ -6,9 +6,8 @@ of modes is maximised; the result scatters near the limit and its standard devia
 the Fisher information.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 import math
 
 import numpy as np
@@ -18,43 +17,21 @@ from modal_core.errors import LayoutError
 from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.band_data import group_modes, ReducedBand, StartModes
-from oma_identifier.continued import continued
+from oma_identifier.band_data import group_modes, StartModes
+from oma_identifier.band_fitter import BandFitter, middle, slopes_of
+from oma_identifier.completion import completed
 from oma_identifier.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.foregoing import Foregoing, RefinedMode
-from oma_identifier.group_fits import fit_group, GroupFit, unit, updated
-from oma_identifier.line_spectra import moving_channels, Spectra, spectra_of, usable_lines
-from oma_identifier.mode_evidence import is_demanded, missing_mode, MissingMode, superfluous
+from oma_identifier.group_fits import GroupFit, unit, updated
+from oma_identifier.line_spectra import moving_channels, spectra_of, usable_lines
+from oma_identifier.mode_evidence import is_demanded, superfluous
 from oma_identifier.one_thread import one_thread
 from oma_identifier.shape_scatter import normalised_std
 from oma_identifier.unlisted import with_unlisted
-from oma_identifier.whittle import BandModel, IMPATIENT, Patience, PATIENT, SlopePrior
+from oma_identifier.verdict import judged, LARGEST_MISFIT, Outcome, overlap
 
 PASSES = 2
 """The second pass has refined tails and shapes to project out."""
-FAR = 5.0
-"""Standard deviations a refined mode may be away from its start."""
-LEAST_MAC = 0.8
-LARGEST_MISFIT = 3.0
-INCOMPLETE_MISFIT = 1.5
-"""From here on a band may lack a mode."""
-MOST_MISSING = 2
-
-
-class Outcome(StrEnum):
-    """What became of one mode."""
-
-    REFINED = 'refined'
-    SPLIT = 'split'
-    """Refined, and another mode was found that it stood for as well."""
-    SUPERFLUOUS = 'superfluous'
-    """Another mode once more: the data do without it."""
-    OUT_OF_BAND = 'out_of_band'
-    TOO_SHORT = 'too_short'
-    NOT_CONVERGED = 'not_converged'
-    FAR_FROM_START = 'far_from_start'
-    MODEL_MISFIT = 'model_misfit'
-    NOT_TRIED = 'not_tried'
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,12 +160,12 @@ def _refine_ordered(
         np.column_stack([unit(mode.shape[alive]) for mode in given]),
     )
     idle = {mode for mode, index in enumerate(order) if index in resting}
-    fitter = _Fitter(spectra, usable, idle)
+    fitter = BandFitter(spectra, usable, idle)
     known = None if foregoing is None else foregoing.start(given, start, alive, idle)
     now = with_unlisted(spectra, start if known is None else known.modes, usable)
     groups = group_modes(now)
     if known is not None and foregoing is not None:
-        slopes = pooled_slopes(foregoing.slopes, [_middle(now, group) for group in groups])
+        slopes = pooled_slopes(foregoing.slopes, [middle(now, group) for group in groups])
         fits = fitter.fit(now, groups, slopes, begin=known.begin)
     else:
         fits = fitter.fit(now, groups)
@@ -207,7 +184,7 @@ def _refine_ordered(
         last = number == n_passes - 1
         bad = [each for each in fits if last and each.misfit > largest_misfit]
         now, fits = fitter.again(now, fits, bad)
-    now, fits, demanded = _completed(fitter, now, fits, len(given))
+    now, fits, demanded = completed(fitter, now, fits, len(given))
     result, outcomes = list(modes.modes), [Outcome.OUT_OF_BAND] * len(modes)
     misfit = np.full(len(modes), np.nan)
     refined: list[RefinedMode | None] = [None] * len(modes)
@@ -217,13 +194,13 @@ def _refine_ordered(
             if mode >= len(given):
                 continue
             index = order[mode]
-            split = [other for other in demanded if _overlap(now, mode, other)]
+            split = [other for other in demanded if overlap(now, mode, other)]
             if not idle.isdisjoint(each.group):
                 outcomes[index] = Outcome.NOT_TRIED
             elif split and is_demanded(each, position):
                 outcomes[index] = Outcome.SPLIT
             else:
-                outcomes[index] = _judge(
+                outcomes[index] = judged(
                     each, position, given[mode], start, mode, samples.duration_s
                 )
             misfit[index] = each.misfit
@@ -243,162 +220,8 @@ def _refine_ordered(
         np.array(added_misfit),
         alive,
         tuple(refined),
-        tuple(_slopes(fits)),
+        tuple(slopes_of(fits)),
     )
-
-
-@dataclass(frozen=True, slots=True)
-class _Fitter:
-    """What the fits of one record share; groups with an idle mode are not fitted."""
-
-    spectra: Spectra
-    usable: NDArray[np.bool_]
-    idle: Collection[int]
-
-    def fit(
-        self,
-        now: StartModes,
-        groups: Sequence[list[int]],
-        slopes: Sequence[SlopePrior] | None = None,
-        known: Sequence[GroupFit] = (),
-        patience: Patience = PATIENT,
-        begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
-    ) -> list[GroupFit]:
-        """Fit every group but those whose fit is known."""
-        done = {tuple(each.group): each for each in known}
-        return [
-            done.get(tuple(group)) or self._one(now, group, slope, patience, begin)
-            for group, slope in zip(groups, slopes or [SlopePrior()] * len(groups), strict=True)
-        ]
-
-    def again(
-        self, now: StartModes, fits: Sequence[GroupFit], known: Sequence[GroupFit] = ()
-    ) -> tuple[StartModes, list[GroupFit]]:
-        """Fit the same groups once more, with what the others say about slopes."""
-        groups = [each.group for each in fits]
-        places = [math.nan if each.fit is None else _middle(now, each.group) for each in fits]
-        before = {each.group[0]: each for each in fits}
-        same = {mode: mode for mode in range(len(now.frequency_hz))}
-        fits = self.fit(
-            now,
-            groups,
-            pooled_slopes(_slopes(fits), places),
-            known,
-            IMPATIENT,
-            lambda band: continued(band, before.get(band.included[0]), same),
-        )
-        return updated(now, fits), fits
-
-    def _one(
-        self,
-        now: StartModes,
-        group: list[int],
-        slope: SlopePrior,
-        patience: Patience,
-        begin: Callable[[ReducedBand], BandModel | None],
-    ) -> GroupFit:
-        if any(mode in self.idle for mode in group):
-            return GroupFit(group)
-        return fit_group(self.spectra, now, group, self.usable, slope, patience, begin)
-
-
-def _slopes(fits: Sequence[GroupFit]) -> list[ForceSlope]:
-    return [ForceSlope.of(each.fit) for each in fits if each.fit and each.fit.converged]
-
-
-def _middle(now: StartModes, group: list[int]) -> float:
-    """Return ln f in the middle of a group."""
-    return float(np.mean(np.log(now.frequency_hz[group])))
-
-
-def _completed(
-    fitter: _Fitter, now: StartModes, fits: list[GroupFit], n_given: int
-) -> tuple[StartModes, list[GroupFit], dict[int, GroupFit]]:
-    """Add modes that are missing, one by one, as long as that mends the bands that lack one.
-
-    Returns
-    -------
-    tuple
-        The modes, their fits, and those beyond the given ones that the data demand.
-    """
-    before = now, fits
-    for _ in range(MOST_MISSING):
-        lacking = [each for each in fits if INCOMPLETE_MISFIT < each.misfit < math.inf]
-        found = [(mode, each) for each in lacking if (mode := missing_mode(each)) is not None]
-        if not found:
-            break
-        mode, source = max(found, key=lambda pair: pair[0].rise)
-        wider = _appended(now, mode)
-        groups = group_modes(wider)
-        own = next(group for group in groups if len(now.frequency_hz) in group)
-        # The other bands matter only once the mode's own is mended.
-        (mended,) = fitter.fit(wider, [own], patience=IMPATIENT)
-        if mended.fit is None or not mended.fit.converged or not mended.misfit < source.misfit:
-            break
-        good = [each for each in fits if each.misfit <= INCOMPLETE_MISFIT]
-        more = fitter.fit(wider, groups, known=[*good, mended], patience=IMPATIENT)
-        now, fits = updated(wider, more), more
-    if fits is not before[1]:
-        now, fits = fitter.again(now, fits)
-    demanded = _demanded(fits, n_given)
-    if not any(mode >= len(before[0].frequency_hz) for mode in demanded):
-        return *before, _demanded(before[1], n_given)
-    return now, fits, demanded
-
-
-def _demanded(fits: Sequence[GroupFit], n_given: int) -> dict[int, GroupFit]:
-    return {
-        mode: each
-        for each in fits
-        for position, mode in enumerate(each.group)
-        if mode >= n_given and each.misfit < LARGEST_MISFIT and is_demanded(each, position)
-    }
-
-
-def _appended(now: StartModes, mode: MissingMode) -> StartModes:
-    return StartModes(
-        np.append(now.frequency_hz, mode.frequency_hz),
-        np.append(now.damping_ratio, mode.damping_ratio),
-        np.column_stack([now.shapes, mode.shape]),
-    )
-
-
-def _judge(
-    each: GroupFit, position: int, given: Mode, start: StartModes, mode: int, duration_s: float
-) -> Outcome:
-    if each.fit is None or each.band is None:
-        return Outcome.TOO_SHORT
-    if not each.fit.converged:
-        return Outcome.NOT_CONVERGED
-    if not each.fit.misfit < LARGEST_MISFIT:
-        return Outcome.MODEL_MISFIT
-    model = each.fit.model
-    frequency, damping = model.frequency_hz[position], model.damping_ratio[position]
-    law = math.sqrt(damping / (2.0 * math.pi * frequency * duration_s))
-    frequency_std = _known(given.frequency_std_hz, 1.5 * law * frequency)
-    damping_std = _known(given.damping_ratio_std, 1.5 * law)  # σ_ζ = sqrt(ζ/(2πfT)) is the same
-    far = abs(frequency - given.frequency_hz) > FAR * math.hypot(
-        frequency_std, each.fit.frequency_std[position] * frequency
-    )
-    far |= abs(damping - given.damping_ratio) > FAR * math.hypot(
-        damping_std, each.fit.damping_ratio_std[position] * damping
-    )
-    # Modes that overlap may be mixed at the start, so the shape may turn towards its neighbours'.
-    listed = range(len(start.frequency_hz))
-    near = [other for other in each.group if other in listed and _overlap(start, mode, other)]
-    before = np.linalg.qr(each.band.project.T @ start.shapes[:, near])[0]
-    kept = np.linalg.norm(before.conj().T @ model.shapes[:, position])
-    far |= bool(kept**2 < LEAST_MAC)
-    return Outcome.FAR_FROM_START if far else Outcome.REFINED
-
-
-def _overlap(start: StartModes, first: int, second: int) -> bool:
-    apart = abs(start.frequency_hz[first] - start.frequency_hz[second])
-    return bool(apart <= start.half_width_hz[first] + start.half_width_hz[second])
-
-
-def _known(value: float, otherwise: float) -> float:
-    return max(value, otherwise) if math.isfinite(value) else otherwise
 
 
 def _refined(

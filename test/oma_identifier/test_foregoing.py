@@ -10,13 +10,14 @@ from benchmarks.plant import Plant, simulate
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier import refinement
+from oma_identifier import band_fitter
 from oma_identifier.band_data import group_modes, StartModes
 from oma_identifier.continued import continued
 from oma_identifier.foregoing import Foregoing
 from oma_identifier.group_fits import fit_group, unit, updated
 from oma_identifier.line_spectra import spectra_of, usable_lines
-from oma_identifier.refinement import Outcome, refine, Refinement
+from oma_identifier.refinement import refine, Refinement
+from oma_identifier.verdict import Outcome
 from oma_identifier.whittle import SlopePrior
 
 RATE_HZ, WINDOW_S = 128.0, 60.0
@@ -76,13 +77,13 @@ def left_by(result: Refinement) -> Foregoing:
 def n_fits(monkeypatch) -> list[int]:
     """Count the fits."""
     counter = [0]
-    fit_group = refinement.fit_group
+    fit_group = band_fitter.fit_group
 
     def counted(*arguments):
         counter[0] += 1
         return fit_group(*arguments)
 
-    monkeypatch.setattr(refinement, 'fit_group', counted)
+    monkeypatch.setattr(band_fitter, 'fit_group', counted)
     return counter
 
 

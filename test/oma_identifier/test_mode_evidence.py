@@ -14,9 +14,10 @@ from oma_identifier import shape_prior
 from oma_identifier.adopt import adopt_refined, Adopted, NEW
 from oma_identifier.identify import identify_samples
 from oma_identifier.new_modes import NewModeTest, without_doubtful
-from oma_identifier.refinement import Outcome, refine
+from oma_identifier.refinement import refine
 from oma_identifier.robot_signals import never
 from oma_identifier.settings import IdentificationSettings
+from oma_identifier.verdict import Outcome
 
 RATE_HZ = 128.0
 SEEDS = range(900, 908)

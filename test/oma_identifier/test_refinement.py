@@ -11,7 +11,8 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier import adopt
-from oma_identifier.refinement import Outcome, refine
+from oma_identifier.refinement import refine
+from oma_identifier.verdict import Outcome
 from oma_identifier.whittle import BandData, BandModel, fit_band
 
 DURATION_S = 40.0
