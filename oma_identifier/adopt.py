@@ -91,6 +91,7 @@ class Adoption:
     def __init__(self) -> None:
         self._rests: list[_Rest] = []
         self._foregoing: Foregoing | None = None
+        self._channel_names: tuple[str, ...] = ()
 
     def __call__(self, samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopted:
         """Return the modes of a window, see :func:`adopt_refined`."""
@@ -100,6 +101,8 @@ class Adoption:
             rest.left = max(0, rest.left - 1)
         if len(resting) == len(modes):
             return Adopted(modes, tuple(range(len(modes))))
+        if modes.channel_names != self._channel_names:
+            self._foregoing, self._channel_names = None, modes.channel_names
         try:
             refinement = refine(
                 samples, modes, harmonics, HOPELESS_MISFIT, resting, self._foregoing

@@ -11,6 +11,7 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier import band_fitter
+from oma_identifier.adopt import Adoption
 from oma_identifier.band_data import group_modes, StartModes
 from oma_identifier.continued import continued
 from oma_identifier.foregoing import Foregoing
@@ -138,6 +139,22 @@ def test_a_channel_that_dies_makes_the_window_start_afresh(n_fits):
     alone, n_fits[0] = n_fits[0], 0
     refine(dead, given(dead, 644), foregoing=left_by(before))
     assert n_fits[0] == alone
+
+
+def test_other_sensors_make_the_window_start_afresh(n_fits):
+    first, second = windows(643, MANY)
+    none = ModeSet((), first.channel_names)
+    counts = []
+    for renamed in (False, True):
+        adoption = Adoption()
+        adoption(first, given(first, 643), none)
+        if renamed:
+            other = tuple(replace(each, name=f'{each.name}_new') for each in second.channels)
+            second = replace(second, channels=other)
+        n_fits[0] = 0
+        adoption(second, given(second, 644), none)
+        counts.append(n_fits[0])
+    assert counts[1] == 2 * counts[0]
 
 
 def test_what_a_fit_left_of_a_shape_is_never_handed_on():
