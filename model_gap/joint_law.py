@@ -149,30 +149,47 @@ class JointFrictionLaw(FrictionLaw):
         return self._at(rate + motor_speed)
 
 
-class CubicLaw(JointLaw):
-    """k α e³; value α [1/rad²]."""
+def cubic_root(value: Array, alpha: Array) -> Array:
+    """Return y of y (1 + α y²) = value; softening, on the branch that rises, up to its end.
 
+    References
+    ----------
+    Viète's trigonometric solution of the cubic, and its hyperbolic form for one real root.
+    """
+    size = np.sqrt(3.0 * np.abs(alpha) + 1e-30)
+    scaled = 1.5 * size * value
+    soft = np.sin(np.arcsin(held(scaled, -1.0, 1.0)) / 3.0)
+    return np.asarray(np.where(alpha < 0.0, soft, np.sinh(np.arcsinh(scaled) / 3.0)) * 2.0 / size)
+
+
+class CubicLaw(JointLaw):
+    """k α ((r + e)³ - r³), r the twist at rest: k r (1 + α r²) is the preload.
+
+    Values α [1/rad²] and the share of gravity that preloads the spring.
+    """
+
+    preloaded = True
     sees_first = Follow.MEASURED
     of_spring = True
 
     def prepare(self) -> None:
-        """Set the range: a softening spring never turns round."""
-        alpha = self.values[0]
+        """Find the twist at rest and set the range: a softening spring never turns round."""
+        alpha, share = self.values
         reach = np.sqrt(MOST_SOFTENING / np.maximum(-alpha, 1e-30))
         self.largest = np.where(
             alpha < 0.0, reach, MOST_HARDENING / np.sqrt(np.abs(alpha) + 1e-30)
         )
+        rest = cubic_root(share * self.static_twist, alpha)
         self.rate = self.stiffness * alpha
         self.yielding = self.give * self.rate
+        self.at_rest = rest * rest * rest
+        self.offset = rest + self.yielding * self.at_rest
 
     def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
-        """Return the torque by Newton's method."""
-        found = held(twist, -self.largest, self.largest)
-        for _ in range(2):
-            curve = self.yielding * found * found
-            step = (found - twist + curve * found) / np.maximum(1.0 + 3.0 * curve, 0.2)
-            found = held(found - step, -self.largest, self.largest)
-        return np.asarray(self.rate * found * found * found)
+        """Return the torque: with y = r + e, y + give k α y³ is what it would be without."""
+        whole = cubic_root(twist + self.offset, self.yielding)
+        whole = held(whole, -self.largest, self.largest)
+        return np.asarray(self.rate * (whole * whole * whole - self.at_rest))
 
 
 class BacklashLaw(JointLaw):

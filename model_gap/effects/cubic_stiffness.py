@@ -1,4 +1,4 @@
-"""The drive hardens or softens with its twist."""
+"""The drive hardens or softens with its twist, that under gravity included."""
 
 from collections.abc import Mapping, Sequence
 import dataclasses
@@ -10,12 +10,12 @@ from model_gap.setup import JointForce, Setup
 
 
 class CubicStiffness(Effect):
-    """τ = k e (1 + α e²)."""
+    """τ = k y (1 + α y²) of the twist y."""
 
     type = 'cubic_stiffness'
-    equation = 'τ = k e (1 + α e²), k_eq = k (1 + 3 α σ_e²)'
+    equation = 'τ = k y (1 + α y²), y = r + e: at rest and beyond; k_eq = k (1 + 3 α (r² + σ_e²))'
     source = 'Mohammadi; Kerschen et al. (2006), doi:10.1016/j.ymssp.2005.04.008'
-    signature = 'frequency moves with amplitude, damping does not; third harmonics'
+    signature = 'frequency moves with amplitude and gravity load, damping does not; harmonics'
     amplitude_dependent = True
     confused_with: ClassVar[Mapping[str, str]] = {
         'backlash': 'a third, larger level: play fades, a cubic spring grows',
@@ -29,8 +29,11 @@ class CubicStiffness(Effect):
         return [cls(*place) for place in scene.joint_places]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return α."""
-        return (EffectParameter('alpha', '1/rad²', 3e6, -1e7, 1e9),)
+        """Return α, and how much of the computed gravity load is there."""
+        return (
+            EffectParameter('alpha', '1/rad²', 3e6, -1e7, 1e9),
+            EffectParameter('preload_share', '1', 0.5, 0.0, 1.5, neutral=1.0),
+        )
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the cubic part."""
@@ -38,5 +41,9 @@ class CubicStiffness(Effect):
         return dataclasses.replace(setup, forces=(*setup.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
-        """Return hardening and softening."""
-        return [(alpha,) for alpha in (-5e5, 2e5, 1e6, 4e6, 2e7)]
+        """Return softening and hardening, with and without preload.
+
+        Without, the torque is proportional to α on a measured twist: one value stands for many.
+        """
+        loaded = [(alpha, 1.0) for alpha in (-2e5, 2e5, 1e6, 5e6)]
+        return [*loaded, (-5e5, 0.0), (1e6, 0.0), (2e7, 0.0)]

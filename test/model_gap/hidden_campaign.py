@@ -257,6 +257,12 @@ def tone(e, systems, place, dt, samples, rng):
     return slice(None), lambda t, x, xv: size[t][:, None] * push
 
 
+def balance(alpha, load):
+    """Return where a cubic spring carries what twists a linear one by this much."""
+    roots = np.roots([alpha, 0.0, 1.0, -load])
+    return min(roots[np.abs(roots.imag) < 1e-9].real, key=abs)
+
+
 def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
     """Explicit nonlinear or time-varying forces on the dofs."""
     terms = []
@@ -297,8 +303,12 @@ def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
             else:
                 terms.append((i, lambda t, x, xv, i=i, tc=tc, v0=v0: -tc * np.tanh(xv[:, i] / v0)))
         elif kind == 'cubic_stiffness':
-            al = e['alpha']
-            terms.append((i, lambda t, x, xv, i=i, k=k, al=al: -k * al * x[:, i] ** 3))
+            al, share = e['alpha'], e.get('preload', 0.0)
+            load = share * np.array([np.linalg.solve(s.K, s.load)[i] for s in systems])
+            r = np.array([balance(al, value) for value in load])
+            terms.append(
+                (i, lambda t, x, xv, i=i, k=k, al=al, r=r: -k * al * ((x[:, i] + r) ** 3 - r**3))
+            )
         elif kind == 'backlash':
             b, share = e['gap'], e.get('preload', 1.0)
             x0 = share * np.array([np.linalg.solve(s.K, s.load)[i] for s in systems])

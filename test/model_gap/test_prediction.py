@@ -25,7 +25,14 @@ CASES = [
         'cubic',
         {'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 1e6},
         CubicStiffness('joint_2'),
-        (1e6,),
+        (1e6, 0.0),
+        0.04,
+    ),
+    (
+        'preloaded cubic',
+        {'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 1e6, 'preload': 1.0},
+        CubicStiffness('joint_2'),
+        (1e6, 1.0),
         0.04,
     ),
 ]

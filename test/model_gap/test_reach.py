@@ -93,7 +93,7 @@ def test_friction_solves_its_implicit_equation(rng):
 
 def test_held_torques_reproduce_the_prediction(search):
     setup = search.nominal.setup()
-    full = CubicStiffness('joint_2').apply(setup, (2e6,), search.scene)
+    full = CubicStiffness('joint_2').apply(setup, (2e6, 0.0), search.scene)
     held = search.coarse.hold(full)
     assert held.forces == ()
     whole, again = search.coarse.predict(full), search.coarse.predict(dataclasses.replace(held))

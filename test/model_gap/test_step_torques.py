@@ -1,6 +1,9 @@
-"""Records of unequal length are stepped together."""
+"""Torque laws stepped in time: many records together, and against an integrated oscillator."""
 
 import numpy as np
+import pytest
+from scipy.integrate import cumulative_simpson, solve_ivp
+from scipy.optimize import brentq
 
 from model_gap.joint_law import CubicLaw
 from model_gap.setup import JointForce
@@ -21,10 +24,10 @@ def test_shorter_record_is_stepped_as_if_alone():
             speed=np.zeros(steps),
             vector=np.ones(1),
             stiffness=1e6,
-            static_twist=0.0,
+            static_twist=4e-4,
         )
 
-    force = JointForce('joint_2', CubicLaw, (1e6,))
+    force = JointForce('joint_2', CubicLaw, (1e6, 1.0))
     long, short = path(300), path(211)
     together = step_torques([long, short], [force, force])
     for torque, item in zip(together, (long, short), strict=True):
@@ -33,3 +36,130 @@ def test_shorter_record_is_stepped_as_if_alone():
         # The last value belongs to the step after the record.
         np.testing.assert_allclose(torque[:-1], alone[:-1], rtol=1e-12, atol=1e-9)
         assert np.abs(torque).max() > 0.1
+
+
+MASS, LOSS, SPRING = 40.0, 900.0, 2e6  # kg m², N m s/rad, N m/rad: 36 Hz, 5 %
+
+
+@pytest.mark.parametrize(
+    ('alpha', 'share', 'static'),
+    [(1e6, 1.0, 6e-4), (1e6, 0.0, 6e-4), (4e6, 1.0, -1e-3), (2e6, 0.5, 8e-4), (-2e5, 1.0, 4e-4)],
+)
+def test_preloaded_oscillator_moves_as_integrated(alpha, share, static):
+    """M y'' + C y' + k y (1 + α y²) = preload + f(t), from rest, by an integrator of its own.
+
+    The error falls with the square of the step, as that of a torque linear between steps does.
+    """
+    rng = np.random.default_rng(8)
+    steps_per_s = 4800.0
+    time = np.arange(4801) / steps_per_s
+    lines = rng.uniform(5.0, 30.0, 12)
+    phase, size = rng.uniform(0.0, 2 * np.pi, 12), 90.0
+
+    def push(t):  # grows from nothing
+        return size * min(t / 0.3, 1.0) ** 3 * np.cos(2 * np.pi * lines * t + phase).sum()
+
+    def restoring(y):
+        return SPRING * y * (1.0 + alpha * y * y)
+
+    load = share * SPRING * static
+    rest = brentq(lambda y: restoring(y) - load, -1.2e-3, 1.2e-3, xtol=1e-16)
+
+    def rates(t, state):  # the whole twist, and the linear spring's about its rest
+        y, y_rate, e, e_rate = state
+        f = push(t)
+        spring = restoring(y) - load
+        return [
+            y_rate,
+            (f - LOSS * y_rate - spring) / MASS,
+            e_rate,
+            (f - LOSS * e_rate - SPRING * e) / MASS,
+        ]
+
+    start = [rest, 0.0, 0.0, 0.0]
+    solved = solve_ivp(
+        rates, (0.0, time[-1]), start, 'DOP853', time, rtol=1e-9, atol=1e-12, max_step=4e-3
+    )
+    whole, _, linear, linear_rate = solved.y
+    pole = np.roots([MASS, LOSS, SPRING])[0]
+    exact = restoring(whole) - load - SPRING * (whole - rest)
+
+    def error(keep):
+        path = JointPath(
+            poles=np.array([pole]),
+            residues=np.array([2.0 / (2j * MASS * pole.imag)]),
+            instant=0.0,
+            twist=linear[::keep],
+            rate=linear_rate[::keep],
+            speed=np.zeros(len(time) // keep + 1),
+            vector=np.ones(1),
+            stiffness=SPRING,
+            static_twist=static,
+            steps_per_s=steps_per_s / keep,
+        )
+        (found,) = step_torques([path], [JointForce('joint_2', CubicLaw, (alpha, share))])
+        whole = cumulative_simpson(exact, dx=1.0 / keep, initial=0.0)
+        expected = np.diff(whole[::keep])  # means over steps
+        return np.linalg.norm(found[:-1] - expected) / np.linalg.norm(expected)
+
+    bent = np.abs(alpha) * np.abs(whole**2 - rest**2).max()
+    assert bent > 0.05, f'moves far enough to bend the spring: {bent:.3f}'
+    coarse, fine = error(8), error(2)
+    assert coarse < 0.04, f'{coarse:.4f}'
+    assert fine < 0.1 * coarse, f'{fine:.5f} of {coarse:.4f}'
+
+
+def test_cubic_torque_solves_its_implicit_equation(rng):
+    """Torque, the twist it leaves and the twist at rest belong together."""
+    n = 400
+    alpha = np.where(rng.random(n) < 0.3, -1.0, 1.0) * 10.0 ** rng.uniform(3.0, 5.5, n)
+    share, static = rng.uniform(0.0, 1.5, n), rng.uniform(-5e-4, 5e-4, n)
+    stiffness, give = 10.0 ** rng.uniform(5.0, 7.0, n), rng.uniform(0.0, 0.3, n)
+    give /= stiffness
+    nothing = np.zeros(n)
+    law = CubicLaw(np.array([alpha, share]), stiffness, static, give, nothing)
+    assert np.abs(law.torque(nothing, nothing, nothing)).max() < 1e-9, 'at rest'
+    twist = rng.uniform(-7e-4, 7e-4, n)
+    torque = law.torque(twist, nothing, nothing)
+    left = twist - give * torque
+    rest = [
+        brentq(lambda y, a=a, v=v: y + a * y**3 - v, -1e-3, 1e-3, xtol=1e-17)
+        for a, v in zip(alpha, share * static, strict=True)
+    ]
+    expected = stiffness * alpha * ((rest + left) ** 3 - np.power(rest, 3))
+    np.testing.assert_allclose(torque, expected, rtol=1e-7, atol=1e-7 * np.abs(expected).max())
+
+
+def test_cubic_torque_without_preload_is_the_dynamic_one(rng):
+    """The share 0 forgets gravity; so does a joint that carries none."""
+    n = 60
+    alpha, stiffness, static = np.full(n, 2e6), np.full(n, 1e6), rng.uniform(-1e-3, 1e-3, n)
+    nothing = np.zeros(n)
+    twist = rng.uniform(-5e-4, 5e-4, n)
+    laws = [
+        CubicLaw(np.array([alpha, np.full(n, share)]), stiffness, place, nothing, nothing)
+        for share, place in ((0.0, static), (1.0, nothing))
+    ]
+    for law in laws:
+        found = law.torque(twist, nothing, nothing)
+        np.testing.assert_allclose(found, stiffness * alpha * twist**3, rtol=1e-9, atol=1e-12)
+
+
+def test_softening_spring_never_turns_round():
+    """Past its strongest the spring is held: nothing jumps, not even under too much preload."""
+    n = 4001
+    twist = np.linspace(-5e-3, 5e-3, n)
+    nothing = np.zeros(n)
+    for static in (0.0, 5e-3):
+        law = CubicLaw(
+            np.array([np.full(n, -1e6), np.ones(n)]),
+            np.full(n, 1e6),
+            np.full(n, static),
+            np.full(n, 1e-7),
+            nothing,
+        )
+        torque = law.torque(twist, nothing, nothing)
+        assert np.all(np.isfinite(torque))
+        slope = np.diff(torque) / np.diff(twist)
+        assert slope.max() <= 1e-3
+        assert slope.min() > -1e6 * 1.8 / (1.0 - 0.18) - 1.0
