@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-# Of α e²: beyond, the spring is held as it is there.
+# Of α y² and of √α y: beyond, the torque that is not linear stays as it is there.
 MOST_SOFTENING = 0.6
-MOST_HARDENING = 30.0
+MOST_HARDENING = 3.0
+# Third of the give times what the spring stiffens by: beyond, no parabola follows its steps.
+STEEPEST = 0.03
 # Of the play: teeth under less static twist than this rest between the flanks, not on one.
 CENTRED = 1e-3
 # To the speed that friction leaves: the torque is then right to 0.5 %, mostly to rounding.
@@ -179,17 +181,32 @@ class CubicLaw(JointLaw):
         self.largest = np.where(
             alpha < 0.0, reach, MOST_HARDENING / np.sqrt(np.abs(alpha) + 1e-30)
         )
-        rest = cubic_root(share * self.static_twist, alpha)
+        rest = held(cubic_root(share * self.static_twist, alpha), -self.largest, self.largest)
         self.rate = self.stiffness * alpha
         self.yielding = self.give * self.rate
         self.at_rest = rest * rest * rest
         self.offset = rest + self.yielding * self.at_rest
+        self.steps = self.bends = (np.zeros_like(rest),) * 3
 
     def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
         """Return the torque: with y = r + e, y + give k α y³ is what it would be without."""
         whole = cubic_root(twist + self.offset, self.yielding)
         whole = held(whole, -self.largest, self.largest)
-        return np.asarray(self.rate * (whole * whole * whole - self.at_rest))
+        square = whole * whole
+        torque = np.asarray(self.rate * (square * whole - self.at_rest))
+        self.steps = (*self.steps[1:], torque)
+        self.bends = (*self.bends[1:], np.abs(self.yielding) * square)
+        return torque
+
+    def surplus(self) -> Array | None:
+        """Average over the parabola through the last three steps.
+
+        A straight line takes (ω h)²/12 off what may be a large part of the stiffness.  Where a
+        step hardly resolves the stiffened joint the parabola would run away: the line stays.
+        """
+        before, last, torque = self.steps
+        bend = np.maximum(np.maximum(*self.bends[:2]), self.bends[2]) / STEEPEST
+        return np.asarray((last + last - before - torque) / (12.0 * (1.0 + bend * bend)))
 
 
 class BacklashLaw(JointLaw):
