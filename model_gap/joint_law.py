@@ -11,6 +11,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from model_gap.cubic_root import CubicRoot
+
 Array = NDArray[np.float64]
 # Of α y² and of √α y: beyond, the torque that is not linear stays as it is there.
 MOST_SOFTENING = 0.6
@@ -151,19 +153,6 @@ class JointFrictionLaw(FrictionLaw):
         return self._at(rate + motor_speed)
 
 
-def cubic_root(value: Array, alpha: Array) -> Array:
-    """Return y of y (1 + α y²) = value; softening, on the branch that rises, up to its end.
-
-    References
-    ----------
-    Viète's trigonometric solution of the cubic, and its hyperbolic form for one real root.
-    """
-    size = np.sqrt(3.0 * np.abs(alpha) + 1e-30)
-    scaled = 1.5 * size * value
-    soft = np.sin(np.arcsin(held(scaled, -1.0, 1.0)) / 3.0)
-    return np.asarray(np.where(alpha < 0.0, soft, np.sinh(np.arcsinh(scaled) / 3.0)) * 2.0 / size)
-
-
 class CubicLaw(JointLaw):
     """k α ((r + e)³ - r³), r the twist at rest: k r (1 + α r²) is the preload.
 
@@ -181,21 +170,21 @@ class CubicLaw(JointLaw):
         self.largest = np.where(
             alpha < 0.0, reach, MOST_HARDENING / np.sqrt(np.abs(alpha) + 1e-30)
         )
-        rest = held(cubic_root(share * self.static_twist, alpha), -self.largest, self.largest)
+        rest = held(CubicRoot(alpha)(share * self.static_twist), -self.largest, self.largest)
         self.rate = self.stiffness * alpha
-        self.yielding = self.give * self.rate
+        yielding = self.give * self.rate
         self.at_rest = rest * rest * rest
-        self.offset = rest + self.yielding * self.at_rest
+        self.offset = rest + yielding * self.at_rest
+        self.solve, self.steep = CubicRoot(yielding), np.abs(yielding) / STEEPEST
         self.steps = self.bends = (np.zeros_like(rest),) * 3
 
     def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
         """Return the torque: with y = r + e, y + give k α y³ is what it would be without."""
-        whole = cubic_root(twist + self.offset, self.yielding)
-        whole = held(whole, -self.largest, self.largest)
+        whole = held(self.solve(twist + self.offset), -self.largest, self.largest)
         square = whole * whole
         torque = np.asarray(self.rate * (square * whole - self.at_rest))
         self.steps = (*self.steps[1:], torque)
-        self.bends = (*self.bends[1:], np.abs(self.yielding) * square)
+        self.bends = (*self.bends[1:], self.steep * square)
         return torque
 
     def surplus(self) -> Array | None:
@@ -205,8 +194,8 @@ class CubicLaw(JointLaw):
         step hardly resolves the stiffened joint the parabola would run away: the line stays.
         """
         before, last, torque = self.steps
-        bend = np.maximum(np.maximum(*self.bends[:2]), self.bends[2]) / STEEPEST
-        return np.asarray((last + last - before - torque) / (12.0 * (1.0 + bend * bend)))
+        bend = np.maximum(np.maximum(*self.bends[:2]), self.bends[2])
+        return np.asarray((last + last - before - torque) / (12.0 + 12.0 * bend * bend))
 
 
 class BacklashLaw(JointLaw):
