@@ -9,13 +9,16 @@ from model_gap.doubt import certain, doubt_of
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.equivalent_gain import equivalent_gain
 from model_gap.explicit_damping import explicit_damping
+from model_gap.find_gap import find_gap
 from model_gap.followed import PARTING_1_S, parting_residues, predicted_share
 from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import misfit, tolerance_columns, Weighting
 from model_gap.nuisance import nuisances, Tolerances
 from model_gap.predict import Predictor
+from model_gap.search import SearchSettings
 from model_gap.setup import Setup
 from model_gap.spectra import Band, record_spectra
 
@@ -158,3 +161,19 @@ def test_tolerance_derivatives_follow_a_hard_spring(
         f'seed {SEED}, {tolerances[number].name}: '
         f'{error(columns[number]):.2f}, held {error(held[number]):.2f}'
     )
+
+
+def test_search_finds_a_hard_spring_under_gravity(campaign_of, robot):
+    """Preload bends it more than the motion does: to a linear search it is a stiffer joint."""
+    hidden = {'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 6e5, 'preload': 1.0}
+    campaign = campaign_of([hidden], SEED, n_fit=3, n_held=1, duration=8.0)
+    catalogue = (JointStiffness, Backlash, CubicStiffness)
+    result = find_gap(robot, campaign, SearchSettings(catalogue=catalogue, most_effects=1))
+    best = result.search.steps[0].candidates[0]
+    (effect,) = best.fit.hypothesis.effects
+    assert effect.key == ('cubic_stiffness', 'joint_2'), f'seed {SEED}: {effect}'
+    ((alpha, share),) = best.fit.hypothesis.values()
+    sigma = np.sqrt(np.diag(best.fit.covariance))
+    assert abs(alpha - 6e5) < 3.0 * sigma[0], f'seed {SEED}: {alpha} ± {sigma[0]}'
+    assert abs(share - 1.0) < 3.0 * sigma[1], f'seed {SEED}: {share} ± {sigma[1]}'
+    assert best.heldout_misfit < 2.0, f'seed {SEED}: {best.heldout_misfit}'
