@@ -34,6 +34,8 @@ class PoseSystem:
         Modal force per force on a degree of freedom.
     instant : (n, n) array
         Compliance of the faster modes, which follow a force at once.
+    mass, damping : (n, n) array
+        M and C.
     inertia_input, shift_input : (n, n_joints) array
         B and P: force per motor acceleration, and per motor shift (gravity).
     flexible, gravity : (n_channels, n) array
@@ -48,6 +50,8 @@ class PoseSystem:
     shapes: Complex
     drives: Complex
     instant: Array
+    mass: Array
+    damping: Array
     inertia_input: Array
     shift_input: Array
     flexible: Array
@@ -202,6 +206,8 @@ def pose_system(
         shapes=kept @ right[:size],
         drives=left[:, size:] @ kept.T,
         instant=instant,
+        mass=matrices.M,
+        damping=matrices.C,
         inertia_input=matrices.inertia_input,
         shift_input=matrices.shift_input,
         **rows,

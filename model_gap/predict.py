@@ -23,6 +23,7 @@ from model_gap.time_domain import (
     static_twist,
     step_torques,
     STEPS_PER_S,
+    whole_force,
 )
 from model_gap.tone import best_motion, follow, rows_of, tone_motions
 from structural_model import FlexibleJointModel, ModelSpec
@@ -153,8 +154,8 @@ class Predictor:
             for ripple in setup.ripples:
                 force = force + ripple_force(ripple, item, self.model, setup.spec, system)
             for torque in setup.held:
-                place = joint_vector(self.model, torque.joint, system.dof_names)
-                force = force + np.outer(place, torque.spectra[index])
+                rows = [system.dof_names.index(name) for name in torque.dof_names]
+                force[rows] += torque.spectra[index]
             if forces:
                 force = force + forces[index]
             ringing = system.end_state(item.tail, item.coarse_period_s)
@@ -243,7 +244,8 @@ class Predictor:
             noisy = dict(zip(doubtful, torques[len(chosen) :], strict=True))
             for n, (number, path, index, force) in enumerate(entries):
                 item, torque = self.records[index], torques[n]
-                found[number][index] = found[number][index] + force_spectra(torque, path, item)
+                push = whole_force(torque, path, item, systems[self.groups[index]])
+                found[number][index] = found[number][index] + push
                 if n in noisy:
                     place = force_spectra(noisy[n] - torque, path, item)
                     error = path.vector @ place / (path.vector @ path.vector)
@@ -300,14 +302,11 @@ class Predictor:
         if not setup.forces:
             return setup
         systems = self.systems(setup.spec, setup.channels)
-        model = dataclasses.replace(self.model, spec=setup.spec)
         held = []
         for force in setup.forces:
             alone = dataclasses.replace(setup, forces=(force,))
             (pushes,) = self.local_forces([alone], systems)
-            vector = joint_vector(model, force.joint, systems[0].dof_names)
-            spectra = tuple(vector @ push / (vector @ vector) for push in pushes)
-            held.append(HeldTorque(force.joint, spectra))
+            held.append(HeldTorque(systems[0].dof_names, tuple(pushes)))
         return dataclasses.replace(setup, forces=(), held=(*setup.held, *held))
 
     def preload_pushes(
@@ -348,9 +347,9 @@ class Predictor:
                 start = index * (len(moved) + 1)
                 for number in range(len(moved)):
                     change = torques[start + 1 + number] - torques[start]
-                    found[number][index] = found[number][index] + force_spectra(
-                        change, paths[start], item
-                    )
+                    system = systems[self.groups[index]]
+                    push = whole_force(change, paths[start], item, system)
+                    found[number][index] = found[number][index] + push
         return found if preloaded else []
 
     def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:

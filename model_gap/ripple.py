@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from model_gap.joint_vector import axis_row, joint_spring, joint_vector
 from model_gap.pose_system import PoseSystem
+from model_gap.ring_out import end_force
 from model_gap.setup import Ripple
 from model_gap.spectra import RecordSpectra
 from structural_model import FlexibleJointModel, ModelSpec
@@ -25,9 +26,12 @@ def ripple_force(
     spectrum = transform_at(twist - twist.mean(), item)
     spring = joint_spring(spec, ripple.joint)
     weight = joint_vector(model, ripple.joint, system.dof_names)
-    return np.outer(
+    forced = np.outer(
         weight, (spring.stiffness + 1j * item.omega.ravel() * spring.damping) * spectrum
     )
+    period_s = 1.0 / record.sample_rate_hz
+    torque = spring.stiffness * (twist - twist[0]) + spring.damping * np.gradient(twist, period_s)
+    return forced + end_force(torque, period_s, weight, item, system)
 
 
 def transform_at(values: NDArray[np.float64], item: RecordSpectra) -> NDArray[np.complex128]:

@@ -62,6 +62,8 @@ DISTORTED_TOLERANCE = 3.5
 DISTORTED_MISFIT = 4.0
 # Of a misfit so small not all is resonance: hums stand out of it.
 NEAR_MISFIT = 30.0
+# Tolerances alone go far where an effect is missing: a fit that stopped short misleads.
+FIRST_LINEARISATIONS = 3
 # Log evidence by which a linear simulation must explain recordings better than a moving arm.
 LINEAR_LEAD = 3.0
 
@@ -231,7 +233,8 @@ class Search:
 
     def run(self) -> list[Step]:
         """Search until nothing more is worth adding."""
-        current = self._followed(fit(self.nominal, self.fitting, self.weighting))
+        first = fit(self.nominal, self.fitting, self.weighting, relinearise=FIRST_LINEARISATIONS)
+        current = self._followed(first)
         for number in range(self.settings.most_effects):
             step = self._settled(self._step(current))
             self.steps.append(step)
@@ -268,7 +271,7 @@ class Search:
         """Fit again with the second-order motion of what was found out of the recordings.
 
         A linear simulation has none, and does not hang in its springs: what explains the
-        recordings better is kept.
+        recordings better is kept, once the gap is small enough to tell.
         """
         distorted = fitted.misfit > DISTORTED_MISFIT
         if self.simulated or (distorted and not fitted.hypothesis.effects):
@@ -281,10 +284,12 @@ class Search:
             linear = self._predictor(self._records(self.scene.setup, heldout=False))
             start = fitted.hypothesis
             other = fit(start, linear, Weighting.of(linear), iterations=4)
-            if other.log_evidence > found.log_evidence + LINEAR_LEAD:
+            clear = min(other.misfit, found.misfit) < SETTLED_MISFIT
+            self.simulated = False if clear else None
+            if clear and other.log_evidence > found.log_evidence + LINEAR_LEAD:
+                self.simulated = True
                 self._prepare(self.scene.setup)
                 return other
-            self.simulated = False
         return found
 
     def _candidate(self, effect: Effect, fitted: Fit, before: Fit) -> Candidate:

@@ -96,17 +96,17 @@ class Setup:
 
 @dataclass(frozen=True, eq=False)
 class HeldTorque:
-    """A torque in a joint with known spectra.
+    """What a torque in a joint does to the arm, held as it was.
 
     Parameters
     ----------
-    joint : str
-        Where it acts.
-    spectra : tuple of (3 n_bins,) complex array
-        One per record.
+    dof_names : tuple of str
+        Rows of the spectra.
+    spectra : tuple of (n_dof, 3 n_bins) complex array
+        Force on the deflections, one per record.
     """
 
-    joint: str
+    dof_names: tuple[str, ...]
     spectra: tuple[Spectrum, ...]
 
 

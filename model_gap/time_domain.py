@@ -22,6 +22,7 @@ from model_gap.followed import (
 from model_gap.joint_law import Follow
 from model_gap.joint_vector import axis_row, joint_spring, joint_vector
 from model_gap.pose_system import PoseSystem
+from model_gap.ring_out import end_force
 from model_gap.ripple import transform_at
 from model_gap.setup import JointForce, Setup
 from model_gap.spectra import RecordSpectra
@@ -234,7 +235,12 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> lis
         found[number] = mean
         state *= grow
         state -= mixed * torque[:, None]
-    return [np.roll(found[:length, lane], -1) for lane, length in enumerate(lengths)]
+    return [_ahead(found[:length, lane]) for lane, length in enumerate(lengths)]
+
+
+def _ahead(means: Array) -> Array:
+    """Return means over the step before as means over the step after; the last one lasts."""
+    return np.asarray(np.r_[means[1:], means[-1]])
 
 
 def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Complex:
@@ -248,3 +254,13 @@ def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Comple
     wide[:keep] = low[:keep]
     series = np.fft.irfft(wide, count) * (count / len(torque))
     return np.outer(-path.vector, transform_at(series, item))
+
+
+def whole_force(
+    torque: Array, path: JointPath, item: RecordSpectra, system: PoseSystem
+) -> Complex:
+    """Return the same, and what the torque leaves ringing at the end taken out."""
+    period_s = 1.0 / path.steps_per_s
+    return force_spectra(torque, path, item) + end_force(
+        -torque, period_s, path.vector, item, system
+    )
