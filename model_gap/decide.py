@@ -15,7 +15,7 @@ from model_gap.flat_tops import flat_topped
 from model_gap.hypothesis import Hypothesis
 from model_gap.joint_vector import in_words
 from model_gap.reach import joint_shares
-from model_gap.search import Candidate, Search, Step
+from model_gap.search import Candidate, Search, share_to_add, Step
 
 # Set by healthy campaigns (benchmarks/gap_matrix.py --calibrate): see docs/model_gap.md.
 EVIDENCE_TO_ADD = 12.0
@@ -72,7 +72,7 @@ def worth_adding(step: Step) -> bool:
     best = step.candidates[0]
     held = best.heldout_misfit
     agrees = not np.isfinite(held) or held < 1.03 * step.heldout_before
-    return best.gain >= EVIDENCE_TO_ADD and agrees
+    return best.gain >= max(EVIDENCE_TO_ADD, share_to_add(step.before)) and agrees
 
 
 def decide(search: Search) -> Decision:

@@ -49,8 +49,8 @@ class Nuisance:
         (setup, standard deviations) -> setup.
     sigma : float
         One standard deviation, relative or [m].
-    joint : str
-        The joint whose drive it is of, or nothing.
+    joint, link : str
+        The joint whose drive it is of, the link whose mass, or nothing.
     """
 
     name: str
@@ -58,6 +58,7 @@ class Nuisance:
     apply: Callable[[Setup, float], Setup]
     sigma: float = 0.0
     joint: str = ''
+    link: str = ''
 
 
 def nuisances(setup: Setup, links: tuple[str, ...], size: Tolerances) -> tuple[Nuisance, ...]:
@@ -223,11 +224,11 @@ def _link(link: str, size: Tolerances) -> list[Nuisance]:
         return apply
 
     found = [
-        Nuisance(f'mass of {link}', 'spec', change('mass_factor', size.mass)),
-        Nuisance(f'inertia of {link}', 'spec', change('inertia_factor', size.inertia)),
+        Nuisance(f'mass of {link}', 'spec', change('mass_factor', size.mass), link=link),
+        Nuisance(f'inertia of {link}', 'spec', change('inertia_factor', size.inertia), link=link),
     ]
     return found + [
-        Nuisance(f'centre of mass of {link} ({"xyz"[axis]})', 'spec', shift(axis))
+        Nuisance(f'centre of mass of {link} ({"xyz"[axis]})', 'spec', shift(axis), link=link)
         for axis in range(3)
     ]
 

@@ -25,9 +25,6 @@ REACH_SHARE = 0.4
 # So many go on after the first steps, of one effect at most so many.
 FURTHER = 20
 FURTHER_STARTS = 2
-# Of every type so many more, this far from neutral in prior deviations.
-OF_TYPE = 3
-FAR = 0.1
 
 
 def runs(effect: Effect) -> bool:
@@ -66,34 +63,6 @@ class Track:
         return objective(misfit(self.weighting, rows), found), found
 
 
-Entry = tuple[float, int, Hypothesis]
-
-
-def ahead(standing: Sequence[Entry]) -> list[Entry]:
-    """Return who goes on: the best, few of one effect, and of every type some that moved far.
-
-    Where tolerances have made up for most of a gap, the right effect must first undo that, and is
-    behind for some steps, also behind smaller ones of its own kind.
-    """
-    ordered = sorted(standing, key=lambda item: item[0])
-    leaders: list[Entry] = []
-    for item in ordered:
-        if sum(other[1] == item[1] for other in leaders) < FURTHER_STARTS:
-            leaders.append(item)
-    leaders = leaders[:FURTHER]
-    of_type: dict[str, list[Entry]] = {}
-    for item in ordered:
-        if gone_far(item[2]) and not any(item is other for other in leaders):
-            of_type.setdefault(item[2].effects[-1].type, []).append(item)
-    return [*leaders, *(item for group in of_type.values() for item in group[:OF_TYPE])]
-
-
-def gone_far(hypothesis: Hypothesis) -> bool:
-    """Return whether the first number of the last effect is far from nothing."""
-    count = len(hypothesis.effects[-1].parameters(hypothesis.scene))
-    return bool(abs(hypothesis.inner[-count]) > FAR * hypothesis.prior_scale[-count])
-
-
 def race(
     screened: Sequence[Trial], base: Hypothesis, predictor: Predictor, weighting: Weighting
 ) -> list[Trial]:
@@ -111,7 +80,7 @@ def race(
     """
     base = replace(base, held=predictor.hold(base.setup()).held)
     track = Track.of(base, predictor, weighting)
-    standing: list[Entry] = []
+    standing: list[tuple[float, int, Hypothesis]] = []
     found_of = dict(enumerate(screened))
     linear = [trial.effect for trial in screened if runs(trial.effect)]
     near = within_reach(linear, [base], predictor, 0.0, REACH_SHARE)
@@ -121,9 +90,11 @@ def race(
             continue
         values = [trial.values, *map(tuple, effect.few_starts(base.scene))]
         found = [track.run(base.with_effect(effect, start), FIRST_STEPS) for start in values]
-        standing += [(run[0], number, run[1]) for run in found if run]
+        best = sorted((item for item in found if item), key=lambda item: item[0])
+        standing += [(value, number, item) for value, item in best[:FURTHER_STARTS]]
+    standing.sort(key=lambda item: item[0])
     without = track.run(base, FIRST_STEPS + FURTHER_STEPS)
-    for _, number, hypothesis in ahead(standing):
+    for _, number, hypothesis in standing[:FURTHER]:
         further = track.run(hypothesis, FURTHER_STEPS)
         if without is None or further is None:
             continue

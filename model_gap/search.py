@@ -22,6 +22,7 @@ from model_gap.reach import within_reach
 from model_gap.screen import Projection, screen, Trial
 from model_gap.setup import Setup
 from model_gap.spectra import Band, record_spectra, TARGET_BINS
+from model_gap.stretched import stretch, STRETCHED, unknown_masses
 from model_gap.time_domain import STEPS_PER_S
 from structural_model import FlexibleJointModel
 
@@ -50,15 +51,16 @@ LEAST_PROMISE = 0.06
 # Nothing is refined when the best promises less than this share of what is worth adding.
 PROMISE = 0.5
 FURTHER_PROMISE = 1.0
+# Of what is left over, a further effect must take away this share.
+FURTHER_SHARE = 0.3
 # Below this misfit a linear trial says enough; nor is more needed where one promises such a share
 # of what there is to gain.
 OPEN_MISFIT = 1.1
 CLOSED_SHARE = 0.8
 # Details are looked into of candidates this close to the best.
 DETAILED = 100.0
-# Tolerances this far out of their range absorb an effect.  A misfit this large means that the fit
-# without an effect is distorted: candidates are then tried on the nominal model.
-DISTORTED_TOLERANCE = 3.5
+# A misfit this large means that the fit without an effect is distorted: candidates are then tried
+# on the nominal model.
 DISTORTED_MISFIT = 4.0
 # Of a misfit so small not all is resonance: hums stand out of it.
 NEAR_MISFIT = 30.0
@@ -239,7 +241,7 @@ class Search:
             step = self._settled(self._step(current))
             self.steps.append(step)
             self.progress((number + 1.0) / (self.settings.most_effects + 1.0))
-            if not step.candidates or step.candidates[0].gain < self.settings.worth_adding:
+            if not step.candidates or step.candidates[0].gain < self._least_gain(step.before):
                 break
             current = step.candidates[0].fit
             if self._room_left(current) < self.settings.worth_adding:
@@ -249,7 +251,7 @@ class Search:
 
     def _settled(self, step: Step) -> Step:
         """Fit the best candidate to the end; drop earlier effects that no longer earn a place."""
-        if not step.candidates or step.candidates[0].gain < self.settings.worth_adding:
+        if not step.candidates or step.candidates[0].gain < self._least_gain(step.before):
             return step
         best = step.candidates[0]
         last = fit(best.fit.hypothesis, self.fitting, self.weighting, iterations=4)
@@ -296,6 +298,9 @@ class Search:
         gain = fitted.log_evidence - before.log_evidence
         return Candidate(effect, fitted, gain, self.heldout_misfit(fitted.hypothesis))
 
+    def _least_gain(self, before: Fit) -> float:
+        return max(self.settings.worth_adding, share_to_add(before))
+
     def _room_left(self, current: Fit) -> float:
         """Return what one more effect could gain at best: down to the noise, at no prior cost."""
         values = current.hypothesis.tolerance_values
@@ -325,7 +330,7 @@ class Search:
         ]
         trials = self._screen(current, candidates)
         share = FURTHER_PROMISE if current.hypothesis.effects else PROMISE
-        stretched = _stretched(current.hypothesis) > DISTORTED_TOLERANCE
+        stretched = stretch(current.hypothesis) > STRETCHED
         promising = trials and (stretched or trials[0].gain >= share * self.settings.worth_adding)
         refined = self._refine(current, chosen(trials)) if promising else []
         return Step(
@@ -338,7 +343,7 @@ class Search:
     def _screen(self, current: Fit, candidates: Sequence[Effect]) -> list[Trial]:
         base = current.hypothesis
         predictor, weighting = self.screening, self.screening_weighting
-        stretched = _stretched(base) > DISTORTED_TOLERANCE
+        stretched = stretch(base) > STRETCHED
         poor = current.misfit > DISTORTED_MISFIT
         if poor or not stretched:  # else tolerances hide what there is to reach
             bases = [base] if base.effects or not poor else [base, self.nominal]
@@ -353,7 +358,7 @@ class Search:
 
     def _is_open(self, current: Fit, trials: Sequence[Trial]) -> bool:
         """Return whether there is a gap that no trial of the screening promises to close."""
-        stretched = _stretched(current.hypothesis) > DISTORTED_TOLERANCE
+        stretched = stretch(current.hypothesis) > STRETCHED
         gap = EFFECTIVE_DATA * np.log(max(current.misfit, 1.0))
         closed = bool(trials) and trials[0].gain > CLOSED_SHARE * gap
         return stretched or (current.misfit > OPEN_MISFIT and not closed)
@@ -379,7 +384,11 @@ class Search:
                     relinearise=1 if slow else 3,
                 )
             )
-        rough.sort(key=lambda item: -item.log_evidence)
+        rough += [
+            fit(replace(start, held=held), self.coarse, self.coarse_weighting, relinearise=3)
+            for start in unknown_masses(current.hypothesis)
+        ]
+        rough = best_of_each(rough)
         close = [item for item in rough if item.log_evidence > rough[0].log_evidence - HOPELESS]
         close = close[:REFINED]
         if close[0].misfit > SETTLED_MISFIT:
@@ -414,8 +423,14 @@ class Search:
         return with_details(fine, self.fitting, self.weighting)
 
 
-def _stretched(hypothesis: Hypothesis) -> float:
-    return float(np.abs(hypothesis.tolerance_values).max(initial=0.0))
+def share_to_add(before: Fit) -> float:
+    """Return what a further effect must gain: a part of what the ones before left over.
+
+    One that takes away a tenth fits what a law of the first describes only roughly.
+    """
+    if not before.hypothesis.effects:
+        return 0.0
+    return FURTHER_SHARE * EFFECTIVE_DATA * float(np.log(max(before.misfit, 1.0)))
 
 
 def with_details(found: Sequence[Fit], predictor: Predictor, weighting: Weighting) -> list[Fit]:
@@ -461,6 +476,16 @@ def shortened(record: GapRecord, seconds: float) -> GapRecord:
 def same(one: Effect, other: Effect) -> bool:
     """Return whether two effects are one and the same, whatever details are free."""
     return (one.key, one.variant) == (other.key, other.variant)
+
+
+def best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the best fit of every effect, the best first: several starts may have met."""
+    found: list[Fit] = []
+    for item in sorted(fits, key=lambda item: -item.log_evidence):
+        last = item.hypothesis.effects[-1]
+        if not any(same(last, other.hypothesis.effects[-1]) for other in found):
+            found.append(item)
+    return found
 
 
 def loudest(records: Sequence[GapRecord]) -> list[GapRecord]:
