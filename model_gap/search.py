@@ -374,16 +374,18 @@ class Search:
             done = min((item.misfit for item in rough), default=np.inf) < SETTLED_MISFIT
             if slow and done and trial.gain < SETTLED_SHARE * trials[0].gain:
                 continue
-            rough.append(
-                fit(
-                    replace(trial.base, held=held).with_effect(trial.effect, trial.values),
-                    self.coarse,
-                    self.coarse_weighting,
-                    columns=shared,
-                    iterations=4 if slow else 6,
-                    relinearise=1 if slow else 3,
+            usual = trial.effect.usual(trial.values) if trial is trials[0] else trial.values
+            for values in dict.fromkeys((trial.values, usual)):
+                rough.append(
+                    fit(
+                        replace(trial.base, held=held).with_effect(trial.effect, values),
+                        self.coarse,
+                        self.coarse_weighting,
+                        columns=shared,
+                        iterations=4 if slow else 6,
+                        relinearise=1 if slow else 3,
+                    )
                 )
-            )
         rough += [
             fit(replace(start, held=held), self.coarse, self.coarse_weighting, relinearise=3)
             for start in unknown_masses(current.hypothesis)

@@ -43,3 +43,7 @@ class Backlash(Effect):
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return plays over a decade and a half, fully and hardly preloaded."""
         return [(b, share) for b in (1.5e-5, 4e-5, 1e-4, 2.5e-4, 6e-4) for share in (0.3, 1.0)]
+
+    def usual(self, values: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the same with all of gravity's load there."""
+        return (values[0], 1.0)
