@@ -374,8 +374,8 @@ class Search:
             done = min((item.misfit for item in rough), default=np.inf) < SETTLED_MISFIT
             if slow and done and trial.gain < SETTLED_SHARE * trials[0].gain:
                 continue
-            usual = trial.effect.usual(trial.values) if trial is trials[0] else trial.values
-            for values in dict.fromkeys((trial.values, usual)):
+            others = trial.effect.other_starts(trial.values) if trial is trials[0] else ()
+            for values in dict.fromkeys((trial.values, *others)):
                 rough.append(
                     fit(
                         replace(trial.base, held=held).with_effect(trial.effect, values),

@@ -44,6 +44,9 @@ class Backlash(Effect):
         """Return plays over a decade and a half, fully and hardly preloaded."""
         return [(b, share) for b in (1.5e-5, 4e-5, 1e-4, 2.5e-4, 6e-4) for share in (0.3, 1.0)]
 
-    def usual(self, values: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the same with all of gravity's load there."""
-        return (values[0], 1.0)
+    def other_starts(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
+        """Return the same, and less play, with all of gravity's load there.
+
+        Play wider than the motion, its teeth never touching, promises much and leads nowhere.
+        """
+        return [(values[0], 1.0), (values[0] / 4.0, 1.0)]

@@ -48,6 +48,6 @@ class CubicStiffness(Effect):
         loaded = [(alpha, 1.0) for alpha in (-2e5, 2e5, 1e6, 5e6)]
         return [*loaded, (-5e5, 0.0), (1e6, 0.0), (2e7, 0.0)]
 
-    def usual(self, values: tuple[float, ...]) -> tuple[float, ...]:
+    def other_starts(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
         """Return the same with all of gravity's load there."""
-        return (values[0], 1.0)
+        return [(values[0], 1.0)]

@@ -132,9 +132,9 @@ class Effect(ABC):
         grids = [np.linspace(item.low, item.high, 5) for item in self.parameters(scene)]
         return [tuple(grid[1] for grid in grids), tuple(grid[3] for grid in grids)]
 
-    def usual(self, values: tuple[float, ...]) -> tuple[float, ...]:
-        """Return starting values with what is mostly so: another way into a fit."""
-        return values
+    def other_starts(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
+        """Return further ways into a fit of what promised most, where one may end in a trap."""
+        return ()
 
     def few_starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return a few of the starts, for a fit that finds its way from afar."""
