@@ -241,7 +241,7 @@ class Search:
             step = self._settled(self._step(current))
             self.steps.append(step)
             self.progress((number + 1.0) / (self.settings.most_effects + 1.0))
-            if not step.candidates or step.candidates[0].gain < self._least_gain(step.before):
+            if not self._earns_place(step):
                 break
             current = step.candidates[0].fit
             if self._room_left(current) < self.settings.worth_adding:
@@ -251,7 +251,7 @@ class Search:
 
     def _settled(self, step: Step) -> Step:
         """Fit the best candidate to the end; drop earlier effects that no longer earn a place."""
-        if not step.candidates or step.candidates[0].gain < self._least_gain(step.before):
+        if not self._earns_place(step):
             return step
         best = step.candidates[0]
         last = fit(best.fit.hypothesis, self.fitting, self.weighting, iterations=4)
@@ -298,14 +298,14 @@ class Search:
         gain = fitted.log_evidence - before.log_evidence
         return Candidate(effect, fitted, gain, self.heldout_misfit(fitted.hypothesis))
 
-    def _least_gain(self, before: Fit) -> float:
-        return max(self.settings.worth_adding, share_to_add(before))
+    def _earns_place(self, step: Step) -> bool:
+        least = max(self.settings.worth_adding, share_to_add(step.before))
+        return bool(step.candidates) and step.candidates[0].gain >= least
 
     def _room_left(self, current: Fit) -> float:
         """Return what one more effect could gain at best: down to the noise, at no prior cost."""
         values = current.hypothesis.tolerance_values
-        left = EFFECTIVE_DATA * np.log(max(current.misfit, 1.0))
-        return float(left + 0.5 * values @ values)
+        return open_gap(current) + float(0.5 * values @ values)
 
     def _with_lines(self, current: Fit) -> Fit:
         """Look for hums in what is left over, once the model is not far off."""
@@ -359,8 +359,7 @@ class Search:
     def _is_open(self, current: Fit, trials: Sequence[Trial]) -> bool:
         """Return whether there is a gap that no trial of the screening promises to close."""
         stretched = stretch(current.hypothesis) > STRETCHED
-        gap = EFFECTIVE_DATA * np.log(max(current.misfit, 1.0))
-        closed = bool(trials) and trials[0].gain > CLOSED_SHARE * gap
+        closed = bool(trials) and trials[0].gain > CLOSED_SHARE * open_gap(current)
         return stretched or (current.misfit > OPEN_MISFIT and not closed)
 
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Candidate]:
@@ -425,6 +424,11 @@ class Search:
         return with_details(fine, self.fitting, self.weighting)
 
 
+def open_gap(fitted: Fit) -> float:
+    """Return the log evidence that bringing what is left over down to the noise would gain."""
+    return EFFECTIVE_DATA * float(np.log(max(fitted.misfit, 1.0)))
+
+
 def share_to_add(before: Fit) -> float:
     """Return what a further effect must gain: a part of what the ones before left over.
 
@@ -432,7 +436,7 @@ def share_to_add(before: Fit) -> float:
     """
     if not before.hypothesis.effects:
         return 0.0
-    return FURTHER_SHARE * EFFECTIVE_DATA * float(np.log(max(before.misfit, 1.0)))
+    return FURTHER_SHARE * open_gap(before)
 
 
 def with_details(found: Sequence[Fit], predictor: Predictor, weighting: Weighting) -> list[Fit]:

@@ -259,7 +259,7 @@ def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Comple
 def whole_force(
     torque: Array, path: JointPath, item: RecordSpectra, system: PoseSystem
 ) -> Complex:
-    """Return the same, and what the torque leaves ringing at the end taken out."""
+    """Return ``force_spectra`` less what the torque leaves ringing at the record's end."""
     period_s = 1.0 / path.steps_per_s
     return force_spectra(torque, path, item) + end_force(
         -torque, period_s, path.vector, item, system
