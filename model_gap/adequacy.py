@@ -65,11 +65,11 @@ class Adequacy:
 def adequacy(search: Search, fit: Fit) -> Adequacy:
     """Measure what a fit leaves over on fitting and held-out records."""
     hypothesis = fit.hypothesis
-    misfit, worst = _misfits(search.fitting, hypothesis)
+    misfit, worst = _misfits(search.data.fitting, hypothesis)
     heldout, worst_heldout = float('nan'), Cell('', float('nan'))
-    if search.heldout_weighting is not None:
-        heldout, moved = foretold(fit, search.heldout, search.heldout_weighting)
-        _, worst_heldout = _misfits(search.heldout, moved)
+    if search.data.heldout.records:
+        heldout, moved = foretold(fit, search.data.heldout)
+        _, worst_heldout = _misfits(search.data.heldout, moved)
     values = np.abs(hypothesis.tolerance_values)
     most = int(np.argmax(values)) if len(values) else -1
     return Adequacy(

@@ -135,7 +135,7 @@ def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
 
 def _hint(search: Search, hypothesis: Hypothesis) -> tuple[str, ...]:
     """Return in which joint an unknown torque would account for most of what is left."""
-    found = joint_shares(hypothesis, search.fitting)
+    found = joint_shares(hypothesis, search.data.fitting)
     if not found.explained:
         return ()
     place = max(found.explained, key=lambda name: found.explained[name])
@@ -165,9 +165,9 @@ def _rivals(
 def too_little(search: Search) -> tuple[str, ...]:
     """Return what the campaign lacks for a confident name."""
     lacks = []
-    if len(search.fitting.poses) < LEAST_FIT_POSES:
+    if len(search.data.fitting.poses) < LEAST_FIT_POSES:
         lacks.append('only one pose was fitted: record at least three more, far apart')
-    if not search.heldout.records:
+    if not search.data.heldout.records:
         lacks.append('no pose was held out: record at least three poses')
     if len({item.level for item in search.campaign.records}) < 2:
         lacks.append('only one amplitude level: record a second one, half or twice as large')
@@ -197,9 +197,9 @@ def experiments(
     for best, other in rivals:
         one, two = best.fit.hypothesis, other.fit.hypothesis
         rng = np.random.default_rng(EXPERIMENT_SEED)
-        now = separation_now(one, two, search.coarse)
+        now = separation_now(one, two, search.data.coarse)
         pair = f'{best.effect!r} or {other.effect!r}'
-        for item in experiments_between(one, two, search.coarse, rng)[:2]:
+        for item in experiments_between(one, two, search.data.coarse, rng)[:2]:
             if item.separation > 1.2 * now:
                 found.append(
                     f'{pair}: {item.words}; they would differ by {item.separation:.1f} times the '

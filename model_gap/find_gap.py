@@ -94,10 +94,12 @@ def _result(search: Search, seed: int) -> GapResult:
         decision=decision,
         final=final,
         where=locate(search, final),
-        gap_before=gap_fraction(search.fitting, search.nominal),
-        gap_after=gap_fraction(search.fitting, final),
-        gap_before_heldout=gap_fraction(search.heldout, search.nominal),
-        gap_after_heldout=gap_fraction(search.heldout, final),
-        noise_floor=noise_floor(search.heldout if search.heldout.records else search.fitting),
+        gap_before=gap_fraction(search.data.fitting, search.nominal),
+        gap_after=gap_fraction(search.data.fitting, final),
+        gap_before_heldout=gap_fraction(search.data.heldout, search.nominal),
+        gap_after_heldout=gap_fraction(search.data.heldout, final),
+        noise_floor=noise_floor(
+            search.data.heldout if search.data.heldout.records else search.data.fitting
+        ),
         seed=seed,
     )

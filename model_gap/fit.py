@@ -14,14 +14,9 @@ from numpy.typing import NDArray
 from modal_core.errors import ModelError
 from model_gap.effects.effect import Effect
 from model_gap.hypothesis import Hypothesis
-from model_gap.linearise import (
-    effect_columns,
-    misfit,
-    Rows,
-    tolerance_columns,
-    Weighting,
-)
+from model_gap.linearise import effect_columns, tolerance_columns
 from model_gap.predict import Predictor
+from model_gap.weighting import Rows
 
 Array = NDArray[np.float64]
 EFFECTIVE_DATA = 300.0
@@ -72,7 +67,6 @@ def free_numbers_cost(effects: Sequence[Effect], records: int) -> float:
 def fit(
     hypothesis: Hypothesis,
     predictor: Predictor,
-    weighting: Weighting,
     columns: Rows | None = None,
     iterations: int = 8,
     relinearise: int = 1,
@@ -83,7 +77,7 @@ def fit(
     ----------
     hypothesis : Hypothesis
         Start.
-    predictor, weighting
+    predictor : Predictor
         Of the fitting records.
     columns : array
         Tolerance derivatives to begin with; computed when missing.
@@ -94,42 +88,41 @@ def fit(
     """
     fresh = columns is None
     if columns is None:
-        columns = tolerance_columns(hypothesis, predictor, weighting)
+        columns = tolerance_columns(hypothesis, predictor)
     for _ in range(relinearise):
-        moved = descend(hypothesis, predictor, weighting, columns, iterations)
+        moved = descend(hypothesis, predictor, columns, iterations)
         if fresh and moved is hypothesis:
             break
         hypothesis, fresh = moved, True
-        columns = tolerance_columns(hypothesis, predictor, weighting)
+        columns = tolerance_columns(hypothesis, predictor)
     else:
-        hypothesis = descend(hypothesis, predictor, weighting, columns, iterations)
-    return _summary(hypothesis, predictor, weighting, columns)
+        hypothesis = descend(hypothesis, predictor, columns, iterations)
+    return _summary(hypothesis, predictor, columns)
 
 
 def descend(
     hypothesis: Hypothesis,
     predictor: Predictor,
-    weighting: Weighting,
     columns: Rows,
     iterations: int,
 ) -> Hypothesis:
     """Return where damped Gauss-Newton steps lead, tolerances linear as ``columns`` say."""
-    rows = weighting.rows(predictor.predict(hypothesis.setup()))
-    chi = misfit(weighting, rows)
+    rows = predictor.rows(hypothesis.setup())
+    chi = predictor.weighting.misfit(rows)
     best = objective(chi, hypothesis)
     gram = np.asarray(columns @ columns.T, dtype=float)
     for _ in range(iterations):
-        step = _step(hypothesis, predictor, weighting, columns, gram, rows, chi)
+        step = _step(hypothesis, predictor, columns, gram, rows, chi)
         for trial in TRIALS:
             moved = hypothesis.moved(
                 hypothesis.tolerance_values + trial * step[: len(columns)],
                 hypothesis.inner + trial * step[len(columns) :] * hypothesis.prior_scale,
             )
             try:
-                new_rows = weighting.rows(predictor.predict(moved.setup()))
+                new_rows = predictor.rows(moved.setup())
             except ModelError:
                 continue  # not a possible arm: a shorter step
-            new_chi = misfit(weighting, new_rows)
+            new_chi = predictor.weighting.misfit(new_rows)
             value = objective(new_chi, moved)
             if value < best:
                 break
@@ -145,17 +138,16 @@ def descend(
 def _step(
     hypothesis: Hypothesis,
     predictor: Predictor,
-    weighting: Weighting,
     columns: Rows,
     gram: Array,
     rows: Rows,
     chi: float,
 ) -> Array:
     """Return the Gauss-Newton step in prior standard deviations, tolerances first."""
-    extra = effect_columns(hypothesis, predictor, weighting, rows)
-    residual = weighting.measured - rows
-    hessian = posterior_hessian(columns, gram, extra, chi, weighting.count)
-    weight = EFFECTIVE_DATA / (weighting.count * chi) * 2.0
+    extra = effect_columns(hypothesis, predictor, rows)
+    residual = predictor.weighting.measured - rows
+    hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count)
+    weight = EFFECTIVE_DATA / (predictor.weighting.count * chi) * 2.0
     pull = np.r_[columns @ residual, extra @ residual].astype(float) * weight
     scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
     return np.asarray(np.linalg.solve(hessian, pull - np.r_[hypothesis.tolerance_values, scaled]))
@@ -171,14 +163,12 @@ def posterior_hessian(columns: Rows, gram: Array, extra: Rows, chi: float, count
     return hessian
 
 
-def _summary(
-    hypothesis: Hypothesis, predictor: Predictor, weighting: Weighting, columns: Rows
-) -> Fit:
-    rows = weighting.rows(predictor.predict(hypothesis.setup()))
-    chi = misfit(weighting, rows)
-    extra = effect_columns(hypothesis, predictor, weighting, rows)
+def _summary(hypothesis: Hypothesis, predictor: Predictor, columns: Rows) -> Fit:
+    rows = predictor.rows(hypothesis.setup())
+    chi = predictor.weighting.misfit(rows)
+    extra = effect_columns(hypothesis, predictor, rows)
     gram = np.asarray(columns @ columns.T, dtype=float)
-    hessian = posterior_hessian(columns, gram, extra, chi, weighting.count)
+    hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count)
     covariance = np.linalg.inv(hessian)[len(columns) :, len(columns) :]
     scale = hypothesis.prior_scale
     evidence = -objective(chi, hypothesis) - 0.5 * float(np.linalg.slogdet(hessian)[1])

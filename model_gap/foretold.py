@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from modal_core.errors import ModelError
 from model_gap.fit import EFFECTIVE_DATA, Fit
 from model_gap.hypothesis import Hypothesis
-from model_gap.linearise import effect_columns, misfit, tolerance_columns, Weighting
+from model_gap.linearise import effect_columns, tolerance_columns
 from model_gap.predict import Predictor
 
 ROUNDS = 4
 
 
-def foretold(fitted: Fit, predictor: Predictor, weighting: Weighting) -> tuple[float, Hypothesis]:
+def foretold(fitted: Fit, predictor: Predictor) -> tuple[float, Hypothesis]:
     """Return χ of held-out records, and the hypothesis within the fit's uncertainty it is of.
 
     The numbers move to where EFFECTIVE_DATA log χ + ½ δᵀS⁻¹δ is least, and the way is paid for:
@@ -30,28 +30,28 @@ def foretold(fitted: Fit, predictor: Predictor, weighting: Weighting) -> tuple[f
     ----------
     fitted : Fit
         Of other records.
-    predictor, weighting
+    predictor : Predictor
         Of the held-out records.
     """
     hypothesis = fitted.hypothesis
-    rows = weighting.rows(predictor.predict(hypothesis.setup()))
-    plain = misfit(weighting, rows)
+    rows = predictor.rows(hypothesis.setup())
+    plain = predictor.weighting.misfit(rows)
     columns = np.concatenate(
         [
-            tolerance_columns(hypothesis, predictor, weighting),
-            effect_columns(hypothesis, predictor, weighting, rows),
+            tolerance_columns(hypothesis, predictor),
+            effect_columns(hypothesis, predictor, rows),
         ]
     )
-    residual = weighting.measured - rows
+    residual = predictor.weighting.measured - rows
     gram = np.asarray(columns @ columns.T, dtype=float)
     pull = np.asarray(columns @ residual, dtype=float)
-    square = plain * weighting.count
+    square = plain * predictor.weighting.count
     chi: float = plain
     way: NDArray[np.float64] = np.zeros(len(columns))
     for _ in range(ROUNDS):
-        weight = 2.0 * EFFECTIVE_DATA / (weighting.count * chi)
+        weight = 2.0 * EFFECTIVE_DATA / (predictor.weighting.count * chi)
         way = np.asarray(np.linalg.solve(weight * gram + fitted.precision, weight * pull), float)
-        chi = float(square - 2.0 * way @ pull + way @ gram @ way) / weighting.count
+        chi = float(square - 2.0 * way @ pull + way @ gram @ way) / predictor.weighting.count
         chi = max(chi, 1e-3 * plain)
     size = len(hypothesis.tolerances)
     moved = hypothesis.moved(
@@ -59,7 +59,7 @@ def foretold(fitted: Fit, predictor: Predictor, weighting: Weighting) -> tuple[f
         hypothesis.inner + way[size:] * hypothesis.prior_scale,
     )
     try:
-        there = misfit(weighting, weighting.rows(predictor.predict(moved.setup())))
+        there = predictor.weighting.misfit(predictor.rows(moved.setup()))
     except ModelError:  # not a possible arm
         return plain, hypothesis
     paid = there * float(np.exp(0.5 * way @ fitted.precision @ way / EFFECTIVE_DATA))

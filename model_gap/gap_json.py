@@ -76,8 +76,8 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
         'notes': list(search.notes),
         'band_hz': [search.settings.band.low_hz, search.settings.band.high_hz],
         'lines_hz': list(search.scene.lines_hz),
-        'fitting': [item.record.name for item in search.fitting.records],
-        'heldout': [item.record.name for item in search.heldout.records],
+        'fitting': [item.record.name for item in search.data.fitting.records],
+        'heldout': [item.record.name for item in search.data.heldout.records],
         'seed': result.seed,
         'versions': {name: _version(name) for name in PACKAGES},
     }

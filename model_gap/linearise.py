@@ -1,7 +1,7 @@
-"""Residuals and their derivatives, as real rows weighted by the noise."""
+"""Derivatives of the prediction by all numbers, as real rows weighted by the noise."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,63 +14,15 @@ from model_gap.pose_system import PoseSystem
 from model_gap.predict import Predictor, RecordState
 from model_gap.setup import Setup
 from model_gap.spectra import Complex, hann
+from model_gap.weighting import Rows
 
 Array = NDArray[np.float64]
-Rows = NDArray[np.float32]
 Complex64 = NDArray[np.complex64]
 TOLERANCE_STEP = 0.05
 EFFECT_STEP = 0.002
 
 
-@dataclass(frozen=True)
-class Weighting:
-    """How spectra become rows: real and imaginary parts over the noise.
-
-    Parameters
-    ----------
-    scale : list of (n_channels, 1) array
-        One over the root of half the noise power, per record.
-    measured : (n_rows,) array
-        Measured spectra as rows.
-    """
-
-    scale: list[Array]
-    measured: Rows
-
-    @classmethod
-    def of(cls, predictor: Predictor) -> 'Weighting':
-        """Weight the records of a predictor."""
-        scale = [np.sqrt(1.0 / item.noise_power) for item in predictor.records]
-        measured = _rows([item.measured for item in predictor.records], scale)
-        return cls(scale, measured)
-
-    def rows(self, spectra: list[Complex]) -> Rows:
-        """Return spectra as one weighted real vector."""
-        return _rows(spectra, self.scale)
-
-    @property
-    def count(self) -> int:
-        """Number of complex data."""
-        return len(self.measured) // 2
-
-
-def _rows(spectra: list[Complex], scale: list[Array]) -> Rows:
-    parts = []
-    for item, weight in zip(spectra, scale, strict=True):
-        scaled = (item * weight).ravel()
-        parts += [scaled.real, scaled.imag]
-    return np.concatenate(parts).astype(np.float32)
-
-
-def misfit(weighting: Weighting, rows: Rows) -> float:
-    """Return χ, the mean of |measured - predicted|² / noise power."""
-    residual = (weighting.measured - rows).astype(float)
-    return float(residual @ residual) / weighting.count
-
-
-def effect_columns(
-    hypothesis: Hypothesis, predictor: Predictor, weighting: Weighting, base: Rows
-) -> Rows:
+def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> Rows:
     """Return derivatives by the inner parameters, in prior standard deviations, as rows.
 
     Where a parameter changes no torque law, nonlinear torques are held.  What changes the arm is
@@ -104,12 +56,12 @@ def effect_columns(
     for setup, waits, step in zip(setups, slow, steps, strict=True):
         if waits or setup.spec == now.spec:
             spectra = next(waiting) if waits else predictor.predict(setup)
-            columns.append((weighting.rows(spectra) - base) / np.float32(step))
+            columns.append((predictor.weighting.rows(spectra) - base) / np.float32(step))
             continue
         if arm is None:
             arm = _arm_derivative(now, predictor)
         changes = predictor.outputs(now, arm.changes(setup, step))
-        columns.append(weighting.rows(predictor.less_tones(now, changes, arm.doubts)))
+        columns.append(predictor.weighting.rows(predictor.less_tones(now, changes, arm.doubts)))
     return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
 
 
@@ -118,7 +70,7 @@ def _mixed(hypothesis: Hypothesis) -> bool:
     return len({effect.amplitude_dependent for effect in hypothesis.effects}) > 1
 
 
-def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: Weighting) -> Rows:
+def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     """Return derivatives by the tolerances, per prior standard deviation, as rows.
 
     To first order a changed arm is the present one under the force (dB a + dP q) -
@@ -144,12 +96,12 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: W
     pushes = iter(predictor.preload_pushes(setup, systems, heavier))
     gains = [number for number, item in enumerate(hypothesis.tolerances) if item.kind == 'gain']
     lawful = {force.joint for force in setup.forces}
-    base = weighting.rows(predictor.predict(setup)) if lawful else None
+    base = predictor.rows(setup) if lawful else None
     columns = []
     for number, item in enumerate(hypothesis.tolerances):
         if base is not None and item.joint in lawful:
             moved = hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
-            stepped = weighting.rows(predictor.predict(moved)) - base
+            stepped = predictor.rows(moved) - base
             columns.append(stepped / np.float32(TOLERANCE_STEP))
             continue
         if item.kind == 'gain':
@@ -169,7 +121,7 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor, weighting: W
                 push = None if springs else next(pushes, None)
                 changes = arm.changes(moved, TOLERANCE_STEP, springs, push)
         seen = predictor.outputs(setup, changes)
-        columns.append(weighting.rows(predictor.less_tones(setup, seen, arm.doubts)))
+        columns.append(predictor.weighting.rows(predictor.less_tones(setup, seen, arm.doubts)))
     return np.array(columns, dtype=np.float32)
 
 

@@ -45,7 +45,7 @@ class Where:
 def locate(search: Search, after: Hypothesis) -> tuple[Where, ...]:
     """Return the table of places, the largest share of the gap first in every kind."""
     parts = []
-    for predictor in (search.fitting, search.heldout):
+    for predictor in (search.data.fitting, search.data.heldout):
         if not predictor.records:
             continue
         before = predictor.squares(search.nominal.setup())
@@ -74,7 +74,7 @@ def locate(search: Search, after: Hypothesis) -> tuple[Where, ...]:
 
 
 def _joints(search: Search, after: Hypothesis) -> list[Where]:
-    before, left = (joint_shares(item, search.fitting) for item in (search.nominal, after))
+    before, left = (joint_shares(item, search.data.fitting) for item in (search.nominal, after))
     return [
         Where(
             'joint',
@@ -91,7 +91,7 @@ def _modes(search: Search, hypothesis: Hypothesis) -> dict[int, np.ndarray]:
     """Return the mode nearest to every bin, per record; -1 far from all."""
     setup = hypothesis.setup()
     nearest = {}
-    for predictor in (search.fitting, search.heldout):
+    for predictor in (search.data.fitting, search.data.heldout):
         if not predictor.records:
             continue
         systems = predictor.systems(setup.spec, setup.channels)

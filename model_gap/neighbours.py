@@ -5,7 +5,7 @@ from collections.abc import Collection
 from model_gap.effects.places import moving_links
 from model_gap.fit import descend, objective
 from model_gap.hypothesis import Hypothesis
-from model_gap.linearise import misfit, tolerance_columns, Weighting
+from model_gap.linearise import tolerance_columns
 from model_gap.predict import Predictor
 
 STEPS = 10
@@ -15,7 +15,6 @@ def neighbours(
     best: Hypothesis,
     tried: Collection[tuple[str, str]],
     predictor: Predictor,
-    weighting: Weighting,
 ) -> list[Hypothesis]:
     """Return the last effect moved to the links next to its own, roughly fitted there.
 
@@ -28,7 +27,7 @@ def neighbours(
         With an effect on a link last.
     tried : collection of (type, location)
         Not tried again.
-    predictor, weighting
+    predictor : Predictor
         Of the records the rough fit is made on.
 
     Returns
@@ -44,15 +43,15 @@ def neighbours(
     near = [link for link in links if abs(links.index(link) - own) == 1]
     last = len(best.effects) - 1
     base, values = best.without(last), best.values()[last]
-    columns = tolerance_columns(base, predictor, weighting)
+    columns = tolerance_columns(base, predictor)
     found: dict[str, tuple[float, Hypothesis]] = {}
     for other in type(effect).instances(scene):
         if other.location not in near or other.key in tried:
             continue
         start = base.with_effect(other, values[: len(other.parameters(scene))])
-        fitted = descend(start.with_details() or start, predictor, weighting, columns, STEPS)
-        rows = weighting.rows(predictor.predict(fitted.setup()))
-        value = objective(misfit(weighting, rows), fitted)
+        fitted = descend(start.with_details() or start, predictor, columns, STEPS)
+        rows = predictor.rows(fitted.setup())
+        value = objective(predictor.weighting.misfit(rows), fitted)
         if other.location not in found or value < found[other.location][0]:
             found[other.location] = value, fitted
     return [hypothesis for _, hypothesis in found.values()]

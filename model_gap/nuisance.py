@@ -47,18 +47,22 @@ class Nuisance:
         ``spring``, ``spec`` (masses), ``position`` or ``gain``: how far its influence reaches.
     apply : callable
         (setup, standard deviations) -> setup.
-    sigma : float
-        One standard deviation, relative or [m].
+    what : str
+        ``stiffness`` or ``damping`` of a joint's drive, ``base``, ``mass`` of a link (or where it
+        is), or nothing: what an effect may stand for.
     joint, link : str
         The joint whose drive it is of, the link whose mass, or nothing.
+    sigma : float
+        One standard deviation, relative.
     """
 
     name: str
     kind: str
     apply: Callable[[Setup, float], Setup]
-    sigma: float = 0.0
+    what: str = ''
     joint: str = ''
     link: str = ''
+    sigma: float = 0.0
 
 
 def nuisances(setup: Setup, links: tuple[str, ...], size: Tolerances) -> tuple[Nuisance, ...]:
@@ -163,7 +167,7 @@ def _joint(joint: JointSpec, size: Tolerances) -> list[Nuisance]:
                 return setup.with_spec(change_drive(setup.spec, joint.name, change))
 
             name = f'{what} of {joint.name}'
-            found.append(Nuisance(name, 'spring', drive, joint=joint.name))
+            found.append(Nuisance(name, 'spring', drive, what, joint.name, sigma=sigma))
         for number, spring in enumerate(joint.tilts):
             if spring.rigid:
                 continue
@@ -194,7 +198,7 @@ def _base(number: int, size: Tolerances) -> Nuisance:
         )
         return setup.with_spec(dataclasses.replace(setup.spec, base=base))
 
-    return Nuisance(f'base stiffness {number}', 'spring', apply)
+    return Nuisance(f'base stiffness {number}', 'spring', apply, 'base')
 
 
 def _link(link: str, size: Tolerances) -> list[Nuisance]:
@@ -224,13 +228,11 @@ def _link(link: str, size: Tolerances) -> list[Nuisance]:
         return apply
 
     found = [
-        Nuisance(f'mass of {link}', 'spec', change('mass_factor', size.mass), link=link),
-        Nuisance(f'inertia of {link}', 'spec', change('inertia_factor', size.inertia), link=link),
+        (f'mass of {link}', change('mass_factor', size.mass)),
+        (f'inertia of {link}', change('inertia_factor', size.inertia)),
+        *((f'centre of mass of {link} ({"xyz"[axis]})', shift(axis)) for axis in range(3)),
     ]
-    return found + [
-        Nuisance(f'centre of mass of {link} ({"xyz"[axis]})', 'spec', shift(axis), link=link)
-        for axis in range(3)
-    ]
+    return [Nuisance(name, 'spec', apply, 'mass', link=link) for name, apply in found]
 
 
 def _mass(name: str, size: Tolerances) -> Nuisance:
@@ -276,4 +278,4 @@ def _gain(number: int, name: str, size: Tolerances) -> Nuisance:
     def apply(setup: Setup, value: float) -> Setup:
         return setup.then_output(gain_step(number, float(np.exp(size.gain * value))))
 
-    return Nuisance(f'gain of {name}', 'gain', apply, size.gain)
+    return Nuisance(f'gain of {name}', 'gain', apply, sigma=size.gain)

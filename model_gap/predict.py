@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 import dataclasses
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from model_gap.time_domain import (
     whole_force,
 )
 from model_gap.tone import best_motion, follow, rows_of, tone_motions
+from model_gap.weighting import Rows, Weighting
 from structural_model import FlexibleJointModel, ModelSpec
 
 Complex = NDArray[np.complex128]
@@ -96,6 +97,15 @@ class Predictor:
                 self.poses.append(pose)
             groups.append(known[0] if known else len(self.poses) - 1)
         self.groups = tuple(groups)
+
+    @cached_property
+    def weighting(self) -> Weighting:
+        """How spectra become rows, and what was measured as rows."""
+        return Weighting.of(self.records)
+
+    def rows(self, setup: Setup) -> Rows:
+        """Return the prediction as rows."""
+        return self.weighting.rows(self.predict(setup))
 
     def systems(self, spec: ModelSpec, channels: tuple[Channel, ...]) -> list[PoseSystem]:
         """Linearise at every pose; what was asked for last is remembered."""

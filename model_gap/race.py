@@ -12,10 +12,11 @@ from modal_core.errors import ModelError
 from model_gap.effects.effect import Effect
 from model_gap.fit import descend, objective
 from model_gap.hypothesis import Hypothesis
-from model_gap.linearise import misfit, Rows, tolerance_columns, Weighting
+from model_gap.linearise import tolerance_columns
 from model_gap.predict import Predictor
 from model_gap.reach import within_reach
 from model_gap.screen import Trial
+from model_gap.weighting import Rows
 
 FIRST_STEPS = 2
 FURTHER_STEPS = 5
@@ -38,34 +39,31 @@ class Track:
 
     Parameters
     ----------
-    predictor, weighting
+    predictor : Predictor
         Of a few records: one level is enough.
     columns : array
         Tolerance derivatives.
     """
 
     predictor: Predictor
-    weighting: Weighting
     columns: Rows
 
     @classmethod
-    def of(cls, base: Hypothesis, predictor: Predictor, weighting: Weighting) -> 'Track':
+    def of(cls, base: Hypothesis, predictor: Predictor) -> 'Track':
         """Linearise the tolerances at what the effects are added to."""
-        return cls(predictor, weighting, tolerance_columns(base, predictor, weighting))
+        return cls(predictor, tolerance_columns(base, predictor))
 
     def run(self, start: Hypothesis, steps: int) -> tuple[float, Hypothesis] | None:
         """Return the objective and where it is after some steps; None from an impossible arm."""
         try:
-            found = descend(start, self.predictor, self.weighting, self.columns, steps)
+            found = descend(start, self.predictor, self.columns, steps)
         except ModelError:
             return None
-        rows = self.weighting.rows(self.predictor.predict(found.setup()))
-        return objective(misfit(self.weighting, rows), found), found
+        rows = self.predictor.rows(found.setup())
+        return objective(self.predictor.weighting.misfit(rows), found), found
 
 
-def race(
-    screened: Sequence[Trial], base: Hypothesis, predictor: Predictor, weighting: Weighting
-) -> list[Trial]:
+def race(screened: Sequence[Trial], base: Hypothesis, predictor: Predictor) -> list[Trial]:
     """Return all trials, linear effects of the arm after a few steps, the most promising first.
 
     Parameters
@@ -75,11 +73,11 @@ def race(
         stay as they are.
     base : Hypothesis
         What they are added to.
-    predictor, weighting
+    predictor : Predictor
         Of a few records.
     """
     base = replace(base, held=predictor.hold(base.setup()).held)
-    track = Track.of(base, predictor, weighting)
+    track = Track.of(base, predictor)
     standing: list[tuple[float, int, Hypothesis]] = []
     found_of = dict(enumerate(screened))
     linear = [trial.effect for trial in screened if runs(trial.effect)]

@@ -15,10 +15,10 @@ from modal_core.errors import ModelError
 from model_gap.effects.effect import Effect
 from model_gap.fit import EFFECTIVE_DATA, free_numbers_cost
 from model_gap.hypothesis import Hypothesis
-from model_gap.linearise import Rows, Weighting
 from model_gap.predict import Predictor
 from model_gap.setup import Setup
 from model_gap.spectra import Complex
+from model_gap.weighting import Rows
 
 Array = NDArray[np.float64]
 LARGEST_AMPLITUDE = 1.3
@@ -73,12 +73,10 @@ class Projection:
     count: int
 
     @classmethod
-    def of(
-        cls, base: Hypothesis, predictor: Predictor, weighting: Weighting, columns: Rows
-    ) -> 'Projection':
+    def of(cls, base: Hypothesis, predictor: Predictor, columns: Rows) -> 'Projection':
         """Project about a base hypothesis."""
-        rows = weighting.rows(predictor.predict(base.setup()))
-        residual = weighting.measured - rows
+        rows = predictor.rows(base.setup())
+        residual = predictor.weighting.measured - rows
         return cls(
             base,
             rows,
@@ -86,7 +84,7 @@ class Projection:
             columns,
             np.asarray(columns @ columns.T, dtype=float),
             np.asarray(columns @ residual, dtype=float),
-            weighting.count,
+            predictor.weighting.count,
         )
 
     def value(self, direction: Rows | None) -> tuple[float, float]:
@@ -131,7 +129,6 @@ def screen(
     candidates: Sequence[Effect],
     projections: Sequence[Projection],
     predictor: Predictor,
-    weighting: Weighting,
 ) -> list[Trial]:
     """Return every candidate at its best start, the most promising first.
 
@@ -141,7 +138,7 @@ def screen(
         To try.
     projections : sequence of Projection
         Base hypotheses to add them to; the gain counts from the best of them.
-    predictor, weighting
+    predictor : Predictor
         Of the records to screen on.
     """
     reference = min(item.value(None)[0] for item in projections)
@@ -149,7 +146,7 @@ def screen(
     for item in projections:
         present = predictor.hold(item.base.setup())
         for number, values, spectra in _changes(candidates, item, present, predictor):
-            value, amplitude = item.value(weighting.rows(spectra) - item.rows)
+            value, amplitude = item.value(predictor.weighting.rows(spectra) - item.rows)
             cost = free_numbers_cost([candidates[number]], len(predictor.records))
             gain = reference - value - cost
             if np.isfinite(gain) and (number not in best or gain > best[number].gain):

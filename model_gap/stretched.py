@@ -4,8 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from model_gap.effects.payload import Payload
-from model_gap.effects.places import body_of
+from model_gap.effects import CATALOGUE
 from model_gap.hypothesis import Hypothesis
 
 # In deviations: ordinary imperfection reaches this once in two thousand tolerances.
@@ -17,26 +16,27 @@ def stretch(hypothesis: Hypothesis) -> float:
     return float(np.abs(hypothesis.tolerance_values).max(initial=0.0))
 
 
-def unknown_masses(hypothesis: Hypothesis) -> list[Hypothesis]:
-    """Return starts with a mass at every body whose own mass is stretched, tolerances nominal.
+def instead_of_tolerances(hypothesis: Hypothesis) -> list[Hypothesis]:
+    """Return starts with what stretched tolerances may stand for, all tolerances nominal.
 
-    A tool of a few kilograms can be mimicked by masses and centres of mass far out of their
-    range.  From there a payload gains nothing until all of that is undone: it must start without.
+    A softer spring or a tool of a few kilograms can be mimicked by tolerances far out of their
+    range.  From there an effect gains nothing until all of that is undone: it must start without.
     """
     scene = hypothesis.scene
-    wide = np.abs(hypothesis.tolerance_values) > STRETCHED
-    bodies = {
-        body_of(scene, item.link)
-        for item, far in zip(hypothesis.tolerances, wide, strict=True)
-        if far and item.link
-    }
-    nominal = dataclasses.replace(
-        hypothesis, tolerance_values=np.zeros_like(hypothesis.tolerance_values)
-    )
+    values = hypothesis.tolerance_values
+    nominal = dataclasses.replace(hypothesis, tolerance_values=np.zeros_like(values))
+    far = [
+        (item, value)
+        for item, value in zip(hypothesis.tolerances, values.tolist(), strict=True)
+        if abs(value) > STRETCHED
+    ]
     known = [effect.key for effect in hypothesis.effects]
+    candidates = [effect for kind in CATALOGUE for effect in kind.instances(scene)]
     return [
-        nominal.with_effect(effect, tuple(values))
-        for effect in Payload.instances(scene)
-        if body_of(scene, str(effect.location)) in bodies and effect.key not in known
-        for values in effect.few_starts(scene)
+        nominal.with_effect(effect, start)
+        for effect in candidates
+        if effect.key not in known
+        for start in dict.fromkeys(
+            tuple(start) for item in far for start in effect.instead_of(*item, scene)
+        )
     ]

@@ -44,7 +44,7 @@ class SpectraPair:
 def spectra_pairs(search: Search, after: Hypothesis) -> tuple[SpectraPair, ...]:
     """Predict every recording with the model as it was and as it is now."""
     found = []
-    for predictor in (search.fitting, search.heldout):
+    for predictor in (search.data.fitting, search.data.heldout):
         if not predictor.records:
             continue
         old = predictor.predict(search.nominal.setup())

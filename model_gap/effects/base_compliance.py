@@ -8,6 +8,7 @@ import numpy as np
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest
+from model_gap.nuisance import Nuisance
 from model_gap.setup import Setup
 from structural_model.spec import Spring
 
@@ -75,6 +76,12 @@ class BaseCompliance(Effect):
             springs=tuple(springs),  # type: ignore[arg-type]
         )
         return setup.with_spec(dataclasses.replace(setup.spec, base=base))
+
+    def instead_of(
+        self, tolerance: Nuisance, deviations: float, scene: Scene
+    ) -> Sequence[Sequence[float]]:
+        """Return a few compliances where the model's own base is far too soft."""
+        return self.few_starts(scene) if tolerance.what == 'base' and deviations < 0.0 else ()
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return compliances over two decades."""

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.joint_vector import BETWEEN_LINKS, is_coupled, marked
+from model_gap.nuisance import Nuisance
 from model_gap.setup import Setup
 from structural_model import FlexibleJointModel
 
@@ -134,6 +135,12 @@ class Effect(ABC):
 
     def other_starts(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
         """Return further ways into a fit of what promised most, where one may end in a trap."""
+        return ()
+
+    def instead_of(
+        self, tolerance: Nuisance, deviations: float, scene: Scene
+    ) -> Sequence[Sequence[float]]:
+        """Return starts with which the effect may do what a tolerance far off nominal does."""
         return ()
 
     def few_starts(self, scene: Scene) -> Sequence[Sequence[float]]:

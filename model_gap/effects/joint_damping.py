@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.nuisance import change_drive
+from model_gap.nuisance import change_drive, Nuisance
 from model_gap.setup import Setup
 from structural_model.spec import Spring
 
@@ -43,6 +43,13 @@ class JointDamping(Effect):
             return Spring(spring.stiffness, spring.damping * factor)
 
         return setup.with_spec(change_drive(setup.spec, str(self.location), change))
+
+    def instead_of(
+        self, tolerance: Nuisance, deviations: float, scene: Scene
+    ) -> Sequence[Sequence[float]]:
+        """Return the factor that the drive's tolerance has come to."""
+        own = (tolerance.what, tolerance.joint) == ('damping', self.location)
+        return [(float(np.exp(tolerance.sigma * deviations)),)] if own else ()
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return factors over two decades."""

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, body_of, centre, moving_links, Place
+from model_gap.nuisance import Nuisance
 from model_gap.setup import Setup
 from structural_model.spec import MassSpec
 
@@ -73,6 +74,14 @@ class Payload(Effect):
         unit = max(1.0, 0.05 * arm_mass(scene))
         place = self._middle(scene)
         return [(factor * unit, *place, 0.06) for factor in (-0.1, 0.15, 0.6, 1.5)]
+
+    def instead_of(
+        self, tolerance: Nuisance, deviations: float, scene: Scene
+    ) -> Sequence[Sequence[float]]:
+        """Return light and heavy where the link's mass, or where it is, is far off."""
+        here = body_of(scene, str(self.location))
+        mass = tolerance.what == 'mass' and body_of(scene, tolerance.link) == here
+        return self.few_starts(scene) if mass else ()
 
     def _middle(self, scene: Scene) -> Place:
         """Return where a mass is looked for first: the last link's origin, a link's own centre."""

@@ -153,7 +153,7 @@ def _pictures(result: GapResult, shown: list[SpectraPair]) -> list[Markup]:
     worst = max(shown, key=lambda pair: float(gap(pair).sum()))
     order = np.argsort(-gap(worst))
     item = record_spectra(worst.item.record, search.settings.band, FINE_BINS)
-    predictor = dataclasses.replace(search.fitting, records=[item])
+    predictor = dataclasses.replace(search.data.fitting, records=[item])
     (before,) = predictor.predict(search.nominal.setup())
     (after,) = predictor.predict(result.final.setup())
     pictures: list[Markup] = []

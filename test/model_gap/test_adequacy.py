@@ -12,7 +12,6 @@ from model_gap.effects.tonal_disturbance import families, TonalDisturbance
 from model_gap.fit import fit
 from model_gap.flat_tops import flat_topped
 from model_gap.foretold import foretold
-from model_gap.linearise import misfit, Weighting
 from model_gap.lines import lines_left
 from model_gap.search import Search, SearchSettings
 
@@ -68,8 +67,8 @@ def test_hum_is_followed_at_its_place_only(searched, wander, most):
     for place in ('joint_2', 'joint_1', 'joint_3'):
         effect = TonalDisturbance(place, ', orders 1 2', 21.37)
         hypothesis = search.nominal.with_effect(effect, (21.37,))
-        rows = search.weighting.rows(search.fitting.predict(hypothesis.setup()))
-        left[place] = misfit(search.weighting, rows)
+        rows = search.data.fitting.rows(hypothesis.setup())
+        left[place] = search.data.fitting.weighting.misfit(rows)
     assert left['joint_2'] < most, f'seed {SEED}: {left}'
     assert min(left['joint_1'], left['joint_3']) > 3.0, f'seed {SEED}: {left}'
 
@@ -80,8 +79,8 @@ def test_faint_hum_stands_out_of_what_is_left_over(searched):
         search = searched(effects, SEED + 1, n_fit=2, n_held=0, duration=8.0)
         known = search.scene.lines_hz
         assert not np.any(np.abs(np.array(known) - 25.3) < 1.0), 'seen in the response already'
-        fitted = fit(search.nominal, search.fitting, search.weighting)
-        found = lines_left(search.fitting, fitted.hypothesis, search.settings.band, known)
+        fitted = fit(search.nominal, search.data.fitting)
+        found = lines_left(search.data.fitting, fitted.hypothesis, search.settings.band, known)
         half_a_bin = 0.5 / 8.0
         hums = (pytest.approx(25.3, abs=half_a_bin),) if effects else ()
         assert found[len(known) :] == hums, f'seed {SEED + 1}: {found}'
@@ -91,13 +90,13 @@ def test_faint_hum_stands_out_of_what_is_left_over(searched):
 def healthy(campaign_of, robot):
     campaign = campaign_of((), SEED + 2, n_fit=2, n_held=2, duration=8.0)
     search = Search(robot, campaign, FEW, simulated=True)
-    return search, fit(search.nominal, search.fitting, search.weighting)
+    return search, fit(search.nominal, search.data.fitting)
 
 
 def test_heldout_poses_are_judged_with_what_the_fit_leaves_open(healthy):
     search, fitted = healthy
     plain = search.heldout_misfit(fitted.hypothesis)
-    found, _ = foretold(fitted, search.heldout, search.heldout_weighting)
+    found, _ = foretold(fitted, search.data.heldout)
     assert 0.8 < found < 1.15, f'seed {SEED + 2}: {found}, plain {plain}'
     assert found <= plain
     left = adequacy(search, fitted)
@@ -111,8 +110,8 @@ def test_another_arm_at_the_heldout_poses_is_noticed(healthy):
     search, fitted = healthy
     wrong = [
         dataclasses.replace(item, measured=np.r_[1.1 * item.measured[:2], item.measured[2:]])
-        for item in search.heldout.records
+        for item in search.data.heldout.records
     ]
-    predictor = dataclasses.replace(search.heldout, records=wrong)
-    found, _ = foretold(fitted, predictor, Weighting.of(predictor))
+    predictor = dataclasses.replace(search.data.heldout, records=wrong)
+    found, _ = foretold(fitted, predictor)
     assert found > 1.5, f'seed {SEED + 2}: {found}'

@@ -15,7 +15,7 @@ from model_gap.explicit_damping import explicit_damping
 from model_gap.find_gap import find_gap
 from model_gap.followed import PARTING_1_S, parting_residues, predicted_share
 from model_gap.hypothesis import Hypothesis
-from model_gap.linearise import misfit, tolerance_columns, Weighting
+from model_gap.linearise import tolerance_columns
 from model_gap.nuisance import nuisances, Tolerances
 from model_gap.predict import Predictor
 from model_gap.search import SearchSettings
@@ -80,11 +80,10 @@ def test_play_is_explained_where_no_motion_can_be_predicted(campaign_of, robot):
     hidden = {'type': 'backlash', 'joint': 'joint_1', 'gap': 1.5e-4}
     campaign = campaign_of([hidden], SEED, **SMALL)
     predictor, scene = predictor_of(campaign, robot)
-    weighting = Weighting.of(predictor)
 
     def left(gap):
         setup = Backlash('joint_1').apply(scene.setup, (gap, 1.0), scene) if gap else scene.setup
-        return misfit(weighting, weighting.rows(predictor.predict(setup)))
+        return predictor.weighting.misfit(predictor.rows(setup))
 
     right = left(1.5e-4)
     assert right < 2.0, f'seed {SEED}: {right:.2f}'
@@ -138,18 +137,17 @@ def test_tolerance_derivatives_follow_a_hard_spring(
     hidden = {'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': alpha, 'preload': share}
     campaign = campaign_of([hidden], SEED, **SMALL)
     predictor, scene = predictor_of(campaign, robot)
-    weighting = Weighting.of(predictor)
     tolerances = nuisances(scene.setup, ('link_3',), Tolerances())
     start = Hypothesis(scene, tolerances, (), np.zeros(len(tolerances)), np.zeros(0))
     bent = start.with_effect(CubicStiffness('joint_2'), (alpha, share))
-    columns = tolerance_columns(bent, predictor, weighting)
+    columns = tolerance_columns(bent, predictor)
     still = replace(bent, held=predictor.hold(bent.setup()).held)
-    held = tolerance_columns(still, predictor, weighting)
+    held = tolerance_columns(still, predictor)
     number = next(i for i, item in enumerate(tolerances) if kind in item.name)
     step = 0.02
     moved = [np.eye(len(tolerances))[number] * sign * step for sign in (1.0, -1.0)]
     up, down = (
-        weighting.rows(predictor.predict(bent.moved(values, bent.inner).setup()))
+        predictor.weighting.rows(predictor.predict(bent.moved(values, bent.inner).setup()))
         for values in moved
     )
     exact = (up - down) / (2.0 * step)

@@ -9,7 +9,6 @@ from write_campaign import write_campaign
 
 from modal_core.share import share_path
 from model_gap.campaign import MotionNoise
-from model_gap.linearise import misfit, Weighting
 from model_gap.motion import disagreement, lag_s, white_density
 from model_gap.predict import Predictor
 from model_gap.read_campaign import read_campaign
@@ -87,9 +86,8 @@ def test_right_model_meets_the_noise_of_a_coarse_encoder(tmp_path, robot):
 
     def chi(items):
         predictor = Predictor(robot, [record_spectra(item, Band(3.0, 50.0)) for item in items])
-        weighting = Weighting.of(predictor)
         readings = predictor.predict(Setup(robot.spec, campaign.layout.channels))
-        return misfit(weighting, weighting.rows(readings))
+        return predictor.weighting.misfit(predictor.weighting.rows(readings))
 
     known = chi(campaign.records)
     ignored = chi([replace(item, motion_noise=MotionNoise()) for item in campaign.records])

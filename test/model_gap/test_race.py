@@ -9,7 +9,7 @@ from model_gap.effects.link_flexibility import LinkFlexibility
 from model_gap.effects.places import moving_links, turned
 from model_gap.effects.tuned_mass import TunedMass
 from model_gap.fit import descend, fit, objective
-from model_gap.linearise import misfit, tolerance_columns
+from model_gap.linearise import tolerance_columns
 from model_gap.neighbours import neighbours
 from model_gap.race import race
 from model_gap.screen import Trial
@@ -41,14 +41,14 @@ def test_swinging_mass_wins_the_race_and_its_place_is_found(search):
         *(JointStiffness(joint) for joint in ('joint_3', 'joint_5')),
         LinkFlexibility('link_2', 'y'),
     ]
-    base = fit(search.nominal, search.racing, search.racing_weighting).hypothesis
+    base = fit(search.nominal, search.data.racing).hypothesis
     trials = [Trial(item, tuple(item.starts(search.scene)[0]), 0.0, base) for item in effects]
-    best = race(trials, base, search.racing, search.racing_weighting)[0]
+    best = race(trials, base, search.data.racing)[0]
     assert repr(best.effect) == 'tuned_mass at link_4z', f'seed {SEED}'
     assert best.gain > 20.0, f'seed {SEED}: {best.gain}'
     start = best.base.with_effect(best.effect, best.values)
-    plain = fit(start, search.fitting, search.weighting)
-    free = fit(plain.hypothesis.with_details(), search.fitting, search.weighting, relinearise=2)
+    plain = fit(start, search.data.fitting)
+    free = fit(plain.hypothesis.with_details(), search.data.fitting, relinearise=2)
     assert free.log_evidence > plain.log_evidence + 10.0, f'seed {SEED}'
     mass, frequency, _, *rest = free.hypothesis.values()[-1]
     assert mass == pytest.approx(12.0, rel=0.05), f'seed {SEED}'
@@ -59,25 +59,22 @@ def test_swinging_mass_wins_the_race_and_its_place_is_found(search):
 
 def test_from_the_next_link_the_right_one_is_found(search):
     """A fit on the wrong link leads to its neighbours, and there to a better one."""
-    predictor, weighting = search.racing, search.racing_weighting
+    predictor = search.data.racing
     start = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
-    columns = tolerance_columns(search.nominal, predictor, weighting)
-    wrong = descend(start.with_details(), predictor, weighting, columns, 4)
+    columns = tolerance_columns(search.nominal, predictor)
+    wrong = descend(start.with_details(), predictor, columns, 4)
 
     def value(hypothesis):
-        rows = weighting.rows(predictor.predict(hypothesis.setup()))
-        return objective(misfit(weighting, rows), hypothesis)
+        rows = predictor.rows(hypothesis.setup())
+        return objective(predictor.weighting.misfit(rows), hypothesis)
 
-    found = {
-        item.effects[-1].location: value(item)
-        for item in neighbours(wrong, [], predictor, weighting)
-    }
+    found = {item.effects[-1].location: value(item) for item in neighbours(wrong, [], predictor)}
     assert set(found) == {'link_4', 'link_6'}
     assert found['link_4'] < min(value(wrong), found['link_6']) - 10.0, f'seed {SEED}: {found}'
     known = [('tuned_mass', 'link_4'), ('tuned_mass', 'link_6')]
-    assert neighbours(wrong, known, predictor, weighting) == []
+    assert neighbours(wrong, known, predictor) == []
     stiffer = search.nominal.with_effect(JointStiffness('joint_3'), (1.1,))
-    assert neighbours(stiffer, [], predictor, weighting) == []
+    assert neighbours(stiffer, [], predictor) == []
 
 
 def test_details_left_alone_change_nothing(search):
@@ -92,7 +89,7 @@ def test_details_left_alone_change_nothing(search):
         free = plain.with_details()
         assert len(free.inner) > len(plain.inner)
         assert free.with_details() is None
-        one, other = (search.racing.predict(item.setup())[0] for item in (plain, free))
+        one, other = (search.data.racing.predict(item.setup())[0] for item in (plain, free))
         assert np.abs(one - other).max() < 1e-9 * np.abs(one).max(), effect
     assert found >= 4
 

@@ -1,0 +1,143 @@
+"""From what promised most to fitted explanations: roughly first, the closest on all records."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from model_gap.effects import Effect
+from model_gap.fit import Fit, fit
+from model_gap.hypothesis import Hypothesis
+from model_gap.linearise import tolerance_columns
+from model_gap.neighbours import neighbours
+from model_gap.predict import Predictor
+from model_gap.prepared import Prepared
+from model_gap.screen import Trial
+from model_gap.stretched import instead_of_tolerances
+
+ROUGH = 8
+ROUGH_PER_TYPE = 4
+ROUGH_PER_PLACE = 2
+# As many beside an accepted torque law, where a fit takes longer.
+AFTER_TORQUES = 4
+REFINED = 4
+# What promised less than this share of the best in the screening is not tried.
+LEAST_PROMISE = 0.06
+# Rough fits this far behind the best are not refined.
+HOPELESS = 200.0
+# Once a rough fit is this good, torque laws that promised less than this share are not tried.
+SETTLED_MISFIT = 1.5
+SETTLED_SHARE = 0.5
+# Details are looked into of candidates this close to the best.
+DETAILED = 100.0
+
+
+def rough_fits(current: Hypothesis, trials: Sequence[Trial], coarse: Predictor) -> list[Fit]:
+    """Fit what promised most on the coarse records; return those worth more, the best first.
+
+    Parameters
+    ----------
+    current : Hypothesis
+        What one more effect is sought for.
+    trials : sequence of Trial
+        Screened, the most promising first.
+    coarse : Predictor
+        Of the coarse records.
+    """
+    held = coarse.hold(current.setup()).held
+    found = [
+        fit(replace(start, held=held), coarse, relinearise=3)
+        for start in instead_of_tolerances(current)
+    ]
+    trials = chosen(trials)[: AFTER_TORQUES if held else None]
+    shared = tolerance_columns(trials[0].base, coarse) if trials else None
+    for trial in trials:
+        slow = trial.effect.amplitude_dependent
+        done = min((item.misfit for item in found), default=np.inf) < SETTLED_MISFIT
+        if slow and done and trial.gain < SETTLED_SHARE * trials[0].gain:
+            continue
+        others = trial.effect.other_starts(trial.values) if trial is trials[0] else ()
+        for values in dict.fromkeys((trial.values, *others)):
+            found.append(
+                fit(
+                    replace(trial.base, held=held).with_effect(trial.effect, values),
+                    coarse,
+                    columns=shared,
+                    iterations=4 if slow else 6,
+                    relinearise=1 if slow else 3,
+                )
+            )
+    close = best_of_each(found)
+    close = [item for item in close if item.log_evidence > close[0].log_evidence - HOPELESS]
+    close = close[:REFINED]
+    if close and close[0].misfit > SETTLED_MISFIT:
+        close = with_details(close, coarse)
+    return close
+
+
+def fine_fits(rough: Sequence[Fit], data: Prepared) -> list[Fit]:
+    """Fit on all records; the best also with their details free, and on the links beside."""
+    found = []
+    for item in rough:
+        slow = any(effect.amplitude_dependent for effect in item.hypothesis.effects)
+        start = replace(item.hypothesis, held=())
+        found.append(fit(start, data.fitting, iterations=3 if slow else 5, relinearise=0))
+    best = max((item.log_evidence for item in found), default=0.0)
+    near = [item for item in found if item.log_evidence > best - DETAILED]
+    rest = [item for item in found if item.log_evidence <= best - DETAILED]
+    near = with_details(near, data.fitting)
+    near += _next_door(near, [item.hypothesis.effects[-1].key for item in found], data)
+    return [*near, *rest]
+
+
+def _next_door(near: Sequence[Fit], tried: Sequence[tuple[str, str]], data: Prepared) -> list[Fit]:
+    """Fit the best effect of a link on the links beside it as well."""
+    if not near:
+        return []
+    best = max(near, key=lambda item: item.log_evidence).hypothesis
+    moved = neighbours(best, tried, data.coarse)
+    fine = [fit(item, data.fitting, iterations=5) for item in moved]
+    return with_details(fine, data.fitting)
+
+
+def with_details(found: Sequence[Fit], predictor: Predictor) -> list[Fit]:
+    """Return each fit with its last effect's details free, where it has any.
+
+    No one knows them: values, deviations and evidence must contain that.
+    """
+    kept = []
+    for item in found:
+        start = item.hypothesis.with_details()
+        if start is not None:
+            item = fit(start, predictor, iterations=5, relinearise=2)
+        kept.append(item)
+    return kept
+
+
+def chosen(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the trials worth a refined fit: the best, not too many of one type and place."""
+    found: list[Trial] = []
+    for trial in trials:
+        alike = sum(item.effect.type == trial.effect.type for item in found)
+        here = sum(item.effect.key == trial.effect.key for item in found)
+        promising = trial.gain > max(1.0, LEAST_PROMISE * trials[0].gain)
+        if alike < ROUGH_PER_TYPE and here < ROUGH_PER_PLACE and promising:
+            found.append(trial)
+        if len(found) == ROUGH:
+            break
+    return found
+
+
+def same(one: Effect, other: Effect) -> bool:
+    """Return whether two effects are one and the same, whatever details are free."""
+    return (one.key, one.variant) == (other.key, other.variant)
+
+
+def best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the best fit of every effect, the best first: several starts may have met."""
+    found: list[Fit] = []
+    for item in sorted(fits, key=lambda item: -item.log_evidence):
+        last = item.hypothesis.effects[-1]
+        if not any(same(last, other.hypothesis.effects[-1]) for other in found):
+            found.append(item)
+    return found
