@@ -27,7 +27,7 @@ def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]
     """
     lines = np.flatnonzero(usable)
     values = spectra.at(lines)
-    plain = (values @ values.conj().T).conj() / len(lines)
+    plain = (values.conj() @ values.T).astype(complex) / len(lines)
     power = np.diag(plain).real
     frequency, damping, shapes = start.frequency_hz, start.damping_ratio, start.shapes
     scale = 1.0 / np.sqrt(power)
