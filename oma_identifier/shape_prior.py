@@ -21,44 +21,45 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-def _rotated(shape: Complex) -> tuple[Complex, complex]:
-    """Return the shape turned so that its imaginary part is least, and the factor used."""
-    square = np.sum(shape * shape)
-    turn = np.exp(-0.5j * np.angle(square))
-    return np.asarray(shape * turn), complex(turn)
+def _rotated(shapes: Complex) -> tuple[Complex, Complex]:
+    """Return shapes turned so that their imaginary parts are least, and the factors used."""
+    turn = np.exp(-0.5j * np.angle(np.sum(shapes * shapes, axis=0)))
+    return np.asarray(shapes * turn), np.asarray(turn)
 
 
-def _weight(shape: Complex) -> float:
+def _weight(shapes: Complex) -> float:
     """Return 1/σ² of one entry's imaginary part."""
-    return max(len(shape) - 1, 1) / COMPLEXITY**2
+    return max(len(shapes) - 1, 1) / COMPLEXITY**2
 
 
-def penalty(shape: Complex) -> float:
-    """Return the negative logarithm of the prior at a shape of unit length."""
-    imaginary = 0.5 * (1.0 - abs(np.sum(shape * shape)))
-    return 0.5 * _weight(shape) * imaginary
+def penalty(shapes: Complex) -> float:
+    """Return the negative logarithm of the prior at shapes of unit length, one per column."""
+    imaginary = 0.5 * (1.0 - np.abs(np.sum(shapes * shapes, axis=0)))
+    return float(0.5 * _weight(shapes) * np.sum(imaginary))
 
 
-def gradient(shape: Complex, across: Complex) -> Real:
-    """Return the downhill gradient over steps across a shape.
+def gradient(shapes: Complex, across: Complex) -> Real:
+    """Return the downhill gradient over steps across each shape, (n_shapes, n_steps) array.
 
     Parameters
     ----------
-    shape : (n_channels,) complex array
+    shapes : (n_channels, n_shapes) complex array
         Of unit length.
-    across : (n_channels, n_channels - 1) complex array
+    across : (n_shapes, n_channels, n_channels - 1) complex array
         Directions of the steps; real and imaginary parts of each are parameters in turn.
     """
-    at, turn = _rotated(shape)
-    return np.asarray(-_weight(shape) * (at.imag @ _imaginary(turn * across)))
+    at, turn = _rotated(shapes)
+    slope = at.imag.T[:, None] @ _imaginary(turn[:, None, None] * across)
+    return np.asarray(-_weight(shapes) * slope[:, 0])
 
 
-def information(shape: Complex, across: Complex) -> Real:
-    """Return the information over the same steps."""
-    steps = _imaginary(_rotated(shape)[1] * across)
-    return np.asarray(_weight(shape) * (steps.T @ steps))
+def information(shapes: Complex, across: Complex) -> Real:
+    """Return the information over the same steps, (n_shapes, n_steps, n_steps) array."""
+    _, turn = _rotated(shapes)
+    steps = _imaginary(turn[:, None, None] * across)
+    return np.asarray(_weight(shapes) * (steps.swapaxes(1, 2) @ steps))
 
 
 def _imaginary(across: Complex) -> Real:
     """Return the imaginary part of a step by each parameter."""
-    return np.stack([across.imag, across.real], axis=-1).reshape(len(across), -1)
+    return np.stack([across.imag, across.real], axis=-1).reshape(*across.shape[:2], -1)

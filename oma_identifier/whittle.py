@@ -13,7 +13,6 @@ Au (2017), Operational Modal Analysis, Springer, doi:10.1007/978-981-10-4118-1, 
 Whittle (1953), Arkiv för Matematik 2, 423-434.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -338,7 +337,7 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
         power = model.noise[0]
         value += data.n_noise * (np.log(power) + data.noise_power / power)
     value += prior.value(model)
-    value += sum(shape_prior.penalty(shape) for shape in model.shapes.T[: model.n_free])
+    value += shape_prior.penalty(model.shapes[:, : model.n_free])
     if not np.isfinite(value):
         return None
     return _Evaluation(
@@ -359,11 +358,13 @@ def _quadratic(data: BandData, model: BandModel, prior: _Prior, at: _Evaluation)
     weight = prior.weight
     last = np.arange(len(information) - len(weight), len(information))
     information[last, last] += weight
-    for own, shape, across in _shapes(model, evaluated):
-        information[own, own] += shape_prior.information(shape, across)
+    size, free = 2 * len(model.shapes), model.shapes[:, : model.n_free]
+    shapes = [slice(mode * size + 2, (mode + 1) * size) for mode in range(model.n_free)]
+    for own, known in zip(shapes, shape_prior.information(free, evaluated.across), strict=True):
+        information[own, own] += known
     scale = np.sqrt(np.diag(information))
-    for own, *_ in _shapes(model, evaluated):
-        scale[own] = np.linalg.norm(scale[own]) / max(1.0, np.sqrt(own.stop - own.start))
+    for own in shapes:
+        scale[own] = np.linalg.norm(scale[own]) / max(1.0, np.sqrt(size - 2))
     return _Quadratic(information, _gradient(data, model, prior, at, evaluated), scale)
 
 
@@ -381,16 +382,9 @@ def _gradient(
         downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
     pull = prior.weight * prior.offset(model)
     downhill[-len(pull) :] += pull
-    for own, shape, across in _shapes(model, evaluated):
-        downhill[own] += shape_prior.gradient(shape, across)
+    modes = downhill[: model.n_free * 2 * len(model.shapes)].reshape(model.n_free, -1)
+    modes[:, 2:] += shape_prior.gradient(model.shapes[:, : model.n_free], evaluated.across)
     return downhill
-
-
-def _shapes(model: BandModel, evaluated: Evaluated) -> Iterator[tuple[slice, Complex, Complex]]:
-    """Yield the parameters of each free shape, the shape and the directions across it."""
-    size = 2 * len(model.shapes)
-    for mode, across in enumerate(evaluated.across):
-        yield slice(mode * size + 2, (mode + 1) * size), model.shapes[:, mode], across
 
 
 def _evaluated(data: BandData, model: BandModel, at: _Evaluation) -> Evaluated:
