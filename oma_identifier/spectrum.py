@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.signal.windows import hann
@@ -60,20 +61,20 @@ def singular_value_spectrum(
     taper = hann(length, sym=False)
     scale = 2.0 / (rate * np.sum(taper**2))
     frequency = np.fft.rfftfreq(length, 1.0 / rate)
-    keep = (frequency > 0.0) & (frequency <= (max_frequency_hz or rate))
-    starts = np.arange(0, len(data) - length + 1, max(1, length // 2))
+    keep = slice(1, int(np.searchsorted(frequency, max_frequency_hz or rate, side='right')))
+    step = max(1, length // 2)
+    n_segments = (len(data) - length) // step + 1
     # Single precision: half the time, and a picture needs no more.
-    rows = data.astype(np.float32)
-    rows -= data.mean(axis=0)
-    segments = np.stack([rows[start : start + length] for start in starts], axis=1)
-    segments *= (taper * math.sqrt(scale / len(starts))).astype(np.float32)[:, None, None]
-    lines = rfft(segments, axis=0)[keep]
+    rows = (data - data.mean(axis=0)).T.astype(np.float32, order='C')
+    segments = sliding_window_view(rows, length, axis=1)[:, ::step]
+    taper = (taper * math.sqrt(scale / n_segments)).astype(np.float32)
+    lines = rfft(segments * taper, axis=2)[:, :, keep].transpose(2, 1, 0)
     # Singular values of the density matrix: those of its square root, the segments' lines.
-    if data.shape[1] <= len(starts):
+    if data.shape[1] <= n_segments:
         lines = lines.transpose(0, 2, 1)
     values = np.empty(lines.shape[:2])
     for first in range(0, len(lines), LINES_AT_ONCE):
-        root = lines[first : first + LINES_AT_ONCE]
+        root = np.ascontiguousarray(lines[first : first + LINES_AT_ONCE])
         values[first : first + LINES_AT_ONCE] = np.linalg.eigvalsh(
             root @ root.conj().transpose(0, 2, 1)
         )
