@@ -52,7 +52,7 @@ CLOSE = 3.0
 ORDERS_SHARE = 6
 """A mode repeats over at least one in this many model orders, and over three."""
 SAME_MAC = 0.9
-TRIALS = (0.0, 0.2, 0.4, 0.6, 0.9)
+TRIALS = (0.0, 0.25, 0.55, 0.9)
 """Members whose standard deviations are compared, as shares of a cluster by model order; those of
 low order scatter least, those of higher order tell whether the lower ones are biased."""
 LOOSEST = 0.5
@@ -206,10 +206,13 @@ def _beside_others(poles: list[SelectedPole]) -> list[SelectedPole]:
     A complex shape needs a neighbour that it is mixed with.  And the peak that speaks for a
     doubtful pole must be its own, not that of a narrower mode inside it.
     """
+    if not poles:
+        return []
+    turns = _turn(np.column_stack([pole.shape for pole in poles]))
     return [
         pole
-        for pole in poles
-        if (not _turns(pole.shape) or _near(pole, poles, CLOSE, narrower=False))
+        for pole, complex_shape in zip(poles, turns, strict=True)
+        if (not complex_shape or _near(pole, poles, CLOSE, narrower=False))
         and (pole.from_limit < DOUBTFUL or not _near(pole, poles, 1.0, narrower=True))
     ]
 
@@ -233,7 +236,7 @@ def _judge(
         return PoleStatus.UNCERTAIN, None
     if peaks is not None and pole.damping_ratio > BROAD and _is_edge(pole, peaks):
         return PoleStatus.UNCERTAIN, None
-    turns = _turns(pole.shape)
+    turns = bool(_turn(pole.shape[:, None])[0])
     if (turns or pole.from_limit > DOUBTFUL) and not _peaks(pole, turns, peaks):
         return PoleStatus.COMPLEX_SHAPE if turns else PoleStatus.UNCERTAIN, None
     return PoleStatus.KEPT, pole
@@ -256,9 +259,9 @@ def _half_width_hz(pole: SelectedPole) -> float:
     return pole.damping_ratio * pole.frequency_hz
 
 
-def _turns(shape: NDArray[np.complex128]) -> bool:
-    """Tell whether the phases of a shape are nearer to a circle than to a line."""
-    return len(shape) > 1 and bool(mpc(shape[:, None])[0] < LEAST_MPC)
+def _turn(shapes: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """Return of which shapes, one per column, the phases are nearer to a circle than to a line."""
+    return np.asarray((mpc(shapes) < LEAST_MPC) & (len(shapes) > 1))
 
 
 def _cut_off(pole: SelectedPole) -> bool:
