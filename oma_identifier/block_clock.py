@@ -100,7 +100,7 @@ class BlockClock:
             self._start = self._newest = (block.first_index, block.stamp_ns)
 
     def _is_repeat(self, block: SampleBlock) -> bool:
-        near = self._newest[0] - block.first_index < self.sample_rate_hz
+        near = 0 <= self._newest[0] - block.first_index < self.sample_rate_hz
         return near and block.first_index in self._recent and not self._is_off(block)
 
     def _is_off(self, block: SampleBlock) -> bool:
