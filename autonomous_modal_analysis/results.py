@@ -229,6 +229,8 @@ def mode_json(mode: Mode) -> dict[str, object]:
         'shape_imag': plain(np.imag(mode.shape)),
         'shape_std_real': None if mode.shape_std is None else plain(np.real(mode.shape_std)),
         'shape_std_imag': None if mode.shape_std is None else plain(np.imag(mode.shape_std)),
+        'mac_loss': plain(mode.mac_loss),
+        'mac_loss_std': plain(mode.mac_loss_std),
         'mpc': plain(mode.mpc),
         'mpd': plain(mode.mpd),
         'harmonic': bool(mode.harmonic),

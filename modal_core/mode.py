@@ -37,6 +37,9 @@ class Mode:
     shape_std : (n_channels,) complex array or None
         Standard deviations of the real parts + i · those of the imaginary parts of ``shape``, 0 at
         its largest entry; None when not estimated.
+    mac_loss, mac_loss_std : float
+        Mean and standard deviation of what chance takes from the MAC of ``shape`` with the true
+        one; NaN when not estimated.
     """
 
     frequency_hz: float
@@ -49,6 +52,8 @@ class Mode:
     harmonic: bool = False
     id: int = 0
     shape_std: NDArray[np.complex128] | None = None
+    mac_loss: float = math.nan
+    mac_loss_std: float = math.nan
 
     @property
     def phases_scatter(self) -> bool:

@@ -194,6 +194,8 @@ def _merged(plain: Mode, refined: Mode) -> Mode:
         damping_ratio_std=refined.damping_ratio_std,
         shape=refined.shape,
         shape_std=refined.shape_std,
+        mac_loss=refined.mac_loss,
+        mac_loss_std=refined.mac_loss_std,
         mpc=refined.mpc,
         mpd=refined.mpd,
     )

@@ -61,22 +61,39 @@ class ReducedBand:
         In the reduced coordinates.
     model : BandModel
         To start from; the free modes are those of the group.
-    project : (n_channels, n_reduced) array
-        Reduced value = projectᵀ · channel values.
-    back : (n_channels, n_reduced) array
-        A shape in channels = back · reduced shape, but for what was projected out.
-    projected_out : (n_channels, n_channels) array
-        Part of a shape in channels along the shapes of the other modes.
+    scale : (n_channels,) array
+        That makes the noise of all channels equal.
+    basis : (n_channels, n_reduced) array
+        Orthonormal combinations of the scaled channels that were kept.
+    blocked : (n_channels, n_blocked) array
+        Orthonormal combinations that hold the shapes of other modes and were projected out.
+    lines : (n_lines,) int array
+        Frequencies of the spectra that the band is made of.
     included : tuple of int
         Modes of the model, by position in the modes it starts from.
     """
 
     data: BandData
     model: BandModel
-    project: Real
-    back: Real
-    projected_out: Real
+    scale: Real
+    basis: Real
+    blocked: Real
+    lines: NDArray[np.intp]
     included: tuple[int, ...]
+
+    @property
+    def project(self) -> Real:
+        """Reduced value = projectᵀ · channel values, (n_channels, n_reduced) array."""
+        return self.scale[:, None] * self.basis
+
+    @property
+    def back(self) -> Real:
+        """A shape in channels = back · reduced shape, but for what was projected out."""
+        return self.basis / self.scale[:, None]
+
+    def projected_out(self, shape: Complex) -> Complex:
+        """Return the part of a shape in channels along the shapes of the other modes."""
+        return np.asarray(self.blocked @ (self.blocked.T @ (self.scale * shape)) / self.scale)
 
     @property
     def is_whole(self) -> bool:
@@ -136,9 +153,11 @@ def reduce_band(
     scale = _noise_scale(plain)
     shapes = _unit(start.shapes * scale[:, None])
     others = [mode for mode in range(len(start.frequency_hz)) if mode not in group]
-    free, tails = _free_of(shapes, group, others), list[int]()
-    if free is None:
-        free, tails = np.eye(len(scale)), _largest(spectra, start, group, others, MOST_TAILS)
+    parted, tails = _parted(shapes, group, others), list[int]()
+    if parted is None:
+        parted = _Parted(np.empty((len(scale), 0)), np.eye(len(scale)))
+        tails = _largest(spectra, start, group, others, MOST_TAILS)
+    free = parted.free
     covariance = free.T @ (plain * np.outer(scale, scale)) @ free
     kept = free.shape[1]
     if kept > FEW_CHANNELS:
@@ -174,9 +193,7 @@ def reduce_band(
         slope=slope.mean,
         slope_prior=slope,
     )
-    along = (np.eye(len(scale)) - free @ free.T) * scale / scale[:, None]
-    project, back = scale[:, None] * basis, basis / scale[:, None]
-    return ReducedBand(data, model, project, back, along, tuple(included))
+    return ReducedBand(data, model, scale, basis, parted.blocked, lines, tuple(included))
 
 
 def _noise_scale(covariance: Real) -> Real:
@@ -192,8 +209,16 @@ def _unit(shapes: Complex) -> Complex:
     return np.asarray(shapes / np.linalg.norm(shapes, axis=0))
 
 
-def _free_of(shapes: Complex, group: list[int], others: list[int]) -> Real | None:
-    """Return a basis across the shapes of the others; None where that is not the way."""
+@dataclass(frozen=True, slots=True)
+class _Parted:
+    """Orthonormal bases along the shapes of some modes, and across them."""
+
+    blocked: Real
+    free: Real
+
+
+def _parted(shapes: Complex, group: list[int], others: list[int]) -> _Parted | None:
+    """Return bases along and across the shapes of the others; None where that is not the way."""
     n_channels = len(shapes)
     if not others or n_channels <= FEW_CHANNELS:
         return None
@@ -204,7 +229,7 @@ def _free_of(shapes: Complex, group: list[int], others: list[int]) -> Real | Non
     if free.shape[1] < len(group) + 2:
         return None
     visible = np.linalg.svd(free.T @ shapes[:, group], compute_uv=False)
-    return free if visible[-1] > LEAST_VISIBLE else None
+    return _Parted(left[:, :rank], free) if visible[-1] > LEAST_VISIBLE else None
 
 
 def _largest(

@@ -115,7 +115,7 @@ def whole_shape(
         To complete it, and its scale and phase.
     """
     factor = np.vdot(new, band.project.T @ old)  # the new shape is of unit length
-    return unit(band.projected_out @ old + band.back @ (factor * new))
+    return unit(band.projected_out(old) + band.back @ (factor * new))
 
 
 def unit(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:

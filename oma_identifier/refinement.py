@@ -26,9 +26,10 @@ from oma_identifier.group_fits import GroupFit, unit, updated
 from oma_identifier.line_spectra import moving_channels, spectra_of, usable_lines
 from oma_identifier.mode_evidence import is_demanded, superfluous
 from oma_identifier.one_thread import one_thread
-from oma_identifier.shape_scatter import normalised_std
+from oma_identifier.shape_scatter import MacLoss, normalised_std
 from oma_identifier.unlisted import with_unlisted
 from oma_identifier.verdict import judged, LARGEST_MISFIT, Outcome, overlap
+from oma_identifier.whole_shapes import WholeShapes
 
 PASSES = 2
 """The second pass has refined tails and shapes to project out."""
@@ -188,6 +189,7 @@ def _refine_ordered(
     result, outcomes = list(modes.modes), [Outcome.OUT_OF_BAND] * len(modes)
     misfit = np.full(len(modes), np.nan)
     refined: list[RefinedMode | None] = [None] * len(modes)
+    shapes = WholeShapes(spectra, now)
     added, added_misfit = list[Mode](), list[float]()
     for each in fits:
         for position, mode in enumerate(each.group):
@@ -205,12 +207,12 @@ def _refine_ordered(
                 )
             misfit[index] = each.misfit
             if outcomes[index] in (Outcome.REFINED, Outcome.SPLIT):
-                result[index] = _refined(given[mode], each, position, now.shapes[:, mode], alive)
+                result[index] = _refined(given[mode], each, position, shapes, alive)
                 refined[index] = RefinedMode(result[index], each, position)
     blank = Mode(math.nan, math.nan, np.zeros(samples.acceleration.shape[1], dtype=complex))
     for mode, each in demanded.items():
         position = each.group.index(mode)
-        added.append(_refined(blank, each, position, now.shapes[:, mode], alive))
+        added.append(_refined(blank, each, position, shapes, alive))
         added_misfit.append(each.misfit)
     return Refinement(
         replace(modes, modes=tuple(result)),
@@ -228,28 +230,26 @@ def _refined(
     given: Mode,
     each: GroupFit,
     position: int,
-    shape: NDArray[np.complex128],
+    shapes: WholeShapes,
     alive: NDArray[np.intp],
 ) -> Mode:
-    if each.fit is None or each.band is None:
+    if each.fit is None:
         return given
-    fit, band = each.fit, each.band
+    fit, estimate = each.fit, shapes.of(each, position)
     frequency = float(fit.model.frequency_hz[position])
     damping = float(fit.model.damping_ratio[position])
-    factor = np.vdot(fit.model.shapes[:, position], band.project.T @ shape)
-    scatter = band.back @ (factor * fit.shape_scatter[position])
-    whole = np.zeros(len(given.shape), dtype=complex)
-    whole[alive] = shape
+    whole, std = np.zeros((2, len(given.shape)), dtype=complex)
+    whole[alive], std[alive] = estimate.shape, normalised_std(estimate.shape, estimate.scatter)
     whole = normalise(whole)
-    std = np.zeros(len(given.shape), dtype=complex)
-    std[alive] = normalised_std(shape, scatter)
+    loss = MacLoss.of(estimate.shape, estimate.scatter)
     return replace(
         given,
         frequency_hz=frequency,
         damping_ratio=damping,
         shape=whole,
-        # Few combinations of many channels say nothing about what they leave out.
-        shape_std=std if band.is_whole and np.isfinite(std).all() else None,
+        shape_std=std if np.isfinite(std).all() else None,
+        mac_loss=loss.mean,
+        mac_loss_std=loss.std,
         frequency_std_hz=float(fit.frequency_std[position]) * frequency,
         damping_ratio_std=float(fit.damping_ratio_std[position]) * damping,
         mpc=float(mpc(whole[:, None])[0]),

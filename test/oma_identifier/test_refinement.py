@@ -127,20 +127,6 @@ def test_standard_deviations_of_shapes_are_honest(monte_carlo):
     assert np.all(share < 0.99), f'seeds 0..{N_RUNS - 1}: {share}'
 
 
-def test_many_channels_get_no_deviation_of_shapes():
-    generator = np.random.default_rng(30)
-    plant = Plant(
-        frequency_hz=np.array([9.0, 14.0]),
-        damping_ratio=np.array([0.02, 0.015]),
-        shapes=generator.standard_normal((18, 2)),
-        participation=generator.standard_normal((2, 4)),
-    )
-    samples = simulate(plant, generator, 60.0, RATE_HZ)
-    result = refine(samples, start_modes(plant, samples, generator))
-    assert result.n_refined == 2
-    assert all(mode.shape_std is None for mode in result.modes)
-
-
 def test_force_that_is_not_white_does_no_harm():
     plant = small_plant()
     errors = []

@@ -31,6 +31,8 @@ MODE_KEYS = {
     'shape_imag',
     'shape_std_real',
     'shape_std_imag',
+    'mac_loss',
+    'mac_loss_std',
     'mpc',
     'mpd',
     'harmonic',
