@@ -11,7 +11,18 @@ from autonomous_modal_analysis.terminal import OUTPUT, with_deviation
 from modal_core.mode import Mode
 from oma_identifier.comparison import Comparison, ModeChange
 
-HEADINGS = ('first Hz', 'second Hz', 'change', '/σ', 'first %', 'second %', '/σ', 'MAC', '')
+HEADINGS = (
+    'first Hz',
+    'second Hz',
+    'change',
+    '/σ',
+    'first %',
+    'second %',
+    '/σ',
+    'MAC',
+    'by chance ≥',
+    '',
+)
 
 
 def show_changes(comparison: Comparison, first: str, second: str) -> None:
@@ -36,6 +47,11 @@ def show_changes(comparison: Comparison, first: str, second: str) -> None:
         ' deviations, in frequency or damping',
         soft_wrap=True,
     )
+    turned = sum(change.is_shape_changed for change in comparison.changes)
+    OUTPUT.print(
+        f'{turned} changed in shape (~): a lower MAC than their uncertainty explains',
+        soft_wrap=True,
+    )
 
 
 def changes_json(comparison: Comparison) -> dict[str, object]:
@@ -50,6 +66,9 @@ def changes_json(comparison: Comparison) -> dict[str, object]:
                 'damping_change': plain(change.damping_change),
                 'damping_surprise': plain(change.damping_surprise),
                 'mac': plain(change.mac),
+                'expected_mac': plain(change.expected_mac.mean),
+                'least_mac': plain(change.expected_mac.least),
+                'shape_changed': bool(change.is_shape_changed),
                 'significant': bool(change.is_significant),
             }
             for change in comparison.changes
@@ -70,12 +89,17 @@ def _row(change: ModeChange) -> tuple[str, ...]:
         with_deviation(100.0 * second.damping_ratio, 100.0 * second.damping_ratio_std),
         _surprise(change.damping_surprise),
         f'{change.mac:.3f}',
-        '*' if change.is_significant else '',
+        _mac(change.expected_mac.least),
+        '*' * change.is_significant + '~' * change.is_shape_changed,
     )
 
 
 def _surprise(value: float) -> str:
     return f'{value:+.1f}' if value == value else '–'
+
+
+def _mac(value: float) -> str:
+    return f'{value:.3f}' if value == value else '–'
 
 
 def _listed(modes: Sequence[Mode]) -> str:

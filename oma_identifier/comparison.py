@@ -13,10 +13,12 @@ from scipy.optimize import linear_sum_assignment
 
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from oma_identifier.expected_mac import expected_mac, ExpectedMac, UNKNOWN
 
 FARTHEST_SHARE = 0.3
 """Modes further apart in frequency than this share are never the same."""
 LEAST_MAC = 0.3
+"""Of two modes that may be the same, unless their uncertainty allows for less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,8 @@ class ModeChange:
         Changes in standard deviations of the difference; NaN when a deviation is unknown.
     mac : float
         Of the two shapes.
+    expected_mac : ExpectedMac
+        Of two estimates of one mode with uncertainties as these.
     """
 
     first: Mode
@@ -44,6 +48,12 @@ class ModeChange:
     frequency_surprise: float
     damping_surprise: float
     mac: float
+    expected_mac: ExpectedMac
+
+    @property
+    def is_shape_changed(self) -> bool:
+        """Whether the shapes differ by more than three standard deviations; False if unknown."""
+        return self.mac < self.expected_mac.least
 
     @property
     def is_significant(self) -> bool:
@@ -83,13 +93,23 @@ def compare(first: ModeSet, second: ModeSet) -> Comparison:
     alike = mac(one, two) if names else np.ones((len(first), len(second)))
     shift = np.abs(second.frequency_hz[None] / first.frequency_hz[:, None] - 1.0)
     cost = shift / FARTHEST_SHARE + (1.0 - alike)
-    allowed = (shift < FARTHEST_SHARE) & (alike > LEAST_MAC)
+    same = names == list(first.channel_names) == list(second.channel_names)
+    expected = [
+        [expected_mac(mode, other) if same else UNKNOWN for other in second] for mode in first
+    ]
+    least = np.array([[each.least for each in row] for row in expected]).reshape(alike.shape)
+    allowed = (shift < FARTHEST_SHARE) & (alike > np.fmin(least, LEAST_MAC))
     rows, columns = linear_sum_assignment(np.where(allowed, cost, 1e3))
     pairs = [
         (row, column) for row, column in zip(rows, columns, strict=True) if allowed[row, column]
     ]
     changes = tuple(
-        _change(first.modes[row], second.modes[column], float(alike[row, column]))
+        _change(
+            first.modes[row],
+            second.modes[column],
+            float(alike[row, column]),
+            expected[row][column],
+        )
         for row, column in pairs
     )
     return Comparison(
@@ -99,7 +119,7 @@ def compare(first: ModeSet, second: ModeSet) -> Comparison:
     )
 
 
-def _change(first: Mode, second: Mode, alike: float) -> ModeChange:
+def _change(first: Mode, second: Mode, alike: float, expected: ExpectedMac) -> ModeChange:
     step_hz = second.frequency_hz - first.frequency_hz
     step = second.damping_ratio - first.damping_ratio
     return ModeChange(
@@ -110,4 +130,5 @@ def _change(first: Mode, second: Mode, alike: float) -> ModeChange:
         frequency_surprise=step_hz / math.hypot(first.frequency_std_hz, second.frequency_std_hz),
         damping_surprise=step / math.hypot(first.damping_ratio_std, second.damping_ratio_std),
         mac=alike,
+        expected_mac=expected,
     )

@@ -17,7 +17,8 @@ from oma_identifier.track import relative_std, Track
 GATE = 16.0
 """Largest cost of a link: four standard deviations, or that much in shape."""
 SHAPE_SPREAD = 0.05
-"""1 - MAC of two estimates of one mode that costs as much as one standard deviation squared."""
+"""1 - MAC, beside what uncertainty explains, that costs as much as one standard deviation squared:
+shapes change a little with pose and load."""
 LOST_AFTER = 3
 """Windows in a row a mode is missed before it is reported lost; its id is kept."""
 MOST_TRACKS = 400
@@ -208,12 +209,15 @@ class Closeness:
         Largest such distance of an outlier.
     alike : float
         MAC.
+    loss : float
+        1 - MAC to be expected from the uncertainty of the shapes.
     """
 
     deviation: float
     step: float
     widest: float
     alike: float
+    loss: float
 
     @property
     def cost(self) -> float:
@@ -221,7 +225,7 @@ class Closeness:
         distance = self.deviation**2
         if distance > GATE:
             return FORBIDDEN
-        return distance + (1.0 - self.alike) / SHAPE_SPREAD
+        return distance + (1.0 - self.alike) / (SHAPE_SPREAD + self.loss)
 
     @property
     def unmistakable(self) -> bool:
@@ -237,12 +241,14 @@ def closeness_of(
     channel_names: tuple[str, ...],
 ) -> Closeness:
     """Compare a mode with a track, with the uncertainty of both."""
-    expected = track.expected(joints)
-    step = abs(math.log(mode.frequency_hz / expected.frequency_hz))
-    deviation = step / math.hypot(relative_std(mode), expected.relative_std)
-    widest = WIDEST_OUTLIER + OUTLIER_DEVIATION * expected.place_std
+    place = track.expected(joints)
+    step = abs(math.log(mode.frequency_hz / place.frequency_hz))
+    deviation = step / math.hypot(relative_std(mode), place.relative_std)
+    widest = WIDEST_OUTLIER + OUTLIER_DEVIATION * place.place_std
     alike = _alike(track, mode, channel_names) if deviation <= OUTLIER_DEVIATION else 0.0
-    return Closeness(deviation, step, widest, alike)
+    # The memory of the track is of modes determined about as well as this one.
+    loss = 2.0 * mode.mac_loss if math.isfinite(mode.mac_loss) else 0.0
+    return Closeness(deviation, step, widest, alike, loss)
 
 
 def _are_twins(old: Track, young: Track) -> bool:
