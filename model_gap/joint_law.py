@@ -46,6 +46,8 @@ class JointLaw(ABC):
         Twist of the linear spring under gravity.
     give, rate_give : (n,) array
         Fall of twist and of its rate per unit of torque.
+    period_s : float [s]
+        From step to step.
     """
 
     # Whether the static twist enters.
@@ -57,13 +59,20 @@ class JointLaw(ABC):
     of_spring: ClassVar[bool] = False
 
     def __init__(
-        self, values: Array, stiffness: Array, static_twist: Array, give: Array, rate_give: Array
+        self,
+        values: Array,
+        stiffness: Array,
+        static_twist: Array,
+        give: Array,
+        rate_give: Array,
+        period_s: float,
     ) -> None:
         self.values = values
         self.stiffness = stiffness
         self.static_twist = static_twist
         self.give = give
         self.rate_give = rate_give
+        self.period_s = period_s
         self.prepare()
 
     @abstractmethod
@@ -96,12 +105,23 @@ def held(values: Array, low: Array | float, high: Array | float) -> Array:
 
 
 class FrictionLaw(JointLaw):
-    """τ·tanh(v/v₀): Coulomb friction with a viscous transition; values τ, v₀."""
+    """F = τ·tanh(w/v₀) of the sliding speed w = v - p F'/k, k the joint's stiffness.
+
+    Coulomb friction with a viscous transition, behind a spring: before it slides it gives way.
+    Values τ, v₀ and p.  In steps of h, F' is (3F - 4F₁ + F₂)/2h, F₁ and F₂ the torques before:
+    the spring slows the sliding like a further share 3p/(2hk) of the torque.
+
+    References
+    ----------
+    Implicit steps: Curtiss and Hirschfelder (1952), doi:10.1073/pnas.38.3.235.
+    """
 
     def prepare(self) -> None:
-        """Set how much the torque slows the joint within a step."""
-        self.level, self.width = self.values
-        self.braking = self.rate_give * self.level
+        """Set how much the torque slows the sliding within a step."""
+        self.level, self.width, compliance = self.values
+        self.yielding = 0.5 * compliance / (self.period_s * self.stiffness)
+        self.braking = (self.rate_give + 3.0 * self.yielding) * self.level
+        self.before = np.zeros_like(self.level)  # the torque two steps ago
         self.inner_share = 1.0 / (1.0 + self.braking / self.width)
         self.step = (np.zeros_like(self.level),) * 4  # last speed and torque, new speed and torque
 
@@ -110,11 +130,14 @@ class FrictionLaw(JointLaw):
         return self._at(rate)
 
     def _at(self, speed: Array) -> Array:
-        """Solve u + r τ tanh(u/v₀) = v for the speed u that is left.
+        """Solve w + b τ tanh(w/v₀) = v for the sliding speed w that is left.
 
         tanh(x) is less than x and than one: the larger of both bounds is below the root, from
         where Newton's steps on the concave function climb to it.
         """
+        last = self.step[3]
+        speed = speed + self.yielding * (4.0 * last - self.before)
+        self.before = last
         free = np.abs(speed)
         left = np.maximum(free - self.braking, free * self.inner_share)
         for _ in range(NEWTON_STEPS):

@@ -1,32 +1,27 @@
 """The same effect on the next link: what a fit at one link can hide from the search."""
 
-from collections.abc import Collection
-
 from model_gap.effects.places import moving_links
 from model_gap.fit import descend, objective
 from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import tolerance_columns
 from model_gap.predict import Predictor
 
+# Along every axis, and then along the best one of each link.
+FIRST_STEPS = 3
 STEPS = 10
 
 
-def neighbours(
-    best: Hypothesis,
-    tried: Collection[tuple[str, str]],
-    predictor: Predictor,
-) -> list[Hypothesis]:
+def neighbours(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
     """Return the last effect moved to the links next to its own, roughly fitted there.
 
     An absorber or a hinge explains much from the link beside its own, once its place and direction
-    are free: the right link must then be among those that are compared.
+    are free: the right link must then be among those that are compared.  A link that was tried
+    before is tried again: from numbers that fit next door the way is short.
 
     Parameters
     ----------
     best : Hypothesis
         With an effect on a link last.
-    tried : collection of (type, location)
-        Not tried again.
     predictor : Predictor
         Of the records the rough fit is made on.
 
@@ -46,12 +41,12 @@ def neighbours(
     columns = tolerance_columns(base, predictor)
     found: dict[str, tuple[float, Hypothesis]] = {}
     for other in type(effect).instances(scene):
-        if other.location not in near or other.key in tried:
+        link = str(other.location)
+        if link not in near:
             continue
         start = base.with_effect(other, values[: len(other.parameters(scene))])
-        fitted = descend(start.with_details() or start, predictor, columns, STEPS)
-        rows = predictor.rows(fitted.setup())
-        value = objective(predictor.weighting.misfit(rows), fitted)
-        if other.location not in found or value < found[other.location][0]:
-            found[other.location] = value, fitted
-    return [hypothesis for _, hypothesis in found.values()]
+        fitted = descend(start.with_details() or start, predictor, columns, FIRST_STEPS)
+        value = objective(predictor.weighting.misfit(predictor.rows(fitted.setup())), fitted)
+        if link not in found or value < found[link][0]:
+            found[link] = value, fitted
+    return [descend(fitted, predictor, columns, STEPS) for _, fitted in found.values()]

@@ -9,6 +9,7 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model_gap.effects.effect import Effect
 from model_gap.fit import EFFECTIVE_DATA
@@ -16,6 +17,9 @@ from model_gap.hypothesis import Hypothesis
 from model_gap.joint_vector import force_vector
 from model_gap.predict import Predictor
 from model_gap.setup import Setup
+from model_gap.spectra import Complex
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -66,10 +70,8 @@ def shares(
         Place to an arm and a degree of freedom or joint of it.
     """
     predicted = predictor.predict(hypothesis.setup())
-    scale = [1.0 / np.sqrt(item.noise_power) for item in predictor.records]
     rest = [
-        (item.measured - reading) * weight
-        for item, reading, weight in zip(predictor.records, predicted, scale, strict=True)
+        item.measured - reading for item, reading in zip(predictor.records, predicted, strict=True)
     ]
     explained = dict.fromkeys(probes, 0.0)
     for setup in {id(setup): setup for setup, _ in probes.values()}.values():
@@ -80,16 +82,35 @@ def shares(
             for number, item in enumerate(predictor.records):
                 omega = item.omega[:, 1]
                 response = systems[predictor.groups[number]].response(omega, force)
-                response = setup.seen(omega, response) * scale[number]
-                size = np.maximum(np.sum(np.abs(response) ** 2, axis=0), 1e-300)
-                part = np.abs(np.sum(response.conj() * rest[number], axis=0)) ** 2 / size
-                explained[place] += float(part.sum())
+                response = setup.seen(omega, response)
+                free, weight = free_force(rest[number], response, item.noise_power)
+                explained[place] += float(np.sum(weight * np.abs(free) ** 2))
     return Shares(
         explained,
-        sum(float(np.sum(np.abs(part) ** 2)) for part in rest),
+        sum(
+            float(np.sum(np.abs(part) ** 2 / item.noise_power))
+            for part, item in zip(rest, predictor.records, strict=True)
+        ),
         sum(part.size for part in rest),
         sum(part.shape[1] for part in rest),
     )
+
+
+def free_force(rest: Complex, response: Complex, noise_power: Array) -> tuple[Complex, Array]:
+    """Return the force that explains most of a residual, bin by bin, and its weight, (n_bins,).
+
+    Parameters
+    ----------
+    rest : (n_channels, n_bins) complex array
+        The residual.
+    response : (n_channels, n_bins) complex array
+        To a unit of the force.
+    noise_power : (n_channels, n_bins) array
+        Of the residual; the weight is one over the force's noise power.
+    """
+    weight = np.maximum(np.sum(np.abs(response) ** 2 / noise_power, axis=0), 1e-300)
+    force = np.sum(response.conj() * rest / noise_power, axis=0) / weight
+    return force, np.asarray(weight)
 
 
 def within_reach(

@@ -86,16 +86,15 @@ def fine_fits(rough: Sequence[Fit], data: Prepared) -> list[Fit]:
     near = [item for item in found if item.log_evidence > best - DETAILED]
     rest = [item for item in found if item.log_evidence <= best - DETAILED]
     near = with_details(near, data.fitting)
-    near += _next_door(near, [item.hypothesis.effects[-1].key for item in found], data)
-    return [*near, *rest]
+    return best_of_each([*near, *_next_door(near, data), *rest])
 
 
-def _next_door(near: Sequence[Fit], tried: Sequence[tuple[str, str]], data: Prepared) -> list[Fit]:
+def _next_door(near: Sequence[Fit], data: Prepared) -> list[Fit]:
     """Fit the best effect of a link on the links beside it as well."""
-    if not near:
+    best = max(near, key=lambda item: item.log_evidence, default=None)
+    if best is None:
         return []
-    best = max(near, key=lambda item: item.log_evidence).hypothesis
-    moved = neighbours(best, tried, data.coarse)
+    moved = neighbours(best.hypothesis, data.coarse)
     fine = [fit(item, data.fitting, iterations=5) for item in moved]
     return with_details(fine, data.fitting)
 

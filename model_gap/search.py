@@ -14,6 +14,7 @@ from model_gap.known_effects import with_known_effects
 from model_gap.linearise import tolerance_columns
 from model_gap.lines import common_lines, lines_left
 from model_gap.nuisance import nuisances, Tolerances
+from model_gap.orders import orders_left
 from model_gap.prepared import prepare, Prepared
 from model_gap.race import race
 from model_gap.reach import within_reach
@@ -252,16 +253,18 @@ class Search:
         return open_gap(current) + float(0.5 * values @ values)
 
     def _with_lines(self, current: Fit) -> Fit:
-        """Look for hums in what is left over, once the model is not far off."""
+        """Look for hums and gear orders in what is left over, once the model is not far off."""
         if current.misfit > NEAR_MISFIT:
             return current
-        known = self.scene.lines_hz
-        lines = lines_left(self.data.fitting, current.hypothesis, self.settings.band, known)
-        if lines == known:
-            return current
-        self.scene = replace(self.scene, lines_hz=lines)
-        self.data = self._prepared(current.hypothesis.setup())
-        hypothesis = replace(current.hypothesis, scene=self.scene)
+        fitting, hypothesis = self.data.fitting, current.hypothesis
+        lines = lines_left(fitting, hypothesis, self.settings.band, self.scene.lines_hz)
+        ripples = orders_left(hypothesis, fitting, self.scene.flexible_joints)
+        new = lines != self.scene.lines_hz
+        self.scene = replace(self.scene, lines_hz=lines, ripples=ripples)
+        hypothesis = replace(hypothesis, scene=self.scene)
+        if not new:
+            return replace(current, hypothesis=hypothesis)
+        self.data = self._prepared(hypothesis.setup())
         return fit(hypothesis, self.data.fitting, relinearise=0)
 
     def _step(self, current: Fit) -> Step:

@@ -211,6 +211,7 @@ def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> lis
         np.array([item.static_twist for item in paths]),
         give,
         np.maximum(rate_give, 1e-3 * give / period),
+        period,
     )
     lengths = [len(item.twist) for item in paths]  # a shorter record rests at its last value
     twist, rate, speed = (

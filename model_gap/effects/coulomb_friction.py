@@ -10,13 +10,21 @@ from model_gap.joint_vector import BETWEEN_LINKS, marked
 from model_gap.setup import JointForce, Setup
 
 WHOLE_JOINT = 'whole joint'
+# Of the joint's own compliance.  What gives way more is a lossy spring rather than friction.
+MOST_YIELDING = 0.12
 
 
 class CoulombFriction(Effect):
-    """τ_c·tanh(v/v₀), v the twist rate of the gear or the speed of the whole joint."""
+    """τ_c·tanh(v/v₀), v the twist rate of the gear or the speed of the whole joint.
+
+    Before it slides it gives way like a spring, rigid until a fit is good.
+    """
 
     type = 'coulomb_friction'
-    equation = "τ_f = τ_c tanh(v/v_0), v = e' (in the gear) or q' + e' (between the links)"
+    equation = (
+        "τ_f = τ_c tanh(w/v_0), w = v - p τ_f'/k, "
+        "v = e' (in the gear) or q' + e' (between the links)"
+    )
     source = 'Coulomb friction; Armstrong-Hélouvry et al. (1994), doi:10.1016/0005-1098(94)90209-7'
     signature = 'damping falls as amplitude rises; sticks at low amplitude; odd harmonics'
     amplitude_dependent = True
@@ -26,6 +34,12 @@ class CoulombFriction(Effect):
         'cubic_stiffness': 'a third, lower level: friction then damps more',
     }
 
+    def __init__(
+        self, location: str | None = None, variant: str = '', yielding: bool = False
+    ) -> None:
+        super().__init__(location, variant)
+        self.yielding = yielding
+
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return two per flexible joint: in the gear, and on the whole joint."""
@@ -34,11 +48,19 @@ class CoulombFriction(Effect):
         return gear + whole
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return level and transition speed."""
-        return (
+        """Return level and transition speed, and how stiff it is before it slides."""
+        first = (
             EffectParameter('torque', 'N m', 1.5, 0.05, 5000.0, neutral=20.0, log=True),
             EffectParameter('transition_speed', 'rad/s', 1.0, 2e-5, 0.1, neutral=1e-3, log=True),
         )
+        if not self.yielding:
+            return first
+        return (*first, EffectParameter('presliding_compliance', '1', 0.05, 0.0, MOST_YIELDING))
+
+    def detailed(self) -> Effect | None:
+        """Return friction that gives way before it slides."""
+        kind = CoulombFriction(self.location, self.variant, yielding=True)
+        return None if self.yielding else kind
 
     @property
     def place(self) -> str:
@@ -49,7 +71,7 @@ class CoulombFriction(Effect):
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the torque."""
         law = JointFrictionLaw if self.variant == WHOLE_JOINT else FrictionLaw
-        force = JointForce(self.place, law, tuple(values))
+        force = JointForce(self.place, law, (*values[:2], *(values[2:] or (0.0,))))
         return dataclasses.replace(setup, forces=(*setup.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from model_gap.joint_vector import BETWEEN_LINKS, is_coupled, marked
 from model_gap.nuisance import Nuisance
-from model_gap.setup import Setup
+from model_gap.setup import Ripple, Setup
 from structural_model import FlexibleJointModel
 
 FEW_STARTS = 4
@@ -70,12 +70,15 @@ class Scene:
         Nominal setup.
     lines_hz : tuple of float [Hz]
         Lines seen in the recordings, strongest first.
+    ripples : tuple of Ripple
+        Seen in what is left over, most likely ones of every joint.
     """
 
     model: FlexibleJointModel
     sensors: tuple[str, ...]
     setup: Setup
     lines_hz: tuple[float, ...] = ()
+    ripples: tuple[Ripple, ...] = ()
 
     @property
     def flexible_joints(self) -> tuple[str, ...]:
@@ -182,4 +185,4 @@ class Effect(ABC):
     def __repr__(self) -> str:
         """Return type at location."""
         place = f' at {self.location}' if self.location else ''
-        return f'{self.type}{place}{self.variant}'
+        return ' '.join(filter(None, (f'{self.type}{place}', self.variant.strip())))

@@ -22,22 +22,26 @@ class TransmissionError(Effect):
         'tonal_disturbance': 'change the joint speed by 20 %: the lines move in proportion',
     }
 
+    def __init__(
+        self, location: str | None = None, variant: str = '', seen: Ripple | None = None
+    ) -> None:
+        super().__init__(location, variant)
+        self.seen = seen
+
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
-        """Return one per flexible joint."""
-        return [cls(joint) for joint in scene.flexible_joints]
+        """Return one per order that was seen in a joint; once per turn of the motor elsewhere."""
+        seen = [cls(item.joint, f'order {item.order_per_rad:.0f}', item) for item in scene.ripples]
+        known = {effect.location for effect in seen}
+        return [*seen, *(cls(joint) for joint in scene.flexible_joints if joint not in known)]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return amplitudes and order."""
-        ratio = next(
-            j.drive.gear_ratio for j in scene.setup.spec.joints if j.name == self.location
-        )
+        order = max(self.seen.order_per_rad if self.seen else self._ratio(scene), 1.0)
         return (
-            EffectParameter('sine', 'rad', 3e-5, -3e-3, 3e-3),
-            EffectParameter('cosine', 'rad', 3e-5, -3e-3, 3e-3),
-            EffectParameter(
-                'order', '1/rad', 0.01, 0.3, 2000.0, neutral=max(ratio, 1.0), log=True
-            ),
+            EffectParameter('sine', 'rad', 1e-4, -3e-3, 3e-3),
+            EffectParameter('cosine', 'rad', 1e-4, -3e-3, 3e-3),
+            EffectParameter('order', '1/rad', 0.01, 0.3, 3000.0, neutral=order, log=True),
         )
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
@@ -46,14 +50,16 @@ class TransmissionError(Effect):
         return dataclasses.replace(setup, ripples=(*setup.ripples, ripple))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
-        """Return the usual orders, once and twice per motor turn and per wave of the gear."""
-        ratio = next(
-            j.drive.gear_ratio for j in scene.setup.spec.joints if j.name == self.location
-        )
+        """Return what was seen, else once per turn of the motor at a few phases."""
+        if self.seen is not None:
+            return [(self.seen.sine_rad, self.seen.cosine_rad, self.seen.order_per_rad)]
+        ratio = self._ratio(scene)
         size = 3e-5
         return [
-            (size * float(np.cos(phase)), size * float(np.sin(phase)), factor * ratio)
-            for factor in (0.5, 1.0, 2.0)
+            (size * float(np.cos(phase)), size * float(np.sin(phase)), ratio)
             for phase in (0.0, np.pi / 2, np.pi, -np.pi / 2)
             if ratio > 1.0
         ]
+
+    def _ratio(self, scene: Scene) -> float:
+        return next(j.drive.gear_ratio for j in scene.setup.spec.joints if j.name == self.location)

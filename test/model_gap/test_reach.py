@@ -68,7 +68,9 @@ def test_mean_friction_over_a_step_is_the_integral_of_the_law(rng):
     start, end = -rng.uniform(1e-3, 1e-1, 50), rng.uniform(1e-3, 1e-1, 50)
     level, width = np.full(50, 30.0), np.full(50, 2e-3)
     nothing = np.zeros(50)
-    law = FrictionLaw(np.array([level, width]), nothing, nothing, nothing, nothing)
+    law = FrictionLaw(
+        np.array([level, width, nothing]), np.ones(50), nothing, nothing, nothing, 1 / 600
+    )
     ends = [law.torque(nothing, speed, nothing) for speed in (start, end)]
     mean = 0.5 * (ends[0] + ends[1]) + law.surplus()
     fine = start + (end - start) * (np.arange(20000)[:, None] + 0.5) / 20000
@@ -81,7 +83,8 @@ def test_friction_solves_its_implicit_equation(rng):
     level, width = rng.uniform(10.0, 300.0, 400), 10.0 ** rng.uniform(-4.0, -2.0, 400)
     give = 10.0 ** rng.uniform(-7.0, -4.0, 400)
     nothing = np.zeros(400)
-    law = FrictionLaw(np.array([level, width]), nothing, nothing, nothing, give)
+    values = np.array([level, width, nothing])
+    law = FrictionLaw(values, np.ones(400), nothing, nothing, give, 1 / 600)
     rate = rng.standard_normal(400) * 10.0 ** rng.uniform(-4.0, 0.0, 400)
     torque = law.torque(nothing, rate, nothing)
     expected = level * np.tanh((rate - give * torque) / width)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.optimize import brentq
 
-from model_gap.joint_law import CubicLaw
+from model_gap.joint_law import CubicLaw, FrictionLaw
 from model_gap.setup import JointForce
 from model_gap.time_domain import JointPath, step_torques
 
@@ -117,7 +117,7 @@ def test_cubic_torque_solves_its_implicit_equation(rng):
     stiffness, give = 10.0 ** rng.uniform(5.0, 7.0, n), rng.uniform(0.0, 0.3, n)
     give /= stiffness
     nothing = np.zeros(n)
-    law = CubicLaw(np.array([alpha, share]), stiffness, static, give, nothing)
+    law = CubicLaw(np.array([alpha, share]), stiffness, static, give, nothing, 1 / 600)
     assert np.abs(law.torque(nothing, nothing, nothing)).max() < 1e-9, 'at rest'
     twist = rng.uniform(-7e-4, 7e-4, n)
     torque = law.torque(twist, nothing, nothing)
@@ -137,7 +137,7 @@ def test_cubic_torque_without_preload_is_the_dynamic_one(rng):
     nothing = np.zeros(n)
     twist = rng.uniform(-5e-4, 5e-4, n)
     laws = [
-        CubicLaw(np.array([alpha, np.full(n, share)]), stiffness, place, nothing, nothing)
+        CubicLaw(np.array([alpha, np.full(n, share)]), stiffness, place, nothing, nothing, 1 / 600)
         for share, place in ((0.0, static), (1.0, nothing))
     ]
     for law in laws:
@@ -157,6 +157,7 @@ def test_softening_spring_never_turns_round():
             np.full(n, static),
             np.full(n, 1e-7),
             nothing,
+            1 / 600,
         )
         torque = law.torque(twist, nothing, nothing)
         assert np.all(np.isfinite(torque))
@@ -187,3 +188,64 @@ def test_very_hard_spring_does_not_run_away(alpha, rng):
     (torque,) = step_torques([path], [JointForce('joint_2', CubicLaw, (alpha, 1.0))])
     assert np.abs(torque[-600:]).max() < 20.0 * SPRING * np.abs(twist).max()
     assert torque[-600:].std() > 0.1 * SPRING * twist.std()
+
+
+def test_friction_that_gives_way_first_moves_as_integrated():
+    """M y'' + C y' + k y + F = f(t) with p F'/k = y' - v₀ artanh(F/τ), by an integrator.
+
+    Up to 60 Hz the error of the torque falls with the second power of the step.
+    """
+    level, width, compliance = 60.0, 5e-4, 0.08
+    rng = np.random.default_rng(9)
+    steps_per_s = 4800.0
+    time = np.arange(4801) / steps_per_s
+    lines, phase = rng.uniform(5.0, 30.0, 12), rng.uniform(0.0, 2 * np.pi, 12)
+
+    def push(t):
+        return 60.0 * min(t / 0.3, 1.0) ** 3 * np.cos(2 * np.pi * lines * t + phase).sum()
+
+    def rates(t, state):
+        y, y_rate, sliding, e, e_rate = state
+        grip = np.tanh(sliding / width)  # the sliding speed as the state: its torque stays inside
+        slope = level / width * (1.0 - grip * grip)
+        pushing = push(t)
+        return [
+            y_rate,
+            (pushing - LOSS * y_rate - SPRING * y - level * grip) / MASS,
+            (y_rate - sliding) * SPRING / compliance / max(slope, 1e-6),
+            e_rate,
+            (pushing - LOSS * e_rate - SPRING * e) / MASS,
+        ]
+
+    solved = solve_ivp(
+        rates, (0.0, time[-1]), np.zeros(5), 'LSODA', time, rtol=1e-8, atol=1e-12, max_step=1e-3
+    )
+    assert solved.success, solved.message
+    sliding, linear, linear_rate = solved.y[2:]
+    exact = level * np.tanh(sliding / width)
+    assert np.abs(exact).max() > 0.95 * level, 'it slides'
+    assert np.mean(np.abs(exact) < 0.8 * level) > 0.2, 'and sticks'
+    pole = np.roots([MASS, LOSS, SPRING])[0]
+
+    def error(keep):
+        path = JointPath(
+            poles=np.array([pole]),
+            residues=np.array([2.0 / (2j * MASS * pole.imag)]),
+            instant=0.0,
+            twist=linear[::keep],
+            rate=linear_rate[::keep],
+            speed=np.zeros(len(time) // keep + 1),
+            vector=np.ones(1),
+            stiffness=SPRING,
+            static_twist=0.0,
+            steps_per_s=steps_per_s / keep,
+        )
+        force = JointForce('joint_2', FrictionLaw, (level, width, compliance))
+        (found,) = step_torques([path], [force])
+        whole = cumulative_simpson(exact, dx=1.0 / keep, initial=0.0)
+        spectra = np.fft.rfft([found[:-1], np.diff(whole[::keep])])[:, :60]  # up to 60 Hz
+        return np.linalg.norm(spectra[0] - spectra[1]) / np.linalg.norm(spectra[1])
+
+    usual, finer = error(8), error(2)
+    assert usual < 0.06, f'{usual:.4f}'
+    assert finer < 0.3 * usual, f'{finer:.5f} of {usual:.4f}'
