@@ -52,7 +52,7 @@ CLOSE = 3.0
 ORDERS_SHARE = 6
 """A mode repeats over at least one in this many model orders, and over three."""
 SAME_MAC = 0.9
-TRIALS = (0.0, 0.25, 0.55, 0.9)
+TRIALS = (0.0, 0.2, 0.5, 0.9)
 """Members whose standard deviations are compared, as shares of a cluster by model order; those of
 low order scatter least, those of higher order tell whether the lower ones are biased."""
 LOOSEST = 0.5
