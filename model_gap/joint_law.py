@@ -176,6 +176,28 @@ class JointFrictionLaw(FrictionLaw):
         return self._at(rate + motor_speed)
 
 
+class Parabola:
+    """The parabola through the last three torques, where a straight line says too little.
+
+    A line takes (ω h)²/12 off what may be a large part of the stiffness.  Where a step hardly
+    resolves the stiffened joint the parabola would run away: the line stays.
+    """
+
+    def __init__(self, like: Array) -> None:
+        self.torques = self.bends = (np.zeros_like(like),) * 3
+
+    def add(self, torque: Array, bend: Array) -> None:
+        """Take the next torque, and how much of ``STEEPEST`` the spring is stiffened by."""
+        self.torques = (*self.torques[1:], torque)
+        self.bends = (*self.bends[1:], bend)
+
+    def surplus(self) -> Array:
+        """Return the mean over the last step less that of its ends."""
+        before, last, torque = self.torques
+        bend = np.maximum(np.maximum(*self.bends[:2]), self.bends[2])
+        return np.asarray((last + last - before - torque) / (12.0 + 12.0 * bend * bend))
+
+
 class CubicLaw(JointLaw):
     """k α ((r + e)³ - r³), r the twist at rest: k r (1 + α r²) is the preload.
 
@@ -199,26 +221,19 @@ class CubicLaw(JointLaw):
         self.at_rest = rest * rest * rest
         self.offset = rest + yielding * self.at_rest
         self.solve, self.steep = CubicRoot(yielding), np.abs(yielding) / STEEPEST
-        self.steps = self.bends = (np.zeros_like(rest),) * 3
+        self.parabola = Parabola(rest)
 
     def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
         """Return the torque: with y = r + e, y + give k α y³ is what it would be without."""
         whole = held(self.solve(twist + self.offset), -self.largest, self.largest)
         square = whole * whole
         torque = np.asarray(self.rate * (square * whole - self.at_rest))
-        self.steps = (*self.steps[1:], torque)
-        self.bends = (*self.bends[1:], self.steep * square)
+        self.parabola.add(torque, self.steep * square)
         return torque
 
     def surplus(self) -> Array | None:
-        """Average over the parabola through the last three steps.
-
-        A straight line takes (ω h)²/12 off what may be a large part of the stiffness.  Where a
-        step hardly resolves the stiffened joint the parabola would run away: the line stays.
-        """
-        before, last, torque = self.steps
-        bend = np.maximum(np.maximum(*self.bends[:2]), self.bends[2])
-        return np.asarray((last + last - before - torque) / (12.0 + 12.0 * bend * bend))
+        """Average over the parabola through the last three steps."""
+        return self.parabola.surplus()
 
 
 class BacklashLaw(JointLaw):
@@ -245,16 +260,26 @@ class BacklashLaw(JointLaw):
 
 
 class SpeedStiffnessLaw(JointLaw):
-    """k β |q'| e; value β [s/rad]."""
+    """k β |q'| (r + e), r the twist at rest; values β [s/rad] and the share of gravity in r."""
 
+    preloaded = True
     sees_first = Follow.MEASURED
     of_spring = True
 
     def prepare(self) -> None:
         """Set the change of stiffness per speed."""
-        self.rate = self.stiffness * self.values[0]
+        beta, share = self.values
+        self.rate, self.rest = self.stiffness * beta, share * self.static_twist
+        self.steep = self.give / STEEPEST
+        self.parabola = Parabola(beta)
 
     def torque(self, twist: Array, rate: Array, motor_speed: Array) -> Array:
         """Return the torque: linear in the twist."""
         added = self.rate * np.abs(motor_speed)
-        return np.asarray(added * twist / np.maximum(1.0 + self.give * added, 0.2))
+        torque = np.asarray(added * (self.rest + twist) / np.maximum(1.0 + self.give * added, 0.2))
+        self.parabola.add(torque, self.steep * np.abs(added))
+        return torque
+
+    def surplus(self) -> Array | None:
+        """Average over the parabola through the last three steps."""
+        return self.parabola.surplus()

@@ -10,10 +10,10 @@ from model_gap.setup import JointForce, Setup
 
 
 class SpeedDependentStiffness(Effect):
-    """k_j(q') = k_j (1 + β|q'|)."""
+    """k_j(q') = k_j (1 + β|q'|), gravity's twist included."""
 
     type = 'speed_dependent_stiffness'
-    equation = "k_j(q') = k_j (1 + β |q'|)"
+    equation = "τ = k (1 + β |q'|) (r + e), r the twist at rest"
     source = 'Tunc and Gonul (2021), doi:10.1016/j.cirp.2021.04.006'
     signature = 'frequency differs between standstill and motion of one joint'
     amplitude_dependent = True
@@ -28,8 +28,11 @@ class SpeedDependentStiffness(Effect):
         return [cls(*place) for place in scene.joint_places]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return β."""
-        return (EffectParameter('beta', 's/rad', 2.0, -30.0, 100.0),)
+        """Return β, and how much of the computed gravity load is there."""
+        return (
+            EffectParameter('beta', 's/rad', 2.0, -30.0, 100.0),
+            EffectParameter('preload_share', '1', 0.5, 0.0, 1.5, neutral=1.0),
+        )
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the change of stiffness."""
@@ -37,5 +40,5 @@ class SpeedDependentStiffness(Effect):
         return dataclasses.replace(setup, forces=(*setup.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
-        """Return slower and faster springs."""
-        return [(beta,) for beta in (-4.0, -1.0, 1.0, 4.0)]
+        """Return softer and stiffer springs, with and without preload."""
+        return [(beta, share) for beta in (-4.0, -1.0, 1.0, 4.0) for share in (0.0, 1.0)]

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.optimize import brentq
 
-from model_gap.joint_law import CubicLaw, FrictionLaw
+from model_gap.joint_law import CubicLaw, FrictionLaw, SpeedStiffnessLaw
 from model_gap.setup import JointForce
 from model_gap.time_domain import JointPath, step_torques
 
@@ -39,6 +39,46 @@ def test_shorter_record_is_stepped_as_if_alone():
 
 
 MASS, LOSS, SPRING = 40.0, 900.0, 2e6  # kg m², N m s/rad, N m/rad: 36 Hz, 5 %
+STEPS_PER_S = 4800.0
+TIME = np.arange(4801) / STEPS_PER_S
+
+
+def oscillator(twist, rate, keep, speed=None, static=0.0):
+    """Return the path of the linear oscillator, every so many of its instants."""
+    pole = np.roots([MASS, LOSS, SPRING])[0]
+    return JointPath(
+        poles=np.array([pole]),
+        residues=np.array([2.0 / (2j * MASS * pole.imag)]),
+        instant=0.0,
+        twist=twist[::keep],
+        rate=rate[::keep],
+        speed=(np.zeros_like(TIME) if speed is None else speed)[::keep],
+        vector=np.ones(1),
+        stiffness=SPRING,
+        static_twist=static,
+        steps_per_s=STEPS_PER_S / keep,
+    )
+
+
+def excitation(rng, size):
+    """Return a force of a dozen lines that grows from nothing."""
+    lines, phase = rng.uniform(5.0, 30.0, 12), rng.uniform(0.0, 2 * np.pi, 12)
+
+    def push(t):
+        return size * min(t / 0.3, 1.0) ** 3 * np.cos(2 * np.pi * lines * t + phase).sum()
+
+    return push
+
+
+def error_of(path, force, exact, high_hz=None):
+    """Return the relative error of the means over steps, up to a frequency."""
+    (found,) = step_torques([path], [force])
+    keep = round(STEPS_PER_S / path.steps_per_s)
+    whole = cumulative_simpson(exact, dx=1.0 / keep, initial=0.0)
+    pair = np.array([found[:-1], np.diff(whole[::keep])])
+    if high_hz:
+        pair = np.fft.rfft(pair)[:, : round(high_hz * TIME[-1])]
+    return np.linalg.norm(pair[0] - pair[1]) / np.linalg.norm(pair[1])
 
 
 @pytest.mark.parametrize(
@@ -50,14 +90,7 @@ def test_preloaded_oscillator_moves_as_integrated(alpha, share, static):
 
     The error is that of a parabola through three steps: it falls with their third power.
     """
-    rng = np.random.default_rng(8)
-    steps_per_s = 4800.0
-    time = np.arange(4801) / steps_per_s
-    lines = rng.uniform(5.0, 30.0, 12)
-    phase, size = rng.uniform(0.0, 2 * np.pi, 12), 90.0
-
-    def push(t):  # grows from nothing
-        return size * min(t / 0.3, 1.0) ** 3 * np.cos(2 * np.pi * lines * t + phase).sum()
+    push = excitation(np.random.default_rng(8), 90.0)
 
     def restoring(y):
         return SPRING * y * (1.0 + alpha * y * y)
@@ -76,31 +109,22 @@ def test_preloaded_oscillator_moves_as_integrated(alpha, share, static):
             (f - LOSS * e_rate - SPRING * e) / MASS,
         ]
 
-    start = [rest, 0.0, 0.0, 0.0]
     solved = solve_ivp(
-        rates, (0.0, time[-1]), start, 'DOP853', time, rtol=1e-9, atol=1e-12, max_step=4e-3
+        rates,
+        (0.0, TIME[-1]),
+        [rest, 0.0, 0.0, 0.0],
+        'DOP853',
+        TIME,
+        rtol=1e-9,
+        atol=1e-12,
+        max_step=4e-3,
     )
     whole, _, linear, linear_rate = solved.y
-    pole = np.roots([MASS, LOSS, SPRING])[0]
     exact = restoring(whole) - load - SPRING * (whole - rest)
 
     def error(keep):
-        path = JointPath(
-            poles=np.array([pole]),
-            residues=np.array([2.0 / (2j * MASS * pole.imag)]),
-            instant=0.0,
-            twist=linear[::keep],
-            rate=linear_rate[::keep],
-            speed=np.zeros(len(time) // keep + 1),
-            vector=np.ones(1),
-            stiffness=SPRING,
-            static_twist=static,
-            steps_per_s=steps_per_s / keep,
-        )
-        (found,) = step_torques([path], [JointForce('joint_2', CubicLaw, (alpha, share))])
-        whole = cumulative_simpson(exact, dx=1.0 / keep, initial=0.0)
-        expected = np.diff(whole[::keep])  # means over steps
-        return np.linalg.norm(found[:-1] - expected) / np.linalg.norm(expected)
+        path = oscillator(linear, linear_rate, keep, static=static)
+        return error_of(path, JointForce('joint_2', CubicLaw, (alpha, share)), exact)
 
     bent = np.abs(alpha) * np.abs(whole**2 - rest**2).max()
     assert bent > 0.05, f'moves far enough to bend the spring: {bent:.3f}'
@@ -196,13 +220,7 @@ def test_friction_that_gives_way_first_moves_as_integrated():
     Up to 60 Hz the error of the torque falls with the second power of the step.
     """
     level, width, compliance = 60.0, 5e-4, 0.08
-    rng = np.random.default_rng(9)
-    steps_per_s = 4800.0
-    time = np.arange(4801) / steps_per_s
-    lines, phase = rng.uniform(5.0, 30.0, 12), rng.uniform(0.0, 2 * np.pi, 12)
-
-    def push(t):
-        return 60.0 * min(t / 0.3, 1.0) ** 3 * np.cos(2 * np.pi * lines * t + phase).sum()
+    push = excitation(np.random.default_rng(9), 60.0)
 
     def rates(t, state):
         y, y_rate, sliding, e, e_rate = state
@@ -218,34 +236,53 @@ def test_friction_that_gives_way_first_moves_as_integrated():
         ]
 
     solved = solve_ivp(
-        rates, (0.0, time[-1]), np.zeros(5), 'LSODA', time, rtol=1e-8, atol=1e-12, max_step=1e-3
+        rates, (0.0, TIME[-1]), np.zeros(5), 'LSODA', TIME, rtol=1e-8, atol=1e-12, max_step=1e-3
     )
     assert solved.success, solved.message
     sliding, linear, linear_rate = solved.y[2:]
     exact = level * np.tanh(sliding / width)
     assert np.abs(exact).max() > 0.95 * level, 'it slides'
     assert np.mean(np.abs(exact) < 0.8 * level) > 0.2, 'and sticks'
-    pole = np.roots([MASS, LOSS, SPRING])[0]
+    force = JointForce('joint_2', FrictionLaw, (level, width, compliance))
 
     def error(keep):
-        path = JointPath(
-            poles=np.array([pole]),
-            residues=np.array([2.0 / (2j * MASS * pole.imag)]),
-            instant=0.0,
-            twist=linear[::keep],
-            rate=linear_rate[::keep],
-            speed=np.zeros(len(time) // keep + 1),
-            vector=np.ones(1),
-            stiffness=SPRING,
-            static_twist=0.0,
-            steps_per_s=steps_per_s / keep,
-        )
-        force = JointForce('joint_2', FrictionLaw, (level, width, compliance))
-        (found,) = step_torques([path], [force])
-        whole = cumulative_simpson(exact, dx=1.0 / keep, initial=0.0)
-        spectra = np.fft.rfft([found[:-1], np.diff(whole[::keep])])[:, :60]  # up to 60 Hz
-        return np.linalg.norm(spectra[0] - spectra[1]) / np.linalg.norm(spectra[1])
+        return error_of(oscillator(linear, linear_rate, keep), force, exact, 60.0)
 
     usual, finer = error(8), error(2)
     assert usual < 0.06, f'{usual:.4f}'
     assert finer < 0.3 * usual, f'{finer:.5f} of {usual:.4f}'
+
+
+@pytest.mark.parametrize('share', [0.0, 1.0])
+def test_spring_that_stiffens_with_speed_moves_as_integrated(share):
+    """M y'' + C y' + k (1 + β|v|) (r + y) = k r + f(t), v the motor's speed."""
+    beta, static = 5.0, 4e-4
+    push = excitation(np.random.default_rng(10), 90.0)
+
+    def speed(t):
+        return 0.08 * np.sin(2 * np.pi * 3.0 * t) + 0.03 * np.sin(2 * np.pi * 8.0 * t)
+
+    def rates(t, state):
+        y, y_rate, e, e_rate = state
+        added = SPRING * beta * abs(speed(t)) * (share * static + y)
+        return [
+            y_rate,
+            (push(t) - LOSS * y_rate - SPRING * y - added) / MASS,
+            e_rate,
+            (push(t) - LOSS * e_rate - SPRING * e) / MASS,
+        ]
+
+    solved = solve_ivp(
+        rates, (0.0, TIME[-1]), np.zeros(4), 'DOP853', TIME, rtol=1e-9, atol=1e-12, max_step=1e-3
+    )
+    whole, _, linear, linear_rate = solved.y
+    exact = SPRING * beta * np.abs(speed(TIME)) * (share * static + whole)
+    force = JointForce('joint_2', SpeedStiffnessLaw, (beta, share))
+
+    def error(keep):
+        path = oscillator(linear, linear_rate, keep, speed(TIME), static)
+        return error_of(path, force, exact, 60.0)
+
+    usual, finer = error(8), error(4)  # the speed's kinks limit the order
+    assert usual < 0.01, f'{usual:.4f}'
+    assert finer < 0.35 * usual, f'{finer:.5f} of {usual:.4f}'
