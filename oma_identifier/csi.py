@@ -3,6 +3,9 @@
 The excitation is ours: the commanded joint motion shakes the arm.  What it explains no longer has
 to be white, so that neither its spectrum nor its tones are mistaken for modes, while unmeasured
 forces are still allowed for.
+
+What leaving out stretches tells of its scatter (:mod:`oma_identifier.jackknife`) needs an input
+that keeps exciting every mode: for a single sweep past a mode its deviations are too large.
 """
 
 import numpy as np
