@@ -6,6 +6,7 @@ tolerances must stay ordinary, and no other explanation may be nearly as good.
 
 from dataclasses import dataclass, field
 from enum import Enum
+import itertools
 
 import numpy as np
 
@@ -15,11 +16,12 @@ from model_gap.flat_tops import flat_topped
 from model_gap.hypothesis import Hypothesis
 from model_gap.joint_vector import in_words
 from model_gap.reach import joint_shares
-from model_gap.search import Candidate, Search, share_to_add, Step
+from model_gap.search import Candidate, Search, Step
 
 # Set by healthy campaigns (benchmarks/gap_matrix.py --calibrate): see docs/model_gap.md.
-EVIDENCE_TO_ADD = 12.0
 EVIDENCE_BETWEEN = 8.0
+# Times χ of the held-out records without the effect.
+MOST_WORSE = 1.03
 # χ of all data (1.5 times the noise), and of one band at one amplitude level (twice the noise):
 # far above healthy arms, below the strangers that were tried.
 MOST_MISFIT = 2.25
@@ -65,35 +67,35 @@ class Decision:
     experiments: tuple[str, ...] = field(default=())
 
 
-def worth_adding(step: Step) -> bool:
-    """Return whether the best candidate of a step earns its place."""
-    if not step.candidates:
+def believed(search: Search, step: Step) -> bool:
+    """Return whether the best candidate of a step earns its place, on held-out records too."""
+    if not search.earns_place(step):
         return False
-    best = step.candidates[0]
-    held = best.heldout_misfit
-    agrees = not np.isfinite(held) or held < 1.03 * step.heldout_before
-    return best.gain >= max(EVIDENCE_TO_ADD, share_to_add(step.before)) and agrees
+    held = step.candidates[0].heldout_misfit
+    return not np.isfinite(held) or held < MOST_WORSE * step.heldout_before
 
 
 def decide(search: Search) -> Decision:
     """Judge the steps of a search."""
-    accepted = tuple(step.candidates[0] for step in search.steps if worth_adding(step))
+    accepted = tuple(step.candidates[0] for step in search.steps if believed(search, step))
     limits = too_little(search)
     if not accepted:
         return _without_effects(search, limits)
     final = accepted[-1].fit
     pairs = _rivals(search, accepted)
     rivals = tuple(other for _, other in pairs)
-    why = objections(adequacy(search, final))
+    why = objections(adequacy(search, final)) + at_limits(final.hypothesis)
     if why:
         hint = _hint(search, final.hypothesis)
         return Decision(Verdict.UNEXPLAINED, (), accepted + rivals, (*why, *hint, *limits))
-    if rivals or limits:
+    shared = one_law(final.hypothesis)
+    if rivals or limits or shared:
+        close = [f'{item.effect!r} explains it nearly as well' for item in rivals]
         return Decision(
             Verdict.AMBIGUOUS,
             accepted,
             rivals,
-            (*(f'{item.effect!r} explains it nearly as well' for item in rivals), *limits),
+            (*close, *shared, *limits),
             experiments(search, pairs) + limits,
         )
     small = not objections(adequacy(search, search.steps[0].before))
@@ -121,6 +123,35 @@ def objections(found: Adequacy) -> tuple[str, ...]:
             'from nominal'
         )
     return tuple(why)
+
+
+def at_limits(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Return which effects are as large as is plausible at all: something else made them so."""
+    found = []
+    for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
+        for item, value in zip(effect.parameters(hypothesis.scene)[:1], values, strict=False):
+            if not item.low < value < item.high:
+                found.append(
+                    f'{item.name} of {effect!r} would have to be beyond what is plausible, '
+                    f'{value:.3g} {item.unit}'
+                )
+    return tuple(found)
+
+
+def one_law(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Return which effects may together be one law that is not in the catalogue.
+
+    Play in a joint that is also far stiffer is what a stop does as well.
+    """
+    found = []
+    for one, two in itertools.combinations(hypothesis.effects, 2):
+        laws = one.amplitude_dependent or two.amplitude_dependent
+        if laws and one.location is not None and one.location == two.location:
+            found.append(
+                f'{one!r} and {two.type} may be one law that is not in the catalogue: record a '
+                'third amplitude level'
+            )
+    return tuple(found)
 
 
 def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:

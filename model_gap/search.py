@@ -189,7 +189,7 @@ class Search:
             step = self._settled(self._step(current))
             self.steps.append(step)
             self.progress((number + 1.0) / (self.settings.most_effects + 1.0))
-            if not self._earns_place(step):
+            if not self.earns_place(step):
                 break
             current = step.candidates[0].fit
             if self._room_left(current) < self.settings.worth_adding:
@@ -199,7 +199,7 @@ class Search:
 
     def _settled(self, step: Step) -> Step:
         """Fit the best candidate to the end; drop earlier effects that no longer earn a place."""
-        if not self._earns_place(step):
+        if not self.earns_place(step):
             return step
         best = step.candidates[0]
         last = fit(best.fit.hypothesis, self.data.fitting, iterations=4)
@@ -243,7 +243,8 @@ class Search:
         effect = fitted.hypothesis.effects[-1]
         return Candidate(effect, fitted, gain, self.heldout_misfit(fitted.hypothesis))
 
-    def _earns_place(self, step: Step) -> bool:
+    def earns_place(self, step: Step) -> bool:
+        """Return whether the best candidate of a round gains enough to be believed."""
         least = max(self.settings.worth_adding, share_to_add(step.before))
         return bool(step.candidates) and step.candidates[0].gain >= least
 

@@ -25,7 +25,7 @@ class SensorMass(SensorEffect):
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return the mass."""
-        return (EffectParameter('mass', 'kg', 1.0, 0.0, 5.0),)
+        return (EffectParameter('mass', 'kg', 1.0, 0.0, 12.0),)
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Fix the mass where the sensor is."""

@@ -14,7 +14,7 @@ from modal_core.atomic_file import write_text
 from model_gap.comparison.compare import compare, Comparison
 from model_gap.comparison.spectra_pairs import SpectraPair, used_bands
 from model_gap.comparison.transmissibility import SensorBand
-from model_gap.decide import EVIDENCE_BETWEEN, EVIDENCE_TO_ADD
+from model_gap.decide import EVIDENCE_BETWEEN
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects, gap_mapping
 from model_gap.report.arm_picture import arm_picture
@@ -69,7 +69,7 @@ def render_report(result: GapResult, comparison: Comparison | None = None) -> st
         gap=gap_mapping(result, comparison),
         worst=_worst_sensors(comparison),
         percent=percent,
-        evidence_to_add=EVIDENCE_TO_ADD,
+        evidence_to_add=result.search.settings.worth_adding,
         evidence_between=EVIDENCE_BETWEEN,
     )
 
