@@ -28,6 +28,8 @@ MOST_MISFIT = 2.25
 MOST_CELL_MISFIT = 4.0
 MOST_TOLERANCE = 4.5
 LEAST_FIT_POSES = 2
+# Relative.
+NEAR_LIMIT = 1e-3
 EXPERIMENT_SEED = 0
 # Of what is left: a joint that could account for so much is worth a look.
 TELLING_SHARE = 0.6
@@ -130,7 +132,11 @@ def at_limits(hypothesis: Hypothesis) -> tuple[str, ...]:
     found = []
     for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
         for item, value in zip(effect.parameters(hypothesis.scene)[:1], values, strict=False):
-            if not item.low < value < item.high:
+            low, high = (
+                item.low + NEAR_LIMIT * abs(item.low),
+                item.high - NEAR_LIMIT * abs(item.high),
+            )
+            if not low < value < high:
                 found.append(
                     f'{item.name} of {effect!r} would have to be beyond what is plausible, '
                     f'{value:.3g} {item.unit}'
