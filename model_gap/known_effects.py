@@ -123,6 +123,10 @@ def with_known_effects(scene: Scene) -> Setup:
         if 'frequency' in numbers and not scene.lines_hz:
             scene = dataclasses.replace(scene, lines_hz=(numbers['frequency'],))
         wanted = [item.name for item in effect.parameters(scene)]
+        detailed = effect.detailed()
+        if detailed is not None and set(wanted) < set(numbers):
+            effect = detailed
+            wanted = [item.name for item in effect.parameters(scene)]
         if set(wanted) != set(numbers):
             raise ModelError(
                 'parameters do not fit the effect',

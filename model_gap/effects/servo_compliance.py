@@ -8,20 +8,34 @@ import numpy as np
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.nuisance import change_joint
-from model_gap.setup import Setup
+from model_gap.setup import Filter, Setup
+from model_gap.spectra import Complex
 from structural_model.spec import JointSpec, Spring
 
 
 class ServoCompliance(Effect):
-    """A motor with the servo's own resonance f_s, ζ_s behind each gear."""
+    """A motor with the servo's own resonance f_s, ζ_s behind each gear.
+
+    What the servo feeds forward of the rotor's inertia (φ) and of its own damping (δ) is all until
+    a fit is good.  What it does not makes the motor lag: the command behind the filter
+    (φ s² + 2 δ ζ ω_s s + ω_s²)/(s² + 2 ζ ω_s s + ω_s²), the same in all joints.
+    """
 
     type = 'servo_compliance'
-    equation = "J θ'' + 2 ζ ω_s J θ' + J ω_s² θ = gear torque"
+    equation = (
+        "J (θ'' - φ r'') + 2 ζ ω_s J (θ' - δ r') + J ω_s² (θ - r) = gear torque, r the command"
+    )
     source = 'Spong (1987), doi:10.1115/1.3143860'
     signature = 'all joints look softer and a damped extra mode appears; depends on servo gains'
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_stiffness': 'brakes on instead of servo: the drive springs stay'
     }
+
+    def __init__(
+        self, location: str | None = None, variant: str = '', lagging: bool = False
+    ) -> None:
+        super().__init__(location, variant)
+        self.lagging = lagging
 
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
@@ -33,11 +47,22 @@ class ServoCompliance(Effect):
         return [cls(None)] if known else []
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return frequency and damping of the servo."""
-        return (
+        """Return frequency and damping of the servo, and what it feeds forward."""
+        first = (
             EffectParameter('frequency', 'Hz', 1.5, 3.0, 400.0, neutral=60.0, log=True),
             EffectParameter('damping_ratio', '1', 0.8, 0.02, 3.0, neutral=0.5, log=True),
         )
+        if not self.lagging:
+            return first
+        return (
+            *first,
+            EffectParameter('inertia_feedforward', '1', 1.0, -0.5, 1.5, neutral=1.0),
+            EffectParameter('damping_feedforward', '1', 1.0, -0.5, 1.5, neutral=1.0),
+        )
+
+    def detailed(self) -> Effect | None:
+        """Return a servo that does not feed all of its torque forward."""
+        return None if self.lagging else ServoCompliance(self.location, lagging=True)
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Give every flexible drive a servo."""
@@ -53,8 +78,30 @@ class ServoCompliance(Effect):
                 )
 
             spec = change_joint(spec, joint, change)
-        return setup.with_spec(spec)
+        setup = setup.with_spec(spec)
+        return setup.then_input(lag_step(omega, damping, *values[2:])) if self.lagging else setup
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return frequencies over the band and above."""
         return [(float(f), z) for f in (8, 12, 18, 25, 35, 50, 75, 120) for z in (0.2, 0.7)]
+
+
+def lag_step(servo: float, damping: float, inertia: float, speed: float) -> Filter:
+    """Return the filter of a command that is fed forward in part.
+
+    Parameters
+    ----------
+    servo : float [rad/s]
+        Natural frequency of the servo.
+    damping : float
+        Its damping ratio.
+    inertia, speed : float
+        Shares fed forward of the rotor's inertia and of the servo's damping.
+    """
+
+    def step(omega: np.ndarray, spectra: Complex) -> Complex:
+        s = 1j * omega / servo
+        fed = inertia * s**2 + 2.0 * speed * damping * s + 1.0
+        return np.asarray(spectra * (fed / (s**2 + 2.0 * damping * s + 1.0)))
+
+    return step

@@ -229,7 +229,7 @@ def structural(e, extra, arm):
             }
         )
     elif kind == 'servo_compliance':
-        extra['servo'] = (2 * math.pi * e['f'], e['zeta'])
+        extra['servo'] = (2 * math.pi * e['f'], e['zeta'], e.get('feedforward', 1.0))
     elif kind == 'rod_spring':
         extra.setdefault('rods', []).append((e['weights'], e['k'], 3e-4 * e['k']))
     elif kind == 'sensor_mass':

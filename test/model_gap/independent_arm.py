@@ -71,7 +71,8 @@ class Arm:
     couple: np.ndarray = None
     frames: dict = field(default_factory=dict)  # link -> (depth, R, p) relative to the chain
     absorbers: list = field(default_factory=list)
-    motors: list = field(default_factory=list)  # inertia behind the gear, rad/s, damping ratio
+    # Inertia behind the gear, rad/s, damping ratio, share of the inertia that is fed forward.
+    motors: list = field(default_factory=list)
 
 
 def across(axis):
@@ -297,7 +298,7 @@ def linearise(arm, q, sensors, gravity=9.81):
         w = np.zeros(size)
         w[place] = row
         if arm.motors:  # the gear twists between link and a motor that gives way
-            inertia, omega, zeta = arm.motors[number]
+            inertia, omega, zeta, _ = arm.motors[number]
             w[servo + number] = -1.0
             MM[servo + number, servo + number] = inertia
             springs[servo + number, servo + number] += inertia * omega**2
@@ -332,6 +333,8 @@ def linearise(arm, q, sensors, gravity=9.81):
             CC += factor * (arm.c[name] + arm.beta * arm.k[name]) * np.outer(w, w)
     KK += springs
     B = -MM[:, place]
+    for number, (inertia, _, _, fed) in enumerate(arm.motors):
+        B[servo + number] -= (1.0 - fed) * inertia * arm.couple[number]
     P = -np.vstack([G[:, place], np.zeros((size - n, len(place)))])
     rows = []
     for link, position, basis in sensors:

@@ -76,17 +76,26 @@ def test_delay_is_kept_in_the_layout_and_applied_again(robot, layout, scene):
     np.testing.assert_allclose(flat, expected)
 
 
+@pytest.mark.parametrize('details', [False, True])
 @pytest.mark.parametrize('kind', [kind for kind in TYPES if not kind.startswith('sensor_')])
 def test_every_effect_of_the_arm_is_there_again_after_loading(
-    kind, robot, layout, scene, tmp_path
+    kind, details, robot, layout, scene, tmp_path
 ):
     scene = dataclasses.replace(scene, lines_hz=(22.0,))
     effect = TYPES[kind].instances(scene)[0]
     values = tuple(effect.starts(scene)[0])
     fitted = hypothesis(scene, kind, effect.location, values, effect.variant)
+    if details:
+        fitted = fitted.with_details()
+        if fitted is None:
+            return
+        moved = fitted.inner + 0.01 * fitted.prior_scale
+        fitted = dataclasses.replace(fitted, inner=moved)
+        (values,) = fitted.values()
     (known,) = known_effects(fitted, [0.1] * len(values))
     applied = fitted.setup()
-    assert known.kept_in == ('model' if applied.spec != robot.spec else 'effects')
+    only_arm = applied.spec != robot.spec and not applied.inputs
+    assert known.kept_in == ('model' if only_arm else 'effects')
     model = robot.replace(dataclasses.replace(applied.spec, effects=(known,)))
     save_robot(model, tmp_path)
     loaded = load_robot(tmp_path)

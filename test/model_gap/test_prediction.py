@@ -6,6 +6,7 @@ import pytest
 from model_gap.effects import Scene
 from model_gap.effects.coulomb_friction import CoulombFriction
 from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.effects.servo_compliance import ServoCompliance
 from model_gap.explicit_damping import explicit_damping
 from model_gap.predict import Predictor
 from model_gap.setup import Setup
@@ -34,6 +35,20 @@ CASES = [
         CubicStiffness('joint_2'),
         (1e6, 1.0),
         0.04,
+    ),
+    (
+        'servo',
+        {'type': 'servo_compliance', 'f': 30.0, 'zeta': 0.5},
+        ServoCompliance(),
+        (30.0, 0.5),
+        0.02,
+    ),
+    (
+        'servo that lags',
+        {'type': 'servo_compliance', 'f': 30.0, 'zeta': 0.5, 'feedforward': 0.0},
+        ServoCompliance(lagging=True),
+        (30.0, 0.5, 0.0, 1.0),
+        0.02,
     ),
 ]
 
