@@ -149,7 +149,7 @@ class Search:
         lines = common_lines(self.campaign.records, self.settings.band)
         setup = with_known_effects(Scene(self.model, names, setup, lines))
         self.scene = Scene(self.model, names, setup, lines)
-        self.tolerances = nuisances(setup, moving_links(self.model), self.settings.tolerances)
+        self.tolerances = nuisances(setup, links_with_mass(self.model), self.settings.tolerances)
         self.data = self._prepared(setup)
 
     def _prepared(self, about: Setup | None) -> Prepared:
@@ -334,7 +334,7 @@ def share_to_add(before: Fit) -> float:
     return FURTHER_SHARE * open_gap(before)
 
 
-def moving_links(model: FlexibleJointModel) -> tuple[str, ...]:
+def links_with_mass(model: FlexibleJointModel) -> tuple[str, ...]:
     """Return the links that move on their own and have mass."""
     robot = model.robot
     return tuple(

@@ -1,7 +1,5 @@
 """The identifier node takes the edge of the excitation from the plan that is being played."""
 
-import importlib.util
-from pathlib import Path
 import time
 
 import pytest
@@ -9,15 +7,10 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
+from node_driver import NodeDriver
+
 from modal_core.ros_messages import LATCHED
 from oma_msgs.msg import BridgeState, ExcitationPlan
-
-_spec = importlib.util.spec_from_file_location(
-    'node_driver', Path(__file__).with_name('node_driver.py')
-)
-_module = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_module)
-NodeDriver = _module.NodeDriver
 
 pytestmark = pytest.mark.node
 PATIENCE_S = 60.0

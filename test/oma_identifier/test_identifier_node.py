@@ -1,14 +1,12 @@
 """The identifier node over real Fast DDS: right modes, bad messages, parameters, replay."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
+from node_driver import NodeDriver, three_modes
 from rcl_interfaces.srv import SetParameters
 import rclpy
 from rclpy.parameter import Parameter
@@ -24,13 +22,6 @@ from oma_identifier.settings import IdentificationSettings
 from recordings import open_recording, to_mcap
 from recordings.decode import BLOCK
 from recordings.encode import encode
-
-_spec = importlib.util.spec_from_file_location(
-    'node_driver', Path(__file__).with_name('node_driver.py')
-)
-_module = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_module)
-NodeDriver, three_modes = _module.NodeDriver, _module.three_modes
 
 pytestmark = pytest.mark.node
 START = 1_700_000_000_000_000_000

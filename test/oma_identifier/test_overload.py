@@ -1,6 +1,5 @@
 """Ten times more windows than can be identified: they are skipped and counted, memory stays."""
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
@@ -9,15 +8,10 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
+from node_driver import NodeDriver
+
 from modal_core.measurements import SampleBlock
 from recordings.encode import encode
-
-_spec = importlib.util.spec_from_file_location(
-    'node_driver', Path(__file__).with_name('node_driver.py')
-)
-_module = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_module)
-NodeDriver = _module.NodeDriver
 
 pytestmark = pytest.mark.node
 START = 1_700_000_000_000_000_000
