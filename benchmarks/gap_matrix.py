@@ -98,7 +98,8 @@ def draw(kind, rng):
         case 'transmission_error':
             return {'joint': low, 'amplitude': rng.uniform(1e-4, 4e-4), 'order': 1.0}
         case 'servo_compliance':
-            return {'f': rng.uniform(15, 60), 'zeta': rng.uniform(0.3, 0.9)}
+            fed = float(rng.integers(2))
+            return {'f': rng.uniform(15, 60), 'zeta': rng.uniform(0.3, 0.9), 'feedforward': fed}
         case 'command_delay':
             return {'delay': rng.uniform(0.003, 0.015)}
         case 'sensor_gain':
@@ -116,7 +117,8 @@ def draw(kind, rng):
         case 'sensor_delay':
             return {'sensor': sensor, 'delay': float(sign * rng.uniform(0.001, 0.01))}
         case 'sensor_mount_resonance':
-            return {'sensor': sensor, 'f': rng.uniform(65, 160), 'zeta': 0.05, 'base': True}
+            base = bool(rng.integers(2))
+            return {'sensor': sensor, 'f': rng.uniform(65, 160), 'zeta': 0.05, 'base': base}
         case 'sensor_mass':
             return {'sensor': ['elbow', 'spindle'][rng.integers(2)], 'mass': rng.uniform(2, 3)}
         case 'hysteresis':

@@ -6,6 +6,7 @@ import pytest
 from model_gap.effects import Scene
 from model_gap.effects.coulomb_friction import CoulombFriction
 from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.effects.sensor_mount_resonance import SensorMountResonance
 from model_gap.effects.servo_compliance import ServoCompliance
 from model_gap.explicit_damping import explicit_damping
 from model_gap.predict import Predictor
@@ -49,6 +50,13 @@ CASES = [
         ServoCompliance(lagging=True),
         (30.0, 0.5, 0.0, 1.0),
         0.02,
+    ),
+    (
+        'accelerometer of its own resonance',
+        {'type': 'sensor_mount_resonance', 'sensor': 'elbow', 'f': 80.0, 'zeta': 0.08},
+        SensorMountResonance('sensor:elbow', shared=True),
+        (80.0, 0.08, 0.0),
+        0.01,
     ),
 ]
 
