@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from modal_core.channel import Channel
 from model_gap.doubt import certain, Doubt, doubt_of
+from model_gap.driven import driven_motion
 from model_gap.joint_law import Follow, JointLaw
 from model_gap.joint_vector import joint_vector
 from model_gap.pose_system import pose_arm, pose_system, PoseArm, PoseSystem, with_channels
@@ -156,11 +157,9 @@ class Predictor:
         states = []
         for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
             omega = item.omega.ravel()
-            acceleration = item.motor_acceleration.reshape(len(item.motor_acceleration), -1)
-            shift = item.motor_shift.reshape(len(item.motor_shift), -1)
-            acceleration, shift = setup.driven(omega, acceleration, shift)
+            motion = driven_motion(item, setup)
             system = systems[group]
-            force = system.force(acceleration, shift)
+            force = system.force(motion.acceleration, motion.shift)
             for ripple in setup.ripples:
                 force = force + ripple_force(ripple, item, self.model, setup.spec, system)
             for torque in setup.held:
@@ -168,9 +167,9 @@ class Predictor:
                 force[rows] += torque.spectra[index]
             if forces:
                 force = force + forces[index]
-            ringing = system.end_state(item.tail, item.coarse_period_s)
+            ringing = system.end_state(motion.tail, item.coarse_period_s)
             deflection = system.deflection(omega, force, ringing * item.end_scale)
-            states.append(RecordState(omega, acceleration, shift, deflection))
+            states.append(RecordState(omega, motion.acceleration, motion.shift, deflection))
         if setup.tones:
             states = self._with_tones(setup, systems, states)
         return states, list(forces)

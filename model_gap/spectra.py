@@ -138,7 +138,6 @@ def record_spectra(
     def transform(values: Array) -> Complex:
         return np.asarray(np.fft.rfft(values, axis=0) * scale)
 
-    stride = max(1, int(record.sample_rate_hz / COARSE_HZ))
     response = transform(record.acceleration - record.acceleration.mean(axis=0))
     sensor_noise = noise_power(response, np.asarray(frequency, dtype=float), band)
     motion = transform(record.motor_acceleration)
@@ -151,14 +150,21 @@ def record_spectra(
         motor_shift=transform(record.motor_shift).T[:, triples],
         measured=hann(response.T[:, triples]),
         noise_power=sensor_noise[:, None] + (share + LINEARISATION_ERROR**2) * power.T,
-        tail=_tail(record.motor_acceleration, stride, COARSE_S * record.sample_rate_hz / stride),
-        coarse_period_s=stride / record.sample_rate_hz,
+        tail=tail_of(record.motor_acceleration, record.sample_rate_hz),
+        coarse_period_s=_stride(record.sample_rate_hz) / record.sample_rate_hz,
         end_scale=record.sample_rate_hz * scale,
     )
 
 
-def _tail(acceleration: Array, stride: int, most: float) -> Array:
-    newest_first = acceleration[len(acceleration) % stride :: stride][::-1][: int(most)]
+def _stride(rate_hz: float) -> int:
+    return max(1, int(rate_hz / COARSE_HZ))
+
+
+def tail_of(acceleration: Array, rate_hz: float) -> Array:
+    """Return what ``RecordSpectra.tail`` holds of an acceleration (n_samples, n_joints)."""
+    stride = _stride(rate_hz)
+    most = int(COARSE_S * rate_hz / stride)
+    newest_first = acceleration[len(acceleration) % stride :: stride][::-1][:most]
     blocks = -(-len(newest_first) // BLOCK)
     padded = np.zeros((blocks * BLOCK, acceleration.shape[1]))
     padded[: len(newest_first)] = newest_first
