@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest
 from model_gap.nuisance import Nuisance
 from model_gap.setup import Setup
@@ -15,7 +15,7 @@ from structural_model.spec import Spring
 SIDEWAYS, ROCKING = (0, 1), (3, 4)
 
 
-class BaseCompliance(Effect):
+class BaseCompliance(DetailedEffect):
     """Two rocking degrees of freedom under the base, in series with those the model has.
 
     ``difference`` d and ``translation`` s are zero until a fit is good.
@@ -30,12 +30,6 @@ class BaseCompliance(Effect):
         'link_flexibility': 'a sensor on the base plate',
     }
 
-    def __init__(
-        self, location: str | None = None, variant: str = '', uneven: bool = False
-    ) -> None:
-        super().__init__(location, variant)
-        self.uneven = uneven
-
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one."""
@@ -48,7 +42,7 @@ class BaseCompliance(Effect):
             EffectParameter('compliance', 'rad/(N m)', 5.0 * unit, 0.0, 100.0 * unit),
             EffectParameter('loss_time', 's', 0.7, 1e-5, 1e-2, neutral=4e-4, log=True),
         )
-        if not self.uneven:
+        if not self.details:
             return first
         return (
             *first,
@@ -56,14 +50,10 @@ class BaseCompliance(Effect):
             EffectParameter('translation', 'm/N', 0.1 * unit, 0.0, 10.0 * unit),
         )
 
-    def detailed(self) -> Effect | None:
-        """Return a base that tilts about its axes by different amounts and gives way sideways."""
-        return None if self.uneven else BaseCompliance(self.location, uneven=True)
-
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Add the compliance in series."""
         compliance, loss = values[0], values[1]
-        difference, translation = values[2:] if self.uneven else (0.0, 0.0)
+        difference, translation = values[2:] if self.details else (0.0, 0.0)
         springs = list(setup.spec.base.springs)
         for number, sign in zip(ROCKING, (1.0, -1.0), strict=True):
             own = max(compliance + sign * difference, 1e-14)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.joint_law import FrictionLaw, JointFrictionLaw
 from model_gap.joint_vector import BETWEEN_LINKS, marked
 from model_gap.setup import JointForce, Setup
@@ -14,7 +14,7 @@ WHOLE_JOINT = 'whole joint'
 MOST_YIELDING = 0.12
 
 
-class CoulombFriction(Effect):
+class CoulombFriction(DetailedEffect):
     """τ_c·tanh(v/v₀), v the twist rate of the gear or the speed of the whole joint.
 
     Before it slides it gives way like a spring, rigid until a fit is good.
@@ -34,12 +34,6 @@ class CoulombFriction(Effect):
         'cubic_stiffness': 'a third, lower level: friction then damps more',
     }
 
-    def __init__(
-        self, location: str | None = None, variant: str = '', yielding: bool = False
-    ) -> None:
-        super().__init__(location, variant)
-        self.yielding = yielding
-
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return two per flexible joint: in the gear, and on the whole joint."""
@@ -53,14 +47,9 @@ class CoulombFriction(Effect):
             EffectParameter('torque', 'N m', 1.5, 0.05, 5000.0, neutral=20.0, log=True),
             EffectParameter('transition_speed', 'rad/s', 1.0, 2e-5, 0.1, neutral=1e-3, log=True),
         )
-        if not self.yielding:
+        if not self.details:
             return first
         return (*first, EffectParameter('presliding_compliance', '1', 0.05, 0.0, MOST_YIELDING))
-
-    def detailed(self) -> Effect | None:
-        """Return friction that gives way before it slides."""
-        kind = CoulombFriction(self.location, self.variant, yielding=True)
-        return None if self.yielding else kind
 
     @property
     def place(self) -> str:

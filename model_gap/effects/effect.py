@@ -186,3 +186,25 @@ class Effect(ABC):
         """Return type at location."""
         place = f' at {self.location}' if self.location else ''
         return ' '.join(filter(None, (f'{self.type}{place}', self.variant.strip())))
+
+
+class DetailedEffect(Effect):
+    """An effect with details that no one knows, free once a fit is good.
+
+    Parameters
+    ----------
+    location, variant : str
+        Where, and which of several.
+    details : bool
+        Whether they are free.
+    """
+
+    def __init__(
+        self, location: str | None = None, variant: str = '', details: bool = False
+    ) -> None:
+        super().__init__(location, variant)
+        self.details = details
+
+    def detailed(self) -> Effect | None:
+        """Return the effect with its details free, None when they are."""
+        return None if self.details else type(self)(self.location, self.variant, details=True)

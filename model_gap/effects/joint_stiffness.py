@@ -5,13 +5,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.nuisance import change_drive, Nuisance
 from model_gap.setup import Setup
 from structural_model.spec import Spring
 
 
-class JointStiffness(Effect):
+class JointStiffness(DetailedEffect):
     """k_j → f·k_j, c_j → f^a·c_j; the loss factor is kept (a = 1) until a fit is good."""
 
     type = 'joint_stiffness'
@@ -26,12 +26,6 @@ class JointStiffness(Effect):
         'cubic_stiffness': 'a second amplitude level: a linear spring keeps its frequency',
     }
 
-    def __init__(
-        self, location: str | None = None, variant: str = '', damped: bool = False
-    ) -> None:
-        super().__init__(location, variant)
-        self.damped = damped
-
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one per flexible joint."""
@@ -41,11 +35,7 @@ class JointStiffness(Effect):
         """Return the factor."""
         first = EffectParameter('factor', '1', 0.7, 0.05, 5.0, neutral=1.0, log=True)
         exponent = EffectParameter('damping_exponent', '1', 0.6, -1.0, 3.0, neutral=1.0)
-        return (first, exponent) if self.damped else (first,)
-
-    def detailed(self) -> Effect | None:
-        """Return a spring whose damper changes by another factor, or not at all."""
-        return None if self.damped else JointStiffness(self.location, self.variant, damped=True)
+        return (first, exponent) if self.details else (first,)
 
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the drive."""
@@ -53,7 +43,7 @@ class JointStiffness(Effect):
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Scale the drive spring."""
-        factor, exponent = values if self.damped else (values[0], 1.0)
+        factor, exponent = values if self.details else (values[0], 1.0)
 
         def change(spring: Spring) -> Spring:
             return Spring(spring.stiffness * factor, spring.damping * factor**exponent)

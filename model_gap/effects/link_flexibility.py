@@ -6,13 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import AXES, spans, stiffest, turned
 from model_gap.setup import Setup
 from structural_model.spec import HingeSpec, Spring
 
 
-class LinkFlexibility(Effect):
+class LinkFlexibility(DetailedEffect):
     """A virtual hinge half-way along the link, about one of its axes.
 
     ``place`` (0 at its own joint, 1 at the next), the share of the mass beyond it and small turns
@@ -29,12 +29,6 @@ class LinkFlexibility(Effect):
         'base_compliance': 'two sensors on the link, one at each end',
     }
 
-    def __init__(
-        self, location: str | None = None, variant: str = '', placed: bool = False
-    ) -> None:
-        super().__init__(location, variant)
-        self.placed = placed
-
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one per axis of every link with a span."""
@@ -49,7 +43,7 @@ class LinkFlexibility(Effect):
             EffectParameter('compliance', 'rad/(N m)', 15.0 * unit, 0.0, 300.0 * unit),
             EffectParameter('loss_time', 's', 0.7, 1e-5, 1e-2, neutral=4e-4, log=True),
         )
-        if not self.placed:
+        if not self.details:
             return first
         return (
             *first,
@@ -58,10 +52,6 @@ class LinkFlexibility(Effect):
             EffectParameter('turn_1', 'rad', 0.3, -1.0, 1.0),
             EffectParameter('turn_2', 'rad', 0.3, -1.0, 1.0),
         )
-
-    def detailed(self) -> Effect | None:
-        """Return a hinge anywhere on the way, about any axis near this one."""
-        return None if self.placed else LinkFlexibility(self.location, self.variant, placed=True)
 
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the hinge, all but rigid."""
@@ -76,7 +66,7 @@ class LinkFlexibility(Effect):
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Divide the link."""
         compliance, loss = max(values[0], 1e-14), values[1]
-        place, share, *turns = values[2:] if self.placed else (0.5, 0.5, 0.0, 0.0)
+        place, share, *turns = values[2:] if self.details else (0.5, 0.5, 0.0, 0.0)
         x, y, z = spans(scene)[str(self.location)]
         hinge = HingeSpec(
             name=self.name,

@@ -6,14 +6,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.sensor_effect import SensorEffect
 from model_gap.effects.sensor_gain import _axes
 from model_gap.setup import Filter, Setup
 from model_gap.spectra import Complex
 
 
-class SensorMountResonance(SensorEffect):
+class SensorMountResonance(DetailedEffect, SensorEffect):
     """y → y·(1 + 2iδζr)/(1 - r² + 2iζr) with r = f/f_m: the base-excited mount, δ = 1.
 
     Damping that does not act between base and sensor, like that inside an accelerometer, is δ = 0:
@@ -28,12 +28,6 @@ class SensorMountResonance(SensorEffect):
         'sensor_gain': 'a tap: a gain is the same at all frequencies',
         'sensor_delay': 'a tap: a delay keeps the amplitude',
     }
-
-    def __init__(
-        self, location: str | None = None, variant: str = '', shared: bool = False
-    ) -> None:
-        super().__init__(location, variant)
-        self.shared = shared
 
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
@@ -50,14 +44,9 @@ class SensorMountResonance(SensorEffect):
             EffectParameter('frequency', 'Hz', 1.0, 20.0, 3000.0, neutral=150.0, log=True),
             EffectParameter('damping_ratio', '1', 1.0, 0.003, 0.7, neutral=0.05, log=True),
         )
-        if not self.shared:
+        if not self.details:
             return first
         return (*first, EffectParameter('damping_from_base', '1', 1.0, -0.5, 1.5, neutral=1.0))
-
-    def detailed(self) -> Effect | None:
-        """Return a mount of which only part of the damping acts from the base."""
-        kind = SensorMountResonance(self.location, self.variant, shared=True)
-        return None if self.shared else kind
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Filter the channels."""

@@ -6,14 +6,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.nuisance import change_joint
 from model_gap.setup import Filter, Setup
 from model_gap.spectra import Complex
 from structural_model.spec import JointSpec, Spring
 
 
-class ServoCompliance(Effect):
+class ServoCompliance(DetailedEffect):
     """A motor with the servo's own resonance f_s, ζ_s behind each gear.
 
     What the servo feeds forward of the rotor's inertia (φ) and of its own damping (δ) is all until
@@ -31,12 +31,6 @@ class ServoCompliance(Effect):
         'joint_stiffness': 'brakes on instead of servo: the drive springs stay'
     }
 
-    def __init__(
-        self, location: str | None = None, variant: str = '', lagging: bool = False
-    ) -> None:
-        super().__init__(location, variant)
-        self.lagging = lagging
-
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one for all drives, where rotor inertias are known."""
@@ -52,17 +46,13 @@ class ServoCompliance(Effect):
             EffectParameter('frequency', 'Hz', 1.5, 3.0, 400.0, neutral=60.0, log=True),
             EffectParameter('damping_ratio', '1', 0.8, 0.02, 3.0, neutral=0.5, log=True),
         )
-        if not self.lagging:
+        if not self.details:
             return first
         return (
             *first,
             EffectParameter('inertia_feedforward', '1', 1.0, -0.5, 1.5, neutral=1.0),
             EffectParameter('damping_feedforward', '1', 1.0, -0.5, 1.5, neutral=1.0),
         )
-
-    def detailed(self) -> Effect | None:
-        """Return a servo that does not feed all of its torque forward."""
-        return None if self.lagging else ServoCompliance(self.location, lagging=True)
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Give every flexible drive a servo."""
@@ -79,7 +69,7 @@ class ServoCompliance(Effect):
 
             spec = change_joint(spec, joint, change)
         setup = setup.with_spec(spec)
-        return setup.then_input(lag_step(omega, damping, *values[2:])) if self.lagging else setup
+        return setup.then_input(lag_step(omega, damping, *values[2:])) if self.details else setup
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return frequencies over the band and above."""

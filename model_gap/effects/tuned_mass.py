@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, AXES, centre, moving_links, turned
 from model_gap.setup import Setup
 from structural_model.spec import AbsorberSpec, Spring
 
 
-class TunedMass(Effect):
+class TunedMass(DetailedEffect):
     """A mass m on a spring at a link: K = m ω_t², C = 2 ζ_t m ω_t.
 
     It hangs at the link's centre of mass and swings along one of its axes until a good fit frees
@@ -30,12 +30,6 @@ class TunedMass(Effect):
         'link_flexibility': 'a pose with another reach: the notch of a swinging mass stays',
     }
 
-    def __init__(
-        self, location: str | None = None, variant: str = '', placed: bool = False
-    ) -> None:
-        super().__init__(location, variant)
-        self.placed = placed
-
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one per moving body and axis."""
@@ -49,7 +43,7 @@ class TunedMass(Effect):
             EffectParameter('frequency', 'Hz', 0.8, 2.0, 70.0, neutral=15.0, log=True),
             EffectParameter('damping_ratio', '1', 0.8, 0.002, 0.5, neutral=0.04, log=True),
         )
-        if not self.placed:
+        if not self.details:
             return first
         return (
             *first,
@@ -60,10 +54,6 @@ class TunedMass(Effect):
             EffectParameter('turn_1', 'rad', 0.4, -1.2, 1.2),
             EffectParameter('turn_2', 'rad', 0.4, -1.2, 1.2),
         )
-
-    def detailed(self) -> Effect | None:
-        """Return a mass anywhere on the link that swings in any direction near this one."""
-        return None if self.placed else TunedMass(self.location, self.variant, placed=True)
 
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the place the mass pulls at: a mass too light to matter."""
@@ -77,13 +67,13 @@ class TunedMass(Effect):
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Hang the mass on the link."""
         mass, frequency, damping = max(values[0], 1e-6), values[1], values[2]
-        x, y, z = values[3:6] if self.placed else centre(scene, str(self.location))
+        x, y, z = values[3:6] if self.details else centre(scene, str(self.location))
         omega = 2.0 * math.pi * frequency
         item = AbsorberSpec(
             name=self.name,
             link=str(self.location),
             position_m=(x, y, z),
-            axis=turned(self.variant, values[6:] if self.placed else (0.0, 0.0)),
+            axis=turned(self.variant, values[6:] if self.details else (0.0, 0.0)),
             mass_kg=mass,
             spring=Spring(mass * omega**2, 2.0 * damping * mass * omega),
         )

@@ -18,7 +18,7 @@ CASES = [
     ({'type': 'command_delay', 'delay': 0.015}, CommandDelay(), (0.015,)),
     (
         {'type': 'servo_compliance', 'f': 25.0, 'zeta': 0.4, 'feedforward': 0.0},
-        ServoCompliance(lagging=True),
+        ServoCompliance(details=True),
         (25.0, 0.4, 0.0, 1.0),
     ),
 ]

@@ -47,14 +47,14 @@ CASES = [
     (
         'servo that lags',
         {'type': 'servo_compliance', 'f': 30.0, 'zeta': 0.5, 'feedforward': 0.0},
-        ServoCompliance(lagging=True),
+        ServoCompliance(details=True),
         (30.0, 0.5, 0.0, 1.0),
         0.02,
     ),
     (
         'accelerometer of its own resonance',
         {'type': 'sensor_mount_resonance', 'sensor': 'elbow', 'f': 80.0, 'zeta': 0.08},
-        SensorMountResonance('sensor:elbow', shared=True),
+        SensorMountResonance('sensor:elbow', details=True),
         (80.0, 0.08, 0.0),
         0.01,
     ),
