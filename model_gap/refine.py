@@ -7,7 +7,6 @@ import numpy as np
 
 from model_gap.effects import Effect
 from model_gap.fit import Fit, fit
-from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import tolerance_columns
 from model_gap.neighbours import neighbours
 from model_gap.predict import Predictor
@@ -28,26 +27,29 @@ HOPELESS = 200.0
 # Once a rough fit is this good, torque laws that promised less than this share are not tried.
 SETTLED_MISFIT = 1.5
 SETTLED_SHARE = 0.5
+# Tolerances mimic an effect only where they leave little; where much is left they are distorted.
+MIMICKED_MISFIT = 4.0
 # Details are looked into of candidates this close to the best.
 DETAILED = 100.0
 
 
-def rough_fits(current: Hypothesis, trials: Sequence[Trial], coarse: Predictor) -> list[Fit]:
+def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list[Fit]:
     """Fit what promised most on the coarse records; return those worth more, the best first.
 
     Parameters
     ----------
-    current : Hypothesis
+    current : Fit
         What one more effect is sought for.
     trials : sequence of Trial
         Screened, the most promising first.
     coarse : Predictor
         Of the coarse records.
     """
-    held = coarse.hold(current.setup()).held
+    held = coarse.hold(current.hypothesis.setup()).held
+    mimicked = current.misfit < MIMICKED_MISFIT
     found = [
         fit(replace(start, held=held), coarse, relinearise=3)
-        for start in instead_of_tolerances(current)
+        for start in (instead_of_tolerances(current.hypothesis) if mimicked else ())
     ]
     trials = chosen(trials)[: AFTER_TORQUES if held else None]
     shared = tolerance_columns(trials[0].base, coarse) if trials else None

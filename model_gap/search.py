@@ -313,7 +313,7 @@ class Search:
         return stretched or (current.misfit > OPEN_MISFIT and not closed)
 
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Fit]:
-        rough = rough_fits(current.hypothesis, trials, self.data.coarse)
+        rough = rough_fits(current, trials, self.data.coarse)
         if rough and current.misfit > DISTORTED_MISFIT and not self.simulated:
             self.data = self._prepared(replace(rough[0].hypothesis, held=()).setup())
         return fine_fits(rough, self.data)
