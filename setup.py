@@ -45,6 +45,7 @@ setup(
         'defusedxml>=0.7',
         'jinja2>=3.1',
         'mcap>=1.2',
+        'numba>=0.59',
         'numpy>=1.26',
         'pin>=3.2',
         'protobuf>=4.25',

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.joint_law import Follow
+from model_gap.laws import Follow
 from model_gap.pose_system import PoseSystem
 from model_gap.setup import Setup
 from model_gap.spectra import HANN_POWER, RecordSpectra, smoothed

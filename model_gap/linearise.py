@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from model_gap.equivalent_gain import closed_transfer, equivalent_gain
 from model_gap.hypothesis import Hypothesis
-from model_gap.joint_law import Follow
 from model_gap.joint_vector import joint_spring, joint_vector
+from model_gap.laws import Follow
 from model_gap.pose_system import PoseSystem
 from model_gap.predict import Predictor, RecordState
 from model_gap.setup import Setup

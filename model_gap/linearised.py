@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from model_gap.campaign import GapRecord
 from model_gap.followed import free_torques, measured_share
-from model_gap.joint_law import Follow
 from model_gap.joint_vector import joint_vector
+from model_gap.laws import Follow
 from model_gap.pose_system import pose_system, PoseSystem, sag
 from model_gap.setup import Setup
 from model_gap.spectra import Band, record_spectra

@@ -11,22 +11,16 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel
 from model_gap.doubt import certain, Doubt, doubt_of
 from model_gap.driven import driven_motion
-from model_gap.joint_law import Follow, JointLaw
+from model_gap.joint_path import joint_path, JointPath, static_twist, STEPS_PER_S
 from model_gap.joint_vector import joint_vector
+from model_gap.laws import Follow
 from model_gap.pose_system import pose_arm, pose_system, PoseArm, PoseSystem, with_channels
 from model_gap.ripple import ripple_force
 from model_gap.setup import HeldTorque, JointForce, Setup
 from model_gap.spectra import hann, RecordSpectra
-from model_gap.time_domain import (
-    force_spectra,
-    joint_path,
-    JointPath,
-    static_twist,
-    step_torques,
-    STEPS_PER_S,
-    whole_force,
-)
+from model_gap.step_torque import step_torque
 from model_gap.tone import best_motion, follow, rows_of, tone_motions
+from model_gap.torque_spectra import force_spectra, whole_force
 from model_gap.weighting import Rows, Weighting
 from structural_model import FlexibleJointModel, ModelSpec
 
@@ -220,7 +214,7 @@ class Predictor:
     def local_forces(
         self, setups: Sequence[Setup], systems: Sequence[PoseSystem]
     ) -> list[list[Complex]]:
-        """Return the nonlinear forces of several setups with one arm, all stepped together.
+        """Return the nonlinear forces of several setups with one arm and one motion.
 
         Returns
         -------
@@ -229,36 +223,26 @@ class Predictor:
         """
         model = dataclasses.replace(self.model, spec=setups[0].spec)
         paths: dict[tuple[str, int, Follow], JointPath] = {}
-        lanes: dict[type[JointLaw], list[tuple[int, JointPath, int, JointForce]]] = {}
-        for number, setup in enumerate(setups):
+        found: list[list[Complex]] = [[0.0j] * len(self.records) for _ in setups]  # type: ignore[list-item]
+        self._errors = [_Errors() for _ in setups]
+        for pushes, errors, setup in zip(found, self._errors, setups, strict=True):
             for force in setup.forces:
                 follow = self.followed(force)
-                for index, item in enumerate(self.records):
+                for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
+                    system = systems[group]
                     key = (force.joint, index, follow)
                     if key not in paths:
-                        system = systems[self.groups[index]]
                         paths[key] = joint_path(
                             model, force.joint, item, system, setup, self.steps_per_s, follow
                         )
-                    lanes.setdefault(force.law, []).append((number, paths[key], index, force))
-        found: list[list[Complex]] = [[0.0j] * len(self.records) for _ in setups]  # type: ignore[list-item]
-        self._errors = [_Errors() for _ in setups]
-        for entries in lanes.values():
-            chosen, laws = [entry[1] for entry in entries], [entry[3] for entry in entries]
-            doubtful = [n for n, path in enumerate(chosen) if path.noisy is not None]
-            torques = step_torques(
-                [*chosen, *(chosen[n].with_noise() for n in doubtful)],
-                [*laws, *(laws[n] for n in doubtful)],
-            )
-            noisy = dict(zip(doubtful, torques[len(chosen) :], strict=True))
-            for n, (number, path, index, force) in enumerate(entries):
-                item, torque = self.records[index], torques[n]
-                push = whole_force(torque, path, item, systems[self.groups[index]])
-                found[number][index] = found[number][index] + push
-                if n in noisy:
-                    place = force_spectra(noisy[n] - torque, path, item)
-                    error = path.vector @ place / (path.vector @ path.vector)
-                    self._errors[number][force.joint, index] = hann(error.reshape(-1, 3))
+                    path = paths[key]
+                    torque = step_torque(path, force)
+                    pushes[index] = pushes[index] + whole_force(torque, path, item, system)
+                    if path.noisy is not None:
+                        noisy = step_torque(path.with_noise(), force)
+                        place = force_spectra(noisy - torque, path, item)
+                        error = path.vector @ place / (path.vector @ path.vector)
+                        errors[force.joint, index] = hann(error.reshape(-1, 3))
         return found
 
     def doubts(
@@ -337,32 +321,18 @@ class Predictor:
             twists = [
                 [static_twist(model, vector, pose) for pose in self.poses] for model in models
             ]
-            paths = []
-            for index, item in enumerate(self.records):
-                group = self.groups[index]
-                path = joint_path(
-                    base,
-                    force.joint,
-                    item,
-                    systems[group],
-                    setup,
-                    self.steps_per_s,
-                    self.followed(force),
-                )
-                paths.append(path)
-                paths += [dataclasses.replace(path, static_twist=row[group]) for row in twists]
-            torques = step_torques(paths, [force] * len(paths))
-            for index, item in enumerate(self.records):
-                start = index * (len(moved) + 1)
-                for number in range(len(moved)):
-                    change = torques[start + 1 + number] - torques[start]
-                    system = systems[self.groups[index]]
-                    push = whole_force(change, paths[start], item, system)
-                    found[number][index] = found[number][index] + push
+            for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
+                system, follow = systems[group], self.followed(force)
+                path = joint_path(base, force.joint, item, system, setup, self.steps_per_s, follow)
+                torque = step_torque(path, force)
+                for pushes, row in zip(found, twists, strict=True):
+                    loaded = dataclasses.replace(path, static_twist=row[group])
+                    change = step_torque(loaded, force) - torque
+                    pushes[index] = pushes[index] + whole_force(change, path, item, system)
         return found if preloaded else []
 
     def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:
-        """Predict several setups; if only nonlinear forces differ, they are stepped at once."""
+        """Predict several setups; if only nonlinear forces differ, their paths are shared."""
         same = all(
             item.spec == setups[0].spec
             and item.channels == setups[0].channels

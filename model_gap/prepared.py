@@ -9,18 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_gap.campaign import GapRecord
+from model_gap.joint_path import STEPS_PER_S
 from model_gap.linearised import linearised
 from model_gap.predict import Predictor, SAME_POSE_RAD
 from model_gap.setup import Setup
 from model_gap.spectra import Band, record_spectra, TARGET_BINS
-from model_gap.time_domain import STEPS_PER_S
 from structural_model import FlexibleJointModel
 
 SCREEN_BINS = 90
 MANY_CHANNELS = 15
 LEAST_BINS = 60
 SCREEN_POSES = 3
-COARSE_STEPS = 400.0
+COARSE_STEPS = 600.0
 SCREEN_S = 12.0
 
 

@@ -9,8 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from modal_core.errors import ModelError
+from modal_core.side_by_side import side_by_side
 from model_gap.effects.effect import Effect
 from model_gap.fit import descend, objective
+from model_gap.fits import Numbers, numbers_of, with_numbers
 from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import tolerance_columns
 from model_gap.predict import Predictor
@@ -26,6 +28,7 @@ REACH_SHARE = 0.4
 # So many go on after the first steps, of one effect at most so many.
 FURTHER = 20
 FURTHER_STARTS = 2
+Placed = tuple[float, Numbers]
 
 
 def runs(effect: Effect) -> bool:
@@ -53,14 +56,14 @@ class Track:
         """Linearise the tolerances at what the effects are added to."""
         return cls(predictor, tolerance_columns(base, predictor))
 
-    def run(self, start: Hypothesis, steps: int) -> tuple[float, Hypothesis] | None:
-        """Return the objective and where it is after some steps; None from an impossible arm."""
+    def run(self, start: Hypothesis, steps: int) -> Placed | None:
+        """Return the objective after some steps and where; None from an impossible arm."""
         try:
             found = descend(start, self.predictor, self.columns, steps)
         except ModelError:
             return None
         rows = self.predictor.rows(found.setup())
-        return objective(self.predictor.weighting.misfit(rows), found), found
+        return objective(self.predictor.weighting.misfit(rows), found), numbers_of(found)
 
 
 def race(screened: Sequence[Trial], base: Hypothesis, predictor: Predictor) -> list[Trial]:
@@ -78,25 +81,30 @@ def race(screened: Sequence[Trial], base: Hypothesis, predictor: Predictor) -> l
     """
     base = replace(base, held=predictor.hold(base.setup()).held)
     track = Track.of(base, predictor)
-    standing: list[tuple[float, int, Hypothesis]] = []
     found_of = dict(enumerate(screened))
     linear = [trial.effect for trial in screened if runs(trial.effect)]
     near = within_reach(linear, [base], predictor, 0.0, REACH_SHARE)
-    for number, trial in enumerate(screened):
-        effect = trial.effect
-        if not any(effect is item for item in near):
-            continue
-        values = [trial.values, *map(tuple, effect.few_starts(base.scene))]
+    running = [n for n, trial in enumerate(screened) if any(trial.effect is it for it in near)]
+
+    def begin(number: int) -> list[Placed]:
+        effect = screened[number].effect
+        values = (screened[number].values, *map(tuple, effect.few_starts(base.scene)))
         found = [track.run(base.with_effect(effect, start), FIRST_STEPS) for start in values]
-        best = sorted((item for item in found if item), key=lambda item: item[0])
-        standing += [(value, number, item) for value, item in best[:FURTHER_STARTS]]
-    standing.sort(key=lambda item: item[0])
+        return sorted((item for item in found if item), key=lambda item: item[0])[:FURTHER_STARTS]
+
+    def go_on(start: Hypothesis) -> Placed | None:
+        return track.run(start, FURTHER_STEPS)
+
+    begun = zip(running, side_by_side(begin, running), strict=True)
+    standing = [(value, number, at) for number, best in begun for value, at in best]
+    standing = sorted(standing, key=lambda item: item[0])[:FURTHER]
+    starts = [with_numbers(base, numbers) for _, _, numbers in standing]
     without = track.run(base, FIRST_STEPS + FURTHER_STEPS)
-    for _, number, hypothesis in standing[:FURTHER]:
-        further = track.run(hypothesis, FURTHER_STEPS)
-        if without is None or further is None:
+    ends = side_by_side(go_on, starts)
+    for (_, number, _), end in zip(standing, ends, strict=True):
+        if without is None or end is None:
             continue
-        gain, at = without[0] - further[0], further[1]
+        gain, at = without[0] - end[0], with_numbers(base, end[1])
         if gain > found_of[number].gain:
             last = len(at.effects) - 1
             before = replace(at.without(last), held=())

@@ -7,6 +7,8 @@ import numpy as np
 
 from model_gap.effects import Effect
 from model_gap.fit import Fit, fit
+from model_gap.fits import fits
+from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import tolerance_columns
 from model_gap.neighbours import neighbours
 from model_gap.predict import Predictor
@@ -46,29 +48,35 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
         Of the coarse records.
     """
     held = coarse.hold(current.hypothesis.setup()).held
-    mimicked = current.misfit < MIMICKED_MISFIT
-    found = [
-        fit(replace(start, held=held), coarse, relinearise=3)
-        for start in (instead_of_tolerances(current.hypothesis) if mimicked else ())
-    ]
     trials = chosen(trials)[: AFTER_TORQUES if held else None]
+    found = []
+    if current.misfit < MIMICKED_MISFIT:
+        starts = [replace(item, held=held) for item in instead_of_tolerances(current.hypothesis)]
+        found += fits(lambda start: fit(start, coarse, relinearise=3), starts)
     shared = tolerance_columns(trials[0].base, coarse) if trials else None
-    for trial in trials:
-        slow = trial.effect.amplitude_dependent
+
+    def roughly(start: Hypothesis) -> Fit:
+        if start.effects[-1].amplitude_dependent:
+            return fit(start, coarse, shared, iterations=4, relinearise=1)
+        return fit(start, coarse, shared, iterations=6, relinearise=3)
+
+    def starts_of(chosen: Sequence[Trial]) -> list[Hypothesis]:
+        return [
+            replace(trial.base, held=held).with_effect(trial.effect, values)
+            for trial in chosen
+            for values in dict.fromkeys((trial.values, *others_of(trial)))
+        ]
+
+    def others_of(trial: Trial) -> Sequence[tuple[float, ...]]:
+        return trial.effect.other_starts(trial.values) if trial is trials[0] else ()
+
+    quick = [trial for trial in trials if not trial.effect.amplitude_dependent]
+    slow = [trial for trial in trials if trial.effect.amplitude_dependent]
+    found += fits(roughly, starts_of(quick))
+    for some in (slow[:1], slow[1:]):
         done = min((item.misfit for item in found), default=np.inf) < SETTLED_MISFIT
-        if slow and done and trial.gain < SETTLED_SHARE * trials[0].gain:
-            continue
-        others = trial.effect.other_starts(trial.values) if trial is trials[0] else ()
-        for values in dict.fromkeys((trial.values, *others)):
-            found.append(
-                fit(
-                    replace(trial.base, held=held).with_effect(trial.effect, values),
-                    coarse,
-                    columns=shared,
-                    iterations=4 if slow else 6,
-                    relinearise=1 if slow else 3,
-                )
-            )
+        least = SETTLED_SHARE * trials[0].gain if done else -np.inf
+        found += fits(roughly, starts_of([trial for trial in some if trial.gain >= least]))
     close = best_of_each(found)
     close = [item for item in close if item.log_evidence > close[0].log_evidence - HOPELESS]
     close = close[:REFINED]
@@ -79,11 +87,12 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
 
 def fine_fits(rough: Sequence[Fit], data: Prepared) -> list[Fit]:
     """Fit on all records; the best also with their details free, and on the links beside."""
-    found = []
-    for item in rough:
-        slow = any(effect.amplitude_dependent for effect in item.hypothesis.effects)
-        start = replace(item.hypothesis, held=())
-        found.append(fit(start, data.fitting, iterations=3 if slow else 5, relinearise=0))
+
+    def finely(start: Hypothesis) -> Fit:
+        slow = any(effect.amplitude_dependent for effect in start.effects)
+        return fit(start, data.fitting, iterations=3 if slow else 5, relinearise=0)
+
+    found = fits(finely, [replace(item.hypothesis, held=()) for item in rough])
     best = max((item.log_evidence for item in found), default=0.0)
     near = [item for item in found if item.log_evidence > best - DETAILED]
     rest = [item for item in found if item.log_evidence <= best - DETAILED]
@@ -97,7 +106,7 @@ def _next_door(near: Sequence[Fit], data: Prepared) -> list[Fit]:
     if best is None:
         return []
     moved = neighbours(best.hypothesis, data.coarse)
-    fine = [fit(item, data.fitting, iterations=5) for item in moved]
+    fine = fits(lambda start: fit(start, data.fitting, iterations=5), moved)
     return with_details(fine, data.fitting)
 
 
@@ -106,13 +115,14 @@ def with_details(found: Sequence[Fit], predictor: Predictor) -> list[Fit]:
 
     No one knows them: values, deviations and evidence must contain that.
     """
-    kept = []
-    for item in found:
-        start = item.hypothesis.with_details()
-        if start is not None:
-            item = fit(start, predictor, iterations=5, relinearise=2)
-        kept.append(item)
-    return kept
+    starts = {
+        n: start for n, item in enumerate(found) if (start := item.hypothesis.with_details())
+    }
+    freed = fits(
+        lambda start: fit(start, predictor, iterations=5, relinearise=2), list(starts.values())
+    )
+    better = dict(zip(starts, freed, strict=True))
+    return [better.get(number, item) for number, item in enumerate(found)]
 
 
 def chosen(trials: Sequence[Trial]) -> list[Trial]:

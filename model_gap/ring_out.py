@@ -3,13 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.compiled import compiled
 from model_gap.pose_system import PoseSystem
 from model_gap.spectra import RecordSpectra
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-# Older than so many times the decay, a force is forgotten.
-FORGOTTEN = 12.0
 
 
 def end_force(
@@ -36,15 +35,21 @@ def end_force(
     """
     ringing = np.flatnonzero(system.poles.imag > 0.0)
     poles = system.poles[ringing]
-    newest_first = force[::-1]
-    state = np.zeros(len(poles), dtype=complex)
-    for number, pole in enumerate(poles):
-        count = min(len(force), round(FORGOTTEN / max(-pole.real, 1e-6) / period_s) + 1)
-        turns = np.exp(pole * period_s * np.arange(count))
-        state[number] = (newest_first[:count] @ turns) * (np.exp(pole * period_s) - 1.0) / pole
+    turns = np.exp(poles * period_s)
+    state = summed(np.ascontiguousarray(force), turns) * (turns - 1.0) / poles
     state *= system.drives[ringing] @ place
     shapes = system.shapes[:, ringing]
     shift, speed = 2.0 * (shapes @ state).real, 2.0 * (shapes @ (poles * state)).real
     still = system.mass @ speed + system.damping @ shift
     turning = np.outer(system.mass @ shift, 1j * item.omega.ravel())
     return np.asarray(-item.end_scale * (still[:, None] + turning))
+
+
+@compiled
+def summed(force: Array, turns: Complex) -> Complex:
+    """Return Σ force[n]·turnᵏ, k steps from n to the end, for every turn of a step."""
+    state = np.zeros(len(turns), dtype=np.complex128)
+    for value in force:
+        for mode in range(len(turns)):
+            state[mode] = state[mode] * turns[mode] + value
+    return state

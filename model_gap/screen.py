@@ -5,13 +5,14 @@ left of the residual when the tolerances may move as well: a score test along th
 exact for small effects and finds large ones on a grid of starting values.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
+from modal_core.side_by_side import side_by_side
 from model_gap.effects.effect import Effect
 from model_gap.fit import EFFECTIVE_DATA, free_numbers_cost
 from model_gap.hypothesis import Hypothesis
@@ -21,6 +22,7 @@ from model_gap.spectra import Complex
 from model_gap.weighting import Rows
 
 Array = NDArray[np.float64]
+Start = tuple[float, ...]
 LARGEST_AMPLITUDE = 1.3
 
 
@@ -126,9 +128,7 @@ def _clipped(gram: Array, prior: Array, pull: Array, size: int) -> Array:
 
 
 def screen(
-    candidates: Sequence[Effect],
-    projections: Sequence[Projection],
-    predictor: Predictor,
+    candidates: Sequence[Effect], projection: Projection, predictor: Predictor
 ) -> list[Trial]:
     """Return every candidate at its best start, the most promising first.
 
@@ -136,50 +136,55 @@ def screen(
     ----------
     candidates : sequence of Effect
         To try.
-    projections : sequence of Projection
-        Base hypotheses to add them to; the gain counts from the best of them.
+    projection : Projection
+        Of the hypothesis to add them to.
     predictor : Predictor
         Of the records to screen on.
     """
-    reference = min(item.value(None)[0] for item in projections)
-    best: dict[int, Trial] = {}
-    for item in projections:
-        present = predictor.hold(item.base.setup())
-        for number, values, spectra in _changes(candidates, item, present, predictor):
-            value, amplitude = item.value(predictor.weighting.rows(spectra) - item.rows)
-            cost = free_numbers_cost([candidates[number]], len(predictor.records))
-            gain = reference - value - cost
-            if np.isfinite(gain) and (number not in best or gain > best[number].gain):
-                effect = candidates[number]
-                start = scaled(effect, values, amplitude, item.base)
-                best[number] = Trial(effect, start, gain, item.base)
-    return sorted(best.values(), key=lambda trial: -trial.gain)
-
-
-Change = tuple[int, tuple[float, ...], list[Complex]]
-
-
-def _changes(
-    candidates: Sequence[Effect], item: Projection, present: Setup, predictor: Predictor
-) -> Iterator[Change]:
-    """Yield candidate number, starting values and prediction, for every start."""
-    scene = item.base.scene
-    stepped: dict[str, list[tuple[int, tuple[float, ...], Setup]]] = {}
+    base, scene = projection.base, projection.base.scene
+    present = predictor.hold(base.setup())
+    reference, _ = projection.value(None)
+    together: dict[str, list[Effect]] = {}  # torques in one joint share its motion
     for number, effect in enumerate(candidates):
-        for start in effect.starts(scene):
-            values = tuple(start)
-            setup = effect.apply(present, values, scene)
-            if effect.amplitude_dependent:
-                stepped.setdefault(effect.type, []).append((number, values, setup))
+        place = effect.place if effect.amplitude_dependent else str(number)
+        together.setdefault(place, []).append(effect)
+
+    def work(effects: Sequence[Effect]) -> dict[int, tuple[float, Start]]:
+        starts = [
+            (n, tuple(it)) for n, effect in enumerate(effects) for it in effect.starts(scene)
+        ]
+        setups = [effects[n].apply(present, values, scene) for n, values in starts]
+        best: dict[int, tuple[float, Start]] = {}
+        for (number, values), spectra in zip(starts, _predicted(setups, predictor), strict=True):
+            if spectra is None:
                 continue
-            try:
-                yield number, values, predictor.predict(setup)
-            except ModelError:
-                continue  # not a possible arm
-    for entries in stepped.values():  # all joints and starts of a type in one pass
-        found = predictor.predict_many([setup for _, _, setup in entries])
-        for (number, values, _), spectra in zip(entries, found, strict=True):
-            yield number, values, spectra
+            direction = predictor.weighting.rows(spectra) - projection.rows
+            value, amplitude = projection.value(direction)
+            if np.isfinite(value) and (number not in best or value < best[number][0]):
+                best[number] = value, scaled(effects[number], values, amplitude, base)
+        return best
+
+    groups = list(together.values())
+    found = []
+    for effects, best in zip(groups, side_by_side(work, groups), strict=True):
+        for number, (value, values) in best.items():
+            effect = effects[number]
+            cost = free_numbers_cost([effect], len(predictor.records))
+            found.append(Trial(effect, values, reference - value - cost, base))
+    return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _predicted(setups: Sequence[Setup], predictor: Predictor) -> list[list[Complex] | None]:
+    """Return the prediction of every setup, None for an impossible arm."""
+    if any(setup.forces for setup in setups):
+        return list(predictor.predict_many(setups))
+    found: list[list[Complex] | None] = []
+    for setup in setups:
+        try:
+            found.append(predictor.predict(setup))
+        except ModelError:
+            found.append(None)
+    return found
 
 
 def scaled(

@@ -301,7 +301,7 @@ class Search:
             base = bases[-1]
         columns = tolerance_columns(base, predictor)
         projection = Projection.of(base, predictor, columns)
-        trials = screen(candidates, [projection], predictor)
+        trials = screen(candidates, projection, predictor)
         if self._is_open(current, trials):
             trials = race(trials, current.hypothesis, self.data.racing)
         return trials

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import Channel
-from model_gap.joint_law import JointLaw
+from model_gap.laws import JointLaw
 from structural_model import ModelSpec
 
 Spectrum = NDArray[np.complex128]

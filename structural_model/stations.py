@@ -1,5 +1,6 @@
 """Which body of a divided link carries a point."""
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,4 +47,4 @@ class Divided:
     def station(self, position: Matrix) -> Station:
         """Return the body a point of the link rides on, the outboard one at a border."""
         along = float((position - self.start) @ self.direction)
-        return self.stations[int(np.searchsorted(self.borders, along + 1e-9, side='right'))]
+        return self.stations[bisect_right(self.borders, along + 1e-9)]

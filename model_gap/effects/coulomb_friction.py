@@ -5,8 +5,8 @@ import dataclasses
 from typing import ClassVar
 
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.joint_law import FrictionLaw, JointFrictionLaw
 from model_gap.joint_vector import BETWEEN_LINKS, marked
+from model_gap.laws import FrictionLaw, JointFrictionLaw
 from model_gap.setup import JointForce, Setup
 
 WHOLE_JOINT = 'whole joint'

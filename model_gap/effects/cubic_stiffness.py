@@ -5,7 +5,7 @@ import dataclasses
 from typing import ClassVar
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.joint_law import CubicLaw
+from model_gap.laws import CubicLaw
 from model_gap.setup import JointForce, Setup
 
 

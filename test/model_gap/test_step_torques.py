@@ -1,41 +1,23 @@
-"""Torque laws stepped in time: many records together, and against an integrated oscillator."""
+"""Torque laws: their implicit equations, and stepped in time against integrated oscillators."""
 
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.optimize import brentq
 
-from model_gap.joint_law import CubicLaw, FrictionLaw, SpeedStiffnessLaw
+from model_gap.joint_path import JointPath
+from model_gap.laws import CubicLaw, FrictionLaw, Lane, SpeedStiffnessLaw
+from model_gap.laws.law import MEMORY
 from model_gap.setup import JointForce
-from model_gap.time_domain import JointPath, step_torques
+from model_gap.step_torque import step_torque
 
 
-def test_shorter_record_is_stepped_as_if_alone():
-    rng = np.random.default_rng(3)
-
-    def path(steps):
-        twist = 1e-3 * rng.standard_normal(steps)
-        return JointPath(
-            poles=np.array([-3.0 + 60.0j]),
-            residues=np.array([1e-7 - 2e-7j]),
-            instant=1e-8,
-            twist=twist,
-            rate=np.gradient(twist),
-            speed=np.zeros(steps),
-            vector=np.ones(1),
-            stiffness=1e6,
-            static_twist=4e-4,
-        )
-
-    force = JointForce('joint_2', CubicLaw, (1e6, 1.0))
-    long, short = path(300), path(211)
-    together = step_torques([long, short], [force, force])
-    for torque, item in zip(together, (long, short), strict=True):
-        (alone,) = step_torques([item], [force])
-        assert len(torque) == len(item.twist)
-        # The last value belongs to the step after the record.
-        np.testing.assert_allclose(torque[:-1], alone[:-1], rtol=1e-12, atol=1e-9)
-        assert np.abs(torque).max() > 0.1
+def torques_at(law, values, lane, twists, rates=None):
+    """Return the law's torque at the end of a step at many twists, each from rest."""
+    constants = np.array(law.constants(values, lane))
+    rates = np.zeros_like(twists) if rates is None else rates
+    pairs = zip(twists, rates, strict=True)
+    return np.array([law.solve(constants, np.zeros(MEMORY), *pair, 0.0)[0] for pair in pairs])
 
 
 MASS, LOSS, SPRING = 40.0, 900.0, 2e6  # kg m², N m s/rad, N m/rad: 36 Hz, 5 %
@@ -72,7 +54,7 @@ def excitation(rng, size):
 
 def error_of(path, force, exact, high_hz=None):
     """Return the relative error of the means over steps, up to a frequency."""
-    (found,) = step_torques([path], [force])
+    found = step_torque(path, force)
     keep = round(STEPS_PER_S / path.steps_per_s)
     whole = cumulative_simpson(exact, dx=1.0 / keep, initial=0.0)
     pair = np.array([found[:-1], np.diff(whole[::keep])])
@@ -135,55 +117,38 @@ def test_preloaded_oscillator_moves_as_integrated(alpha, share, static):
 
 def test_cubic_torque_solves_its_implicit_equation(rng):
     """Torque, the twist it leaves and the twist at rest belong together."""
-    n = 400
-    alpha = np.where(rng.random(n) < 0.3, -1.0, 1.0) * 10.0 ** rng.uniform(3.0, 5.5, n)
-    share, static = rng.uniform(0.0, 1.5, n), rng.uniform(-5e-4, 5e-4, n)
-    stiffness, give = 10.0 ** rng.uniform(5.0, 7.0, n), rng.uniform(0.0, 0.3, n)
-    give /= stiffness
-    nothing = np.zeros(n)
-    law = CubicLaw(np.array([alpha, share]), stiffness, static, give, nothing, 1 / 600)
-    assert np.abs(law.torque(nothing, nothing, nothing)).max() < 1e-9, 'at rest'
-    twist = rng.uniform(-7e-4, 7e-4, n)
-    torque = law.torque(twist, nothing, nothing)
-    left = twist - give * torque
-    rest = [
-        brentq(lambda y, a=a, v=v: y + a * y**3 - v, -1e-3, 1e-3, xtol=1e-17)
-        for a, v in zip(alpha, share * static, strict=True)
-    ]
-    expected = stiffness * alpha * ((rest + left) ** 3 - np.power(rest, 3))
-    np.testing.assert_allclose(torque, expected, rtol=1e-7, atol=1e-7 * np.abs(expected).max())
+    for _ in range(400):
+        alpha = rng.choice([-1.0, 1.0, 1.0]) * 10.0 ** rng.uniform(3.0, 5.5)
+        share, static, k = (
+            rng.uniform(0.0, 1.5),
+            rng.uniform(-5e-4, 5e-4),
+            10.0 ** rng.uniform(5, 7),
+        )
+        lane = Lane(k, static, rng.uniform(0.0, 0.3) / k, 0.0, 1 / 600)
+        twist = rng.uniform(-7e-4, 7e-4)
+        still, torque = torques_at(CubicLaw, (alpha, share), lane, [0.0, twist])
+        assert abs(still) < 1e-9, 'at rest'
+        left = twist - lane.give * torque
+        load = share * static
+        rest = brentq(lambda y, a=alpha, v=load: y + a * y**3 - v, -1e-3, 1e-3, xtol=1e-17)
+        expected = k * alpha * ((rest + left) ** 3 - rest**3)
+        assert torque == pytest.approx(expected, rel=1e-6, abs=1e-7 * k * abs(alpha) * 1e-10)
 
 
 def test_cubic_torque_without_preload_is_the_dynamic_one(rng):
     """The share 0 forgets gravity; so does a joint that carries none."""
-    n = 60
-    alpha, stiffness, static = np.full(n, 2e6), np.full(n, 1e6), rng.uniform(-1e-3, 1e-3, n)
-    nothing = np.zeros(n)
-    twist = rng.uniform(-5e-4, 5e-4, n)
-    laws = [
-        CubicLaw(np.array([alpha, np.full(n, share)]), stiffness, place, nothing, nothing, 1 / 600)
-        for share, place in ((0.0, static), (1.0, nothing))
-    ]
-    for law in laws:
-        found = law.torque(twist, nothing, nothing)
-        np.testing.assert_allclose(found, stiffness * alpha * twist**3, rtol=1e-9, atol=1e-12)
+    twists = rng.uniform(-5e-4, 5e-4, 60)
+    for share, static in ((0.0, 6e-4), (1.0, 0.0)):
+        found = torques_at(CubicLaw, (2e6, share), Lane(1e6, static, 0.0, 0.0, 1 / 600), twists)
+        np.testing.assert_allclose(found, 1e6 * 2e6 * twists**3, rtol=1e-9, atol=1e-12)
 
 
 def test_softening_spring_never_turns_round():
     """Past its strongest the spring is held: nothing jumps, not even under too much preload."""
-    n = 4001
-    twist = np.linspace(-5e-3, 5e-3, n)
-    nothing = np.zeros(n)
+    twist = np.linspace(-5e-3, 5e-3, 4001)
     for static in (0.0, 5e-3):
-        law = CubicLaw(
-            np.array([np.full(n, -1e6), np.ones(n)]),
-            np.full(n, 1e6),
-            np.full(n, static),
-            np.full(n, 1e-7),
-            nothing,
-            1 / 600,
-        )
-        torque = law.torque(twist, nothing, nothing)
+        lane = Lane(1e6, static, 1e-7, 0.0, 1 / 600)
+        torque = torques_at(CubicLaw, (-1e6, 1.0), lane, twist)
         assert np.all(np.isfinite(torque))
         slope = np.diff(torque) / np.diff(twist)
         assert slope.max() <= 1e-3
@@ -209,7 +174,7 @@ def test_very_hard_spring_does_not_run_away(alpha, rng):
         stiffness=SPRING,
         static_twist=1e-3,
     )
-    (torque,) = step_torques([path], [JointForce('joint_2', CubicLaw, (alpha, 1.0))])
+    torque = step_torque(path, JointForce('joint_2', CubicLaw, (alpha, 1.0)))
     assert np.abs(torque[-600:]).max() < 20.0 * SPRING * np.abs(twist).max()
     assert torque[-600:].std() > 0.1 * SPRING * twist.std()
 
@@ -286,3 +251,33 @@ def test_spring_that_stiffens_with_speed_moves_as_integrated(share):
     usual, finer = error(8), error(4)  # the speed's kinks limit the order
     assert usual < 0.01, f'{usual:.4f}'
     assert finer < 0.35 * usual, f'{finer:.5f} of {usual:.4f}'
+
+
+def test_mean_friction_over_a_step_is_the_integral_of_the_law(rng):
+    """The speed runs straight from -v to v' in one step: the torque's mean is known."""
+    constants = np.array(
+        FrictionLaw.constants((30.0, 2e-3, 0.0), Lane(1.0, 0.0, 0.0, 0.0, 1 / 600))
+    )
+    for _ in range(50):
+        memory = np.zeros(MEMORY)
+        start, end = -rng.uniform(1e-3, 1e-1), rng.uniform(1e-3, 1e-1)
+        first, _ = FrictionLaw.solve(constants, memory, 0.0, start, 0.0)
+        last, surplus = FrictionLaw.solve(constants, memory, 0.0, end, 0.0)
+        fine = start + (end - start) * (np.arange(20000) + 0.5) / 20000
+        expected = np.mean(30.0 * np.tanh(fine / 2e-3))
+        assert 0.5 * (first + last) + surplus == pytest.approx(expected, abs=1e-3)
+
+
+def test_friction_solves_its_implicit_equation(rng):
+    """Torque and the speed it leaves belong together, from stuck to sliding."""
+    for _ in range(400):
+        level, width = rng.uniform(10.0, 300.0), 10.0 ** rng.uniform(-4.0, -2.0)
+        give = 10.0 ** rng.uniform(-7.0, -4.0)
+        rate = rng.standard_normal() * 10.0 ** rng.uniform(-4.0, 0.0)
+        lane = Lane(1.0, 0.0, 0.0, give, 1 / 600)
+        (torque,) = torques_at(FrictionLaw, (level, width, 0.0), lane, [0.0], [rate])
+        left = rate - give * torque
+        # An error of the torque changes the speed it leaves: judged where both meet.
+        grip = np.tanh(left / width)
+        slope = 1.0 + give * level / width * (1.0 - grip * grip)
+        assert abs((torque - level * grip) / slope / level) < 1e-6

@@ -1,11 +1,5 @@
-"""Nonlinear joint torques of every record: exact linear steps in modal form, implicit torque.
+"""What a torque in a joint acts on: the twist of the linear arm, and how it gives way."""
 
-The twist of a joint is that of the linear arm, found by Fourier transform, plus the response to
-the torque, stepped mode by mode.  Only torques come out; they enter the linear prediction as a
-further force, so that sensors, poses and leakage are treated as for any other force.
-"""
-
-from collections.abc import Sequence
 import dataclasses
 from dataclasses import dataclass
 
@@ -19,18 +13,16 @@ from model_gap.followed import (
     parting_residues,
     predicted_share,
 )
-from model_gap.joint_law import Follow
 from model_gap.joint_vector import axis_row, joint_spring, joint_vector
+from model_gap.laws import Follow
 from model_gap.pose_system import PoseSystem
-from model_gap.ring_out import end_force
-from model_gap.ripple import transform_at
-from model_gap.setup import JointForce, Setup
+from model_gap.setup import Setup
 from model_gap.spectra import RecordSpectra
 from structural_model import FlexibleJointModel
 
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]
-STEPS_PER_S = 600.0
+STEPS_PER_S = 1200.0
 NOISE_SEED = 0
 # Faster poles follow a torque at once.
 SLOW_POLE_1_S = 2.0 * np.pi * 220.0
@@ -177,91 +169,3 @@ def resampled(values: Array, rate_hz: float, steps: int, steps_per_s: float) -> 
     """Return a series at the steps."""
     times = np.arange(steps) / steps_per_s
     return np.asarray(np.interp(times, np.arange(len(values)) / rate_hz, values))
-
-
-def step_torques(paths: Sequence[JointPath], force: Sequence[JointForce]) -> list[Array]:
-    """Step all lanes together; lane i is path i under law i, all laws of one kind.
-
-    Returns
-    -------
-    list of (n_steps,) array [N m]
-        Torque of the law on the twist, mean from each step to the next; the arm feels its
-        negative.
-
-    References
-    ----------
-    Exact step of a modal state under a force linear between steps: Van Loan (1978),
-    doi:10.1109/TAC.1978.1101743.
-    """
-    period = 1.0 / paths[0].steps_per_s
-    size = max(len(item.poles) for item in paths)
-    poles, residues = np.full((len(paths), size), -1e3 + 0j), np.zeros((len(paths), size), complex)
-    for lane, item in enumerate(paths):
-        poles[lane, : len(item.poles)] = item.poles
-        residues[lane, : len(item.poles)] = item.residues
-    grow = np.exp(poles * period)
-    now = (grow - 1.0) / poles
-    change = (now / period - 1.0) / poles
-    instant = np.array([item.instant for item in paths])
-    give = np.sum(residues * change, axis=1).real + instant
-    rate_give = np.sum(residues * poles * change, axis=1).real
-    law = force[0].law(
-        np.array([item.values for item in force], dtype=float).T,
-        np.array([item.stiffness for item in paths]),
-        np.array([item.static_twist for item in paths]),
-        give,
-        np.maximum(rate_give, 1e-3 * give / period),
-        period,
-    )
-    lengths = [len(item.twist) for item in paths]  # a shorter record rests at its last value
-    twist, rate, speed = (
-        np.stack([np.pad(row, (0, max(lengths) - len(row)), 'edge') for row in rows], axis=1)
-        for rows in zip(*((item.twist, item.rate, item.speed) for item in paths), strict=True)
-    )
-    # The state without the present torque: y' = g y - (g change + held) N.
-    mixed = grow * change + now - change
-    state = np.zeros_like(poles)
-    found = np.zeros_like(twist)
-    readout = np.array([residues, residues * poles])
-    last = np.zeros(len(paths))
-    for number in range(len(twist)):
-        free, free_rate = np.einsum('klm,lm->kl', readout, state).real
-        torque = law.torque(twist[number] + free, rate[number] + free_rate, speed[number])
-        mean = 0.5 * (last + torque)
-        last = torque
-        surplus = law.surplus()
-        if surplus is not None:
-            mean += surplus
-            state -= now * surplus[:, None]
-        found[number] = mean
-        state *= grow
-        state -= mixed * torque[:, None]
-    return [_ahead(found[:length, lane]) for lane, length in enumerate(lengths)]
-
-
-def _ahead(means: Array) -> Array:
-    """Return means over the step before as means over the step after; the last one lasts."""
-    return np.asarray(np.r_[means[1:], means[-1]])
-
-
-def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Complex:
-    """Return the force on the degrees of freedom on a record's bins, (n_dof, 3 n_bins)."""
-    count = len(item.record.acceleration)
-    low = np.fft.rfft(torque - torque.mean())
-    turn = np.arange(len(low)) / len(torque)
-    low /= np.sinc(turn) * np.exp(1j * np.pi * turn)  # means over steps, to points in time
-    wide = np.zeros(count // 2 + 1, dtype=complex)
-    keep = min(len(wide), len(low))
-    wide[:keep] = low[:keep]
-    series = np.fft.irfft(wide, count) * (count / len(torque))
-    return np.outer(-path.vector, transform_at(series, item))
-
-
-def whole_force(
-    torque: Array, path: JointPath, item: RecordSpectra, system: PoseSystem
-) -> Complex:
-    """Return ``force_spectra`` less what the torque leaves ringing at the record's end."""
-    period_s = 1.0 / path.steps_per_s
-    return force_spectra(torque, path, item) + end_force(
-        -torque, period_s, path.vector, item, system
-    )
