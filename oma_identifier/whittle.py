@@ -17,15 +17,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri
 
 from oma_identifier import shape_prior
-from oma_identifier.whittle_information import Evaluated, gradient, pairs
-from oma_identifier.whittle_information import information as fisher_information
+from oma_identifier.whitening import whitened
+from oma_identifier.whittle_information import Derivatives, Evaluated, pairs
 
 CONVERGED_CHANGE = 0.01
 """Change of the log-likelihood at which no parameter moves by more than 0.14 of its deviation."""
 NEARLY_UNDAMPED = 0.1
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-6, 1e6
+NEARLY_SINGULAR = 1e-9
+"""Share of a parameter's information that the others leave, from where on rounding matters."""
 NOISE_LOG_STD = 1.0
 ALIKE = 1.0
 """Distance of nearly equal poles, in half-power half-widths of both."""
@@ -158,13 +161,14 @@ class BandFit:
 
 @dataclass(frozen=True, slots=True)
 class _Evaluation:
-    """One model against the data: likelihood, L⁻¹ of E_k = L Lᴴ, H, ΦH and L⁻¹(P - E)L⁻ᴴ."""
+    """One model against the data: likelihood, H, A = ΦH, A S, L⁻¹ of E = L Lᴴ, L⁻¹(P - E)L⁻ᴴ."""
 
     value: float
-    whitening: Complex
     bare: Complex
     gain: Complex
     amplitude: Complex
+    response: Complex
+    whitening: Complex
     residual: Complex
 
 
@@ -320,19 +324,23 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
     bare = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
     gain = bare * np.exp(0.5 * model.slope * _log_frequency(data, model))[:, None]
     amplitude = model.shapes * gain[:, None, :]
-    identity = np.eye(len(model.shapes))
-    covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
-    covariance += np.diag(model.noise)
-    if not np.isfinite(covariance).all():
+    n_lines, n_channels, _ = amplitude.shape
+    response = np.empty_like(amplitude)
+    whitening, residual = np.empty((2, n_lines, n_channels, n_channels), dtype=complex)
+    logarithm = np.empty(n_lines)
+    if not whitened(
+        amplitude,
+        np.ascontiguousarray(model.force),
+        model.noise,
+        data.periodogram,
+        response,
+        whitening,
+        residual,
+        logarithm,
+    ):
         return None
-    try:
-        factor = np.linalg.cholesky(covariance)
-        whitening = np.asarray(np.linalg.inv(factor))
-    except np.linalg.LinAlgError:
-        return None
-    white: Complex = whitening @ data.periodogram @ whitening.conj().transpose(0, 2, 1)
-    logarithm = 2.0 * np.sum(np.log(np.einsum('kii->ki', factor).real), axis=1)
-    value = np.sum(data.n_averaged * (logarithm + np.einsum('kii->k', white).real))
+    trace = np.einsum('kii->k', residual).real + n_channels
+    value = float(data.n_averaged @ (logarithm + trace))
     if model.one_noise:
         power = model.noise[0]
         value += data.n_noise * (np.log(power) + data.noise_power / power)
@@ -340,65 +348,42 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
     value += shape_prior.penalty(model.shapes[:, : model.n_free])
     if not np.isfinite(value):
         return None
-    return _Evaluation(
-        float(value),
-        whitening,
-        bare,
-        gain,
-        amplitude,
-        np.asarray(white - identity),
-    )
+    return _Evaluation(float(value), bare, gain, amplitude, response, whitening, residual)
 
 
 def _quadratic(data: BandData, model: BandModel, prior: _Prior, at: _Evaluation) -> _Quadratic:
     evaluated = _evaluated(data, model, at)
-    information = fisher_information(evaluated, model.one_noise)
+    derivatives = Derivatives.of(evaluated, model.one_noise)
+    information, downhill = derivatives.information, derivatives.gradient
     if model.one_noise:
         information[-1, -1] += data.n_noise
+        downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
     weight = prior.weight
     last = np.arange(len(information) - len(weight), len(information))
     information[last, last] += weight
+    downhill[last] += weight * prior.offset(model)
     size, free = 2 * len(model.shapes), model.shapes[:, : model.n_free]
     shapes = [slice(mode * size + 2, (mode + 1) * size) for mode in range(model.n_free)]
     for own, known in zip(shapes, shape_prior.information(free, evaluated.across), strict=True):
         information[own, own] += known
+    pull = shape_prior.gradient(free, evaluated.across)
+    downhill[: model.n_free * size].reshape(model.n_free, -1)[:, 2:] += pull
     scale = np.sqrt(np.diag(information))
     for own in shapes:
         scale[own] = np.linalg.norm(scale[own]) / max(1.0, np.sqrt(size - 2))
-    return _Quadratic(information, _gradient(data, model, prior, at, evaluated), scale)
-
-
-def _gradient(
-    data: BandData,
-    model: BandModel,
-    prior: _Prior,
-    at: _Evaluation,
-    evaluated: Evaluated | None = None,
-) -> Real:
-    """Return the downhill gradient, priors included."""
-    evaluated = evaluated or _evaluated(data, model, at)
-    downhill = gradient(evaluated, model.one_noise)
-    if model.one_noise:
-        downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
-    pull = prior.weight * prior.offset(model)
-    downhill[-len(pull) :] += pull
-    modes = downhill[: model.n_free * 2 * len(model.shapes)].reshape(model.n_free, -1)
-    modes[:, 2:] += shape_prior.gradient(model.shapes[:, : model.n_free], evaluated.across)
-    return downhill
+    return _Quadratic(information, downhill, scale)
 
 
 def _evaluated(data: BandData, model: BandModel, at: _Evaluation) -> Evaluated:
     free = slice(0, model.n_free)
     beta = model.frequency_hz[free] / data.frequency_hz[:, None]
     by_damping = at.bare[:, free] * 2j * model.damping_ratio[free] * beta
-    back = at.whitening.conj().transpose(0, 2, 1)
     return Evaluated(
         count=data.n_averaged,
         amplitude=at.amplitude,
-        response=at.amplitude @ model.force[:, free],
-        precision=np.asarray(back @ at.whitening),
-        residual=np.asarray(back @ at.residual @ at.whitening),
-        excess=np.einsum('kii->k', at.residual).real,
+        response=at.response,
+        whitening=at.whitening,
+        residual=at.residual,
         gain=at.gain[:, free],
         by_frequency=at.bare[:, free] * 2.0 * beta**2 + by_damping,
         by_damping=by_damping,
@@ -499,7 +484,12 @@ def _covariance(information: Real) -> Real:
     if not (np.isfinite(information).all() and np.all(scale > 0.0)):
         return np.full_like(information, np.nan)
     scaled = information / np.outer(scale, scale)
-    covariance = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True)
+    factor, failed = dpotrf(scaled, lower=True)
+    if failed or np.diag(factor).min() ** 2 < NEARLY_SINGULAR:
+        covariance = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True)
+    else:
+        lower = np.tril(dpotri(factor, lower=True)[0])
+        covariance = lower + np.tril(lower, -1).T
     return np.asarray(covariance / np.outer(scale, scale))
 
 
