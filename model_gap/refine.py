@@ -70,13 +70,13 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
     def others_of(trial: Trial) -> Sequence[tuple[float, ...]]:
         return trial.effect.other_starts(trial.values) if trial is trials[0] else ()
 
-    quick = [trial for trial in trials if not trial.effect.amplitude_dependent]
-    slow = [trial for trial in trials if trial.effect.amplitude_dependent]
-    found += fits(roughly, starts_of(quick))
-    for some in (slow[:1], slow[1:]):
-        done = min((item.misfit for item in found), default=np.inf) < SETTLED_MISFIT
-        least = SETTLED_SHARE * trials[0].gain if done else -np.inf
-        found += fits(roughly, starts_of([trial for trial in some if trial.gain >= least]))
+    def may_wait(trial: Trial) -> bool:
+        promises = trial.gain >= SETTLED_SHARE * trials[0].gain
+        return trial.effect.amplitude_dependent and not promises
+
+    found += fits(roughly, starts_of([trial for trial in trials if not may_wait(trial)]))
+    if min((item.misfit for item in found), default=np.inf) > SETTLED_MISFIT:
+        found += fits(roughly, starts_of([trial for trial in trials if may_wait(trial)]))
     close = best_of_each(found)
     close = [item for item in close if item.log_evidence > close[0].log_evidence - HOPELESS]
     close = close[:REFINED]

@@ -44,6 +44,9 @@ DISTORTED_MISFIT = 4.0
 NEAR_MISFIT = 30.0
 # Tolerances alone go far where an effect is missing: a fit that stopped short misleads.
 FIRST_LINEARISATIONS = 3
+# Of the whole work, what is left before the first round, and of that after each.
+LEFT_AT_FIRST = 0.9
+LEFT_AFTER = 0.4
 # Log evidence by which a linear simulation must explain recordings better than a moving arm.
 LINEAR_LEAD = 3.0
 
@@ -185,10 +188,10 @@ class Search:
         """Search until nothing more is worth adding."""
         first = fit(self.nominal, self.data.fitting, relinearise=FIRST_LINEARISATIONS)
         current = self._followed(first)
-        for number in range(self.settings.most_effects):
+        self._tell(0.0)
+        for _ in range(self.settings.most_effects):
             step = self._settled(self._step(current))
             self.steps.append(step)
-            self.progress((number + 1.0) / (self.settings.most_effects + 1.0))
             if not self.earns_place(step):
                 break
             current = step.candidates[0].fit
@@ -196,6 +199,11 @@ class Search:
                 break
         self.progress(1.0)
         return self.steps
+
+    def _tell(self, share: float) -> None:
+        """Report how much of a round is done; what is left after it is mostly less than it."""
+        begun, ends = (1.0 - LEFT_AT_FIRST * LEFT_AFTER**n for n in np.arange(2) + len(self.steps))
+        self.progress(float(begun + share * (ends - begun)))
 
     def _settled(self, step: Step) -> Step:
         """Fit the best candidate to the end; drop earlier effects that no longer earn a place."""
@@ -276,13 +284,16 @@ class Search:
             for effect in kind.instances(self.scene)
             if not any(same(effect, item) for item in current.hypothesis.effects)
         ]
+        self._tell(0.1)
         trials = self._screen(current, candidates)
+        self._tell(0.4)
         share = FURTHER_PROMISE if current.hypothesis.effects else PROMISE
         stretched = stretch(current.hypothesis) > STRETCHED
         least = share * self.settings.worth_adding
         promising = stretched or any(trial.gain >= least for trial in trials[:1])
         refined = self._refine(current, trials) if promising else []
         found = [self._candidate(item, current) for item in refined]
+        self._tell(0.85)
         return Step(
             before=current,
             heldout_before=self.heldout_misfit(current.hypothesis),
@@ -314,6 +325,7 @@ class Search:
 
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Fit]:
         rough = rough_fits(current, trials, self.data.coarse)
+        self._tell(0.65)
         if rough and current.misfit > DISTORTED_MISFIT and not self.simulated:
             self.data = self._prepared(replace(rough[0].hypothesis, held=()).setup())
         return fine_fits(rough, self.data)
