@@ -65,14 +65,16 @@ class BlockClock:
         if self._is_repeat(block):
             return BlockTimes(np.empty(0, dtype=np.int64), n_repeated=n_samples)
         fell = block.first_index < self._newest[0] - self.sample_rate_hz
-        restarted = self._is_off(block) and (fell or not self.is_wrong)
+        is_wrong = self.is_wrong
+        restarted = self._is_off(block) and (fell or not is_wrong)
         if restarted:
             self._begin(block)
             self._recent.clear()
+            is_wrong = self.is_wrong
         index, anchor_ns = self._anchor or (0, 0.0)
         start = anchor_ns + (block.first_index - index) * self._step_ns
         stamps = np.rint(start + self._step_ns * np.arange(n_samples)).astype(np.int64)
-        share = 0.0 if self.is_wrong else min(1.0, n_samples * self._step_ns * 1e-9 / SLEW_S)
+        share = 0.0 if is_wrong else min(1.0, n_samples * self._step_ns * 1e-9 / SLEW_S)
         self._anchor = (index, anchor_ns + share * self._error(block))
         self._recent.append(block.first_index)
         if block.first_index > self._newest[0]:

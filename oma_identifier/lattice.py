@@ -125,8 +125,10 @@ def make_lattice(
     jitter = float(np.std(offsets))
     n_places = int(place[-1]) + 1
     values = np.asarray(samples.values, dtype=np.float64)
-    bad = ~(np.abs(values) <= LARGEST_VALUE)
-    if bad.any():
+    if values.min() >= -LARGEST_VALUE and values.max() <= LARGEST_VALUE:  # false for NaN
+        bad = np.zeros(values.shape, dtype=bool)
+    else:
+        bad = ~(np.abs(values) <= LARGEST_VALUE)
         values = np.where(bad, 0.0, values)
     missing = np.zeros(n_places, dtype=bool)
     lost = missing
@@ -173,6 +175,9 @@ def on_grid(lattice: Lattice, grid_ns: NDArray[np.float64], cutoff: float) -> Gr
     inside = np.clip(nearest, 0, last)
     lost = lattice.lost[inside] | (position < -1.0) | (position > last + 1.0)
     if cutoff >= 1.0 and lattice.uniform and np.abs(position - nearest).max() < SAME_PLACE:
+        if (inside[1:] - inside[:-1] == 1).all() and not lost.any():
+            rows = slice(inside[0], inside[-1] + 1)
+            return GridRows(lattice.values[rows], lost, lattice.filled[rows], lattice.bad[rows])
         values = lattice.values[inside]
     else:
         values = interpolate(lattice.values, np.clip(position, -1.0, last + 1.0), cutoff)

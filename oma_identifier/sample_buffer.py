@@ -120,7 +120,10 @@ class SampleBuffer:
             source.add_stamped(measurement)
         if source.stream.n_pending > MOST_PENDING:
             self._break('overload')
-        self._work(closing=False)
+        segment = self._segment
+        early = segment is not None and source.stream.newest_ns < segment.due_ns
+        if not early or source.stream.jumped:
+            self._work(closing=False)
 
     def windows(self) -> Iterator[Window]:
         """Yield the windows that are complete."""

@@ -32,6 +32,8 @@ class Segment:
         Its clock is the grid's when it counts its samples.
     window_rows, hop_rows : int
         Length of a window, and from one to the next.
+    due_ns : int [ns]
+        Before samples of this time there is no next stretch; as of the last question.
     """
 
     start_ns: int
@@ -43,6 +45,7 @@ class Segment:
     rows: dict[str, SourceRows] = field(default_factory=dict)
     next_window: int = 0
     drift_ns: float = 0.0
+    due_ns: int = 0
 
     @property
     def step_ns(self) -> float:
@@ -77,6 +80,7 @@ class Segment:
         if not any(source.stream.disordered for source in sources):
             window_end = self.next_window * self.hop_rows + self.window_rows
             due_ns = max(end_ns, min(due_ns, self.time_ns(window_end)))
+        self.due_ns = due_ns
         if newest < due_ns:
             return False
         return all(
@@ -136,7 +140,7 @@ class Segment:
         if last - first < 2:
             return
         beside = (stamps[first:last] - start) / self.step_ns
-        offset = float(np.median(beside - np.rint(beside)))
+        offset = _middle(beside - np.rint(beside))
         if abs(offset) < 0.45:
             self.drift_ns += offset * self.step_ns
 
@@ -144,3 +148,9 @@ class Segment:
         """Drop rows before the next window."""
         for rows in self.rows.values():
             rows.forget(self.next_window * self.hop_rows)
+
+
+def _middle(values: NDArray[np.float64]) -> float:
+    """Return the median, of an even number the upper one."""
+    place = len(values) // 2
+    return float(np.partition(values, place)[place])

@@ -56,6 +56,11 @@ class SourceStream:
     ----------
     n_channels : int
         Columns of the samples.
+
+    Attributes
+    ----------
+    n_pending : int
+        Samples held.
     """
 
     def __init__(self, n_channels: int) -> None:
@@ -69,11 +74,7 @@ class SourceStream:
         self._suspects: list[tuple[int, NDArray[np.float64]]] = []
         self._pending: list[OrderedSamples] = []
         self._sorted = True
-
-    @property
-    def n_pending(self) -> int:
-        """Samples held."""
-        return sum(len(part.stamp_ns) for part in self._pending)
+        self.n_pending = 0
 
     def add(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Add samples in order of arrival.
@@ -146,6 +147,7 @@ class SourceStream:
     def _keep(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         if len(stamp_ns):
             self._pending.append(OrderedSamples(stamp_ns, values))
+            self.n_pending += len(stamp_ns)
 
     def samples(self) -> OrderedSamples:
         """Return all samples held, in order and without repeats."""
@@ -163,6 +165,7 @@ class SourceStream:
                 stamps, values = np.delete(stamps, repeats), np.delete(values, repeats, axis=0)
                 self._sorted = True
             self._pending = [OrderedSamples(stamps, values)]
+            self.n_pending = len(stamps)
         return self._pending[0]
 
     def forget(self, before_ns: int) -> None:
@@ -174,6 +177,7 @@ class SourceStream:
             self._pending = [
                 OrderedSamples(held.stamp_ns[first:].copy(), held.values[first:].copy())
             ]
+            self.n_pending -= first
 
 
 def _is_steady(stamp_ns: NDArray[np.int64]) -> bool:
