@@ -10,8 +10,7 @@ from model_gap.equivalent_gain import closed_transfer, equivalent_gain
 from model_gap.hypothesis import Hypothesis
 from model_gap.joint_vector import joint_spring, joint_vector
 from model_gap.laws import Follow
-from model_gap.pose_system import PoseSystem
-from model_gap.predict import Predictor, RecordState
+from model_gap.predict import Predictor
 from model_gap.setup import Setup
 from model_gap.spectra import Complex, hann
 from model_gap.weighting import Rows
@@ -59,9 +58,9 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
             columns.append((predictor.weighting.rows(spectra) - base) / np.float32(step))
             continue
         if arm is None:
-            arm = _arm_derivative(now, predictor)
-        changes = predictor.outputs(now, arm.changes(setup, step))
-        columns.append(predictor.weighting.rows(predictor.less_tones(now, changes, arm.doubts)))
+            arm = _ArmDerivative(now, predictor)
+        changes = predictor.seen_changes(arm.solved, arm.changes(setup, step))
+        columns.append(predictor.weighting.rows(changes))
     return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
 
 
@@ -84,16 +83,17 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     """
     tolerant = hypothesis.tolerant
     setup = hypothesis.add_effects(tolerant)
-    systems = predictor.systems(setup.spec, setup.channels)
-    states, forces = predictor.states_and_forces(setup, systems)
-    readings = predictor.readings(systems, states)
-    arm = _ArmDerivative(predictor, setup, systems, states, forces)
+    arm = _ArmDerivative(setup, predictor)
+    systems, states, readings = arm.solved.systems, arm.solved.states, arm.solved.readings
     heavier = [
-        hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
+        replace(
+            predictor.model, spec=hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP)).spec
+        )
         for item in hypothesis.tolerances
         if item.kind == 'spec'
     ]
-    pushes = iter(predictor.preload_pushes(setup, systems, heavier))
+    model = predictor.arm(setup.spec)
+    pushes = iter(predictor.local_torques.of_changed_load(setup, heavier, model, systems))
     gains = [number for number, item in enumerate(hypothesis.tolerances) if item.kind == 'gain']
     lawful = {force.joint for force in setup.forces}
     base = predictor.rows(setup) if lawful else None
@@ -120,29 +120,17 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
                 springs = item.kind == 'spring'
                 push = None if springs else next(pushes, None)
                 changes = arm.changes(moved, TOLERANCE_STEP, springs, push)
-        seen = predictor.outputs(setup, changes)
-        columns.append(predictor.weighting.rows(predictor.less_tones(setup, seen, arm.doubts)))
+        columns.append(predictor.weighting.rows(predictor.seen_changes(arm.solved, changes)))
     return np.array(columns, dtype=np.float32)
-
-
-def _arm_derivative(setup: Setup, predictor: Predictor) -> '_ArmDerivative':
-    systems = predictor.systems(setup.spec, setup.channels)
-    return _ArmDerivative(predictor, setup, systems, *predictor.states_and_forces(setup, systems))
 
 
 class _ArmDerivative:
     """First-order change of the readings when the arm changes, by the direct method."""
 
-    def __init__(
-        self,
-        predictor: Predictor,
-        setup: Setup,
-        systems: Sequence[PoseSystem],
-        states: Sequence[RecordState],
-        forces: Sequence[Complex],
-    ) -> None:
-        self.predictor, self.states = predictor, states
-        self.doubts = predictor.doubts(setup, systems)
+    def __init__(self, setup: Setup, predictor: Predictor) -> None:
+        self.predictor = predictor
+        self.solved = predictor.solved(setup)
+        systems, states = self.solved.systems, self.solved.states
         self.base = predictor.arms(setup.spec)
         names = systems[0].dof_names
         joints = tuple(dict.fromkeys(item.joint for item in setup.forces))
@@ -152,7 +140,7 @@ class _ArmDerivative:
         self.torques: list[Complex] = []
         follows = [  # torques on a measured twist stay when the arm changes
             all(
-                predictor.followed(item) is Follow.PREDICTED
+                predictor.local_torques.followed(item) is Follow.PREDICTED
                 for item in setup.forces
                 if item.joint == joint
             )
@@ -165,7 +153,8 @@ class _ArmDerivative:
             transfer: Complex = system.transfer(state.omega)
             self.open.append(transfer.astype(np.complex64))
             if joints:
-                torques = -np.linalg.lstsq(places.astype(complex), forces[number])[0]
+                force = self.solved.torques.forces[number]
+                torques = -np.linalg.lstsq(places.astype(complex), force)[0]
                 self.torques.append(np.asarray(torques, dtype=complex))
                 gains = [
                     equivalent_gain(torque, place @ state.deflection, state.omega) * waits
@@ -198,7 +187,7 @@ class _ArmDerivative:
         stronger = [self._stronger(joint, moved) for joint in self.joints]
         found = []
         for index, (state, transfer, group) in enumerate(
-            zip(self.states, self.transfers, self.predictor.groups, strict=True)
+            zip(self.solved.states, self.transfers, self.predictor.groups, strict=True)
         ):
             arm = arms[0 if springs_only else group]
             base = self.base[0 if springs_only else group]

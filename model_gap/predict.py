@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel
 from model_gap.doubt import certain, Doubt, doubt_of
 from model_gap.driven import driven_motion
-from model_gap.joint_path import joint_path, JointPath, static_twist, STEPS_PER_S
+from model_gap.joint_path import STEPS_PER_S
 from model_gap.joint_vector import joint_vector
-from model_gap.laws import Follow
+from model_gap.local_torques import LocalTorques, Torques
 from model_gap.pose_system import pose_arm, pose_system, PoseArm, PoseSystem, with_channels
 from model_gap.ripple import ripple_force
-from model_gap.setup import HeldTorque, JointForce, Setup
+from model_gap.setup import HeldTorque, Setup
 from model_gap.spectra import hann, RecordSpectra
-from model_gap.step_torque import step_torque
 from model_gap.tone import best_motion, follow, rows_of, tone_motions
-from model_gap.torque_spectra import force_spectra, whole_force
 from model_gap.weighting import Rows, Weighting
 from structural_model import FlexibleJointModel, ModelSpec
 
 Complex = NDArray[np.complex128]
 SAME_POSE_RAD = 2e-3
+# What the motion depends on.
+MOTION = ('spec', 'channels', 'inputs', 'forces', 'ripples', 'held', 'tones')
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,40 @@ class RecordState:
     acceleration: Complex
     shift: Complex
     deflection: Complex
+
+
+@dataclass(frozen=True)
+class Solved:
+    """How the arm moves in every record under a setup.
+
+    Parameters
+    ----------
+    setup : Setup
+        Arm, torques and inputs; steps behind the sensors do not matter, but for tones.
+    systems : list of PoseSystem
+        Per pose.
+    torques : Torques
+        The nonlinear ones.
+    states : list of RecordState
+        Per record.
+    readings : list of (n_channels, n_bins) complex array
+        What the sensors read, before the outputs' steps.
+    patterns : list of (n_patterns, n_rows) array
+        What free tones can do, per record; none without tones.
+    """
+
+    setup: Setup
+    systems: list[PoseSystem]
+    torques: Torques
+    states: list[RecordState]
+    readings: list[Complex]
+    patterns: list[NDArray[np.float64]]
+
+    def holds_for(self, setup: Setup) -> bool:
+        """Return whether the arm moves like this under another setup."""
+        if setup.tones and self.setup.outputs != setup.outputs:
+            return False  # tones follow what sensors read
+        return all(getattr(self.setup, name) == getattr(setup, name) for name in MOTION)
 
 
 @dataclass
@@ -70,13 +104,11 @@ class Predictor:
     hanging: bool = True
     groups: tuple[int, ...] = field(init=False)
     poses: list[NDArray[np.float64]] = field(init=False)
-    _kept: '_Kept | None' = field(init=False, default=None)
+    _solved: Solved | None = field(init=False, default=None)
     _model: FlexibleJointModel | None = field(init=False, default=None)
     _systems: tuple[ModelSpec, tuple[Channel, ...], list[PoseSystem]] | None = field(
         init=False, default=None
     )
-    _tones: list[NDArray[np.float64]] = field(init=False, default_factory=list)
-    _errors: list['_Errors'] = field(init=False, default_factory=list)
 
     def __post_init__(self) -> None:
         """Group the records: those of one pose share one linear system."""
@@ -94,6 +126,11 @@ class Predictor:
         self.groups = tuple(groups)
 
     @cached_property
+    def local_torques(self) -> LocalTorques:
+        """Steps the nonlinear torques."""
+        return LocalTorques(self.records, self.groups, self.steps_per_s)
+
+    @cached_property
     def weighting(self) -> Weighting:
         """How spectra become rows, and what was measured as rows."""
         return Weighting.of(self.records)
@@ -106,18 +143,18 @@ class Predictor:
         """Linearise at every pose; what was asked for last is remembered."""
         known = self._systems
         if known is None or known[:2] != (spec, channels):
-            model = self._arm(spec)
+            model = self.arm(spec)
             found = [pose_system(model, pose, channels, self.hanging) for pose in self.poses]
             known = self._systems = (spec, channels, found)
         return known[2]
 
     def arms(self, spec: ModelSpec, most: int | None = None) -> list[PoseArm]:
         """Return the matrices at every pose, or at the first few."""
-        model = self._arm(spec)
+        model = self.arm(spec)
         return [pose_arm(model, pose, self.hanging) for pose in self.poses[:most]]
 
-    def _arm(self, spec: ModelSpec) -> FlexibleJointModel:
-        """Return the arm, the last one again if it is the same."""
+    def arm(self, spec: ModelSpec) -> FlexibleJointModel:
+        """Return an arm; the last one again if it is the same."""
         if self._model is None or self._model.spec != spec:
             self._model = dataclasses.replace(self.model, spec=spec)
         return self._model
@@ -130,24 +167,15 @@ class Predictor:
             for system, pose in zip(systems, self.poses, strict=True)
         ]
 
-    def states(
-        self,
-        setup: Setup,
-        systems: Sequence[PoseSystem],
-        forces: Sequence[Complex] | None = None,
-    ) -> list[RecordState]:
-        """Return the states of all records; ``forces`` replaces the nonlinear ones."""
-        return self.states_and_forces(setup, systems, forces)[0]
+    def solved(self, setup: Setup) -> Solved:
+        """Return how the arm moves under a setup; what was asked for last is remembered."""
+        if self._solved is None or not self._solved.holds_for(setup):
+            systems = self.systems(setup.spec, setup.channels)
+            (torques,) = self.torques([setup], systems)
+            self._solved = self._solve(setup, systems, torques)
+        return self._solved
 
-    def states_and_forces(
-        self,
-        setup: Setup,
-        systems: Sequence[PoseSystem],
-        forces: Sequence[Complex] | None = None,
-    ) -> tuple[list[RecordState], list[Complex]]:
-        """Return the states and the nonlinear forces that belong to them, (n_dof, 3 n_bins)."""
-        if forces is None:
-            forces = self._local_forces(setup, systems)
+    def _solve(self, setup: Setup, systems: list[PoseSystem], torques: Torques) -> Solved:
         states = []
         for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
             omega = item.omega.ravel()
@@ -159,20 +187,21 @@ class Predictor:
             for torque in setup.held:
                 rows = [system.dof_names.index(name) for name in torque.dof_names]
                 force[rows] += torque.spectra[index]
-            if forces:
-                force = force + forces[index]
+            if torques.forces:
+                force = force + torques.forces[index]
             ringing = system.end_state(motion.tail, item.coarse_period_s)
             deflection = system.deflection(omega, force, ringing * item.end_scale)
             states.append(RecordState(omega, motion.acceleration, motion.shift, deflection))
+        patterns: list[NDArray[np.float64]] = []
         if setup.tones:
-            states = self._with_tones(setup, systems, states)
-        return states, list(forces)
+            states, patterns = self._with_tones(setup, systems, states)
+        return Solved(setup, systems, torques, states, self.readings(systems, states), patterns)
 
     def _with_tones(
         self, setup: Setup, systems: Sequence[PoseSystem], states: Sequence[RecordState]
-    ) -> list[RecordState]:
+    ) -> tuple[list[RecordState], list[NDArray[np.float64]]]:
         """Add to every record the tones that fit what is left of it best."""
-        found, self._tones = [], []
+        found, patterns = [], []
         readings = self.outputs(setup, self.readings(systems, states))
         for item, group, state, reading in zip(
             self.records, self.groups, states, readings, strict=True
@@ -180,26 +209,26 @@ class Predictor:
             seen = partial(_seen, setup, item, systems[group])
             kinds = tone_motions(setup.tones, item, systems[group], self.model)
             rest = item.measured - reading
-            motion, patterns = best_motion(setup.tones, kinds, item, seen, rest)
-            self._tones.append(patterns)
+            motion, own = best_motion(setup.tones, kinds, item, seen, rest)
+            patterns.append(own)
             found.append(dataclasses.replace(state, deflection=state.deflection + motion))
-        return found
+        return found, patterns
 
-    def less_tones(
-        self, setup: Setup, changes: Sequence[Complex], doubts: Sequence[Doubt] = ()
-    ) -> list[Complex]:
-        """Return changes of the readings less what the free tones of a setup would follow.
+    def seen_changes(self, solved: Solved, changes: Sequence[Complex]) -> list[Complex]:
+        """Return changes of the readings as changes of the prediction.
 
-        ``doubts`` scale the changes as they do the residual.
+        Behind the outputs' steps, scaled as doubts scale the residual, less what free tones would
+        follow.
 
         Golub and Pereyra (1973), doi:10.1137/0710036, as simplified by Kaufman (1975),
         doi:10.1007/BF01932995: numbers that are free in every record are eliminated.
         """
-        changes = self.certain(doubts, changes)
-        if not setup.tones:
-            return list(changes)
+        seen = self.outputs(solved.setup, changes)
+        seen = self._certain(self._doubts(solved, solved.setup), seen)
+        if not solved.patterns:
+            return seen
         found = []
-        for item, patterns, change in zip(self.records, self._tones, changes, strict=True):
+        for item, patterns, change in zip(self.records, solved.patterns, seen, strict=True):
             rows = rows_of(change, item)
             rows = rows - follow(patterns, rows) @ patterns
             half = len(rows) // 2
@@ -207,50 +236,25 @@ class Predictor:
             found.append(scaled * np.sqrt(item.noise_power))
         return found
 
-    def _local_forces(self, setup: Setup, systems: Sequence[PoseSystem]) -> list[Complex]:
-        self._errors = []
-        return self.local_forces([setup], systems)[0] if setup.forces else []
+    def torques(self, setups: Sequence[Setup], systems: Sequence[PoseSystem]) -> list[Torques]:
+        """Return the nonlinear torques of several setups with one arm and one motion."""
+        return self.local_torques.of(setups, self.arm(setups[0].spec), systems)
 
-    def local_forces(
-        self, setups: Sequence[Setup], systems: Sequence[PoseSystem]
-    ) -> list[list[Complex]]:
-        """Return the nonlinear forces of several setups with one arm and one motion.
+    def changed_load(self, solved: Solved, specs: Sequence[ModelSpec]) -> list[list[Complex]]:
+        """Return how the torques change when gravity loads the joints as in other arms.
 
         Returns
         -------
         list of list of (n_dof, 3 n_bins) complex array
-            Per setup, per record.
+            Per arm, per record; no lists when no torque depends on the load.
         """
-        model = dataclasses.replace(self.model, spec=setups[0].spec)
-        paths: dict[tuple[str, int, Follow], JointPath] = {}
-        found: list[list[Complex]] = [[0.0j] * len(self.records) for _ in setups]  # type: ignore[list-item]
-        self._errors = [_Errors() for _ in setups]
-        for pushes, errors, setup in zip(found, self._errors, setups, strict=True):
-            for force in setup.forces:
-                follow = self.followed(force)
-                for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
-                    system = systems[group]
-                    key = (force.joint, index, follow)
-                    if key not in paths:
-                        paths[key] = joint_path(
-                            model, force.joint, item, system, setup, self.steps_per_s, follow
-                        )
-                    path = paths[key]
-                    torque = step_torque(path, force)
-                    pushes[index] = pushes[index] + whole_force(torque, path, item, system)
-                    if path.noisy is not None:
-                        noisy = step_torque(path.with_noise(), force)
-                        place = force_spectra(noisy - torque, path, item)
-                        error = path.vector @ place / (path.vector @ path.vector)
-                        errors[force.joint, index] = hann(error.reshape(-1, 3))
-        return found
+        models = [dataclasses.replace(self.model, spec=spec) for spec in specs]
+        own = self.arm(solved.setup.spec)
+        return self.local_torques.of_changed_load(solved.setup, models, own, solved.systems)
 
-    def doubts(
-        self, setup: Setup, systems: Sequence[PoseSystem], errors: '_Errors | None' = None
-    ) -> tuple[Doubt, ...]:
+    def _doubts(self, solved: Solved, setup: Setup) -> tuple[Doubt, ...]:
         """Return the doubt of every record; nothing where no torque sees a measured twist."""
-        if errors is None:  # of the torques stepped last
-            errors = self._errors[0] if self._errors else _Errors()
+        errors, systems = solved.torques.errors, solved.systems
         if not errors:
             return ()
         places = {
@@ -266,7 +270,7 @@ class Predictor:
             found.append(doubt_of(responses, samples, item))
         return tuple(found)
 
-    def certain(self, doubts: Sequence[Doubt], changes: Sequence[Complex]) -> list[Complex]:
+    def _certain(self, doubts: Sequence[Doubt], changes: Sequence[Complex]) -> list[Complex]:
         """Return changes of the readings scaled as ``doubts`` scale residuals."""
         if not doubts:
             return list(changes)
@@ -283,12 +287,7 @@ class Predictor:
             return readings
         measured = [item.measured for item in self.records]
         rest = [one - two for one, two in zip(measured, readings, strict=True)]
-        return [one - two for one, two in zip(measured, self.certain(doubts, rest), strict=True)]
-
-    def followed(self, force: JointForce) -> Follow:
-        """Return which twist a torque sees."""
-        first = self.steps_per_s < STEPS_PER_S
-        return force.law.sees_first if first else force.law.sees
+        return [one - two for one, two in zip(measured, self._certain(doubts, rest), strict=True)]
 
     def hold(self, setup: Setup) -> Setup:
         """Return a setup whose nonlinear torques stay as they are now, whatever changes."""
@@ -298,59 +297,23 @@ class Predictor:
         held = []
         for force in setup.forces:
             alone = dataclasses.replace(setup, forces=(force,))
-            (pushes,) = self.local_forces([alone], systems)
-            held.append(HeldTorque(systems[0].dof_names, tuple(pushes)))
+            (torques,) = self.torques([alone], systems)
+            held.append(HeldTorque(systems[0].dof_names, tuple(torques.forces)))
         return dataclasses.replace(setup, forces=(), held=(*setup.held, *held))
-
-    def preload_pushes(
-        self, setup: Setup, systems: Sequence[PoseSystem], moved: Sequence[Setup]
-    ) -> list[list[Complex]]:
-        """Return how the torques change when gravity loads the joints as in other setups.
-
-        Returns
-        -------
-        list of list of (n_dof, 3 n_bins) complex array
-            Per moved setup, per record; no lists when no torque depends on the load.
-        """
-        found: list[list[Complex]] = [[0.0j] * len(self.records) for _ in moved]  # type: ignore[list-item]
-        base = dataclasses.replace(self.model, spec=setup.spec)
-        models = [dataclasses.replace(self.model, spec=item.spec) for item in moved]
-        preloaded = [force for force in setup.forces if force.law.preloaded]
-        for force in preloaded:
-            vector = joint_vector(base, force.joint, systems[0].dof_names)
-            twists = [
-                [static_twist(model, vector, pose) for pose in self.poses] for model in models
-            ]
-            for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
-                system, follow = systems[group], self.followed(force)
-                path = joint_path(base, force.joint, item, system, setup, self.steps_per_s, follow)
-                torque = step_torque(path, force)
-                for pushes, row in zip(found, twists, strict=True):
-                    loaded = dataclasses.replace(path, static_twist=row[group])
-                    change = step_torque(loaded, force) - torque
-                    pushes[index] = pushes[index] + whole_force(change, path, item, system)
-        return found if preloaded else []
 
     def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:
         """Predict several setups; if only nonlinear forces differ, their paths are shared."""
-        same = all(
-            item.spec == setups[0].spec
-            and item.channels == setups[0].channels
-            and item.inputs == setups[0].inputs
-            and item.ripples == setups[0].ripples
-            and item.held == setups[0].held
-            for item in setups
+        first = dataclasses.replace(setups[0], forces=())
+        alike = all(
+            dataclasses.replace(item, forces=(), outputs=first.outputs) == first for item in setups
         )
-        if not same or not any(item.forces for item in setups):
+        if not alike or not any(item.forces for item in setups):
             return [self.predict(item) for item in setups]
-        systems = self.systems(setups[0].spec, setups[0].channels)
-        found = []
-        pushes = self.local_forces(setups, systems)
-        for setup, forces, errors in zip(setups, pushes, self._errors, strict=True):
-            states = self.states(setup, systems, forces if setup.forces else [])
-            readings = self.outputs(setup, self.readings(systems, states))
-            found.append(self._doubted(self.doubts(setup, systems, errors), readings))
-        return found
+        systems = self.systems(first.spec, first.channels)
+        return [
+            self._predicted(self._solve(setup, systems, torques), setup)
+            for setup, torques in zip(setups, self.torques(setups, systems), strict=True)
+        ]
 
     def readings(
         self, systems: Sequence[PoseSystem], states: Sequence[RecordState]
@@ -381,28 +344,12 @@ class Predictor:
     def predict(self, setup: Setup) -> list[Complex]:
         """Return the predicted spectra of every record, (n_channels, n_bins) each.
 
-        The last arms and motions are remembered: effects of sensors cost next to nothing.
+        Effects of sensors cost next to nothing after others.
         """
-        kept = self._kept
-        if (
-            kept is None
-            or kept.setup.spec is not setup.spec
-            or (kept.setup.channels is not setup.channels)
-        ):
-            systems = self.systems(setup.spec, setup.channels)
-            kept = None
-        else:
-            systems = kept.systems
-        if kept is None or not _same_motion(kept.setup, setup):
-            readings = self.readings(systems, self.states(setup, systems))
-            errors = self._errors[0] if setup.forces else _Errors()
-            kept = self._kept = _Kept(setup, systems, readings, errors)
-        doubts = self.doubts(setup, systems, kept.errors)
-        return self._doubted(doubts, self.outputs(setup, kept.readings))
+        return self._predicted(self.solved(setup), setup)
 
-
-class _Errors(dict[tuple[str, int], Complex]):
-    """Sample errors of torques on the compared bins, by joint and record."""
+    def _predicted(self, solved: Solved, setup: Setup) -> list[Complex]:
+        return self._doubted(self._doubts(solved, setup), self.outputs(setup, solved.readings))
 
 
 def _seen(setup: Setup, item: RecordSpectra, system: PoseSystem, motion: Complex) -> Complex:
@@ -411,23 +358,3 @@ def _seen(setup: Setup, item: RecordSpectra, system: PoseSystem, motion: Complex
     still = np.zeros((system.rigid.shape[1], len(omega)), dtype=complex)
     raw = system.reading(omega, motion, still, still)
     return setup.seen(item.omega[:, 1], hann(raw.reshape(len(raw), -1, 3)))
-
-
-@dataclass(frozen=True)
-class _Kept:
-    setup: Setup
-    systems: list[PoseSystem]
-    readings: list[Complex]
-    errors: _Errors
-
-
-def _same_motion(one: Setup, other: Setup) -> bool:
-    if one.tones and one.outputs != other.outputs:
-        return False  # tones follow what sensors read
-    return (one.inputs, one.forces, one.ripples, one.held, one.tones) == (
-        other.inputs,
-        other.forces,
-        other.ripples,
-        other.held,
-        other.tones,
-    )

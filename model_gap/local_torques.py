@@ -1,0 +1,126 @@
+"""Nonlinear torques in the joints, stepped in time for all records of a predictor."""
+
+from collections.abc import Sequence
+import dataclasses
+from dataclasses import dataclass, field
+
+from model_gap.joint_path import joint_path, JointPath, static_twist, STEPS_PER_S
+from model_gap.joint_vector import joint_vector
+from model_gap.laws import Follow
+from model_gap.pose_system import PoseSystem
+from model_gap.setup import JointForce, Setup
+from model_gap.spectra import Complex, hann, RecordSpectra
+from model_gap.step_torque import step_torque
+from model_gap.torque_spectra import force_spectra, whole_force
+from structural_model import FlexibleJointModel
+
+
+@dataclass(frozen=True)
+class Torques:
+    """What the torques of one setup do.
+
+    Parameters
+    ----------
+    forces : list of (n_dof, 3 n_bins) complex array
+        On the deflections, per record; empty where a setup has no torques.
+    errors : dict of (str, int) to (n_bins,) complex array
+        By joint and record: a sample of the error of torques that see a measured twist.
+    """
+
+    forces: list[Complex] = field(default_factory=list)
+    errors: dict[tuple[str, int], Complex] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class LocalTorques:
+    """Steps torques along the motion of records.
+
+    Parameters
+    ----------
+    records : sequence of RecordSpectra
+        The records.
+    groups : tuple of int
+        Which pose each has.
+    steps_per_s : float [Hz]
+        Fewer than usual are for numbers that are still far off.
+    """
+
+    records: Sequence[RecordSpectra]
+    groups: tuple[int, ...]
+    steps_per_s: float
+
+    def followed(self, force: JointForce) -> Follow:
+        """Return which twist a torque sees."""
+        first = self.steps_per_s < STEPS_PER_S
+        return force.law.sees_first if first else force.law.sees
+
+    def of(
+        self, setups: Sequence[Setup], model: FlexibleJointModel, systems: Sequence[PoseSystem]
+    ) -> list[Torques]:
+        """Return the torques of several setups with one arm and one motion."""
+        paths: dict[tuple[str, int, Follow], JointPath] = {}
+        found = []
+        for setup in setups:
+            stepped = Torques()
+            for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
+                system = systems[group]
+                pushes = []
+                for force in setup.forces:
+                    key = (force.joint, index, self.followed(force))
+                    if key not in paths:
+                        paths[key] = self._path(force, setup, model, item, system)
+                    path = paths[key]
+                    torque = step_torque(path, force)
+                    pushes.append(whole_force(torque, path, item, system))
+                    if path.noisy is not None:
+                        noisy = step_torque(path.with_noise(), force)
+                        place = force_spectra(noisy - torque, path, item)
+                        error = path.vector @ place / (path.vector @ path.vector)
+                        stepped.errors[force.joint, index] = hann(error.reshape(-1, 3))
+                if pushes:
+                    stepped.forces.append(sum(pushes[1:], pushes[0]))
+            found.append(stepped)
+        return found
+
+    def of_changed_load(
+        self,
+        setup: Setup,
+        models: Sequence[FlexibleJointModel],
+        model: FlexibleJointModel,
+        systems: Sequence[PoseSystem],
+    ) -> list[list[Complex]]:
+        """Return how the forces change when gravity loads the joints as in other models.
+
+        Returns
+        -------
+        list of list of (n_dof, 3 n_bins) complex array
+            Per model, per record; no lists when no torque depends on the load.
+        """
+        preloaded = [force for force in setup.forces if force.law.preloaded]
+        found: list[list[Complex]] = [[] for _ in (models if preloaded else ())]
+        for item, group in zip(self.records, self.groups, strict=True):
+            system, pose = systems[group], item.record.pose
+            changes: list[list[Complex]] = [[] for _ in models]
+            for force in preloaded:
+                vector = joint_vector(model, force.joint, system.dof_names)
+                path = self._path(force, setup, model, item, system)
+                torque = step_torque(path, force)
+                for other, change in zip(models, changes, strict=True):
+                    twist = static_twist(other, vector, pose)
+                    loaded = dataclasses.replace(path, static_twist=twist)
+                    new = step_torque(loaded, force)
+                    change.append(whole_force(new - torque, path, item, system))
+            for pushes, change in zip(found, changes, strict=bool(preloaded)):
+                pushes.append(sum(change[1:], change[0]))
+        return found
+
+    def _path(
+        self,
+        force: JointForce,
+        setup: Setup,
+        model: FlexibleJointModel,
+        item: RecordSpectra,
+        system: PoseSystem,
+    ) -> JointPath:
+        follow = self.followed(force)
+        return joint_path(model, force.joint, item, system, setup, self.steps_per_s, follow)
