@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.compiled import compiled
 from modal_core.quality import ChannelQuality
 
 CLIPPED_SHARE = 1e-3
@@ -78,47 +77,29 @@ class Summary:
 
 def summarise(values: NDArray[np.float64]) -> Summary:
     """Summarise one stretch, (n_rows, n_channels) array [m/s²], finite."""
-    n_channels = values.shape[1]
-    mean, sums = np.zeros(n_channels), np.zeros((3, n_channels))
-    extremes, n_extreme = values[[0, 0]], np.zeros((2, n_channels), dtype=np.int64)
-    n_still = np.zeros(n_channels, dtype=np.int64)
-    _look_at(values, mean, sums, extremes, n_extreme, n_still)
-    return Summary(len(values), 1, mean, sums, extremes, n_extreme, n_still)
+    every = np.ones(len(values))
+    mean = every @ values / len(values)
+    centred = values - mean
+    square = centred * centred
+    extremes = np.array([values.min(axis=0), values.max(axis=0)])
+    return Summary(
+        n_rows=len(values),
+        n_parts=1,
+        mean=mean,
+        sums=np.array(
+            [every @ square]
+            + [np.einsum('tc,tc->c', square, power) for power in (centred, square)]
+        ),
+        extremes=extremes,
+        n_extreme=np.array([_count(values == extreme) for extreme in extremes]),
+        n_still=_count(values[1:] == values[:-1]),
+    )
 
 
-@compiled
-def _look_at(
-    values: NDArray[np.float64],
-    mean: NDArray[np.float64],
-    sums: NDArray[np.float64],
-    extremes: NDArray[np.float64],
-    n_extreme: NDArray[np.int64],
-    n_still: NDArray[np.int64],
-) -> None:
-    """Fill in what a summary tells: three passes over rows that a processor's cache holds."""
-    n_rows, n_channels = values.shape
-    low, high = extremes
-    for row in range(n_rows):
-        for channel in range(n_channels):
-            value = values[row, channel]
-            mean[channel] += value
-            low[channel] = min(low[channel], value)
-            high[channel] = max(high[channel], value)
-    mean /= n_rows
-    for row in range(n_rows):
-        for channel in range(n_channels):
-            centred = values[row, channel] - mean[channel]
-            square = centred * centred
-            sums[0, channel] += square
-            sums[1, channel] += square * centred
-            sums[2, channel] += square * square
-    for row in range(n_rows):
-        for channel in range(n_channels):
-            value = values[row, channel]
-            n_extreme[0, channel] += value == low[channel]
-            n_extreme[1, channel] += value == high[channel]
-            if row:
-                n_still[channel] += value == values[row - 1, channel]
+def _count(true: NDArray[np.bool_]) -> NDArray[np.int64]:
+    # Few are true, nearly always.
+    n_columns = true.shape[1]
+    return np.bincount(np.flatnonzero(true) % n_columns, minlength=n_columns)
 
 
 def joined(parts: Sequence[Summary]) -> Summary:

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from oma_identifier import shape_prior
-from oma_identifier.whitening import whitened
 from oma_identifier.whittle_information import Derivatives, Evaluated, pairs
 
 CONVERGED_CHANGE = 0.01
@@ -318,6 +317,9 @@ def _fit_band(
 
 def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | None:
     """Return None where the model is no covariance."""
+    # Only where modes are refined: the compiler behind it takes 100 MB.
+    from oma_identifier.whitening import whitened
+
     # Written so that a parameter that is no number is refused as well.
     if not (np.all(model.damping_ratio > 1e-5) and np.all(model.damping_ratio < 0.9)):
         return None
