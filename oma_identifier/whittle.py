@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from oma_identifier import shape_prior
-from oma_identifier.whittle_information import Derivatives, Evaluated, pairs
+from oma_identifier.whittle_information import Evaluated, gradient, pairs
+from oma_identifier.whittle_information import information as fisher_information
 
 CONVERGED_CHANGE = 0.01
 """Change of the log-likelihood at which no parameter moves by more than 0.14 of its deviation."""
@@ -160,14 +161,13 @@ class BandFit:
 
 @dataclass(frozen=True, slots=True)
 class _Evaluation:
-    """One model against the data: likelihood, H, A = ΦH, A S, L⁻¹ of E = L Lᴴ, L⁻¹(P - E)L⁻ᴴ."""
+    """One model against the data: likelihood, L⁻¹ of E_k = L Lᴴ, H, ΦH and L⁻¹(P - E)L⁻ᴴ."""
 
     value: float
+    whitening: Complex
     bare: Complex
     gain: Complex
     amplitude: Complex
-    response: Complex
-    whitening: Complex
     residual: Complex
 
 
@@ -317,32 +317,25 @@ def _fit_band(
 
 def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | None:
     """Return None where the model is no covariance."""
-    # Only where modes are refined: the compiler behind it takes 100 MB.
-    from oma_identifier.whitening import whitened
-
     # Written so that a parameter that is no number is refused as well.
     if not (np.all(model.damping_ratio > 1e-5) and np.all(model.damping_ratio < 0.9)):
         return None
     bare = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
     gain = bare * np.exp(0.5 * model.slope * _log_frequency(data, model))[:, None]
     amplitude = model.shapes * gain[:, None, :]
-    n_lines, n_channels, _ = amplitude.shape
-    response = np.empty_like(amplitude)
-    whitening, residual = np.empty((2, n_lines, n_channels, n_channels), dtype=complex)
-    logarithm = np.empty(n_lines)
-    if not whitened(
-        amplitude,
-        np.ascontiguousarray(model.force),
-        model.noise,
-        data.periodogram,
-        response,
-        whitening,
-        residual,
-        logarithm,
-    ):
+    identity = np.eye(len(model.shapes))
+    covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
+    covariance += np.diag(model.noise)
+    if not np.isfinite(covariance).all():
         return None
-    trace = np.einsum('kii->k', residual).real + n_channels
-    value = float(data.n_averaged @ (logarithm + trace))
+    try:
+        factor = np.linalg.cholesky(covariance)
+        whitening = np.asarray(np.linalg.inv(factor))
+    except np.linalg.LinAlgError:
+        return None
+    white: Complex = whitening @ data.periodogram @ whitening.conj().transpose(0, 2, 1)
+    logarithm = 2.0 * np.sum(np.log(np.einsum('kii->ki', factor).real), axis=1)
+    value = np.sum(data.n_averaged * (logarithm + np.einsum('kii->k', white).real))
     if model.one_noise:
         power = model.noise[0]
         value += data.n_noise * (np.log(power) + data.noise_power / power)
@@ -350,42 +343,65 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
     value += shape_prior.penalty(model.shapes[:, : model.n_free])
     if not np.isfinite(value):
         return None
-    return _Evaluation(float(value), bare, gain, amplitude, response, whitening, residual)
+    return _Evaluation(
+        float(value),
+        whitening,
+        bare,
+        gain,
+        amplitude,
+        np.asarray(white - identity),
+    )
 
 
 def _quadratic(data: BandData, model: BandModel, prior: _Prior, at: _Evaluation) -> _Quadratic:
     evaluated = _evaluated(data, model, at)
-    derivatives = Derivatives.of(evaluated, model.one_noise)
-    information, downhill = derivatives.information, derivatives.gradient
+    information = fisher_information(evaluated, model.one_noise)
     if model.one_noise:
         information[-1, -1] += data.n_noise
-        downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
     weight = prior.weight
     last = np.arange(len(information) - len(weight), len(information))
     information[last, last] += weight
-    downhill[last] += weight * prior.offset(model)
     size, free = 2 * len(model.shapes), model.shapes[:, : model.n_free]
     shapes = [slice(mode * size + 2, (mode + 1) * size) for mode in range(model.n_free)]
     for own, known in zip(shapes, shape_prior.information(free, evaluated.across), strict=True):
         information[own, own] += known
-    pull = shape_prior.gradient(free, evaluated.across)
-    downhill[: model.n_free * size].reshape(model.n_free, -1)[:, 2:] += pull
     scale = np.sqrt(np.diag(information))
     for own in shapes:
         scale[own] = np.linalg.norm(scale[own]) / max(1.0, np.sqrt(size - 2))
-    return _Quadratic(information, downhill, scale)
+    return _Quadratic(information, _gradient(data, model, prior, at, evaluated), scale)
+
+
+def _gradient(
+    data: BandData,
+    model: BandModel,
+    prior: _Prior,
+    at: _Evaluation,
+    evaluated: Evaluated | None = None,
+) -> Real:
+    """Return the downhill gradient, priors included."""
+    evaluated = evaluated or _evaluated(data, model, at)
+    downhill = gradient(evaluated, model.one_noise)
+    if model.one_noise:
+        downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
+    pull = prior.weight * prior.offset(model)
+    downhill[-len(pull) :] += pull
+    modes = downhill[: model.n_free * 2 * len(model.shapes)].reshape(model.n_free, -1)
+    modes[:, 2:] += shape_prior.gradient(model.shapes[:, : model.n_free], evaluated.across)
+    return downhill
 
 
 def _evaluated(data: BandData, model: BandModel, at: _Evaluation) -> Evaluated:
     free = slice(0, model.n_free)
     beta = model.frequency_hz[free] / data.frequency_hz[:, None]
     by_damping = at.bare[:, free] * 2j * model.damping_ratio[free] * beta
+    back = at.whitening.conj().transpose(0, 2, 1)
     return Evaluated(
         count=data.n_averaged,
         amplitude=at.amplitude,
-        response=at.response,
-        whitening=at.whitening,
-        residual=at.residual,
+        response=at.amplitude @ model.force[:, free],
+        precision=np.asarray(back @ at.whitening),
+        residual=np.asarray(back @ at.residual @ at.whitening),
+        excess=np.einsum('kii->k', at.residual).real,
         gain=at.gain[:, free],
         by_frequency=at.bare[:, free] * 2.0 * beta**2 + by_damping,
         by_damping=by_damping,

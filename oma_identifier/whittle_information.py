@@ -1,9 +1,10 @@
 """Gradient and Fisher information of the Whittle likelihood of one band.
 
-With the covariance of a line E = L Lᴴ, both are inner products of whitened derivatives
-L⁻¹ ∂E L⁻ᴴ: information Σ n tr(∂E ∂'E), gradient Σ n tr(∂E (P - E)), whitened all of them.  Nearly
-every derivative is u vᴴ plus its conjugate transpose, and its c² independent real numbers are
-formed line by line; the information is then one product of a matrix with its transpose.
+Every derivative of the covariance E_k but those by noise and slope is w_k u_k v_kᴴ plus its
+conjugate transpose, where u and v are columns of few matrices.  The information of two of them,
+Σ n tr(E⁻¹ ∂E E⁻¹ ∂'E), is therefore a sum of products of entries of one small Gram matrix
+C_k = Bᴴ E_k⁻¹ B, B = [A | A S | 1] with A = Φ H_k: no derivative is ever formed.  Sums over the
+lines are products of matrices wherever one factor depends on one half of the indices alone.
 """
 
 from dataclasses import dataclass
@@ -14,8 +15,6 @@ from numpy.typing import NDArray
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-AT_ONCE = 50_000
-"""Numbers of derivatives made at once: what a processor's cache holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,12 +27,14 @@ class Evaluated:
         Frequencies averaged in each line.
     amplitude : (n_lines, n_channels, n_modes) complex array
         A = Φ H.
-    response : (n_lines, n_channels, n_modes) complex array
-        A S.
-    whitening : (n_lines, n_channels, n_channels) complex array
-        L⁻¹, lower triangular.
+    response : (n_lines, n_channels, n_free) complex array
+        Columns of A S that belong to free modes.
+    precision : (n_lines, n_channels, n_channels) complex array
+        E⁻¹.
     residual : (n_lines, n_channels, n_channels) complex array
-        L⁻¹ (P - E) L⁻ᴴ.
+        E⁻¹ (P - E) E⁻¹.
+    excess : (n_lines,) array
+        tr(E⁻¹ P) - n_channels.
     gain, by_frequency, by_damping : (n_lines, n_free) complex array
         H of the free modes, its derivatives by ln f and ln ζ over H.
     log_frequency : (n_lines,) array
@@ -47,8 +48,9 @@ class Evaluated:
     count: Real
     amplitude: Complex
     response: Complex
-    whitening: Complex
+    precision: Complex
     residual: Complex
+    excess: Real
     gain: Complex
     by_frequency: Complex
     by_damping: Complex
@@ -57,64 +59,278 @@ class Evaluated:
     across: Complex
 
 
-@dataclass(frozen=True, slots=True)
-class Derivatives:
-    """Of the log-likelihood.
+@cache
+def pairs(n_modes: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return rows and columns of the diagonal and upper triangle, row by row."""
+    return np.triu_indices(n_modes)
+
+
+def gradient(at: Evaluated, one_noise: bool) -> Real:
+    """Return Σ n tr(E⁻¹ (P - E) E⁻¹ ∂E) for every parameter.
 
     Parameters of each free mode: ln f, ln ζ, then the shape along each direction across it (real
     and imaginary parts in turn); then the force (diagonal and upper triangle row by row, real
     parts, then the imaginary parts off the diagonal); then the slope; then ln s, one or one per
     channel.
+    """
+    weighted = at.count[:, None, None] * at.residual
+    n_modes, n_free = at.amplitude.shape[2], at.response.shape[2]
+    pulled = weighted @ at.response
+    own = np.sum(pulled.conj() * at.amplitude[:, :, :n_free], axis=1)
+    poles = 2.0 * np.stack(
+        [np.sum(at.by_frequency * own, axis=0).real, np.sum(at.by_damping * own, axis=0).real]
+    )
+    turning = np.einsum('km,kcm->mc', at.gain, pulled.conj())
+    turned = 2.0 * (turning[:, None] @ at.across)[:, 0]
+    shapes = np.stack([turned.real, -turned.imag], axis=-1).reshape(n_free, -1)
+    modes = np.concatenate([poles.T, shapes], axis=1).ravel()
+    flat = at.amplitude.reshape(-1, n_modes)
+    force = flat.conj().T @ (weighted @ at.amplitude).reshape(-1, n_modes)
+    first, second = pairs(n_modes)
+    off = first != second
+    upper = force[first, second] * np.where(off, 2.0, 1.0)
+    on_diagonal = np.einsum('kcc->kc', weighted).real * at.noise
+    # A S Aᴴ = E - diag s
+    trace = at.count * at.excess - on_diagonal.sum(axis=1)
+    noise = on_diagonal.sum(axis=0)
+    return np.concatenate(
+        [
+            modes,
+            upper.real,
+            upper[off].imag,
+            [float(at.log_frequency @ trace)],
+            [noise.sum()] if one_noise else noise,
+        ]
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Products:
+    """The blocks of C, lines last: inner products with E⁻¹ of A, of R = A S (free) and of 1.
 
     Parameters
     ----------
-    gradient : (n_parameters,) array
-        Σ n tr(E⁻¹ (P - E) E⁻¹ ∂E).
-    information : (n_parameters, n_parameters) array
-        Σ n tr(E⁻¹ ∂E E⁻¹ ∂'E).
+    among : (n_modes, n_modes, n_lines) complex array
+        Aᴴ E⁻¹ A.
+    right : (n_free, n_modes, n_lines) complex array
+        Rᴴ E⁻¹ A.
+    right_right : (n_free, n_free, n_lines) complex array
+        Rᴴ E⁻¹ R.
+    right_units : (n_free, n_channels, n_lines) complex array
+        Rᴴ E⁻¹.
+    units : (n_channels, n_modes, n_lines) complex array
+        E⁻¹ A.
+    precision : (n_channels, n_channels, n_lines) complex array
+        E⁻¹.
     """
 
-    gradient: Real
-    information: Real
+    among: Complex
+    right: Complex
+    right_right: Complex
+    right_units: Complex
+    units: Complex
+    precision: Complex
 
     @classmethod
-    def of(cls, at: Evaluated, one_noise: bool) -> 'Derivatives':
-        """Return those of one model."""
-        # Only where modes are refined: the compiler behind it takes 100 MB.
-        from oma_identifier.derivative_rows import fill_rows
-
-        n_lines, n_channels, n_modes = at.amplitude.shape
-        n_noise = 1 if one_noise else n_channels
-        count = len(at.across) * 2 * n_channels + n_modes**2 + 1 + n_noise
-        gradient, information = np.zeros(count), np.zeros((count, count))
-        at_once = min(n_lines, max(1, AT_ONCE // (count * n_channels**2)))
-        # Residual first: it is one more row of the same matrix.
-        rows = np.empty((1 + count, at_once, n_channels**2))
-        for first in range(0, n_lines, at_once):
-            part = slice(first, min(first + at_once, n_lines))
-            rows[:, part.stop - first :] = 0.0
-            fill_rows(
-                rows,
-                np.sqrt(at.count[part]),
-                at.amplitude[part],
-                at.response[part],
-                at.whitening[part],
-                at.residual[part],
-                at.gain[part],
-                at.by_frequency[part],
-                at.by_damping[part],
-                at.log_frequency[part],
-                at.noise,
-                at.across,
-                one_noise,
-            )
-            flat = rows.reshape(1 + count, -1)
-            information += flat[1:] @ flat[1:].T
-            gradient += flat[1:] @ flat[0]
-        return cls(gradient, information)
+    def of(cls, at: Evaluated) -> '_Products':
+        n_modes = at.amplitude.shape[2]
+        columns = np.concatenate([at.amplitude, at.response], axis=2)
+        onto = at.precision @ columns
+        inner = (columns.conj().transpose(0, 2, 1) @ onto).transpose(1, 2, 0)
+        onto = onto.transpose(1, 2, 0)
+        blocks = (
+            inner[:n_modes, :n_modes],
+            inner[n_modes:, :n_modes],
+            inner[n_modes:, n_modes:],
+            onto[:, n_modes:].conj().transpose(1, 0, 2),
+            onto[:, :n_modes],
+            at.precision.transpose(1, 2, 0),
+        )
+        return cls(*(np.ascontiguousarray(block) for block in blocks))
 
 
-@cache
-def pairs(n_modes: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return rows and columns of the diagonal and upper triangle, row by row."""
-    return np.triu_indices(n_modes)
+def information(at: Evaluated, one_noise: bool) -> Real:
+    """Return the Fisher information of the parameters of :func:`gradient`."""
+    n_channels, n_modes = at.amplitude.shape[1:]
+    products = _Products.of(at)
+    # Derivatives w u vᴴ of each free mode: by its pole with u in A, by its shape with u in 1.
+    poles = np.stack([at.by_frequency.T, at.by_damping.T], axis=1)
+    gain = np.ascontiguousarray(at.gain.T)
+    first, second = pairs(n_modes)
+    off = first != second
+    x, y = _modes_with_modes(products, poles, gain, at.count)
+    to_force = _modes_with_force(products, poles, gain, at.count)
+    force = _force_block(products.among, at.count, first, second)
+    turn = _turn(at.across, n_channels)
+    modes_modes = _real(x, y, turn, turn)
+    modes_force = _with_pairs(
+        turn.T @ to_force[:, first, second], turn.T @ to_force[:, second, first], off
+    )
+    force_force = _pairs_with_pairs(*force, off)
+    top = np.block([[modes_modes, modes_force], [modes_force.T, force_force]])
+    rows = _slope_and_noise(products, poles, gain, at, first, second)
+    n_halves = len(turn)
+    rest = [
+        2.0 * (rows[:, :n_halves] @ turn).real,
+        _of_pairs(rows[:, n_halves:], off),
+        _among(products.precision, at),
+    ]
+    return _joined(top, np.concatenate(rest, axis=1), n_channels, one_noise)
+
+
+def _modes_with_modes(
+    products: _Products, poles: Complex, gain: Complex, count: Real
+) -> tuple[Complex, Complex]:
+    """Return X_ab = Σ n w_a w_b (v_aᴴ u_b)(v_bᴴ u_a), Y_ab = Σ n w_a w_b* (v_aᴴ v_b)(u_bᴴ u_a).
+
+    Inner products with E⁻¹.  All derivatives of one mode share v, so that two modes at a time are
+    products of matrices.
+    """
+    n_free, n_lines = gain.shape
+    n_channels = len(products.precision)
+    size = 2 + n_channels
+    met = np.empty((n_free, n_free, size, n_lines), dtype=complex)  # (v_aᴴ u_b) w_b
+    met[:, :, :2] = products.right[:, :n_free, None] * poles
+    met[:, :, 2:] = products.right_units[:, None] * gain[:, None]
+    x = (met.swapaxes(0, 1) * count) @ met.swapaxes(2, 3)
+    between = products.right_right * (count * gain.conj())
+    y = np.empty((n_free, n_free, size, size), dtype=complex)
+    shapes = (gain[:, None] * between).reshape(n_free**2, -1) @ (
+        products.precision.reshape(-1, n_lines).T
+    )
+    y[:, :, 2:, 2:] = shapes.reshape(n_free, n_free, n_channels, -1).swapaxes(2, 3)
+    towards = products.units[:, :n_free].transpose(1, 2, 0)
+    mixed = (poles[:, None] * between[:, :, None]).reshape(n_free, -1, n_lines) @ towards
+    mixed = mixed.reshape(n_free, n_free, 2, n_channels)
+    y[:, :, :2, 2:] = mixed
+    y[:, :, 2:, :2] = mixed.conj().transpose(1, 0, 3, 2)
+    own = products.right_right * products.among[:n_free, :n_free].swapaxes(0, 1) * count
+    y[:, :, :2, :2] = (poles[:, None] * own[:, :, None]) @ poles.conj().swapaxes(1, 2)
+    n_halves = n_free * size
+    return (
+        np.asarray(x.swapaxes(1, 2).reshape(n_halves, n_halves)),
+        np.asarray(y.swapaxes(1, 2).reshape(n_halves, n_halves)),
+    )
+
+
+def _modes_with_force(products: _Products, poles: Complex, gain: Complex, count: Real) -> Complex:
+    """Return Σ n w_a (v_aᴴ a_i)(a_jᴴ u_a) for columns i and j of A."""
+    n_free, n_modes, n_lines = products.right.shape
+    n_channels = len(products.precision)
+    result = np.empty((n_free, 2 + n_channels, n_modes, n_modes), dtype=complex)
+    weighted = products.right * count
+    own = products.among[:, :n_free].transpose(1, 2, 0)
+    by_pole = (poles[:, :, None] * weighted[:, None]).reshape(n_free, -1, n_lines) @ own
+    result[:, :2] = by_pole.reshape(n_free, 2, n_modes, n_modes)
+    by_shape = (weighted * gain[:, None]).reshape(-1, n_lines) @ (
+        products.units.reshape(-1, n_lines).conj().T
+    )
+    result[:, 2:] = by_shape.reshape(n_free, n_modes, n_channels, n_modes).swapaxes(1, 2)
+    return result.reshape(-1, n_modes, n_modes)
+
+
+def _force_block(
+    among: Complex, count: Real, first: NDArray[np.intp], second: NDArray[np.intp]
+) -> tuple[Complex, Complex]:
+    n_modes = len(among)
+    inner = among.reshape(n_modes**2, -1)
+    # every[(p, q), (r, s)] = Σ n C_pq C_rs
+    every = ((inner * count) @ inner.T).reshape((n_modes,) * 4)
+    i, j = first[:, None], second[:, None]
+    k, m = first[None], second[None]
+    return every[j, k, m, i], every[j, m, k, i]
+
+
+def _turn(across: Complex, n_channels: int) -> Complex:
+    """Return the combinations of halves that are the parameters of the free modes."""
+    n_free = len(across)
+    block, size = 2 + n_channels, 2 * n_channels
+    matrix = np.zeros((n_free * block, n_free * size), dtype=complex)
+    for mode in range(n_free):
+        rows, columns = mode * block, mode * size
+        matrix[rows, columns] = matrix[rows + 1, columns + 1] = 1.0
+        matrix[rows + 2 : rows + block, columns + 2 : columns + size : 2] = across[mode]
+        matrix[rows + 2 : rows + block, columns + 3 : columns + size : 2] = 1j * across[mode]
+    return matrix
+
+
+def _real(x: Complex, y: Complex, left: Complex, right: Complex) -> Real:
+    """Return 2 Re(leftᵀ X right + leftᵀ Y right*)."""
+    return np.asarray(2.0 * (left.T @ (x @ right + y @ right.conj())).real)
+
+
+def _with_pairs(x: Complex, y: Complex, off: NDArray[np.bool_]) -> Real:
+    """Return the same for columns a_i a_jᴴ: real parts (half on the diagonal), then imaginary."""
+    half = np.where(off, 2.0, 1.0)
+    real = (x + y).real * half
+    imaginary = 2.0 * (y - x)[:, off].imag
+    return np.concatenate([real, imaginary], axis=1)
+
+
+def _pairs_with_pairs(x: Complex, y: Complex, off: NDArray[np.bool_]) -> Real:
+    half = np.where(off, 1.0, 0.5)[:, None]
+    above = _with_pairs(x * half, y * half, off)
+    below = _with_pairs(1j * x[off], 1j * y[off], off)
+    return np.concatenate([above, below])
+
+
+def _slope_and_noise(
+    products: _Products,
+    poles: Complex,
+    gain: Complex,
+    at: Evaluated,
+    first: NDArray[np.intp],
+    second: NDArray[np.intp],
+) -> Complex:
+    """Return the rows of slope and noise over what makes up modes and forces."""
+    n_free, n_modes, n_lines = products.right.shape
+    n_channels = len(at.noise)
+    turning = at.count * at.log_frequency
+    weights = np.stack([at.count, turning])
+    # Noise: E⁻¹ ∂E E⁻¹ on the diagonal; slope: E⁻¹ ∂E less that.
+    halves = np.empty((n_channels, n_free, 2 + n_channels, 2), dtype=complex)
+    into = products.right_units.swapaxes(0, 1)  # channels first
+    by_pole = (products.units[:, :n_free] * into)[:, :, None] * poles
+    halves[:, :, :2] = by_pole @ weights.T
+    by_shape = (into * gain)[:, :, None] * weights
+    by_shape = products.precision @ by_shape.reshape(n_channels, -1, n_lines).swapaxes(1, 2)
+    by_shape = by_shape.reshape(n_channels, n_channels, n_free, 2)
+    halves[:, :, 2:] = by_shape.swapaxes(1, 2)
+    weighted = (products.units[:, None] * weights[:, None]).reshape(n_channels, -1, n_lines)
+    pairs = weighted @ products.units.conj().swapaxes(1, 2)
+    pairs = pairs.reshape(n_channels, 2, n_modes, n_modes)[:, :, first, second].swapaxes(1, 2)
+    every = np.concatenate([halves.reshape(n_channels, -1, 2), pairs], axis=1)
+    every *= at.noise[:, None, None]
+    slope = np.empty((n_free, 2 + n_channels), dtype=complex)
+    slope[:, :2] = (poles * products.right[range(n_free), range(n_free), None]) @ turning
+    slope[:, 2:] = (products.right_units * gain[:, None]) @ turning
+    whole = np.concatenate([slope.ravel(), products.among[second, first] @ turning])
+    return np.concatenate([(whole - every[:, :, 1].sum(axis=0))[None], every[:, :, 0]])
+
+
+def _joined(top: Real, rest: Real, n_channels: int, one_noise: bool) -> Real:
+    """Return the matrix of its part without slope and noise, and of the rows of these."""
+    if one_noise:
+        rest = np.stack([rest[0], rest[1:].sum(axis=0)])
+        rest = np.concatenate(
+            [rest[:, :-n_channels], rest[:, -n_channels:].sum(axis=1)[:, None]], axis=1
+        )
+    return np.asarray(np.block([[top, rest[:, : len(top)].T], [rest]]))
+
+
+def _of_pairs(rows: Complex, off: NDArray[np.bool_]) -> Real:
+    real = rows.real * np.where(off, 2.0, 1.0)
+    return np.concatenate([real, -2.0 * rows[:, off].imag], axis=1)
+
+
+def _among(precision: Complex, at: Evaluated) -> Real:
+    """Return the information of slope and noise with each other."""
+    power = at.noise
+    squares = np.abs(precision) ** 2 * np.outer(power, power)[:, :, None]
+    noise = squares @ at.count
+    diagonal = np.einsum('cck->ck', precision).real * power[:, None]
+    turning = at.count * at.log_frequency
+    cross = (diagonal - squares.sum(axis=1)) @ turning
+    rest = len(power) - 2.0 * diagonal.sum(axis=0) + squares.sum(axis=(0, 1))
+    own = rest @ (turning * at.log_frequency)
+    return np.block([[np.array([[own]]), cross[None]], [cross[:, None], noise]])
