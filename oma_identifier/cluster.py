@@ -50,9 +50,11 @@ def cluster_poles(poles: BandPoles, candidates: NDArray[np.int64]) -> list[Clust
     distance = pole_distance(poles, candidates)
     tree = linkage(squareform(distance, checks=False), 'average')
     label = fcluster(tree, CUT, 'distance')
+    together = np.argsort(label, kind='stable')
+    ends = np.cumsum(np.bincount(label)[1:])
+    order = poles.model_order[candidates]
     return [
-        _cluster(poles, candidates, distance, np.flatnonzero(label == name))
-        for name in np.unique(label)
+        _cluster(candidates, order, distance, local) for local in np.split(together, ends[:-1])
     ]
 
 
@@ -73,14 +75,16 @@ def pole_distance(poles: BandPoles, rows: NDArray[np.int64]) -> NDArray[np.float
 
 
 def _cluster(
-    poles: BandPoles,
     candidates: NDArray[np.int64],
+    orders: NDArray[np.int64],
     distance: NDArray[np.float64],
     local: NDArray[np.int64],
 ) -> Cluster:
-    order = poles.model_order[candidates[local]]
+    if len(local) == 1:
+        return Cluster(candidates[local], int(candidates[local[0]]))
+    order = orders[local]
     total = distance[local[:, None], local].sum(axis=1)
-    if len(local) > 1 and not np.all(order[1:] > order[:-1]):
+    if not (order[1:] > order[:-1]).all():
         # At most one pole per model order: the one nearest to the others.
         best = np.lexsort((total, order))
         local = local[best[np.unique(order[best], return_index=True)[1]]]

@@ -134,13 +134,13 @@ class MultiOrder:
         self.orthogonal, self.triangle = qr(
             observability[:-size], mode='economic', check_finite=False
         )
+        # A corner of the inverse is the inverse of the corner.
+        self.inverse = solve_triangular(self.triangle, np.eye(self.highest), check_finite=False)
         self._shifted = self.orthogonal.T @ observability[size:]
 
     def solve(self, order: int) -> OrderSolution:
         """Return the poles of one model order."""
-        transition = solve_triangular(
-            self.triangle[:order, :order], self._shifted[:order, :order], check_finite=False
-        )
+        transition = self.inverse[:order, :order] @ self._shifted[:order, :order]
         value, vector = np.linalg.eig(transition)
         return OrderSolution(order, np.asarray(value, dtype=complex), vector.astype(complex))
 

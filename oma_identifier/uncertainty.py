@@ -19,7 +19,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 from scipy.stats import t as student_t
 
 from oma_identifier.lag_gradient import LagGradient, times
@@ -61,8 +60,7 @@ class PoleSensitivity:
         self._n_outputs = factors.n_outputs
         self._basis = factors.left[:, : system.highest]
         self._orthogonal = system.orthogonal
-        # A corner of the inverse is the inverse of the corner.
-        self._inverse = solve_triangular(system.triangle, np.eye(system.highest))
+        self._inverse = system.inverse
         self._to_lags = LagGradient(
             factors.left,
             factors.values,
