@@ -161,7 +161,10 @@ def sag(model: FlexibleJointModel, pose: Array, hanging: bool) -> Array:
 
 def pose_arm(model: FlexibleJointModel, pose: Array, hanging: bool = True) -> PoseArm:
     """Return the matrices of a model at a pose; ``hanging`` as in ``sag``."""
-    rest = sag(model, pose, hanging)
+    return _arm_about(model, pose, sag(model, pose, hanging))
+
+
+def _arm_about(model: FlexibleJointModel, pose: Array, rest: Array) -> PoseArm:
     dynamics = model.dynamics
     matrices = dynamics.matrices(pose, rest)
     return PoseArm(
@@ -183,7 +186,8 @@ def pose_system(
     ModelError
         The pose or a channel does not fit the model.
     """
-    matrices = pose_arm(model, pose, hanging)
+    rest = sag(model, pose, hanging)
+    matrices = _arm_about(model, pose, rest)
     try:
         squared, basis = scipy.linalg.eigh(matrices.K, matrices.M, check_finite=False)
     except np.linalg.LinAlgError as error:
@@ -200,7 +204,7 @@ def pose_system(
     state[size:, size:] = -(kept.T @ matrices.C @ kept)
     poles, right = np.linalg.eig(state)
     left = np.linalg.inv(right)
-    rows = _channel_rows(model, pose, channels, hanging)
+    rows = _channel_rows(model, pose, channels, rest)
     return PoseSystem(
         poles=poles,
         shapes=kept @ right[:size],
@@ -223,13 +227,13 @@ def with_channels(
     hanging: bool = True,
 ) -> PoseSystem:
     """Return a system with other channels."""
-    return dataclasses.replace(system, **_channel_rows(model, pose, channels, hanging))  # type: ignore[arg-type]
+    rest = sag(model, pose, hanging)
+    return dataclasses.replace(system, **_channel_rows(model, pose, channels, rest))  # type: ignore[arg-type]
 
 
 def _channel_rows(
-    model: FlexibleJointModel, pose: Array, channels: tuple[Channel, ...], hanging: bool
+    model: FlexibleJointModel, pose: Array, channels: tuple[Channel, ...], rest: Array
 ) -> dict[str, Array]:
-    rest = sag(model, pose, hanging)
     motion = sensor_rows(model.dynamics, pose, channels, rest)
     tilt = gravity_rows(model.dynamics, pose, channels, rest)
     return {

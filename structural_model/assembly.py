@@ -11,7 +11,7 @@ Huynh et al. (2020), doi:10.3390/app10186383 (three degrees of freedom a joint);
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 import threading
 from typing import Any
 
@@ -111,6 +111,7 @@ class Assembly:
         return station.joint, pin.SE3(placement.rotation, point - station.offset)
 
 
+@cache
 def across(axis: Vector) -> tuple[Matrix, Matrix]:
     """Return the two unit vectors across an axis, cyclic: z gives x and y, y gives z and x.
 
@@ -124,7 +125,9 @@ def across(axis: Vector) -> tuple[Matrix, Matrix]:
     helper[(int(np.argmax(np.abs(unit))) + 1) % 3] = 1.0
     first = helper - (helper @ unit) * unit
     first /= np.linalg.norm(first)
-    return first, np.cross(unit, first)
+    second = np.cross(unit, first)
+    first.flags.writeable = second.flags.writeable = False
+    return first, second
 
 
 def assemble(robot: RigidRobot, spec: ModelSpec, axes: AxisMap) -> Assembly:

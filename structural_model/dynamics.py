@@ -57,9 +57,8 @@ class Dynamics:
         return full
 
     def mass(self, full: Array) -> Array:
-        """Return pinocchio's whole mass matrix, both triangles."""
-        upper = np.triu(pin.crba(self.assembly.model, self.assembly.data, full))
-        return np.asarray(upper + np.triu(upper, 1).T)
+        """Return pinocchio's whole mass matrix; its Python bindings fill both triangles."""
+        return np.array(pin.crba(self.assembly.model, self.assembly.data, full))
 
     def matrices(self, q: ArrayLike, deflection: ArrayLike | None = None) -> StructuralMatrices:
         """Return M, C and K, gravity and compensator stiffness included."""
@@ -70,21 +69,26 @@ class Dynamics:
         mass[:count, :count] = self.mass(full)[places[:, None], places]
         motors = np.arange(count, self.n_dof)
         mass[motors, motors] = assembly.motor_inertia
-        stiffness = assembly.stiffness.copy()
-        gravity = self._gravity_slope(full)[places[:, None], places]
-        stiffness[:count, :count] += 0.5 * (gravity + gravity.T)
-        for item in self.spec.compensators:
-            row = self._row(item)
-            if row is not None:
-                stiffness[row, row] += item.strength_nm * np.cos(self._turn(item, full))
         return StructuralMatrices(
             M=mass,
             C=assembly.damping
             + damping.mass_proportional_1_s * mass
             + damping.stiffness_proportional_s * assembly.stiffness,
-            K=stiffness,
+            K=self._stiffness(full),
             dof_names=assembly.dof_names,
         )
+
+    def _stiffness(self, full: Array) -> Array:
+        """Return K, gravity and compensators included."""
+        assembly, count = self.assembly, len(self.assembly.flexible)
+        stiffness = assembly.stiffness.copy()
+        gravity = self._gravity_slope(full)[assembly.flexible[:, None], assembly.flexible]
+        stiffness[:count, :count] += 0.5 * (gravity + gravity.T)
+        for item in self.spec.compensators:
+            row = self._row(item)
+            if row is not None:
+                stiffness[row, row] += item.strength_nm * np.cos(self._turn(item, full))
+        return stiffness
 
     def input_matrix(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
         """Return -M_r, (n_dof, n_joints)."""
@@ -152,8 +156,8 @@ class Dynamics:
 
     def sag(self, q: ArrayLike) -> Array:
         """Return the static deflection but for its square (one Newton step), (n_dof,)."""
-        still = np.zeros(self.n_dof)
-        return np.asarray(np.linalg.solve(self.matrices(q).K, self._static_load(q, still)))
+        load = self._static_load(q, np.zeros(self.n_dof))
+        return np.asarray(np.linalg.solve(self._stiffness(self.position(q)), load))
 
     def _static_load(self, q: ArrayLike, deflection: Array) -> Array:
         assembly = self.assembly
