@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.spatial.distance import squareform
 
 from modal_core.indicators import mac
 from oma_identifier.stabilise import BandPoles, LEAST_RELATIVE_STEP
@@ -48,7 +47,7 @@ def cluster_poles(poles: BandPoles, candidates: NDArray[np.int64]) -> list[Clust
     if len(candidates) < 2:
         return []
     distance = pole_distance(poles, candidates)
-    tree = linkage(squareform(distance, checks=False), 'average')
+    tree = linkage(distance[np.triu_indices(len(distance), 1)], 'average')
     label = fcluster(tree, CUT, 'distance')
     together = np.argsort(label, kind='stable')
     ends = np.cumsum(np.bincount(label)[1:])
