@@ -11,7 +11,9 @@ Function = TypeVar('Function', bound=Callable[..., object])
 def compiled(function: Function) -> Function:
     """Return a function of numbers and arrays as machine code, kept for the next run.
 
-    Where no folder can be written to, it is compiled anew in every run.
+    What is kept is forgotten when the function's own file changes, and only then: compiled
+    functions that call each other belong in one file.  Where no folder can be written to, a
+    function is compiled anew in every run.
     """
     try:
         return cast(Function, numba.njit(cache=True, nogil=True)(function))

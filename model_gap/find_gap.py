@@ -13,6 +13,7 @@ from model_gap.hypothesis import Hypothesis
 from model_gap.locate import gap_fraction, locate, noise_floor, Where
 from model_gap.search import Search, SearchSettings
 from model_gap.split import split
+from model_gap.step_torque import compile_laws
 from structural_model import FlexibleJointModel
 
 
@@ -77,6 +78,7 @@ def find_gap(
     """
     if model.n_dof == 0:
         raise ModelError('model has no flexibility', where=model.robot_name)
+    compile_laws()
     divided = split(campaign, np.random.default_rng(seed))
     search = Search(model, divided, settings or SearchSettings(), progress)
     with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait

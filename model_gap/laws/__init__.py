@@ -3,7 +3,7 @@
 from model_gap.laws.backlash import BacklashLaw
 from model_gap.laws.cubic import CubicLaw
 from model_gap.laws.friction import FrictionLaw, JointFrictionLaw
-from model_gap.laws.law import Follow, JointLaw, Lane
+from model_gap.laws.law import Follow, JointLaw, Surroundings
 from model_gap.laws.speed_stiffness import SpeedStiffnessLaw
 
 __all__ = [
@@ -13,6 +13,6 @@ __all__ = [
     'FrictionLaw',
     'JointFrictionLaw',
     'JointLaw',
-    'Lane',
     'SpeedStiffnessLaw',
+    'Surroundings',
 ]

@@ -2,22 +2,11 @@
 
 from collections.abc import Sequence
 
-from modal_core.compiled import compiled
-from model_gap.laws.law import Array, Follow, JointLaw, Lane
+from model_gap.laws.law import Follow, JointLaw, Surroundings
+from model_gap.laws.solve import BACKLASH
 
 # Of the play: teeth under less static twist than this rest between the flanks, not on one.
 CENTRED = 1e-3
-
-
-@compiled
-def play(
-    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
-) -> tuple[float, float]:
-    """Return the torque, continuous in the twist; between steps it runs straight."""
-    load, slope, give = constants[0], constants[1], constants[2]
-    lower, upper = constants[3], constants[4]
-    between = -load - slope * (twist + give * load)
-    return min(max(between, lower), upper), 0.0
 
 
 class BacklashLaw(JointLaw):
@@ -30,13 +19,13 @@ class BacklashLaw(JointLaw):
     sees = Follow.PARTED
     sees_first = Follow.PARTED
     of_spring = True
-    solve = play
+    kind = BACKLASH
 
     @staticmethod
-    def constants(values: Sequence[float], lane: Lane) -> Sequence[float]:
+    def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
         """Return the load, how the torque falls between the flanks, and what it is on them."""
         gap, share = values
-        k, rest = lane.stiffness, share * lane.static_twist
+        k, rest = around.stiffness, share * around.static_twist
         place = rest + gap * min(max(rest / (CENTRED * gap), -1.0), 1.0)
-        slope = k / max(1.0 - lane.give * k, 0.05)
-        return k * rest, slope, lane.give, k * (place - gap - rest), k * (place + gap - rest)
+        slope = k / max(1.0 - around.give * k, 0.05)
+        return k * rest, slope, around.give, k * (place - gap - rest), k * (place + gap - rest)

@@ -1,17 +1,9 @@
 """What a torque law is: solved implicitly, step by step."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar
-
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-# (constants, memory, twist, rate, motor speed) to (torque, surplus)
-Solve = Callable[[Array, Array, float, float, float], tuple[float, float]]
-MEMORY = 6
 
 
 class Follow(Enum):
@@ -23,7 +15,7 @@ class Follow(Enum):
 
 
 @dataclass(frozen=True)
-class Lane:
+class Surroundings:
     """What a torque finds in one joint of one record.
 
     Parameters
@@ -46,14 +38,10 @@ class Lane:
 
 
 class JointLaw:
-    """A torque between motor and link of one joint; a name for functions, never an object.
+    """A torque between motor and link of one joint; a name for what is in ``solve``, no object."""
 
-    ``solve`` is compiled.  It is asked at the end of every step for the torque N beyond the linear
-    spring's when twist and rate would be e and v without it and fall by ``give`` N and
-    ``rate_give`` N with it; and for the surplus, the mean torque over the step less the mean of
-    its ends.  ``memory`` is its own, zero before the first step.
-    """
-
+    # Of the equation in ``solve``.
+    kind: ClassVar[int]
     # Whether the static twist enters.
     preloaded: ClassVar[bool] = False
     # Which twist it sees, and while its numbers are still far off.
@@ -61,9 +49,8 @@ class JointLaw:
     sees_first: ClassVar[Follow] = Follow.PREDICTED
     # Whether the torque is proportional to the stiffness.
     of_spring: ClassVar[bool] = False
-    solve: ClassVar[Solve]
 
     @staticmethod
-    def constants(values: Sequence[float], lane: Lane) -> Sequence[float]:
+    def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
         """Return what does not change from step to step, worked out from the law's values."""
         raise NotImplementedError

@@ -2,20 +2,8 @@
 
 from collections.abc import Sequence
 
-from modal_core.compiled import compiled
-from model_gap.laws.law import Array, Follow, JointLaw, Lane
-from model_gap.laws.parabola import bent
-
-
-@compiled
-def speed_spring(
-    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
-) -> tuple[float, float]:
-    """Return the torque: linear in the twist."""
-    change, rest, give = constants[0], constants[1], constants[2]
-    added = change * abs(motor_speed)
-    torque = added * (rest + twist) / max(1.0 + give * added, 0.2)
-    return torque, bent(memory, torque, abs(give * added))
+from model_gap.laws.law import Follow, JointLaw, Surroundings
+from model_gap.laws.solve import SPEED_STIFFNESS
 
 
 class SpeedStiffnessLaw(JointLaw):
@@ -24,10 +12,10 @@ class SpeedStiffnessLaw(JointLaw):
     preloaded = True
     sees_first = Follow.MEASURED
     of_spring = True
-    solve = speed_spring
+    kind = SPEED_STIFFNESS
 
     @staticmethod
-    def constants(values: Sequence[float], lane: Lane) -> Sequence[float]:
+    def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
         """Return the change of stiffness per speed, the twist at rest and the give."""
         beta, share = values
-        return lane.stiffness * beta, share * lane.static_twist, lane.give
+        return around.stiffness * beta, share * around.static_twist, around.give

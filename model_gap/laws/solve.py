@@ -1,0 +1,211 @@
+"""The laws' equations solved implicitly, and stepped along a record, as machine code.
+
+All in one file: what is kept of a compiled function is forgotten only when its own file changes.
+"""
+
+from math import asin, asinh, exp, log1p, sin, sinh, sqrt, tanh
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.compiled import compiled
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+FRICTION, JOINT_FRICTION, CUBIC, BACKLASH, SPEED_STIFFNESS = range(5)
+# Numbers a law keeps from step to step.
+MEMORY = 4
+MOST_NEWTON_STEPS = 20
+SOLVED = 1e-9
+# Third of the give times what the spring stiffens by: beyond, no parabola follows its steps.
+STEEPEST = 0.03
+
+
+@compiled
+def sliding(free: float, braking: float, width: float) -> float:
+    """Solve w + b tanh(w/v₀) = v >= 0 for the sliding speed w that is left.
+
+    tanh(x) is less than x and than one: the larger of both bounds is below the root, from where
+    Newton's steps on the concave function climb to it.
+    """
+    left = max(free - braking, free / (1.0 + braking / width))
+    for _ in range(MOST_NEWTON_STEPS):
+        grip = tanh(left / width)
+        slope = 1.0 + braking / width * (1.0 - grip * grip)
+        climb = (free - left - braking * grip) / slope
+        left += climb
+        if climb < SOLVED * width:
+            break
+    return left
+
+
+@compiled
+def log_cosh(x: float) -> float:
+    """Return ln cosh(x), up to a constant."""
+    return abs(x) + log1p(exp(-2.0 * abs(x)))
+
+
+@compiled
+def friction(constants: Array, memory: Array, rate: float) -> tuple[float, float]:
+    """Return the torque at a sliding speed, and the surplus.
+
+    The speed runs straight: its sign turns between steps, not at one.
+
+    References
+    ----------
+    Parker, Zavalishin and Le Bivic (2016), antiderivative antialiasing, DAFx-16, eq. 10.
+    """
+    level, width, braking, yielding = constants[0], constants[1], constants[2], constants[3]
+    before, last, last_speed = memory[0], memory[1], memory[2]
+    free = rate + yielding * (4.0 * last - before)
+    speed = sliding(abs(free), braking, width)
+    if free < 0.0:
+        speed = -speed
+    torque = level * tanh(speed / width)
+    change = speed - last_speed
+    surplus = 0.0
+    if abs(change) > 1e-3 * width:
+        mean = level * width * (log_cosh(speed / width) - log_cosh(last_speed / width)) / change
+        surplus = mean - 0.5 * (last + torque)
+    memory[0], memory[1], memory[2] = last, torque, speed
+    return torque, surplus
+
+
+@compiled
+def bent(memory: Array, torque: float, steep: float) -> float:
+    """Return the mean over the last step less that of its ends.
+
+    A line takes (ω h)²/12 off what may be a large part of the stiffness.  Where a step hardly
+    resolves the stiffened joint the parabola would run away: the line stays.
+
+    Parameters
+    ----------
+    memory : (6,) array
+        Of the law: the last two torques and steeps are kept in its first four places.
+    torque : float [N m]
+        At the end of the step.
+    steep : float
+        Give times what the spring is stiffened by.
+    """
+    bend = max(steep, memory[2], memory[3]) / STEEPEST
+    before, last = memory[0], memory[1]
+    memory[0], memory[1], memory[2], memory[3] = last, torque, memory[3], steep
+    return float((last + last - before - torque) / (12.0 + 12.0 * bend * bend))
+
+
+@compiled
+def cubic_root(value: float, alpha: float) -> float:
+    """Return y of y (1 + α y²) = value; softening, on the branch that rises, up to its end.
+
+    References
+    ----------
+    Viète's trigonometric solution of the cubic, and its hyperbolic form for one real root.
+    """
+    size = sqrt(3.0 * abs(alpha) + 1e-30)
+    scaled = 1.5 * size * value
+    if alpha < 0.0:
+        return 2.0 / size * sin(asin(min(max(scaled, -1.0), 1.0)) / 3.0)
+    return 2.0 / size * sinh(asinh(scaled) / 3.0)
+
+
+@compiled
+def cubic(constants: Array, memory: Array, twist: float) -> tuple[float, float]:
+    """Return the torque: with y = r + e, y + give k α y³ is what it would be without."""
+    hardening, at_rest, offset = constants[0], constants[1], constants[2]
+    yielding, largest = constants[3], constants[4]
+    whole = min(max(cubic_root(twist + offset, yielding), -largest), largest)
+    torque = hardening * (whole * whole * whole - at_rest)
+    return torque, bent(memory, torque, abs(yielding) * whole * whole)
+
+
+@compiled
+def play(constants: Array, twist: float) -> tuple[float, float]:
+    """Return the torque, continuous in the twist; between steps it runs straight."""
+    load, slope, give = constants[0], constants[1], constants[2]
+    lower, upper = constants[3], constants[4]
+    between = -load - slope * (twist + give * load)
+    return min(max(between, lower), upper), 0.0
+
+
+@compiled
+def speed_spring(
+    constants: Array, memory: Array, twist: float, motor_speed: float
+) -> tuple[float, float]:
+    """Return the torque: linear in the twist."""
+    change, rest, give = constants[0], constants[1], constants[2]
+    added = change * abs(motor_speed)
+    torque = added * (rest + twist) / max(1.0 + give * added, 0.2)
+    return torque, bent(memory, torque, abs(give * added))
+
+
+@compiled
+def solve(
+    kind: int, constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
+) -> tuple[float, float]:
+    """Return the torque N beyond the linear spring's at the end of a step, and the surplus.
+
+    Parameters
+    ----------
+    kind : int
+        Of the law.
+    constants : (n_constants,) array
+        ``JointLaw.constants``.
+    memory : (MEMORY,) array
+        The law's own, zero before the first step.
+    twist, rate : float [rad], [rad/s]
+        What they would be without N; they fall by ``give`` N and ``rate_give`` N with it.
+    motor_speed : float [rad/s]
+        Of the joint.
+
+    Returns
+    -------
+    float [N m], float [N m]
+        N, and the mean torque over the step less the mean of its ends.
+    """
+    if kind == FRICTION:
+        return friction(constants, memory, rate)
+    if kind == JOINT_FRICTION:
+        return friction(constants, memory, rate + motor_speed)
+    if kind == CUBIC:
+        return cubic(constants, memory, twist)
+    if kind == BACKLASH:
+        return play(constants, twist)
+    return speed_spring(constants, memory, twist, motor_speed)
+
+
+@compiled
+def stepped(
+    kind: int, constants: Array, modes: Complex, twist: Array, rate: Array, speed: Array
+) -> Array:
+    """Return the mean torque from each step to the next.
+
+    Parameters
+    ----------
+    kind : int
+        Of the law.
+    constants : (n_constants,) array
+        Of the law in this joint of this record.
+    modes : (5, n_modes) complex array
+        Residues of twist and rate; factors of a step: of the state, of a torque held over it, of
+        one that rises linearly from nothing and falls back.
+    twist, rate, speed : (n_steps,) array
+        Twist and rate without the torque; motor speed.
+    """
+    readout, rate_readout, grow, now, mixed = modes[0], modes[1], modes[2], modes[3], modes[4]
+    state = np.zeros(len(grow), dtype=np.complex128)
+    memory = np.zeros(MEMORY)
+    means = np.empty(len(twist))
+    last = 0.0
+    for number in range(len(twist)):
+        free, free_rate = twist[number], rate[number]
+        for mode in range(len(grow)):
+            free += (readout[mode] * state[mode]).real
+            free_rate += (rate_readout[mode] * state[mode]).real
+        torque, surplus = solve(kind, constants, memory, free, free_rate, speed[number])
+        means[number - 1] = 0.5 * (last + torque) + surplus  # from the step before to this one
+        last = torque
+        for mode in range(len(grow)):
+            left = state[mode] - now[mode] * surplus
+            state[mode] = grow[mode] * left - mixed[mode] * torque
+    means[-1] = means[-2]
+    return means
