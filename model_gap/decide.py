@@ -137,9 +137,10 @@ def at_limits(hypothesis: Hypothesis) -> tuple[str, ...]:
                 item.high - NEAR_LIMIT * abs(item.high),
             )
             if not low < value < high:
+                unit = '' if item.unit == '1' else f' {item.unit}'
                 found.append(
-                    f'{item.name} of {effect!r} would have to be beyond what is plausible, '
-                    f'{value:.3g} {item.unit}'
+                    f'{item.name} of {effect!r} would have to be at the end of what is plausible, '
+                    f'{value:.3g}{unit}, or beyond'
                 )
     return tuple(found)
 

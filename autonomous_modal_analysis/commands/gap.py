@@ -65,9 +65,12 @@ def gap(
     for line in summary_lines(result):
         OUTPUT.print(line, soft_wrap=True, markup=False)
     OUTPUT.print(f'written: {out / "report.html"}, gap.json, model_updated.yaml', markup=False)
-    memory_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    kinds = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    used = [resource.getrusage(kind) for kind in kinds]
+    processor_s = sum(item.ru_utime + item.ru_stime for item in used)
+    memory_mb = max(item.ru_maxrss for item in used) / 1024.0
     OUTPUT.print(
-        f'{time.monotonic() - begin_s:.0f} s, {time.process_time():.0f} s of processor time, '
-        f'{memory_mb:.0f} MB at most',
+        f'{time.monotonic() - begin_s:.0f} s, {processor_s:.0f} s of processor time, '
+        f'{memory_mb:.0f} MB in one process at most',
         markup=False,
     )
