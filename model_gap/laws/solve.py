@@ -80,8 +80,8 @@ def bent(memory: Array, torque: float, steep: float) -> float:
 
     Parameters
     ----------
-    memory : (6,) array
-        Of the law: the last two torques and steeps are kept in its first four places.
+    memory : (MEMORY,) array
+        The last two torques and steeps.
     torque : float [N m]
         At the end of the step.
     steep : float
