@@ -22,6 +22,11 @@ LINES_PER_DISTANCE = 6.0
 """Averaging over the width of a peak/4 or its distance/6 loses no information on the peak."""
 FEW_CHANNELS = 10
 """So few channels are not reduced: all modes are in the model."""
+LEAST_TAIL, LEAST_PART = 0.3, 0.15
+"""Least part of a shape beside the band that is projected out: times its tail over the noise, or
+of unit length."""
+STRONG = 2.0
+"""Power over that of the noise, of a direction in which the band's own modes move."""
 LEAST_VISIBLE = 0.3
 """Least length a unit shape keeps across the shapes of the other modes."""
 
@@ -153,18 +158,22 @@ def reduce_band(
     scale = _noise_scale(plain)
     shapes = _unit(start.shapes * scale[:, None])
     others = [mode for mode in range(len(start.frequency_hz)) if mode not in group]
-    parted, tails = _parted(shapes, group, others), list[int]()
+    parted, tails = None, list[int]()
+    if others and len(scale) > FEW_CHANNELS:
+        ends_hz = spectra.frequency_hz[lines[[0, -1]]]
+        parted = _parted(spectra, start, group, others, scale, ends_hz)
     if parted is None:
         parted = _Parted(np.empty((len(scale), 0)), np.eye(len(scale)))
         tails = _largest(spectra, start, group, others, MOST_TAILS)
-    free = parted.free
+    basis = free = parted.free
     covariance = free.T @ (plain * np.outer(scale, scale)) @ free
     kept = free.shape[1]
     if kept > FEW_CHANNELS:
-        kept = min(kept, len(group) + len(tails) + 1)
-    basis = free
-    if kept < free.shape[1]:
-        basis = free @ np.linalg.eigh(covariance)[1][:, ::-1][:, :kept]
+        levels, directions = np.linalg.eigh(covariance)
+        strong = int(np.count_nonzero(levels > STRONG * np.median(levels)))
+        most = (1 + parted.planes) * len(group)
+        kept = min(kept, max(len(group), min(strong, most)) + len(tails) + 1)
+        basis = free @ directions[:, ::-1][:, :kept]
     included = [*group, *tails]
     in_basis = (scale[:, None] * basis).T @ parts
     reduced = in_basis.view(complex).T
@@ -211,25 +220,59 @@ def _unit(shapes: Complex) -> Complex:
 
 @dataclass(frozen=True, slots=True)
 class _Parted:
-    """Orthonormal bases along the shapes of some modes, and across them."""
+    """Orthonormal bases along and across the shapes of some modes; what a mode shows there.
+
+    Parameters
+    ----------
+    blocked, free : (n_channels, n) array
+        Along and across the shapes.
+    planes : bool
+        Across, complex shapes are described as well: each in a plane, not along a line.
+    """
 
     blocked: Real
     free: Real
+    planes: bool = False
 
 
-def _parted(shapes: Complex, group: list[int], others: list[int]) -> _Parted | None:
-    """Return bases along and across the shapes of the others; None where that is not the way."""
-    n_channels = len(shapes)
-    if not others or n_channels <= FEW_CHANNELS:
-        return None
-    blocked = np.concatenate([shapes[:, others].real, shapes[:, others].imag], axis=1)
-    left, values, _ = np.linalg.svd(blocked, full_matrices=True)
-    rank = min(int(np.count_nonzero(values > 0.1 * values[0])), 2 * len(others))
-    free = left[:, rank:]
-    if free.shape[1] < len(group) + 2:
-        return None
-    visible = np.linalg.svd(free.T @ shapes[:, group], compute_uv=False)
-    return _Parted(left[:, :rank], free) if visible[-1] > LEAST_VISIBLE else None
+def _parted(
+    spectra: Spectra,
+    start: StartModes,
+    group: list[int],
+    others: list[int],
+    scale: Real,
+    ends_hz: Real,
+) -> _Parted | None:
+    """Return bases along and across the shapes of the others; None where that is not the way.
+
+    The imaginary part of a shape is another direction.  It is projected out where it stands out
+    of the noise, unless the modes of the group would not be seen any more: the imaginary parts
+    of a structure with uneven damping lie along the shapes of its other modes.
+    """
+    shapes = _unit(start.shapes * scale[:, None])
+    by_length = np.full(len(others), 1.0 / LEAST_PART)
+    by_noise = _tails(spectra, start, others, scale, ends_hz) / LEAST_TAIL
+    for planes, weight in ((True, np.maximum(by_noise, by_length)), (False, by_length)):
+        weighted = shapes[:, others] * weight
+        blocked = np.concatenate([weighted.real, weighted.imag], axis=1)
+        left, values, _ = np.linalg.svd(blocked, full_matrices=True)
+        rank = int(np.count_nonzero(values > 1.0))
+        free = left[:, rank:]
+        if free.shape[1] >= len(group) + 2:
+            visible = np.linalg.svd(free.T @ shapes[:, group], compute_uv=False)
+            if visible[-1] > LEAST_VISIBLE:
+                return _Parted(left[:, :rank], free, planes)
+    return None
+
+
+def _tails(
+    spectra: Spectra, start: StartModes, modes: list[int], scale: Real, ends_hz: Real
+) -> Real:
+    """Return the amplitudes of modes beside a band, at the end nearer to each, over the noise."""
+    level = _force_levels(spectra, start, modes, scale, None)
+    frequency, damping = start.frequency_hz[modes], start.damping_ratio[modes]
+    gain = np.abs(accelerance(ends_hz, frequency, damping)).max(axis=0)
+    return np.asarray(np.sqrt(level) * gain)
 
 
 def _largest(

@@ -23,10 +23,8 @@ from oma_identifier import shape_prior
 from oma_identifier.whittle_information import Evaluated, gradient, pairs
 from oma_identifier.whittle_information import information as fisher_information
 
-CONVERGED_CHANGE = 0.05
-"""Change of the log-likelihood after which a hundredth of a deviation is left to go."""
-SAME_INFORMATION = 0.5
-"""Change from where on the information is not made anew: one deviation, of all parameters."""
+CONVERGED_CHANGE = 0.01
+"""Change of the log-likelihood at which no parameter moves by more than 0.14 of its deviation."""
 NEARLY_UNDAMPED = 0.1
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-6, 1e6
 NEARLY_SINGULAR = 1e-9
@@ -288,18 +286,15 @@ def _fit_band(
                 break
         candidate = _moved(model, _step(quadratic, damping))
         trial = _evaluate(data, candidate, prior)
-        change = np.inf if trial is None else abs(trial.value - current.value)
-        if damping < NEARLY_UNDAMPED:
-            converged = change < CONVERGED_CHANGE
+        if trial is not None and damping < NEARLY_UNDAMPED:
+            converged = abs(trial.value - current.value) < CONVERGED_CHANGE
         if trial is None or trial.value > current.value:
             damping *= 10.0
             continue
         damping = max(damping / 4.0, LEAST_DAMPING)
         model, current = candidate, trial
-        if change > SAME_INFORMATION:
+        if not converged:  # so close, the information is the same
             quadratic = _quadratic(data, model, prior, current)
-        elif not converged:
-            quadratic = replace(quadratic, gradient=_gradient(data, model, prior, current))
     covariance = _covariance(quadratic.information)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     size = 2 * len(model.shapes)

@@ -4,13 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import hilbert
 
-from benchmarks.plant import Plant, simulate
+from benchmarks.plant import chain_plant, Plant, simulate
+from modal_core.channel import Channel
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.samples import Samples
 from oma_identifier.adopt import adopt_refined
 from oma_identifier.comparison import compare
 from oma_identifier.expected_mac import expected_mac
+from oma_identifier.identify import identify_samples
 from oma_identifier.shape_scatter import MacLoss
 from oma_identifier.tracking import closeness_of, ModeTracker
 
@@ -99,6 +103,39 @@ def test_two_estimates_of_one_mode_are_as_alike_as_expected(runs):
     ratio = np.sum(lost, axis=0, where=known) / np.sum(expected, axis=0, where=known)
     assert 0.8 < np.mean(ratio) < 1.2, f'seeds from {FIRST_SEED}: {ratio}'
     assert below <= 1, f'seeds from {FIRST_SEED}: {below} of 75 beyond three standard deviations'
+
+
+def complex_record(known: Plant, shapes: np.ndarray, seed: int) -> Samples:
+    """Return responses in complex shapes: the analytic motion of every mode times its shape."""
+    generator = np.random.default_rng(seed)
+    alone = replace(known, shapes=np.eye(len(known.frequency_hz)))
+    motion = hilbert(simulate(alone, generator, 60.0, 512.0, noise=0.0).acceleration, axis=0)
+    response = (motion @ shapes.T).real
+    response += 0.05 * response.std(axis=0) * generator.standard_normal(response.shape)
+    return Samples(response, 512.0, tuple(Channel(f'c{row}') for row in range(len(shapes))))
+
+
+def test_shapes_that_are_not_real_are_refined_with_many_channels_too():
+    known = chain_plant(42)
+    size = np.sqrt(np.mean(known.shapes**2, axis=0))
+    generator = np.random.default_rng(53)
+    shapes = known.shapes + 0.1j * size * generator.standard_normal(known.shapes.shape)
+    n_modes, inside = 0, []
+    for seed in range(5300, 5303):
+        modes = identify_samples(complex_record(known, shapes, seed)).modes
+        n_modes += len(modes)
+        for mode in modes:
+            if mode.shape_std is None:
+                continue
+            truth = shapes[:, np.argmin(np.abs(known.frequency_hz - mode.frequency_hz))]
+            largest = int(np.argmax(np.abs(mode.shape)))
+            step = np.delete(mode.shape - truth / truth[largest], largest)
+            std = np.delete(mode.shape_std, largest)
+            inside.append([np.abs(step.real) < 2.0 * std.real, np.abs(step.imag) < 2.0 * std.imag])
+    assert n_modes == 36
+    assert len(inside) >= 32, f'seeds from 5300: {len(inside)} of 36 modes refined'
+    share = np.mean(inside, axis=(0, 2))
+    assert np.all((share > 0.9) & (share < 0.99)), f'seeds from 5300: {share}'
 
 
 def test_a_changed_shape_is_told_from_scatter():
