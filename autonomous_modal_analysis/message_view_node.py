@@ -58,6 +58,10 @@ def window_json(message: ModalParameters) -> object:
         'damping_ratio_std',
         'shape_real',
         'shape_imag',
+        'shape_std_real',
+        'shape_std_imag',
+        'mac_loss',
+        'mac_loss_std',
         'mpc',
         'mpd',
         'harmonic',
@@ -66,6 +70,9 @@ def window_json(message: ModalParameters) -> object:
         {name: plain(np.asarray(getattr(mode, name)).tolist()) for name in fields}
         for mode in message.modes
     ]
+    for mode in modes:
+        for part in ('shape_std_real', 'shape_std_imag'):
+            mode[part] = mode[part] or None
     return {
         'index': message.window_index,
         'start_time_s': start_ns / NANOSECONDS,

@@ -66,6 +66,7 @@ def modal_parameters(result: WindowResult, base_frame: str, n_skipped: int) -> M
 
 def mode_message(mode: Mode) -> ModeMessage:
     """Return one mode."""
+    shape_std = np.empty(0, dtype=complex) if mode.shape_std is None else mode.shape_std
     return ModeMessage(
         id=mode.id,
         frequency_hz=float(mode.frequency_hz),
@@ -74,6 +75,10 @@ def mode_message(mode: Mode) -> ModeMessage:
         damping_ratio_std=float(mode.damping_ratio_std),
         shape_real=_doubles(mode.shape.real),
         shape_imag=_doubles(mode.shape.imag),
+        shape_std_real=_doubles(shape_std.real),
+        shape_std_imag=_doubles(shape_std.imag),
+        mac_loss=float(mode.mac_loss),
+        mac_loss_std=float(mode.mac_loss_std),
         mpc=float(mode.mpc),
         mpd=float(mode.mpd),
         harmonic=bool(mode.harmonic),
@@ -101,6 +106,8 @@ def _channel_quality(channel: ChannelQuality) -> ChannelQualityMessage:
         measured_rate_hz=float(channel.measured_rate_hz),
         jitter_std_s=float(channel.jitter_std_s),
         rms=float(channel.rms),
+        kurtosis=float(channel.kurtosis),
+        noise_rms=float(channel.noise_rms),
         excluded=bool(channel.excluded),
         flags=list(channel.flags),
     )
