@@ -25,6 +25,7 @@ FEW_CHANNELS = 10
 LEAST_TAIL, LEAST_PART = 0.3, 0.15
 """Least part of a shape beside the band that is projected out: times its tail over the noise, or
 of unit length."""
+PEAK_LINES = 9
 STRONG = 2.0
 """Power over that of the noise, of a direction in which the band's own modes move."""
 LEAST_VISIBLE = 0.3
@@ -268,9 +269,18 @@ def _parted(
 def _tails(
     spectra: Spectra, start: StartModes, modes: list[int], scale: Real, ends_hz: Real
 ) -> Real:
-    """Return the amplitudes of modes beside a band, at the end nearer to each, over the noise."""
-    level = _force_levels(spectra, start, modes, scale, None)
+    """Return the amplitudes of modes beside a band, at the end nearer to each, over the noise.
+
+    From a few lines at the peak of each: their order of magnitude is enough.
+    """
     frequency, damping = start.frequency_hz[modes], start.damping_ratio[modes]
+    places = frequency + np.linspace(-1.0, 1.0, PEAK_LINES)[:, None] * damping * frequency
+    lines = np.clip(np.rint(places / spectra.spacing_hz), 1, len(spectra.frequency_hz) - 1)
+    near = spectra.values[:, lines.astype(np.intp)]
+    shapes = _unit(start.shapes[:, modes] * scale[:, None])
+    response = np.einsum('cm,clm->lm', scale[:, None] * shapes.conj(), near)
+    beta = frequency / (lines * spectra.spacing_hz)
+    level = np.mean(np.abs(response * (1.0 - beta**2 - 2j * damping * beta)) ** 2, axis=0)
     gain = np.abs(accelerance(ends_hz, frequency, damping)).max(axis=0)
     return np.asarray(np.sqrt(level) * gain)
 
