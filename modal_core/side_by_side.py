@@ -2,13 +2,19 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+import ctypes
 import multiprocessing
 import os
 import signal
+import sys
 from typing import Any, TypeVar
+
+from modal_core.errors import ModalAnalysisError
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
+SET_PARENT_DEATH_SIGNAL = 1  # linux/prctl.h
 # What forked processes find: the work and its items.
 _shared: list[tuple[Callable[[Any], Any], Sequence[Any]]] = []
 
@@ -19,6 +25,11 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
     Processes are forked: the work and its items are there without being copied, changes they make
     to anything are lost, and only results are sent back, by pickle.  Within such a process, or on
     one processor, items are worked on one after the other.
+
+    Raises
+    ------
+    ModalAnalysisError
+        A process was ended from outside.
     """
     processes = min(len(items), len(os.sched_getaffinity(0)))
     if processes < 2 or _shared:
@@ -27,9 +38,15 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
     _shared.append((work, items))
     try:
         fork = multiprocessing.get_context('fork')
-        with ProcessPoolExecutor(processes, fork, _leave_interrupts) as pool:
+        with ProcessPoolExecutor(processes, fork, _begin) as pool:
             try:
                 return list(pool.map(_result, range(len(items))))
+            except BrokenProcessPool as error:
+                raise ModalAnalysisError(
+                    'a process was ended from outside',
+                    found=f'{processes} at work',
+                    advice='if memory ran out, restrict it to one processor: taskset -c 0',
+                ) from error
             except BaseException:  # nobody waits for work that is not wanted any more
                 for child in set(multiprocessing.active_children()) - set(before):
                     child.kill()
@@ -38,9 +55,16 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
         _shared.clear()
 
 
-def _leave_interrupts() -> None:
-    """Let the parent process alone answer Ctrl-C."""
+def _begin() -> None:
+    """End with the parent, which alone answers Ctrl-C and alone writes to the terminal's display.
+
+    A display may have been refreshed at the moment of forking: whoever writes through it would
+    wait for ever.
+    """
+    ctypes.CDLL(None).prctl(SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
 
 
 def _result(number: int) -> Any:

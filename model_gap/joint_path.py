@@ -23,6 +23,8 @@ from structural_model import FlexibleJointModel
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]
 STEPS_PER_S = 1200.0
+# For numbers that are still far off.
+ROUGH_STEPS_PER_S = 600.0
 NOISE_SEED = 0
 # Faster poles follow a torque at once.
 SLOW_POLE_1_S = 2.0 * np.pi * 220.0
@@ -82,12 +84,12 @@ def joint_path(
     vector = joint_vector(model, joint, system.dof_names)
     spring = joint_spring(model.spec, joint)
     residues = (vector @ system.shapes) * (system.drives @ vector)
-    upper = system.poles.imag > 0.0
-    slow = upper & (np.abs(system.poles) < SLOW_POLE_1_S)
+    slow = (system.poles.imag >= 0.0) & (np.abs(system.poles) < SLOW_POLE_1_S)
     quick = np.abs(system.poles) >= SLOW_POLE_1_S
     instant = float(np.sum((-residues / system.poles)[quick].real))
     instant += float(vector @ system.instant @ vector)
-    poles, residues = system.poles[slow], 2.0 * residues[slow]
+    poles = system.poles[slow]
+    residues = np.where(poles.imag > 0.0, 2.0, 1.0) * residues[slow]  # a real pole has no twin
     measured = None
     if follow is not Follow.PREDICTED:
         torques, noise = free_torques(item, system, [vector], setup)
@@ -97,9 +99,12 @@ def joint_path(
         normal = np.random.default_rng(NOISE_SEED).standard_normal((2, len(share)))
         error = share * np.sqrt(noise[0]) * (normal[0] + 1j * normal[1])
         low = np.sum((residues / (-PARTING_1_S[:, None] - poles)).real, axis=1) + instant
-        residues = np.r_[residues * predicted_share(poles), parting_residues() * low]
-        residues *= float(follow is Follow.PARTED)
-        poles, instant = np.r_[poles, -PARTING_1_S], 0.0
+        if follow is Follow.PARTED:
+            residues = np.r_[residues * predicted_share(poles), parting_residues() * low]
+            poles = np.r_[poles, -PARTING_1_S]
+        else:
+            poles, residues = np.zeros(0, dtype=complex), np.zeros(0, dtype=complex)
+        instant = 0.0
     twist, rate = linear_twist(item, system, vector, setup, steps_per_s, measured)
     noisy = None
     if measured is not None and follow is Follow.PARTED:
@@ -142,7 +147,6 @@ def linear_twist(
     """
     record = item.record
     count = len(record.motor_acceleration)
-    padded = 2 * count  # the response must not wrap around
     omega, *motion = item.long_motion
     acceleration, shift = setup.driven(omega, *motion)
     force = system.force(acceleration, shift)
@@ -154,15 +158,17 @@ def linear_twist(
         ) + vector @ system.instant @ vector
         twist = twist - path * torque
     steps = round(count / record.sample_rate_hz * steps_per_s)
+    return on_steps(twist, item, steps), on_steps(1j * omega * twist, item, steps)
+
+
+def on_steps(spectrum: Complex, item: RecordSpectra, steps: int) -> Array:
+    """Return a spectrum on the frequencies of the long motion as a series of a record's steps."""
     size = 2 * steps
-
-    def back(spectrum: Complex) -> Array:
-        wide = np.zeros(size // 2 + 1, dtype=complex)
-        keep = min(len(wide), len(spectrum))
-        wide[:keep] = spectrum[:keep]
-        return np.asarray(np.fft.irfft(wide, size)[:steps] * (size / padded))
-
-    return back(twist), back(1j * omega * twist)
+    wide = np.zeros(size // 2 + 1, dtype=complex)
+    keep = min(len(wide), len(spectrum))
+    wide[:keep] = spectrum[:keep]
+    count = len(item.record.motor_acceleration)
+    return np.asarray(np.fft.irfft(wide, size)[:steps] * (steps / count))
 
 
 def resampled(values: Array, rate_hz: float, steps: int, steps_per_s: float) -> Array:

@@ -1,18 +1,20 @@
 """Derivatives of the prediction by all numbers, as real rows weighted by the noise."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.side_by_side import side_by_side
 from model_gap.equivalent_gain import closed_transfer, equivalent_gain
 from model_gap.hypothesis import Hypothesis
-from model_gap.joint_vector import joint_spring, joint_vector
+from model_gap.joint_path import static_twist
+from model_gap.joint_vector import joint_spring, joint_vector, plain_joint
 from model_gap.laws import Follow
 from model_gap.predict import Predictor
 from model_gap.setup import Setup
 from model_gap.spectra import Complex, hann
+from model_gap.torque_following import ArmChange
 from model_gap.weighting import Rows
 
 Array = NDArray[np.float64]
@@ -74,8 +76,9 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
 
     To first order a changed arm is the present one under the force (dB a + dP q) -
     (dM x'' + dC x' + dK x), so that one transfer per record serves all tolerances.  Nonlinear
-    torques follow the changed motion as equivalent springs and dampers would, but where the drive
-    they act in is changed: there they are stepped anew.  What rings on after the record is held.
+    springs are stepped again along the twist that this force changes; friction follows as an
+    equivalent damper would; torques that see a measured twist stay.  Where the drive of one of the
+    latter two is changed, all is predicted anew.  What rings on after the record is held.
 
     References
     ----------
@@ -84,92 +87,73 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     tolerant = hypothesis.tolerant
     setup = hypothesis.add_effects(tolerant)
     arm = _ArmDerivative(setup, predictor)
-    systems, states, readings = arm.solved.systems, arm.solved.states, arm.solved.readings
-    heavier = [
-        replace(
-            predictor.model, spec=hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP)).spec
-        )
-        for item in hypothesis.tolerances
-        if item.kind == 'spec'
-    ]
-    model = predictor.arm(setup.spec)
-    pushes = iter(predictor.local_torques.of_changed_load(setup, heavier, model, systems))
-    gains = [number for number, item in enumerate(hypothesis.tolerances) if item.kind == 'gain']
-    lawful = {force.joint for force in setup.forces}
-    base = predictor.rows(setup) if lawful else None
-    columns = []
-    for number, item in enumerate(hypothesis.tolerances):
-        if base is not None and item.joint in lawful:
-            moved = hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
-            stepped = predictor.rows(moved) - base
-            columns.append(stepped / np.float32(TOLERANCE_STEP))
-            continue
+    solved, tolerances = arm.solved, hypothesis.tolerances
+    local = predictor.local_torques
+    anew = {plain_joint(force.joint) for force in setup.forces if not local.bends(force)}
+    base = predictor.rows(setup) if anew else np.zeros(0, dtype=np.float32)
+    gains = [number for number, item in enumerate(tolerances) if item.kind == 'gain']
+
+    def column(number: int) -> Rows:
+        item = tolerances[number]
         if item.kind == 'gain':
-            changes = [np.zeros_like(reading) for reading in readings]
-            for change, reading in zip(changes, readings, strict=True):
+            changes = [np.zeros_like(reading) for reading in solved.readings]
+            for change, reading in zip(changes, solved.readings, strict=True):
                 row = gains.index(number)
                 change[row] = reading[row] * item.sigma
+            return predictor.weighting.rows(predictor.seen_changes(solved, changes))
+        moved = hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
+        if item.joint in anew:
+            return (predictor.rows(moved) - base) / np.float32(TOLERANCE_STEP)
+        if item.kind == 'position':
+            systems = predictor.sensors_moved(moved, solved.systems)
+            readings = predictor.readings(systems, solved.states)
+            changes = [
+                (new - old) / TOLERANCE_STEP
+                for new, old in zip(readings, solved.readings, strict=True)
+            ]
         else:
-            moved = hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
-            if item.kind == 'position':
-                other = predictor.readings(predictor.sensors_moved(moved, systems), states)
-                changes = [
-                    (new - old) / TOLERANCE_STEP for new, old in zip(other, readings, strict=True)
-                ]
-            else:
-                springs = item.kind == 'spring'
-                push = None if springs else next(pushes, None)
-                changes = arm.changes(moved, TOLERANCE_STEP, springs, push)
-        columns.append(predictor.weighting.rows(predictor.seen_changes(arm.solved, changes)))
-    return np.array(columns, dtype=np.float32)
+            changes = arm.changes(moved, TOLERANCE_STEP, item.kind == 'spring')
+        return predictor.weighting.rows(predictor.seen_changes(solved, changes))
+
+    numbers = range(len(tolerances))
+    if setup.forces:  # else it is done before others could begin
+        return np.array(side_by_side(column, numbers), dtype=np.float32)
+    return np.array([column(number) for number in numbers], dtype=np.float32)
 
 
 class _ArmDerivative:
     """First-order change of the readings when the arm changes, by the direct method."""
 
     def __init__(self, setup: Setup, predictor: Predictor) -> None:
-        self.predictor = predictor
+        self.predictor, self.setup = predictor, setup
         self.solved = predictor.solved(setup)
-        systems, states = self.solved.systems, self.solved.states
         self.base = predictor.arms(setup.spec)
-        names = systems[0].dof_names
-        joints = tuple(dict.fromkeys(item.joint for item in setup.forces))
-        places = np.array([joint_vector(predictor.model, joint, names) for joint in joints]).T
-        self.setup, self.joints, self.places = setup, joints, places
-        self.of_spring = {item.joint for item in setup.forces if item.law.of_spring}
-        self.torques: list[Complex] = []
-        follows = [  # torques on a measured twist stay when the arm changes
-            all(
-                predictor.local_torques.followed(item) is Follow.PREDICTED
-                for item in setup.forces
-                if item.joint == joint
-            )
-            for joint in joints
+        systems, local = self.solved.systems, predictor.local_torques
+        self.following = local.following(setup, predictor.arm(setup.spec), systems)
+        rubbing = [
+            force
+            for force in setup.forces
+            if local.followed(force) is Follow.PREDICTED and not local.bends(force)
         ]
-        self.open: list[Complex64] = []
+        joints = dict.fromkeys(force.joint for force in rubbing)
+        names = systems[0].dof_names
+        places = np.array([joint_vector(predictor.model, joint, names) for joint in joints]).T
         self.transfers: list[Complex64] = []
-        for number, (state, group) in enumerate(zip(states, predictor.groups, strict=True)):
-            system = systems[group]
-            transfer: Complex = system.transfer(state.omega)
-            self.open.append(transfer.astype(np.complex64))
+        for number, (state, group) in enumerate(
+            zip(self.solved.states, predictor.groups, strict=True)
+        ):
+            transfer: Complex = systems[group].transfer(state.omega)
             if joints:
                 force = self.solved.torques.forces[number]
                 torques = -np.linalg.lstsq(places.astype(complex), force)[0]
-                self.torques.append(np.asarray(torques, dtype=complex))
                 gains = [
-                    equivalent_gain(torque, place @ state.deflection, state.omega) * waits
-                    for torque, place, waits in zip(torques, places.T, follows, strict=True)
+                    equivalent_gain(torque, place @ state.deflection, state.omega)
+                    for torque, place in zip(torques, places.T, strict=True)
                 ]
-                transfer = closed_transfer(transfer, system, state.omega, places, gains)
+                transfer = closed_transfer(transfer, systems[group], state.omega, places, gains)
             self.transfers.append(transfer.astype(np.complex64))
 
-    def changes(
-        self,
-        moved: Setup,
-        step: float,
-        springs_only: bool = False,
-        pushes: Sequence[Complex] | None = None,
-    ) -> list[Complex]:
+    def changes(self, moved: Setup, step: float, springs_only: bool = False) -> list[Complex]:
         """Return the change of the readings per prior standard deviation, one per record.
 
         Parameters
@@ -179,40 +163,34 @@ class _ArmDerivative:
         step : float
             How far, in prior standard deviations.
         springs_only : bool
-            Mass and inputs are those of the base.
-        pushes : sequence of (n_dof, 3 n_bins) array or None
-            Change of nonlinear torques, per record.
+            Mass and inputs are those of the base, the same change at all poses.
         """
         arms = self.predictor.arms(moved.spec, 1 if springs_only else None)
-        stronger = [self._stronger(joint, moved) for joint in self.joints]
+        changes = [ArmChange.between(one, two) for one, two in zip(self.base, arms, strict=False)]
+        twists = self._twists_at_rest(moved)
         found = []
-        for index, (state, transfer, group) in enumerate(
-            zip(self.solved.states, self.transfers, self.predictor.groups, strict=True)
+        for state, transfer, following, group in zip(
+            self.solved.states, self.transfers, self.following, self.predictor.groups, strict=True
         ):
-            arm = arms[0 if springs_only else group]
-            base = self.base[0 if springs_only else group]
-            stiffness, damping = arm.K - base.K, arm.C - base.C
-            force = -(stiffness @ state.deflection) - damping @ (
-                1j * state.omega * state.deflection
-            )
-            if not springs_only:
-                force += (arm.M - base.M) @ (state.omega**2 * state.deflection)
-                force += (arm.inertia_input - base.inertia_input) @ state.acceleration
-                force += (arm.shift_input - base.shift_input) @ state.shift
-            if any(stronger):
-                force -= (self.places * stronger) @ self.torques[index]
+            arm = changes[0 if springs_only else group]
+            force = arm.force(state.omega, state.deflection, state.acceleration, state.shift)
+            for number, torque in enumerate(following):
+                stiffness = joint_spring(moved.spec, torque.law.joint).stiffness
+                push = torque.push(arm, stiffness, twists[group][number])
+                if push is not None:
+                    force = force + push
             change = _through(transfer, force / step)
-            if pushes is not None:  # as the torques themselves say: no loop is to be closed
-                change = change + _through(self.open[index], pushes[index] / step)
             found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
         return found
 
-    def _stronger(self, joint: str, moved: Setup) -> float:
-        """Return by which share a torque grows because the joint's spring does."""
-        if joint not in self.of_spring:
-            return 0.0
-        now = joint_spring(self.setup.spec, joint).stiffness
-        return joint_spring(moved.spec, joint).stiffness / now - 1.0
+    def _twists_at_rest(self, moved: Setup) -> list[list[float]]:
+        """Return the twists under gravity in a changed arm, per pose and torque."""
+        model = self.predictor.arm(moved.spec)
+        vectors = [torque.path.vector for torque in self.following[0]] if self.following else []
+        return [
+            [static_twist(model, vector, pose) for vector in vectors]
+            for pose in self.predictor.poses
+        ]
 
 
 def _through(transfer: Complex64, force: Complex) -> Complex64:

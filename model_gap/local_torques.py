@@ -1,17 +1,15 @@
 """Nonlinear torques in the joints, stepped in time for all records of a predictor."""
 
 from collections.abc import Sequence
-import dataclasses
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from model_gap.joint_path import joint_path, JointPath, static_twist, STEPS_PER_S
+from model_gap.joint_path import joint_path, JointPath, STEPS_PER_S
 from model_gap.laws import Follow
 from model_gap.pose_system import PoseSystem
 from model_gap.setup import JointForce, Setup
 from model_gap.spectra import Complex, hann, RecordSpectra
 from model_gap.step_torque import step_torque
+from model_gap.torque_following import TorqueFollowing
 from model_gap.torque_spectra import force_spectra, whole_force
 from structural_model import FlexibleJointModel
 
@@ -55,6 +53,13 @@ class LocalTorques:
         first = self.steps_per_s < STEPS_PER_S
         return force.law.sees_first if first else force.law.sees
 
+    def bends(self, force: JointForce) -> bool:
+        """Return whether a torque is a spring's on the predicted twist.
+
+        It may change the arm's own stiffness as it moves: no constant gain stands for that.
+        """
+        return force.law.of_spring and self.followed(force) is Follow.PREDICTED
+
     def of(
         self, setups: Sequence[Setup], model: FlexibleJointModel, systems: Sequence[PoseSystem]
     ) -> list[Torques]:
@@ -83,43 +88,24 @@ class LocalTorques:
             found.append(stepped)
         return found
 
-    def of_changed_load(
-        self,
-        setup: Setup,
-        models: Sequence[FlexibleJointModel],
-        model: FlexibleJointModel,
-        systems: Sequence[PoseSystem],
-    ) -> list[list[Complex]]:
-        """Return how the forces change when gravity loads the joints as in slightly other models.
-
-        In proportion to the change of each twist at rest: one more pass serves all models.
-
-        Returns
-        -------
-        list of list of (n_dof, 3 n_bins) complex array
-            Per model, per record; no lists when no torque depends on the load.
-        """
-        preloaded = [force for force in setup.forces if force.law.preloaded]
-        if not preloaded:
-            return []
-        found: list[list[Complex]] = [[] for _ in models]
-        for item, group in zip(self.records, self.groups, strict=True):
-            system, pose = systems[group], item.record.pose
-            pushes = np.zeros((len(models), len(system.dof_names), item.omega.size), dtype=complex)
-            for force in preloaded:
-                path = self._path(force, setup, model, item, system)
-                twists = [static_twist(other, path.vector, pose) for other in models]
-                shifts = np.array(twists) - path.static_twist
-                step = np.abs(shifts).max(initial=0.0)
-                if step == 0.0:
-                    continue
-                loaded = dataclasses.replace(path, static_twist=path.static_twist + step)
-                change = step_torque(loaded, force) - step_torque(path, force)
-                push = whole_force(change / step, path, item, system)
-                pushes += np.multiply.outer(shifts, push)
-            for own, push in zip(found, pushes, strict=True):
-                own.append(push)
-        return found
+    def following(
+        self, setup: Setup, model: FlexibleJointModel, systems: Sequence[PoseSystem]
+    ) -> list[list[TorqueFollowing]]:
+        """Return what follows slight changes of the arm, per record and torque."""
+        return [
+            [
+                TorqueFollowing(
+                    self._path(force, setup, model, item, systems[group]),
+                    force,
+                    item,
+                    systems[group],
+                    setup,
+                    self.bends(force),
+                )
+                for force in setup.forces
+            ]
+            for item, group in zip(self.records, self.groups, strict=True)
+        ]
 
     def _path(
         self,

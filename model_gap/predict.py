@@ -24,8 +24,6 @@ from structural_model import FlexibleJointModel, ModelSpec
 
 Complex = NDArray[np.complex128]
 SAME_POSE_RAD = 2e-3
-# What the motion depends on.
-MOTION = ('spec', 'channels', 'inputs', 'forces', 'ripples', 'held', 'tones')
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ class Solved:
     Parameters
     ----------
     setup : Setup
-        Arm, torques and inputs; steps behind the sensors do not matter, but for tones.
+        Arm, torques and inputs.
     systems : list of PoseSystem
         Per pose.
     torques : Torques
@@ -77,9 +75,9 @@ class Solved:
 
     def holds_for(self, setup: Setup) -> bool:
         """Return whether the arm moves like this under another setup."""
-        if setup.tones and self.setup.outputs != setup.outputs:
-            return False  # tones follow what sensors read
-        return all(getattr(self.setup, name) == getattr(setup, name) for name in MOTION)
+        # Tones and torques on a measured twist follow what sensors read.
+        outputs = setup.outputs if setup.tones or setup.forces else self.setup.outputs
+        return dataclasses.replace(setup, outputs=outputs) == self.setup
 
 
 @dataclass
@@ -240,18 +238,6 @@ class Predictor:
         """Return the nonlinear torques of several setups with one arm and one motion."""
         return self.local_torques.of(setups, self.arm(setups[0].spec), systems)
 
-    def changed_load(self, solved: Solved, specs: Sequence[ModelSpec]) -> list[list[Complex]]:
-        """Return how the torques change when gravity loads the joints as in other arms.
-
-        Returns
-        -------
-        list of list of (n_dof, 3 n_bins) complex array
-            Per arm, per record; no lists when no torque depends on the load.
-        """
-        models = [dataclasses.replace(self.model, spec=spec) for spec in specs]
-        own = self.arm(solved.setup.spec)
-        return self.local_torques.of_changed_load(solved.setup, models, own, solved.systems)
-
     def _doubts(self, solved: Solved, setup: Setup) -> tuple[Doubt, ...]:
         """Return the doubt of every record; nothing where no torque sees a measured twist."""
         errors, systems = solved.torques.errors, solved.systems
@@ -304,9 +290,7 @@ class Predictor:
     def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:
         """Predict several setups; if only nonlinear forces differ, their paths are shared."""
         first = dataclasses.replace(setups[0], forces=())
-        alike = all(
-            dataclasses.replace(item, forces=(), outputs=first.outputs) == first for item in setups
-        )
+        alike = all(dataclasses.replace(item, forces=()) == first for item in setups)
         if not alike or not any(item.forces for item in setups):
             return [self.predict(item) for item in setups]
         systems = self.systems(first.spec, first.channels)

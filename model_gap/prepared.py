@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_gap.campaign import GapRecord
-from model_gap.joint_path import STEPS_PER_S
+from model_gap.joint_path import ROUGH_STEPS_PER_S, STEPS_PER_S
 from model_gap.linearised import linearised
 from model_gap.predict import Predictor, SAME_POSE_RAD
 from model_gap.setup import Setup
@@ -20,7 +20,6 @@ SCREEN_BINS = 90
 MANY_CHANNELS = 15
 LEAST_BINS = 60
 SCREEN_POSES = 3
-COARSE_STEPS = 600.0
 SCREEN_S = 12.0
 
 
@@ -88,9 +87,9 @@ def prepare(
     return Prepared(
         fitting=predictor(fitting),
         heldout=predictor([item for item in records if item.heldout]),
-        coarse=predictor(short, SCREEN_BINS, COARSE_STEPS),
-        screening=predictor(few, SCREEN_BINS, COARSE_STEPS),
-        racing=predictor(loudest(few), SCREEN_BINS, COARSE_STEPS),
+        coarse=predictor(short, SCREEN_BINS, ROUGH_STEPS_PER_S),
+        screening=predictor(few, SCREEN_BINS, ROUGH_STEPS_PER_S),
+        racing=predictor(loudest(few), SCREEN_BINS, ROUGH_STEPS_PER_S),
     )
 
 

@@ -60,10 +60,10 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
             return fit(start, coarse, shared, iterations=4, relinearise=1)
         return fit(start, coarse, shared, iterations=6, relinearise=3)
 
-    def starts_of(chosen: Sequence[Trial]) -> list[Hypothesis]:
+    def starts_of(some: Sequence[Trial]) -> list[Hypothesis]:
         return [
             replace(trial.base, held=held).with_effect(trial.effect, values)
-            for trial in chosen
+            for trial in some
             for values in dict.fromkeys((trial.values, *others_of(trial)))
         ]
 
@@ -121,8 +121,8 @@ def with_details(found: Sequence[Fit], predictor: Predictor) -> list[Fit]:
     freed = fits(
         lambda start: fit(start, predictor, iterations=5, relinearise=2), list(starts.values())
     )
-    better = dict(zip(starts, freed, strict=True))
-    return [better.get(number, item) for number, item in enumerate(found)]
+    detailed = dict(zip(starts, freed, strict=True))
+    return [detailed.get(number, item) for number, item in enumerate(found)]
 
 
 def chosen(trials: Sequence[Trial]) -> list[Trial]:
@@ -144,10 +144,10 @@ def same(one: Effect, other: Effect) -> bool:
     return (one.key, one.variant) == (other.key, other.variant)
 
 
-def best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+def best_of_each(candidates: Sequence[Fit]) -> list[Fit]:
     """Return the best fit of every effect, the best first: several starts may have met."""
     found: list[Fit] = []
-    for item in sorted(fits, key=lambda item: -item.log_evidence):
+    for item in sorted(candidates, key=lambda item: -item.log_evidence):
         last = item.hypothesis.effects[-1]
         if not any(same(last, other.hypothesis.effects[-1]) for other in found):
             found.append(item)

@@ -15,15 +15,30 @@ Complex = NDArray[np.complex128]
 
 def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Complex:
     """Return the force on the degrees of freedom on a record's bins, (n_dof, 3 n_bins)."""
-    count, steps = len(item.record.acceleration), len(torque)
-    spectrum = np.fft.rfft(torque - torque.mean())
-    turn = np.arange(len(spectrum)) / steps
-    spectrum /= np.sinc(turn) * np.exp(1j * np.pi * turn)  # means over steps, to points in time
+    spectrum = _at_points(np.fft.rfft(torque - torque.mean()), len(torque))
     places = bins_of(item)
     inside = places < len(spectrum)
     found = np.zeros(len(places), dtype=complex)
-    found[inside] = spectrum[places[inside]] * (np.sqrt(count) / steps)
+    scale = np.sqrt(len(item.record.acceleration)) / len(torque)
+    found[inside] = spectrum[places[inside]] * scale
     return np.asarray(-path.vector[:, None] * found)
+
+
+def long_spectrum(torque: Array, item: RecordSpectra) -> Complex:
+    """Return a torque on the frequencies of a record's long motion, in units of its spectra."""
+    omega = item.long_motion[0]
+    found = np.zeros(len(omega), dtype=complex)
+    spectrum = _at_points(np.fft.rfft(torque, 2 * len(torque)), 2 * len(torque))
+    keep = min(len(found), len(spectrum))
+    scale = len(item.record.motor_acceleration) / len(torque)
+    found[:keep] = spectrum[:keep] * scale
+    return found
+
+
+def _at_points(spectrum: Complex, count: int) -> Complex:
+    """Return the spectrum of values at the steps from that of means over the steps after them."""
+    turn = np.arange(len(spectrum)) / count
+    return np.asarray(spectrum / (np.sinc(turn) * np.exp(1j * np.pi * turn)))
 
 
 def whole_force(

@@ -38,9 +38,11 @@ class Surroundings:
 
 
 class JointLaw:
-    """A torque between motor and link of one joint; a name for what is in ``solve``, no object."""
+    """A torque between motor and link of one joint; used as a class, never instantiated.
 
-    # Of the equation in ``solve``.
+    ``kind`` selects its equation in ``laws/solve.py``, and ``constants`` are that equation's.
+    """
+
     kind: ClassVar[int]
     # Whether the static twist enters.
     preloaded: ClassVar[bool] = False

@@ -194,7 +194,7 @@ def stepped(
     readout, rate_readout, grow, now, mixed = modes[0], modes[1], modes[2], modes[3], modes[4]
     state = np.zeros(len(grow), dtype=np.complex128)
     memory = np.zeros(MEMORY)
-    means = np.empty(len(twist))
+    means = np.zeros(len(twist))
     last = 0.0
     for number in range(len(twist)):
         free, free_rate = twist[number], rate[number]
@@ -202,10 +202,12 @@ def stepped(
             free += (readout[mode] * state[mode]).real
             free_rate += (rate_readout[mode] * state[mode]).real
         torque, surplus = solve(kind, constants, memory, free, free_rate, speed[number])
-        means[number - 1] = 0.5 * (last + torque) + surplus  # from the step before to this one
+        if number > 0:
+            means[number - 1] = 0.5 * (last + torque) + surplus
         last = torque
         for mode in range(len(grow)):
             left = state[mode] - now[mode] * surplus
             state[mode] = grow[mode] * left - mixed[mode] * torque
-    means[-1] = means[-2]
+    if len(means) > 1:
+        means[-1] = means[-2]
     return means

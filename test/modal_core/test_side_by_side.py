@@ -1,11 +1,13 @@
 """Work in forked processes."""
 
 import os
+import signal
+import sys
 
 import numpy as np
 import pytest
 
-from modal_core.errors import ModelError
+from modal_core.errors import ModalAnalysisError, ModelError
 from modal_core.side_by_side import side_by_side
 
 
@@ -35,3 +37,37 @@ def test_error_of_work_is_raised_here():
         side_by_side(work, range(4))
     assert error.value.where == 'item 2'
     assert side_by_side(abs, [-1, 2]) == [1, 2], 'and what follows works'
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason='one processor')
+def test_process_that_is_killed_is_one_clear_line():
+    def work(item):
+        if item == 1:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return item
+
+    with pytest.raises(ModalAnalysisError, match='ended from outside'):
+        side_by_side(work, range(3))
+    assert side_by_side(abs, [-1, 2]) == [1, 2], 'and what follows works'
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason='one processor')
+def test_processes_write_past_the_display_of_their_parent():
+    """A display refreshed while a child is forked stays locked in the child for ever."""
+
+    class Display:
+        def write(self, text):
+            raise AssertionError(f'written to: {text}')
+
+        def flush(self):
+            pass
+
+    def work(_):
+        print('to standard error', file=sys.stderr)
+        return sys.stderr is sys.__stderr__
+
+    kept, sys.stderr = sys.stderr, Display()
+    try:
+        assert all(side_by_side(work, range(4)))
+    finally:
+        sys.stderr = kept
