@@ -128,9 +128,7 @@ def joint_path(
 
 def static_twist(model: FlexibleJointModel, vector: Array, pose: Array) -> float:
     """Return the twist of a drive spring under gravity at a pose."""
-    still = np.zeros(len(pose))
-    load = model.rigid_force(pose, still, still)
-    return float(vector @ np.linalg.solve(model.matrices(pose).K, load))
+    return float(vector @ model.dynamics.sag(pose))
 
 
 def linear_twist(

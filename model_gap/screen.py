@@ -177,7 +177,10 @@ def screen(
 def _predicted(setups: Sequence[Setup], predictor: Predictor) -> list[list[Complex] | None]:
     """Return the prediction of every setup, None for an impossible arm."""
     if any(setup.forces for setup in setups):
-        return list(predictor.predict_many(setups))
+        try:
+            return list(predictor.predict_many(setups))
+        except ModelError:
+            return [None] * len(setups)  # they share their arm
     found: list[list[Complex] | None] = []
     for setup in setups:
         try:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from model_gap.joint_path import JointPath
 from model_gap.laws import Surroundings
 from model_gap.laws.solve import BACKLASH, stepped
+from model_gap.ring_out import summed
 from model_gap.setup import JointForce
 
 Array = NDArray[np.float64]
@@ -54,3 +55,4 @@ def compile_laws() -> None:
     """Compile what steps torques, so that forked processes find it."""
     nothing, still = np.zeros((5, 1), dtype=complex), np.zeros(2)
     stepped(BACKLASH, np.zeros(5), nothing, still, still, still)
+    summed(still, nothing[0])
