@@ -30,6 +30,7 @@ from hidden_campaign import make_campaign, picked_up, SENSORS  # noqa: E402
 from modal_core.atomic_file import write_text  # noqa: E402
 from modal_core.channel import Sensor, SensorLayout  # noqa: E402
 from modal_core.share import share_path  # noqa: E402
+from modal_core.side_by_side import processor_time_s  # noqa: E402
 from model_gap.adequacy import adequacy  # noqa: E402
 from model_gap.campaign import Campaign, GapRecord  # noqa: E402
 from model_gap.find_gap import find_gap  # noqa: E402
@@ -204,9 +205,9 @@ def run(effects, seed, size):
     else:
         records = make_campaign(ROBOT, effects, seed, **size)
     layout = SensorLayout(tuple(Sensor(name, link, at) for name, link, at in SENSORS))
-    started = sum(os.times()[:4])  # of all processes
+    started = processor_time_s()
     result = find_gap(model, Campaign(read_back(records), layout, model.joint_names))
-    return result, sum(os.times()[:4]) - started
+    return result, processor_time_s() - started
 
 
 def main():

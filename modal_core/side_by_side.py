@@ -55,6 +55,11 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
         _shared.clear()
 
 
+def processor_time_s() -> float:
+    """Return the processor time of this process and of those it has waited for [s]."""
+    return sum(os.times()[:4])
+
+
 def _begin() -> None:
     """End with the parent, which alone answers Ctrl-C and alone writes to the terminal's display.
 

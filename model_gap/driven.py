@@ -44,15 +44,9 @@ def driven_motion(item: RecordSpectra, setup: Setup) -> DrivenMotion:
         )
     record = item.record
     count = len(record.motor_acceleration)
-    frequency = np.fft.rfftfreq(2 * count, 1.0 / record.sample_rate_hz)
-    omega = np.asarray(2.0 * np.pi * frequency, dtype=float)
-    spectra = [
-        np.asarray(np.fft.rfft(values, 2 * count, axis=0).T)
-        for values in (record.motor_acceleration, record.motor_shift)
-    ]
     acceleration, shift = (
         np.fft.irfft(spectrum, 2 * count, axis=1)[:, :count]
-        for spectrum in setup.driven(omega, spectra[0], spectra[1])
+        for spectrum in setup.driven(*item.whole_motion)
     )
     return DrivenMotion(
         np.array([transform_at(row, item) for row in acceleration]),

@@ -60,9 +60,7 @@ def closed_transfer(
     gains : sequence of (n_bins,) array
         Torque per twist at every place.
     """
-    resolvent = 1.0 / (1j * omega - system.poles[:, None])
-    twists = (places.T @ system.shapes)[:, None, :] * system.drives.T  # (n_places, n, n_poles)
-    per_force = twists @ resolvent + (places.T @ system.instant)[:, :, None]
+    per_force = np.array([system.twist_per_force(omega, place) for place in places.T])
     feedback = np.einsum('pnb,nq->bpq', per_force, places)
     gain = np.array(gains)  # (n_places, n_bins)
     loop = np.eye(len(gain)) + feedback * gain.T[:, None, :]

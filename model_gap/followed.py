@@ -69,11 +69,7 @@ def free_torques(
     count = len(record.acceleration)
     omega, *motion = item.long_motion
     acceleration, shift = setup.driven(omega, *motion)
-    modal = (system.drives @ system.force(acceleration, shift)) / (
-        1j * omega - system.poles[:, None]
-    )
-    force = system.force(acceleration, shift)
-    deflection = system.shapes @ modal + system.instant @ force
+    deflection = system.deflection(omega, system.force(acceleration, shift))
     readings = system.reading(omega, deflection, acceleration, shift)
     paths = np.array([system.response(omega, -place) for place in places])
     readings = setup.seen(omega, readings)

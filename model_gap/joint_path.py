@@ -77,19 +77,19 @@ def joint_path(
     item: RecordSpectra,
     system: PoseSystem,
     setup: Setup,
-    steps_per_s: float = STEPS_PER_S,
-    follow: Follow = Follow.PREDICTED,
+    steps_per_s: float,
+    follow: Follow,
 ) -> JointPath:
     """Prepare a joint of a record."""
     vector = joint_vector(model, joint, system.dof_names)
     spring = joint_spring(model.spec, joint)
     residues = (vector @ system.shapes) * (system.drives @ vector)
-    slow = (system.poles.imag >= 0.0) & (np.abs(system.poles) < SLOW_POLE_1_S)
     quick = np.abs(system.poles) >= SLOW_POLE_1_S
     instant = float(np.sum((-residues / system.poles)[quick].real))
     instant += float(vector @ system.instant @ vector)
-    poles = system.poles[slow]
-    residues = np.where(poles.imag > 0.0, 2.0, 1.0) * residues[slow]  # a real pole has no twin
+    places, count = system.one_of_pairs
+    slow = ~quick[places]
+    poles, residues = system.poles[places][slow], (count * residues[places])[slow]
     measured = None
     if follow is not Follow.PREDICTED:
         torques, noise = free_torques(item, system, [vector], setup)
@@ -148,13 +148,9 @@ def linear_twist(
     omega, *motion = item.long_motion
     acceleration, shift = setup.driven(omega, *motion)
     force = system.force(acceleration, shift)
-    modal = (system.drives @ force) / (1j * omega - system.poles[:, None])
-    twist = (vector @ system.shapes) @ modal + (vector @ system.instant) @ force
     if torque is not None:
-        path = (vector @ system.shapes * (system.drives @ vector)) @ (
-            1.0 / (1j * omega - system.poles[:, None])
-        ) + vector @ system.instant @ vector
-        twist = twist - path * torque
+        force = force - vector[:, None] * torque
+    twist = np.einsum('nf,nf->f', system.twist_per_force(omega, vector), force)
     steps = round(count / record.sample_rate_hz * steps_per_s)
     return on_steps(twist, item, steps), on_steps(1j * omega * twist, item, steps)
 

@@ -125,11 +125,11 @@ class _ArmDerivative:
     """First-order change of the readings when the arm changes, by the direct method."""
 
     def __init__(self, setup: Setup, predictor: Predictor) -> None:
-        self.predictor, self.setup = predictor, setup
+        self.predictor = predictor
         self.solved = predictor.solved(setup)
         self.base = predictor.arms(setup.spec)
         systems, local = self.solved.systems, predictor.local_torques
-        self.following = local.following(setup, predictor.arm(setup.spec), systems)
+        self.following = local.following(setup, self.solved.torques, systems)
         rubbing = [
             force
             for force in setup.forces
@@ -176,9 +176,7 @@ class _ArmDerivative:
             force = arm.force(state.omega, state.deflection, state.acceleration, state.shift)
             for number, torque in enumerate(following):
                 stiffness = joint_spring(moved.spec, torque.law.joint).stiffness
-                push = torque.push(arm, stiffness, twists[group][number])
-                if push is not None:
-                    force = force + push
+                force = force + torque.push(arm, stiffness, twists[group][number])
             change = _through(transfer, force / step)
             found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
         return found

@@ -8,7 +8,7 @@ from model_gap.laws import Follow
 from model_gap.pose_system import PoseSystem
 from model_gap.setup import JointForce, Setup
 from model_gap.spectra import Complex, hann, RecordSpectra
-from model_gap.step_torque import step_torque
+from model_gap.step_torque import Array, step_torque
 from model_gap.torque_following import TorqueFollowing
 from model_gap.torque_spectra import force_spectra, whole_force
 from structural_model import FlexibleJointModel
@@ -24,10 +24,13 @@ class Torques:
         On the deflections, per record; empty where a setup has no torques.
     errors : dict of (str, int) to (n_bins,) complex array
         By joint and record: a sample of the error of torques that see a measured twist.
+    stepped : list of list of (JointPath, (n_steps,) array)
+        Per record and torque: what it was stepped along, and the torque.
     """
 
     forces: list[Complex] = field(default_factory=list)
     errors: dict[tuple[str, int], Complex] = field(default_factory=dict)
+    stepped: list[list[tuple[JointPath, Array]]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -67,44 +70,43 @@ class LocalTorques:
         paths: dict[tuple[str, int, Follow], JointPath] = {}
         found = []
         for setup in setups:
-            stepped = Torques()
+            torques = Torques()
             for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
                 system = systems[group]
-                pushes = []
+                pushes, stepped = [], []
                 for force in setup.forces:
                     key = (force.joint, index, self.followed(force))
                     if key not in paths:
                         paths[key] = self._path(force, setup, model, item, system)
                     path = paths[key]
                     torque = step_torque(path, force)
+                    stepped.append((path, torque))
                     pushes.append(whole_force(torque, path, item, system))
                     if path.noisy is not None:
                         noisy = step_torque(path.with_noise(), force)
                         place = force_spectra(noisy - torque, path, item)
                         error = path.vector @ place / (path.vector @ path.vector)
-                        stepped.errors[force.joint, index] = hann(error.reshape(-1, 3))
+                        torques.errors[force.joint, index] = hann(error.reshape(-1, 3))
+                torques.stepped.append(stepped)
                 if pushes:
-                    stepped.forces.append(sum(pushes[1:], pushes[0]))
-            found.append(stepped)
+                    torques.forces.append(sum(pushes[1:], pushes[0]))
+            found.append(torques)
         return found
 
     def following(
-        self, setup: Setup, model: FlexibleJointModel, systems: Sequence[PoseSystem]
+        self, setup: Setup, torques: Torques, systems: Sequence[PoseSystem]
     ) -> list[list[TorqueFollowing]]:
         """Return what follows slight changes of the arm, per record and torque."""
         return [
             [
                 TorqueFollowing(
-                    self._path(force, setup, model, item, systems[group]),
-                    force,
-                    item,
-                    systems[group],
-                    setup,
-                    self.bends(force),
+                    path, torque, force, item, systems[group], setup, self.bends(force)
                 )
-                for force in setup.forces
+                for force, (path, torque) in zip(setup.forces, stepped, strict=True)
             ]
-            for item, group in zip(self.records, self.groups, strict=True)
+            for item, group, stepped in zip(
+                self.records, self.groups, torques.stepped, strict=True
+            )
         ]
 
     def _path(

@@ -2,6 +2,7 @@
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,18 @@ class PoseSystem:
     rigid: Array
     rigid_gravity: Array
     dof_names: tuple[str, ...]
+
+    @cached_property
+    def one_of_pairs(self) -> tuple[NDArray[np.intp], Array]:
+        """Places of one pole of every pair and of real ones, and what each counts for: 2 or 1."""
+        places = np.flatnonzero(self.poles.imag >= 0.0)
+        return places, np.where(self.poles[places].imag > 0.0, 2.0, 1.0)
+
+    def twist_per_force(self, omega: Array, vector: Array) -> Complex:
+        """Return vᵀ times the deflection per force on each degree of freedom, (n, n_bins)."""
+        resolvent = 1.0 / (1j * omega - self.poles[:, None])
+        paths = ((vector @ self.shapes)[:, None] * self.drives).T
+        return np.asarray(paths @ resolvent + (vector @ self.instant)[:, None])
 
     def deflection(
         self, omega: Array, force: Complex, end_state: Complex | None = None

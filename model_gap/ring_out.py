@@ -33,13 +33,12 @@ def end_force(
     system : PoseSystem
         The arm at its pose.
     """
-    ringing = np.flatnonzero(system.poles.imag >= 0.0)
+    ringing, count = system.one_of_pairs
     poles = system.poles[ringing]
     turns = np.exp(poles * period_s)
     state = summed(np.ascontiguousarray(force), turns) * (turns - 1.0) / poles
-    state *= system.drives[ringing] @ place
+    state *= count * (system.drives[ringing] @ place)
     shapes = system.shapes[:, ringing]
-    state *= np.where(poles.imag > 0.0, 2.0, 1.0)  # both of a pair; a real pole is alone
     shift, speed = (shapes @ state).real, (shapes @ (poles * state)).real
     still = system.mass @ speed + system.damping @ shift
     turning = np.outer(system.mass @ shift, 1j * item.omega.ravel())

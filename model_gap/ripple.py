@@ -37,10 +37,4 @@ def ripple_force(
 def transform_at(values: NDArray[np.float64], item: RecordSpectra) -> NDArray[np.complex128]:
     """Return the scaled rectangular spectrum of a series at a record's triples, (3 n_bins,)."""
     spectrum = np.fft.rfft(values) / np.sqrt(len(values))
-    return np.asarray(spectrum[bins_of(item)])
-
-
-def bins_of(item: RecordSpectra) -> NDArray[np.intp]:
-    """Return where a record's triples are among its frequencies, (3 n_bins,)."""
-    duration_s = len(item.record.acceleration) / item.record.sample_rate_hz
-    return np.rint(item.omega.ravel() / (2.0 * np.pi) * duration_s).astype(np.intp)
+    return np.asarray(spectrum[item.places])

@@ -84,20 +84,35 @@ class RecordSpectra:
 
         Twice as long, so that responses do not wrap around; up to where motion is known.
         """
-        record = self.record
-        padded = 2 * len(record.motor_acceleration)
-        frequency = np.fft.rfftfreq(padded, 1.0 / record.sample_rate_hz)
-        keep = frequency <= MOTION_HZ
-        spectra = [
-            np.fft.rfft(values, padded, axis=0)[keep].T
-            for values in (record.motor_acceleration, record.motor_shift)
-        ]
-        return np.asarray(2.0 * np.pi * frequency[keep]), spectra[0], spectra[1]
+        omega, acceleration, shift = _padded_motion(self.record)
+        keep = omega <= 2.0 * np.pi * MOTION_HZ
+        return omega[keep], acceleration[:, keep], shift[:, keep]
+
+    @cached_property
+    def whole_motion(self) -> tuple[Array, Complex, Complex]:
+        """The same on all frequencies: what is to be transformed back."""
+        return _padded_motion(self.record)
+
+    @cached_property
+    def places(self) -> NDArray[np.intp]:
+        """Where the flattened triples are among the record's frequencies, (3 n_bins,)."""
+        duration_s = len(self.record.acceleration) / self.record.sample_rate_hz
+        return np.rint(self.omega.ravel() / (2.0 * np.pi) * duration_s).astype(np.intp)
 
     @property
     def frequency_hz(self) -> Array:
         """Centres of the compared bins [Hz]."""
         return np.asarray(self.omega[:, 1] / (2.0 * np.pi))
+
+
+def _padded_motion(record: GapRecord) -> tuple[Array, Complex, Complex]:
+    padded = 2 * len(record.motor_acceleration)
+    frequency = np.fft.rfftfreq(padded, 1.0 / record.sample_rate_hz)
+    acceleration, shift = (
+        np.asarray(np.fft.rfft(values, padded, axis=0).T)
+        for values in (record.motor_acceleration, record.motor_shift)
+    )
+    return np.asarray(2.0 * np.pi * frequency), acceleration, shift
 
 
 def hann(spectra: Complex) -> Complex:

@@ -71,7 +71,7 @@ class TorqueFollowing:
 
     Parameters
     ----------
-    path : JointPath
+    path, torque : JointPath, (n_steps,) array [N m]
         Of the arm as it is.
     law : JointForce
         The torque.
@@ -86,14 +86,15 @@ class TorqueFollowing:
     """
 
     path: JointPath
+    torque: Array
     law: JointForce
     item: RecordSpectra
     system: PoseSystem
     setup: Setup
     bends: bool
 
-    def push(self, change: ArmChange, stiffness: float, static_twist: float) -> Complex | None:
-        """Return the change of the force on the deflections, (n_dof, 3 n_bins), or None.
+    def push(self, change: ArmChange, stiffness: float, static_twist: float) -> Complex:
+        """Return the change of the force on the deflections, (n_dof, 3 n_bins).
 
         Parameters
         ----------
@@ -102,8 +103,12 @@ class TorqueFollowing:
         stiffness, static_twist : float
             Of the joint in the changed arm.
         """
+        if not self.law.law.of_spring:
+            return np.zeros((len(self.path.vector), self.item.omega.size), dtype=complex)
         if not self.bends:
-            return self._held_push(stiffness, static_twist)
+            stronger = stiffness / self.path.stiffness - 1.0
+            heavier = static_twist - self.path.static_twist
+            return stronger * self._force + heavier * self._per_load
         path = dataclasses.replace(self.path, stiffness=stiffness, static_twist=static_twist)
         omega, deflection, acceleration, shift, row = self._long
         force = change.force(omega, deflection, acceleration, shift)
@@ -115,26 +120,18 @@ class TorqueFollowing:
             twist=path.twist + on_steps(twist, self.item, steps),
             rate=path.rate + on_steps(1j * omega * twist, self.item, steps),
         )
-        return self._force_of(step_torque(path, self.law) - self._torque)
-
-    def _held_push(self, stiffness: float, static_twist: float) -> Complex | None:
-        stronger = stiffness / self.path.stiffness - 1.0 if self.law.law.of_spring else 0.0
-        heavier = static_twist - self.path.static_twist if self.law.law.preloaded else 0.0
-        if not stronger and not heavier:
-            return None
-        push = stronger * self._force_of(self._torque)
-        return push + heavier * self._per_load if heavier else push
+        return self._force_of(step_torque(path, self.law) - self.torque)
 
     @cached_property
-    def _torque(self) -> Array:
-        return step_torque(self.path, self.law)
+    def _force(self) -> Complex:
+        return self._force_of(self.torque)
 
     @cached_property
     def _per_load(self) -> Complex:
         """Change of the force per change of the twist at rest."""
         step = 1e-3 * max(abs(self.path.static_twist), 1e-6)
         path = dataclasses.replace(self.path, static_twist=self.path.static_twist + step)
-        return self._force_of((step_torque(path, self.law) - self._torque) / step)
+        return self._force_of((step_torque(path, self.law) - self.torque) / step)
 
     def _force_of(self, torque: Array) -> Complex:
         return whole_force(torque, self.path, self.item, self.system)
@@ -146,14 +143,6 @@ class TorqueFollowing:
         omega, *motion = self.item.long_motion
         acceleration, shift = self.setup.driven(omega, *motion)
         force = system.force(acceleration, shift)
-        force = force - vector[:, None] * long_spectrum(self._torque, self.item)
-        resolvent = 1.0 / (1j * omega - system.poles[:, None])
-        deflection = system.shapes @ ((system.drives @ force) * resolvent)
-        row = ((vector @ system.shapes)[:, None] * system.drives).T @ resolvent
-        return (
-            omega,
-            np.asarray(deflection + system.instant @ force),
-            acceleration,
-            shift,
-            np.asarray(row + (vector @ system.instant)[:, None]),
-        )
+        force = force - vector[:, None] * long_spectrum(self.torque, self.item)
+        row = system.twist_per_force(omega, vector)
+        return omega, system.deflection(omega, force), acceleration, shift, row

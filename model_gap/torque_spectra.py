@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 from model_gap.joint_path import JointPath
 from model_gap.pose_system import PoseSystem
 from model_gap.ring_out import end_force
-from model_gap.ripple import bins_of
 from model_gap.spectra import RecordSpectra
 
 Array = NDArray[np.float64]
@@ -16,11 +15,10 @@ Complex = NDArray[np.complex128]
 def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Complex:
     """Return the force on the degrees of freedom on a record's bins, (n_dof, 3 n_bins)."""
     spectrum = _at_points(np.fft.rfft(torque - torque.mean()), len(torque))
-    places = bins_of(item)
-    inside = places < len(spectrum)
-    found = np.zeros(len(places), dtype=complex)
+    inside = item.places < len(spectrum)
+    found = np.zeros(len(item.places), dtype=complex)
     scale = np.sqrt(len(item.record.acceleration)) / len(torque)
-    found[inside] = spectrum[places[inside]] * scale
+    found[inside] = spectrum[item.places[inside]] * scale
     return np.asarray(-path.vector[:, None] * found)
 
 

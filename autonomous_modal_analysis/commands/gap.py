@@ -37,6 +37,7 @@ def gap(
     import time
 
     from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
+    from modal_core.side_by_side import processor_time_s
     from model_gap.comparison import compare
     from model_gap.find_gap import find_gap
     from model_gap.gap_json import gap_mapping, write_gap_json
@@ -66,11 +67,9 @@ def gap(
         OUTPUT.print(line, soft_wrap=True, markup=False)
     OUTPUT.print(f'written: {out / "report.html"}, gap.json, model_updated.yaml', markup=False)
     kinds = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-    used = [resource.getrusage(kind) for kind in kinds]
-    processor_s = sum(item.ru_utime + item.ru_stime for item in used)
-    memory_mb = max(item.ru_maxrss for item in used) / 1024.0
+    memory_mb = max(resource.getrusage(kind).ru_maxrss for kind in kinds) / 1024.0
     OUTPUT.print(
-        f'{time.monotonic() - begin_s:.0f} s, {processor_s:.0f} s of processor time, '
+        f'{time.monotonic() - begin_s:.0f} s, {processor_time_s():.0f} s of processor time, '
         f'{memory_mb:.0f} MB in one process at most',
         markup=False,
     )

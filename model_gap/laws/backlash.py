@@ -2,23 +2,21 @@
 
 from collections.abc import Sequence
 
-from model_gap.laws.law import Follow, JointLaw, Surroundings
+from model_gap.laws.law import Follow, SpringLaw, Surroundings
 from model_gap.laws.solve import BACKLASH
 
 # Of the play: teeth under less static twist than this rest between the flanks, not on one.
 CENTRED = 1e-3
 
 
-class BacklashLaw(JointLaw):
+class BacklashLaw(SpringLaw):
     """k·dz(e + e_r, b) less the linear spring; values b [rad] and the share of gravity preload.
 
     Solved between the flanks; on them the torque is constant.
     """
 
-    preloaded = True
     sees = Follow.PARTED
     sees_first = Follow.PARTED
-    of_spring = True
     kind = BACKLASH
 
     @staticmethod

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import sqrt
 
-from model_gap.laws.law import Follow, JointLaw, Surroundings
+from model_gap.laws.law import SpringLaw, Surroundings
 from model_gap.laws.solve import CUBIC, cubic_root
 
 # Of α y² and of √α y: beyond, the torque that is not linear stays as it is there.
@@ -11,15 +11,12 @@ MOST_SOFTENING = 0.6
 MOST_HARDENING = 3.0
 
 
-class CubicLaw(JointLaw):
+class CubicLaw(SpringLaw):
     """k α ((r + e)³ - r³), r the twist at rest: k r (1 + α r²) is the preload.
 
     Values α [1/rad²] and the share of gravity that preloads the spring.
     """
 
-    preloaded = True
-    sees_first = Follow.MEASURED
-    of_spring = True
     kind = CUBIC
 
     @staticmethod

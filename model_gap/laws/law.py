@@ -44,15 +44,20 @@ class JointLaw:
     """
 
     kind: ClassVar[int]
-    # Whether the static twist enters.
-    preloaded: ClassVar[bool] = False
     # Which twist it sees, and while its numbers are still far off.
     sees: ClassVar[Follow] = Follow.PREDICTED
     sees_first: ClassVar[Follow] = Follow.PREDICTED
-    # Whether the torque is proportional to the stiffness.
+    # Whether it is the spring's: proportional to the stiffness, and twisted by gravity.
     of_spring: ClassVar[bool] = False
 
     @staticmethod
     def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
         """Return what does not change from step to step, worked out from the law's values."""
         raise NotImplementedError
+
+
+class SpringLaw(JointLaw):
+    """A torque that the joint's own spring makes, the share of gravity's twist its last value."""
+
+    sees_first = Follow.MEASURED
+    of_spring = True

@@ -2,16 +2,13 @@
 
 from collections.abc import Sequence
 
-from model_gap.laws.law import Follow, JointLaw, Surroundings
+from model_gap.laws.law import SpringLaw, Surroundings
 from model_gap.laws.solve import SPEED_STIFFNESS
 
 
-class SpeedStiffnessLaw(JointLaw):
+class SpeedStiffnessLaw(SpringLaw):
     """k β |q'| (r + e), r the twist at rest; values β [s/rad] and the share of gravity in r."""
 
-    preloaded = True
-    sees_first = Follow.MEASURED
-    of_spring = True
     kind = SPEED_STIFFNESS
 
     @staticmethod
