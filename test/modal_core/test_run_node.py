@@ -81,3 +81,30 @@ run_node('some', make, work)
     _, errors = process.communicate(timeout=120)
     assert process.returncode == 0, errors
     assert 'Traceback' not in errors
+
+
+@pytest.mark.parametrize(
+    ('stuck', 'status'),
+    [('taking_down', 1), ('the_last', -signal.SIGALRM)],
+)
+def test_nothing_stuck_keeps_a_process(stuck, status):
+    # In C and with the interpreter's lock held, as a destructor of the middleware would.
+    code = f"""
+import atexit, ctypes, rclpy
+from rclpy.node import Node
+from modal_core import run_node as life
+life.ENDING_S = 1
+held = ctypes.PyDLL(None)
+class Some(Node):
+    def destroy_node(self):
+        if {stuck == 'taking_down'}:
+            held.pause()
+        super().destroy_node()
+if {stuck == 'the_last'}:
+    atexit.register(held.pause)
+life.run_node('some', lambda: Some('some'), lambda node: None)
+"""
+    found = run(code)
+    assert found.returncode == status, found.stderr
+    if stuck == 'taking_down':
+        assert 'in destroy_node' in found.stderr
