@@ -6,7 +6,7 @@ data count as ``EFFECTIVE_DATA`` independent pieces of unknown scale,
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from model_gap.weighting import Rows
 Array = NDArray[np.float64]
 EFFECTIVE_DATA = 300.0
 TRIALS = (1.0, 0.4, 0.12)
+# Derivatives are still good where a descent gained less log probability than this: 1.4 sigma.
+LITTLE_GAIN = 1.0
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class Fit:
         Of the inner parameters, tolerances marginalised.
     precision : (n_tolerances + n_parameters, same) array
         Of all numbers, in prior standard deviations.
+    columns : (n_tolerances, n_rows) array or None
+        Tolerance derivatives near it, where they were kept.
     """
 
     hypothesis: Hypothesis
@@ -46,6 +50,31 @@ class Fit:
     log_evidence: float
     covariance: Array
     precision: Array
+    columns: Rows | None = field(default=None, repr=False)
+
+    @property
+    def lean(self) -> 'Fit':
+        """The fit without its columns, which are large."""
+        return replace(self, columns=None)
+
+
+@dataclass(frozen=True)
+class Descent:
+    """Where damped Gauss-Newton steps led.
+
+    Parameters
+    ----------
+    hypothesis : Hypothesis
+        There.
+    objective : float
+        Minus the log posterior density there, up to a constant.
+    gain : float
+        How much lower that is than where they began.
+    """
+
+    hypothesis: Hypothesis
+    objective: float
+    gain: float
 
 
 def objective(misfit_value: float, hypothesis: Hypothesis) -> float:
@@ -70,6 +99,7 @@ def fit(
     columns: Rows | None = None,
     iterations: int = 8,
     relinearise: int = 1,
+    near: bool = False,
 ) -> Fit:
     """Fit by damped Gauss-Newton steps.
 
@@ -85,18 +115,17 @@ def fit(
         Most steps between two linearisations of the tolerances.
     relinearise : int
         How often the tolerance derivatives are computed anew at most.
+    near : bool
+        Whether the columns given are good enough to end with.
     """
-    fresh = columns is None
     if columns is None:
-        columns = tolerance_columns(hypothesis, predictor)
-    for _ in range(relinearise):
-        moved = descend(hypothesis, predictor, columns, iterations)
-        if fresh and moved is hypothesis:
+        columns, near = tolerance_columns(hypothesis, predictor), True
+    for number in range(relinearise + 1):
+        down = descend(hypothesis, predictor, columns, iterations)
+        hypothesis = down.hypothesis
+        if number == relinearise or (near and down.gain < LITTLE_GAIN):
             break
-        hypothesis, fresh = moved, True
-        columns = tolerance_columns(hypothesis, predictor)
-    else:
-        hypothesis = descend(hypothesis, predictor, columns, iterations)
+        columns, near = tolerance_columns(hypothesis, predictor), True
     return _summary(hypothesis, predictor, columns)
 
 
@@ -105,11 +134,11 @@ def descend(
     predictor: Predictor,
     columns: Rows,
     iterations: int,
-) -> Hypothesis:
-    """Return where damped Gauss-Newton steps lead, tolerances linear as ``columns`` say."""
+) -> Descent:
+    """Go down by damped Gauss-Newton steps, tolerances linear as ``columns`` say."""
     rows = predictor.rows(hypothesis.setup())
     chi = predictor.weighting.misfit(rows)
-    best = objective(chi, hypothesis)
+    best = first = objective(chi, hypothesis)
     gram = np.asarray(columns @ columns.T, dtype=float)
     for _ in range(iterations):
         step = _step(hypothesis, predictor, columns, gram, rows, chi)
@@ -127,12 +156,12 @@ def descend(
             if value < best:
                 break
         else:
-            return hypothesis
+            break
         gain, best = best - value, value
         hypothesis, rows, chi = moved, new_rows, new_chi
         if gain < 0.3:
-            return hypothesis
-    return hypothesis
+            break
+    return Descent(hypothesis, best, first - best)
 
 
 def _step(
@@ -179,4 +208,5 @@ def _summary(hypothesis: Hypothesis, predictor: Predictor, columns: Rows) -> Fit
         log_evidence=evidence,
         covariance=covariance * np.outer(scale, scale),
         precision=hessian,
+        columns=columns,
     )

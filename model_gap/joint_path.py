@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+import scipy.fft
 
 from model_gap.followed import (
     free_torques,
@@ -158,11 +159,8 @@ def linear_twist(
 def on_steps(spectrum: Complex, item: RecordSpectra, steps: int) -> Array:
     """Return a spectrum on the frequencies of the long motion as a series of a record's steps."""
     size = 2 * steps
-    wide = np.zeros(size // 2 + 1, dtype=complex)
-    keep = min(len(wide), len(spectrum))
-    wide[:keep] = spectrum[:keep]
     count = len(item.record.motor_acceleration)
-    return np.asarray(np.fft.irfft(wide, size)[:steps] * (steps / count))
+    return np.asarray(scipy.fft.irfft(spectrum, size)[:steps] * (steps / count))
 
 
 def resampled(values: Array, rate_hz: float, steps: int, steps_per_s: float) -> Array:

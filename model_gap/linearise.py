@@ -14,7 +14,7 @@ from model_gap.laws import Follow
 from model_gap.predict import Predictor
 from model_gap.setup import Setup
 from model_gap.spectra import Complex, hann
-from model_gap.torque_following import ArmChange
+from model_gap.torque_following import ArmChange, stacked
 from model_gap.weighting import Rows
 
 Array = NDArray[np.float64]
@@ -138,6 +138,10 @@ class _ArmDerivative:
         joints = dict.fromkeys(force.joint for force in rubbing)
         names = systems[0].dof_names
         places = np.array([joint_vector(predictor.model, joint, names) for joint in joints]).T
+        self.motions = [
+            stacked(state.omega, state.deflection, state.acceleration, state.shift)
+            for state in self.solved.states
+        ]
         self.transfers: list[Complex64] = []
         for number, (state, group) in enumerate(
             zip(self.solved.states, predictor.groups, strict=True)
@@ -169,15 +173,15 @@ class _ArmDerivative:
         changes = [ArmChange.between(one, two) for one, two in zip(self.base, arms, strict=False)]
         twists = self._twists_at_rest(moved)
         found = []
-        for state, transfer, following, group in zip(
-            self.solved.states, self.transfers, self.following, self.predictor.groups, strict=True
+        for motion, transfer, following, group in zip(
+            self.motions, self.transfers, self.following, self.predictor.groups, strict=True
         ):
             arm = changes[0 if springs_only else group]
-            force = arm.force(state.omega, state.deflection, state.acceleration, state.shift)
+            force = arm.force(motion)
             for number, torque in enumerate(following):
                 stiffness = joint_spring(moved.spec, torque.law.joint).stiffness
-                force = force + torque.push(arm, stiffness, twists[group][number])
-            change = _through(transfer, force / step)
+                force += torque.push(arm, stiffness, twists[group][number])
+            change = _through(transfer, force / np.float32(step))
             found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
         return found
 
@@ -191,8 +195,7 @@ class _ArmDerivative:
         ]
 
 
-def _through(transfer: Complex64, force: Complex) -> Complex64:
+def _through(transfer: Complex64, force: Complex64) -> Complex64:
     """Return readings under a force on few degrees of freedom."""
-    small = force.astype(np.complex64)
-    rows = np.flatnonzero(np.abs(small).max(axis=1) > 0.0)
-    return np.asarray(np.einsum('cnb,nb->cb', transfer[:, rows], small[rows]))
+    rows = np.flatnonzero(force.any(axis=1))
+    return np.asarray(np.einsum('cnb,nb->cb', transfer[:, rows], force[rows]))

@@ -1,7 +1,7 @@
 """The same effect on the next link: what a fit at one link can hide from the search."""
 
 from model_gap.effects.places import moving_links
-from model_gap.fit import descend, objective
+from model_gap.fit import descend, Descent
 from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import tolerance_columns
 from model_gap.predict import Predictor
@@ -39,14 +39,14 @@ def neighbours(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
     last = len(best.effects) - 1
     base, values = best.without(last), best.values()[last]
     columns = tolerance_columns(base, predictor)
-    found: dict[str, tuple[float, Hypothesis]] = {}
+    found: dict[str, Descent] = {}
     for other in type(effect).instances(scene):
         link = str(other.location)
         if link not in near:
             continue
         start = base.with_effect(other, values[: len(other.parameters(scene))])
-        fitted = descend(start.with_details() or start, predictor, columns, FIRST_STEPS)
-        value = objective(predictor.weighting.misfit(predictor.rows(fitted.setup())), fitted)
-        if link not in found or value < found[link][0]:
-            found[link] = value, fitted
-    return [descend(fitted, predictor, columns, STEPS) for _, fitted in found.values()]
+        down = descend(start.with_details() or start, predictor, columns, FIRST_STEPS)
+        if link not in found or down.objective < found[link].objective:
+            found[link] = down
+    starts = [down.hypothesis for down in found.values()]
+    return [descend(start, predictor, columns, STEPS).hypothesis for start in starts]

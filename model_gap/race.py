@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from modal_core.errors import ModelError
 from modal_core.side_by_side import side_by_side
 from model_gap.effects.effect import Effect
-from model_gap.fit import descend, objective
+from model_gap.fit import descend
 from model_gap.fits import Numbers, numbers_of, with_numbers
 from model_gap.hypothesis import Hypothesis
 from model_gap.linearise import tolerance_columns
@@ -62,8 +62,7 @@ class Track:
             found = descend(start, self.predictor, self.columns, steps)
         except ModelError:
             return None
-        rows = self.predictor.rows(found.setup())
-        return objective(self.predictor.weighting.misfit(rows), found), numbers_of(found)
+        return found.objective, numbers_of(found.hypothesis)
 
 
 def race(screened: Sequence[Trial], base: Hypothesis, predictor: Predictor) -> list[Trial]:

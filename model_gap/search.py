@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -47,6 +48,8 @@ FIRST_LINEARISATIONS = 3
 # Of the whole work, what is left before the first round, and of that after each.
 LEFT_AT_FIRST = 0.9
 LEFT_AFTER = 0.4
+# So many standard deviations less than expected is what tolerances cost by chance at least.
+LEAST_CHANCE = 2.0
 # Log evidence by which a linear simulation must explain recordings better than a moving arm.
 LINEAR_LEAD = 3.0
 
@@ -187,7 +190,7 @@ class Search:
     def run(self) -> list[Step]:
         """Search until nothing more is worth adding."""
         first = fit(self.nominal, self.data.fitting, relinearise=FIRST_LINEARISATIONS)
-        current = self._followed(first)
+        current = self._followed(first).lean
         self._tell(0.0)
         for _ in range(self.settings.most_effects):
             step = self._settled(self._step(current))
@@ -195,7 +198,7 @@ class Search:
             if not self.earns_place(step):
                 break
             current = step.candidates[0].fit
-            if self._room_left(current) < self.settings.worth_adding:
+            if open_gap(current) + surplus(current) < self.settings.worth_adding:
                 break
         self.progress(1.0)
         return self.steps
@@ -220,7 +223,7 @@ class Search:
             else:
                 number += 1
         gain = last.log_evidence - step.before.log_evidence
-        last = self._followed(last)
+        last = self._followed(last).lean
         held = self.heldout_misfit(last.hypothesis)
         settled = Candidate(best.effect, last, gain, held)
         return replace(step, candidates=(settled, *step.candidates[1:]))
@@ -235,10 +238,11 @@ class Search:
         if self.simulated or (distorted and not fitted.hypothesis.effects):
             return fitted
         self.data = self._prepared(fitted.hypothesis.setup())
-        found = fit(fitted.hypothesis, self.data.fitting, iterations=4)
+        again = partial(fit, fitted.hypothesis, columns=fitted.columns, iterations=4, near=True)
+        found = again(predictor=self.data.fitting)
         if self.simulated is None:
             linear = self._prepared(None)
-            other = fit(fitted.hypothesis, linear.fitting, iterations=4)
+            other = again(predictor=linear.fitting)
             if min(other.misfit, found.misfit) < SETTLED_MISFIT:
                 self.simulated = other.log_evidence > found.log_evidence + LINEAR_LEAD
             if self.simulated:
@@ -256,11 +260,6 @@ class Search:
         least = max(self.settings.worth_adding, share_to_add(step.before))
         return bool(step.candidates) and step.candidates[0].gain >= least
 
-    def _room_left(self, current: Fit) -> float:
-        """Return what one more effect could gain at best: down to the noise, at no prior cost."""
-        values = current.hypothesis.tolerance_values
-        return open_gap(current) + float(0.5 * values @ values)
-
     def _with_lines(self, current: Fit) -> Fit:
         """Look for hums and gear orders in what is left over, once the model is not far off."""
         if current.misfit > NEAR_MISFIT:
@@ -274,7 +273,7 @@ class Search:
         if not new:
             return replace(current, hypothesis=hypothesis)
         self.data = self._prepared(hypothesis.setup())
-        return fit(hypothesis, self.data.fitting, relinearise=0)
+        return fit(hypothesis, self.data.fitting, relinearise=0).lean
 
     def _step(self, current: Fit) -> Step:
         current = self._with_lines(current)
@@ -334,6 +333,20 @@ class Search:
 def open_gap(fitted: Fit) -> float:
     """Return the log evidence that bringing what is left over down to the noise would gain."""
     return EFFECTIVE_DATA * float(np.log(max(fitted.misfit, 1.0)))
+
+
+def surplus(fitted: Fit) -> float:
+    """Return what tolerances cost beyond what they cost at least where nothing is missing.
+
+    Deviations drawn by chance are found again but for what their prior takes: of the square of
+    those found, mean and variance are tr D² and 2 tr D⁴, D one less the covariance.
+    """
+    values = fitted.hypothesis.tolerance_values
+    size = len(values)
+    found = np.eye(size) - np.linalg.inv(fitted.precision)[:size, :size]
+    square = found @ found
+    expected = float(np.trace(square)) - LEAST_CHANCE * float(np.sqrt(2.0 * np.sum(square**2)))
+    return max(0.5 * (float(values @ values) - max(expected, 0.0)), 0.0)
 
 
 def share_to_add(before: Fit) -> float:

@@ -16,6 +16,7 @@ from model_gap.torque_spectra import long_spectrum, whole_force
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Complex64 = NDArray[np.complex64]
 
 
 @dataclass(frozen=True)
@@ -24,45 +25,41 @@ class ArmChange:
 
     Parameters
     ----------
-    M, C, K : (n, n) array
-        Change of mass, damping and stiffness.
-    inertia_input, shift_input : (n, n_joints) array
-        Of the inputs.
+    matrix : (n_dof, 3 n_dof + 2 n_joints) array
+        Force on the old arm per ``stacked`` motion.
     """
 
-    M: Array
-    C: Array
-    K: Array
-    inertia_input: Array
-    shift_input: Array
+    matrix: Array
 
     @classmethod
     def between(cls, one: PoseArm, other: PoseArm) -> 'ArmChange':
         """Return the change from one arm to another."""
-        return cls(
-            other.M - one.M,
-            other.C - one.C,
-            other.K - one.K,
+        parts = (
+            one.M - other.M,
+            one.C - other.C,
+            one.K - other.K,
             other.inertia_input - one.inertia_input,
             other.shift_input - one.shift_input,
         )
+        return cls(np.hstack(parts))
 
-    def force(
-        self, omega: Array, deflection: Complex, acceleration: Complex, shift: Complex
-    ) -> Complex:
-        """Return the force on the old arm that is the change to first order, (n, n_omega)."""
-        force = np.zeros_like(deflection)
-        for matrix, motion in (
-            (self.M, omega**2 * deflection),
-            (-self.C, 1j * omega * deflection),
-            (-self.K, deflection),
-            (self.inertia_input, acceleration),
-            (self.shift_input, shift),
-        ):
-            rows = np.flatnonzero(matrix.any(axis=1))
-            if rows.size:
-                force[rows] += matrix[rows] @ motion
+    def force(self, motion: Complex64) -> Complex64:
+        """Return the force on the old arm that is the change to first order, (n_dof, n_omega)."""
+        rows = np.flatnonzero(self.matrix.any(axis=1))
+        columns = np.flatnonzero(self.matrix.any(axis=0))
+        force = np.zeros((len(self.matrix), motion.shape[1]), dtype=np.complex64)
+        force[rows] = self.matrix[np.ix_(rows, columns)].astype(np.complex64) @ motion[columns]
         return force
+
+
+def stacked(omega: Array, deflection: Complex, acceleration: Complex, shift: Complex) -> Complex64:
+    """Return x'', x', x of the deflections and both inputs, one below the other.
+
+    In single precision: differences lose nothing by it.
+    """
+    velocity = 1j * omega * deflection
+    motion = [1j * omega * velocity, velocity, deflection, acceleration, shift]
+    return np.concatenate(motion).astype(np.complex64)
 
 
 @dataclass(frozen=True)
@@ -109,16 +106,15 @@ class TorqueFollowing:
             stronger = stiffness / self.path.stiffness - 1.0
             heavier = static_twist - self.path.static_twist
             return stronger * self._force + heavier * self._per_load
-        path = dataclasses.replace(self.path, stiffness=stiffness, static_twist=static_twist)
-        omega, deflection, acceleration, shift, row = self._long
-        force = change.force(omega, deflection, acceleration, shift)
-        rows = np.flatnonzero(force.any(axis=1))
-        twist = np.einsum('nf,nf->f', row[rows], force[rows])
-        steps = len(path.twist)
+        motion, row = self._long
+        twist = on_steps(
+            np.einsum('nf,nf->f', row, change.force(motion)), self.item, len(self.torque)
+        )
         path = dataclasses.replace(
-            path,
-            twist=path.twist + on_steps(twist, self.item, steps),
-            rate=path.rate + on_steps(1j * omega * twist, self.item, steps),
+            self.path,
+            stiffness=stiffness,
+            static_twist=static_twist,
+            twist=self.path.twist + twist,  # springs do not ask for the rate
         )
         return self._force_of(step_torque(path, self.law) - self.torque)
 
@@ -137,12 +133,12 @@ class TorqueFollowing:
         return whole_force(torque, self.path, self.item, self.system)
 
     @cached_property
-    def _long(self) -> tuple[Array, Complex, Complex, Complex, Complex]:
-        """The long motion: frequencies, deflection, motors, and twist per force."""
+    def _long(self) -> tuple[Complex64, Complex64]:
+        """The long motion, and twist per force."""
         system, vector = self.system, self.path.vector
-        omega, *motion = self.item.long_motion
-        acceleration, shift = self.setup.driven(omega, *motion)
-        force = system.force(acceleration, shift)
+        omega, *recorded = self.item.long_motion
+        inputs = self.setup.driven(omega, *recorded)
+        force = system.force(*inputs)
         force = force - vector[:, None] * long_spectrum(self.torque, self.item)
-        row = system.twist_per_force(omega, vector)
-        return omega, system.deflection(omega, force), acceleration, shift, row
+        motion = stacked(omega, system.deflection(omega, force), *inputs)
+        return motion, system.twist_per_force(omega, vector).astype(np.complex64)

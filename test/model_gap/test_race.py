@@ -62,7 +62,7 @@ def test_from_the_next_link_the_right_one_is_found(search):
     predictor = search.data.racing
     start = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
     columns = tolerance_columns(search.nominal, predictor)
-    wrong = descend(start.with_details(), predictor, columns, 4)
+    wrong = descend(start.with_details(), predictor, columns, 4).hypothesis
 
     def value(hypothesis):
         rows = predictor.rows(hypothesis.setup())
