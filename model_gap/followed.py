@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+import scipy.fft
 
 from model_gap.laws import Follow
 from model_gap.pose_system import PoseSystem
@@ -74,13 +75,12 @@ def free_torques(
     paths = np.array([system.response(omega, -place) for place in places])
     readings = setup.seen(omega, readings)
     paths = np.array([setup.seen(omega, path) for path in paths])
-    wide = np.zeros((len(readings), count + 1), dtype=complex)
-    wide[:, : len(omega)] = readings
-    linear = np.fft.irfft(wide, 2 * count, axis=1)[:, :count].T
-    rest = record.acceleration - record.acceleration.mean(axis=0) - linear
+    # In single precision, far finer than the noise.
+    linear = scipy.fft.irfft(readings.astype(np.complex64), 2 * count)[:, :count]
+    rest = (record.acceleration - record.acceleration.mean(axis=0)).T.astype(np.float32) - linear
     fade = min(count, round(FADE_S * record.sample_rate_hz))
-    rest[count - fade :] *= (0.5 + 0.5 * np.cos(np.pi * np.arange(fade) / fade))[:, None]
-    measured = np.fft.rfft(rest, 2 * count, axis=0)[: len(omega)].T
+    rest[:, count - fade :] *= 0.5 + 0.5 * np.cos(np.pi * np.arange(fade) / fade)
+    measured = scipy.fft.rfft(rest, 2 * count)[:, : len(omega)]
     bins = item.omega[:, 1]
     noise = (
         count

@@ -91,34 +91,35 @@ def joint_path(
     places, count = system.one_of_pairs
     slow = ~quick[places]
     poles, residues = system.poles[places][slow], (count * residues[places])[slow]
-    measured = None
+    omega, *motion = item.long_motion
+    row = system.twist_per_force(omega, vector)
+    twist = np.einsum('nf,nf->f', row, system.force(*setup.driven(omega, *motion)))
+    noisy = None
     if follow is not Follow.PREDICTED:
         torques, noise = free_torques(item, system, [vector], setup)
-        share = measured_share(item.long_motion[0], follow)
-        measured = torques[0] * share
-        # One sample; half of it falls behind the record.
-        normal = np.random.default_rng(NOISE_SEED).standard_normal((2, len(share)))
-        error = share * np.sqrt(noise[0]) * (normal[0] + 1j * normal[1])
-        low = np.sum((residues / (-PARTING_1_S[:, None] - poles)).real, axis=1) + instant
+        share, give = measured_share(omega, follow), row.T @ vector
+        twist = twist - give * torques[0] * share
         if follow is Follow.PARTED:
+            # One sample; half of it falls behind the record.
+            normal = np.random.default_rng(NOISE_SEED).standard_normal((2, len(share)))
+            error = share * np.sqrt(noise[0]) * (normal[0] + 1j * normal[1])
+            noisy = _with_rate(twist - give * error, item, steps_per_s)
+            low = np.sum((residues / (-PARTING_1_S[:, None] - poles)).real, axis=1) + instant
             residues = np.r_[residues * predicted_share(poles), parting_residues() * low]
             poles = np.r_[poles, -PARTING_1_S]
         else:
             poles, residues = np.zeros(0, dtype=complex), np.zeros(0, dtype=complex)
         instant = 0.0
-    twist, rate = linear_twist(item, system, vector, setup, steps_per_s, measured)
-    noisy = None
-    if measured is not None and follow is Follow.PARTED:
-        noisy = linear_twist(item, system, vector, setup, steps_per_s, measured + error)
+    linear, rate = _with_rate(twist, item, steps_per_s)
     record = item.record
     speed = record.motor_velocity @ axis_row(model, joint)
     return JointPath(
         poles=poles,
         residues=residues,
         instant=instant,
-        twist=twist,
+        twist=linear,
         rate=rate,
-        speed=resampled(speed, record.sample_rate_hz, len(twist), steps_per_s),
+        speed=resampled(speed, record.sample_rate_hz, len(linear), steps_per_s),
         steps_per_s=steps_per_s,
         vector=vector,
         stiffness=spring.stiffness,
@@ -132,27 +133,11 @@ def static_twist(model: FlexibleJointModel, vector: Array, pose: Array) -> float
     return float(vector @ model.dynamics.sag(pose))
 
 
-def linear_twist(
-    item: RecordSpectra,
-    system: PoseSystem,
-    vector: Array,
-    setup: Setup,
-    steps_per_s: float,
-    torque: Complex | None = None,
-) -> tuple[Array, Array]:
-    """Return twist and rate of the linear arm at the steps; starts from rest.
-
-    ``torque`` acts in the joint, on the frequencies of the long motion.
-    """
-    record = item.record
-    count = len(record.motor_acceleration)
-    omega, *motion = item.long_motion
-    acceleration, shift = setup.driven(omega, *motion)
-    force = system.force(acceleration, shift)
-    if torque is not None:
-        force = force - vector[:, None] * torque
-    twist = np.einsum('nf,nf->f', system.twist_per_force(omega, vector), force)
-    steps = round(count / record.sample_rate_hz * steps_per_s)
+def _with_rate(twist: Complex, item: RecordSpectra, steps_per_s: float) -> tuple[Array, Array]:
+    """Return a twist that starts from rest, and its rate, at the steps of a record."""
+    record, omega = item.record, item.long_motion[0]
+    seconds = len(record.motor_acceleration) / record.sample_rate_hz
+    steps = round(seconds * steps_per_s)
     return on_steps(twist, item, steps), on_steps(1j * omega * twist, item, steps)
 
 

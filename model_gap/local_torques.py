@@ -1,6 +1,7 @@
 """Nonlinear torques in the joints, stepped in time for all records of a predictor."""
 
 from collections.abc import Sequence
+import dataclasses
 from dataclasses import dataclass, field
 
 from model_gap.joint_path import joint_path, JointPath, STEPS_PER_S
@@ -12,6 +13,9 @@ from model_gap.step_torque import Array, step_torque
 from model_gap.torque_following import TorqueFollowing
 from model_gap.torque_spectra import force_spectra, whole_force
 from structural_model import FlexibleJointModel
+
+# By joint, record and the twist it sees.
+Paths = dict[tuple[str, int, Follow], JointPath]
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,7 @@ class Torques:
     stepped: list[list[tuple[JointPath, Array]]] = field(default_factory=list)
 
 
-@dataclass(frozen=True)
+@dataclass
 class LocalTorques:
     """Steps torques along the motion of records.
 
@@ -50,6 +54,7 @@ class LocalTorques:
     records: Sequence[RecordSpectra]
     groups: tuple[int, ...]
     steps_per_s: float
+    _known: tuple[Setup, Paths] | None = field(init=False, default=None, repr=False)
 
     def followed(self, force: JointForce) -> Follow:
         """Return which twist a torque sees."""
@@ -67,7 +72,7 @@ class LocalTorques:
         self, setups: Sequence[Setup], model: FlexibleJointModel, systems: Sequence[PoseSystem]
     ) -> list[Torques]:
         """Return the torques of several setups with one arm and one motion."""
-        paths: dict[tuple[str, int, Follow], JointPath] = {}
+        paths = self._paths(setups[0])
         found = []
         for setup in setups:
             torques = Torques()
@@ -92,6 +97,13 @@ class LocalTorques:
                     torques.forces.append(sum(pushes[1:], pushes[0]))
             found.append(torques)
         return found
+
+    def _paths(self, setup: Setup) -> Paths:
+        """Return the paths of an arm and its motion, those of the last one again."""
+        bare = dataclasses.replace(setup, forces=())
+        if self._known is None or self._known[0] != bare:
+            self._known = bare, {}
+        return self._known[1]
 
     def following(
         self, setup: Setup, torques: Torques, systems: Sequence[PoseSystem]
