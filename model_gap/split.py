@@ -1,13 +1,16 @@
 """Which poses take no part in the fit."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from model_gap.campaign import Campaign
+from modal_core.errors import SettingsError
+from model_gap.campaign import Campaign, GapRecord
 from model_gap.predict import SAME_POSE_RAD
 
 HELDOUT_SHARE = 0.4
+LEAST_POSES = 3
 
 
 def split(campaign: Campaign, rng: np.random.Generator) -> Campaign:
@@ -16,24 +19,54 @@ def split(campaign: Campaign, rng: np.random.Generator) -> Campaign:
     Parameters
     ----------
     campaign : Campaign
-        Records of one pose stay together.
+        Records of one pose stay together: what one of them says holds for all.
     rng : numpy.random.Generator
-        For the draw.
+        For the draw among the poses of which nothing is said, up to the usual share of all.
+
+    Raises
+    ------
+    SettingsError
+        Records of one pose contradict each other, or every pose is held out.
     """
-    if any(record.heldout is not None for record in campaign.records):
-        records = tuple(replace(item, heldout=bool(item.heldout)) for item in campaign.records)
-        return replace(campaign, records=records)
     groups = pose_groups(campaign)
-    count = len(set(groups))
-    held = round(HELDOUT_SHARE * count) if count >= 3 else 0
-    chosen = set(rng.permutation(count)[:held].tolist())
+    heldout = _said(campaign.records, groups)
+    count = len(heldout)
+    if all(heldout.values()):
+        raise SettingsError(
+            'every pose is held out, nothing is left to fit',
+            where='campaign.yaml',
+            advice='leave heldout away from some recordings',
+        )
+    wanted = round(HELDOUT_SHARE * count) if count >= LEAST_POSES else 0
+    wanted -= sum(said is True for said in heldout.values())
+    free = [group for group, said in heldout.items() if said is None]
+    order = rng.permutation(len(free))
+    chosen = {free[place] for place in order[: max(wanted, 0)]}
     return replace(
         campaign,
         records=tuple(
-            replace(item, heldout=group in chosen)
+            replace(item, heldout=bool(heldout[group]) or group in chosen)
             for item, group in zip(campaign.records, groups, strict=True)
         ),
     )
+
+
+def _said(records: Sequence[GapRecord], groups: Sequence[int]) -> dict[int, bool | None]:
+    """Return what the campaign says of every pose, in their order."""
+    found: dict[int, bool | None] = {}
+    for record, group in zip(records, groups, strict=True):
+        before = found.get(group)
+        if None not in (before, record.heldout) and before != record.heldout:
+            pairs = zip(records, groups, strict=True)
+            same = [item.name for item, other in pairs if other == group]
+            raise SettingsError(
+                'recordings of one pose, some held out and some not',
+                where='campaign.yaml: heldout',
+                found=', '.join(same),
+                expected='one for all recordings of a pose',
+            )
+        found[group] = before if record.heldout is None else record.heldout
+    return found
 
 
 def pose_groups(campaign: Campaign) -> list[int]:
