@@ -43,7 +43,7 @@ class GapRecord:
     Parameters
     ----------
     name : str
-        File or folder it came from.
+        File or folder it came from, as a path from the campaign's folder: one record alone has it.
     pose : (n_joints,) array [rad]
         Mean serial joint angles.
     level : str

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+import os
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ class CampaignEntry:
     ----------
     path : Path
         File or folder.
+    name : str
+        The path from the campaign's folder: no two recordings have the same.
     level : str
         Amplitude level; empty when not said.
     pose : tuple of float [rad] or None
@@ -35,6 +38,7 @@ class CampaignEntry:
     """
 
     path: Path
+    name: str
     level: str = ''
     pose: tuple[float, ...] | None = None
     heldout: bool | None = None
@@ -79,7 +83,8 @@ def read_campaign_file(folder: Path) -> CampaignFile:
             raise SettingsError(
                 'no campaign.yaml and no recordings', where=folder, expected='.mcap or rosbag2'
             )
-        return CampaignFile(folder, tuple(CampaignEntry(item) for item in found), _own(folder))
+        entries = tuple(CampaignEntry(item, item.name) for item in found)
+        return CampaignFile(folder, entries, _own(folder))
     data = load_yaml(path)
     items = next((data[key] for key in LISTS if key in data), None)
     if not isinstance(items, list) or not items:
@@ -99,7 +104,7 @@ def _refuse_doubles(entries: tuple[CampaignEntry, ...], path: Path) -> None:
     seen: set[Path] = set()
     for entry in entries:
         if entry.path in seen:
-            raise SettingsError('recording named twice', where=path, found=entry.path.name)
+            raise SettingsError('recording named twice', where=path, found=entry.name)
         seen.add(entry.path)
 
 
@@ -138,10 +143,14 @@ def _inside(folder: Path, name: str, where: str) -> Path:
     return path
 
 
+def _name(folder: Path, name: str) -> str:
+    return Path(os.path.relpath(folder / name, folder)).as_posix()
+
+
 def _entry(item: object, index: int, folder: Path, path: Path) -> CampaignEntry:
     where = f'{path}: recordings[{index}]'
     if isinstance(item, str):
-        return CampaignEntry(_inside(folder, item, where))
+        return CampaignEntry(_inside(folder, item, where), _name(folder, item))
     if not isinstance(item, Mapping):
         raise SettingsError('not a mapping', where=where, found=type(item).__name__)
     name = next((item[key] for key in FILES if key in item), None)
@@ -150,6 +159,7 @@ def _entry(item: object, index: int, folder: Path, path: Path) -> CampaignEntry:
     level = next((item[key] for key in LEVELS if key in item), '')
     return CampaignEntry(
         path=_inside(folder, name, where),
+        name=_name(folder, name),
         level=str(level),
         pose=_pose(item, where),
         heldout=_heldout(item, where),

@@ -92,7 +92,7 @@ def _gathered(
     """Read one recording; fast accelerations are thinned out at once, to need little memory."""
     recording = open_recording(entry.path)
     raw = gather(recording.measurements(), sensors, str(entry.path), model.joint_names)
-    notes += [f'{entry.path.name}: {note}' for note in (*raw.notes, *recording.damage())]
+    notes += [f'{entry.name}: {note}' for note in (*raw.notes, *recording.damage())]
     if raw.position is None:
         raise RecordingError(
             'no joint states: the motion is not known',
@@ -176,7 +176,7 @@ def _record(
     _check_units(motion.pose, acceleration, layout, model, where, notes)
     notes += _doubts(entry, motion, rate)
     record = GapRecord(
-        name=entry.path.name,
+        name=entry.name,
         pose=motion.pose,
         level=entry.level,
         sample_rate_hz=rate,
@@ -247,7 +247,7 @@ def _doubts(entry: CampaignEntry, motion: Motion, rate_hz: float) -> list[str]:
         away = float(np.abs(np.array(said) - motion.pose).max())
         if away > POSE_SAID_RAD:
             found.append(
-                f'{entry.path.name}: the joint states stand {np.degrees(away):.0f} deg away from'
+                f'{entry.name}: the joint states stand {np.degrees(away):.0f} deg away from'
                 ' the pose in campaign.yaml; the joint states count'
             )
     return found

@@ -108,6 +108,17 @@ def test_different_sensors_keep_what_is_common(tmp_path, records, robot):
     assert any('left out' in note for note in campaign.notes)
 
 
+def test_recordings_of_one_name_in_different_folders_are_told_apart(tmp_path, records, robot):
+    same = [replace(record, name='loud') for record in records[:2]]
+    for name, record in zip(('monday', 'tuesday'), same, strict=True):
+        write_campaign(tmp_path / name, [record], robot.joint_names, SENSORS)
+    layout = yaml.safe_load((tmp_path / 'monday' / 'sensors.yaml').read_text())
+    entries = ['monday/loud.mcap', {'file': './tuesday/loud.mcap'}]
+    (tmp_path / 'campaign.yaml').write_text(yaml.safe_dump({'recordings': entries, **layout}))
+    campaign = read_campaign(tmp_path, robot)
+    assert [item.name for item in campaign.records] == ['monday/loud.mcap', 'tuesday/loud.mcap']
+
+
 @pytest.mark.parametrize(
     ('text', 'told'),
     [
