@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
@@ -140,9 +141,11 @@ def _common_layout(
         notes.append(f'left out, not in every recording: {", ".join(lost[:12])}')
     sensors = []
     for sensor in layout:
-        axes = tuple(axis for axis in sensor.axes if f'{sensor.name}.{axis}' in common)
-        if axes:
-            sensors.append(replace(sensor, axes=axes))
+        lasting = [f'{sensor.name}.{axis}' in common for axis in sensor.axes]
+        if any(lasting):
+            axes = tuple(compress(sensor.axes, lasting))
+            vectors = tuple(compress(sensor.sensitivity, lasting))
+            sensors.append(replace(sensor, axes=axes, sensitivity=vectors))
     return SensorLayout(tuple(sensors), layout.name)
 
 

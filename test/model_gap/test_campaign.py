@@ -8,6 +8,7 @@ import pytest
 from write_campaign import write_campaign
 import yaml
 
+from modal_core.channel import SensorLayout
 from modal_core.errors import ModalAnalysisError, RecordingError, SettingsError
 from modal_core.measurements import JointSamples, StampedSamples
 from modal_core.share import share_path
@@ -196,6 +197,22 @@ def test_holes_are_cut_out_and_dead_channels_left_out(tmp_path, records, robot):
     assert record.acceleration.shape[1] == 11
     assert len(record.acceleration) / record.sample_rate_hz == pytest.approx(4.8, abs=0.1)
     assert any('mostly not a number' in note for note in campaign.notes)
+
+
+def test_a_sensor_with_sensitivity_may_lose_an_axis(tmp_path, records, robot, layout):
+    frame, *others = layout
+    mixed = replace(frame, sensitivity=((0.0, 1.0, 0.0), (1.1, 0.0, 0.0), (0.0, 0.0, -1.0)))
+    spoilt = records[0].acceleration.copy()
+    spoilt[:, 0] = np.nan
+    write_campaign(
+        tmp_path, [replace(records[0], acceleration=spoilt)], robot.joint_names, SENSORS
+    )
+    campaign = read_campaign(tmp_path, robot, SensorLayout((mixed, *others)))
+    channels = [channel for channel in campaign.layout.channels if channel.name[:5] == 'frame']
+    assert [(item.name, item.direction) for item in channels] == [
+        ('frame.y', (1.1, 0.0, 0.0)),
+        ('frame.z', (0.0, 0.0, -1.0)),
+    ]
 
 
 @pytest.mark.parametrize(
