@@ -1,6 +1,7 @@
 """Read a campaign folder: recordings on one grid, known motion, poses, levels."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import compress
 from pathlib import Path
@@ -62,29 +63,44 @@ def read_campaign(
     raws: list[tuple[CampaignEntry, RawRecording]] = []
     useless: list[RecordingError] = []
     for number, entry in enumerate(file.entries):
-        try:
+        with _left_out(useless, notes):
             raws.append((entry, _gathered(entry, sensors, model, notes)))
-        except RecordingError as error:
-            # The others may be enough; how little they are shows in the verdict.
-            useless.append(error)
-            notes.append(f'left out: {error}')
         progress((number + 1) / len(file.entries))
     if not raws:
         raise useless[0]
     kept = _common_layout(sensors, [raw for _, raw in raws], notes)
-    found = [_record(entry, raw, kept, model, notes) for entry, raw in raws]
-    sources = sorted({motion.source for _, motion in found})
+    read: list[tuple[RawRecording, GapRecord, Motion]] = []
+    for entry, raw in raws:
+        with _left_out(useless, notes):
+            read.append((raw, *_record(entry, raw, kept, model, notes)))
+    if not read:
+        raise useless[0]
+    sources = sorted({motion.source for _, _, motion in read})
+    positions = [raw.position for raw, _, _ in read if raw.position is not None]
     return Campaign(
-        records=tuple(_with_levels([record for record, _ in found])),
+        records=tuple(_with_levels([record for _, record, _ in read])),
         layout=kept,
         joint_names=model.joint_names,
         excitation=' and '.join(sources),
-        effort_recorded=all(raw.effort is not None for _, raw in raws),
-        motion_rate_hz=min(raw.position.rate_hz for _, raw in raws if raw.position is not None),
-        motion_band_hz=min(motion.highest_hz for _, motion in found),
+        effort_recorded=all(raw.effort is not None for raw, _, _ in read),
+        motion_rate_hz=min(position.rate_hz for position in positions),
+        motion_band_hz=min(motion.highest_hz for _, _, motion in read),
         notes=tuple(dict.fromkeys(notes)),
         remarks=file.remarks,
     )
+
+
+@contextmanager
+def _left_out(useless: list[RecordingError], notes: list[str]) -> Iterator[None]:
+    """Note a recording that cannot be used instead of ending at it.
+
+    The others may be enough; how little they are shows in the verdict.
+    """
+    try:
+        yield
+    except RecordingError as error:
+        useless.append(error)
+        notes.append(f'left out: {error}')
 
 
 def _gathered(

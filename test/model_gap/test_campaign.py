@@ -238,6 +238,22 @@ def test_what_cannot_be_used_is_one_clear_line(tmp_path, records, robot, change,
     assert '\n' not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ('change', 'told'),
+    [
+        (lambda r: replace(r, position=np.rad2deg(r.position) + 400.0), 'radians'),
+        (lambda r: replace(r, acceleration=r.acceleration[:900]), 'too short'),
+    ],
+)
+def test_one_bad_recording_does_not_end_a_campaign(tmp_path, records, robot, change, told):
+    bad = change(records[0])
+    write_campaign(tmp_path, [bad, records[1]], robot.joint_names, SENSORS)
+    campaign = read_campaign(tmp_path, robot)
+    assert [item.name for item in campaign.records] == ['p0_l1.mcap']
+    (note,) = (note for note in campaign.notes if 'left out' in note)
+    assert told in note and 'p0_l0.mcap' in note
+
+
 def test_sensors_and_joints_on_different_clocks(tmp_path, records, robot, layout):
     measured = [
         StampedSamples(
