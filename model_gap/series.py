@@ -13,8 +13,13 @@ from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
 
 Array = NDArray[np.float64]
+Columns = NDArray[np.intp]
 LARGEST_GAP_STEPS = 1.5
 LEAST_SAMPLES = 16
+# Of a channel's samples, so many are numbers.
+LEAST_FINITE = 0.5
+# Of a channel's largest value: what changes less does not change, but for rounding.
+LEAST_CHANGE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -112,7 +117,7 @@ def gather(
         raise RecordingError(
             'no acceleration of the sensor layout',
             where=where,
-            found=', '.join(unknown[:12]) or 'none',
+            found=', '.join(unknown[:12]) or '; '.join(notes) or 'none',
             expected=', '.join(channel.name for channel in layout.channels[:12]),
         )
     position, velocity, effort = _joints(joints, joint_names, notes)
@@ -263,15 +268,11 @@ def _uniform(stamps: NDArray[np.int64], values: Array) -> tuple[float, float, Ar
 
 
 def _without_holes(series: Series, notes: list[str]) -> Series | None:
-    """Leave out channels that hold no numbers, then keep the longest stretch without a hole."""
+    """Leave out channels that hold no signal, then keep the longest stretch without a hole."""
     good = np.isfinite(series.values)
-    dead = [
-        name for name, share in zip(series.names, good.mean(axis=0), strict=True) if share < 0.5
-    ]
-    if dead:
-        notes.append(f'left out, mostly not a number: {", ".join(dead)}')
-    columns = [number for number, name in enumerate(series.names) if name not in dead]
-    if not columns:
+    columns = np.flatnonzero(good.mean(axis=0) >= LEAST_FINITE)
+    _note_missing(notes, 'mostly not a number', series.names, np.arange(good.shape[1]), columns)
+    if not len(columns):
         return None
     whole = np.asarray(good[:, columns].all(axis=1))
     first, end = 0, len(whole)
@@ -282,12 +283,23 @@ def _without_holes(series: Series, notes: list[str]) -> Series | None:
         notes.append(f'{int((~whole).sum())} samples are not numbers; the longest rest was used')
     if end - first < LEAST_SAMPLES:
         return None
-    return Series(
-        tuple(series.names[number] for number in columns),
-        series.start_s + first / series.rate_hz,
-        series.rate_hz,
-        series.values[first:end][:, columns],
-    )
+    values = series.values[first:end]
+    moving = np.ptp(values, axis=0) > LEAST_CHANGE * np.abs(values).max(axis=0)
+    alive = columns[moving[columns]]
+    _note_missing(notes, 'always the same number', series.names, columns, alive)
+    if not len(alive):
+        return None
+    start = series.start_s + first / series.rate_hz
+    names = tuple(series.names[number] for number in alive)
+    return Series(names, start, series.rate_hz, values[:, alive])
+
+
+def _note_missing(
+    notes: list[str], why: str, names: tuple[str, ...], before: Columns, after: Columns
+) -> None:
+    dead = [names[number] for number in before if number not in after]
+    if dead:
+        notes.append(f'left out, {why}: {", ".join(dead)}')
 
 
 def _joints(

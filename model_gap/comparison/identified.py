@@ -1,11 +1,13 @@
 """The modes of a recording, identified by the same pipeline as everywhere else."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError
 from modal_core.measurements import JointSamples, NANOSECONDS_PER_SECOND, SampleBlock
-from modal_core.mode import Mode
+from modal_core.mode import ModeSet
 from model_gap.campaign import GapRecord
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
@@ -16,7 +18,7 @@ LEAST_HZ, MOST_HZ = 3.0, 58.0
 
 def identified_modes(
     record: GapRecord, model: FlexibleJointModel, layout: SensorLayout, highest_hz: float
-) -> tuple[Mode, ...]:
+) -> ModeSet:
     """Return the modes of a recording; the rigid motion of the sensors is taken out by the model.
 
     Parameters
@@ -32,8 +34,8 @@ def identified_modes(
 
     Returns
     -------
-    tuple of Mode
-        Empty when nothing can be identified.
+    ModeSet
+        Of the channels the pipeline uses; empty when nothing can be identified.
     """
     rate, count = record.sample_rate_hz, len(record.acceleration)
     settings = IdentificationSettings(
@@ -43,7 +45,7 @@ def identified_modes(
     stamps = np.rint(np.arange(count) / rate * NANOSECONDS_PER_SECOND).astype(np.int64)
     names = tuple(channel.name for channel in layout.channels)
     size = max(1, round(rate / 4.0))
-    found: tuple[Mode, ...] = ()
+    found = ModeSet((), names)
     for first in range(0, count, size):
         rows = slice(first, first + size)
         pipeline.add(
@@ -58,7 +60,7 @@ def identified_modes(
         pipeline.add(SampleBlock('campaign', int(stamps[first]), first, rate, names, block))
     try:
         for window in (*pipeline.windows(), *pipeline.finish()):
-            found = max(found, pipeline.identify(window).modes.modes, key=len)
+            found = max(found, pipeline.identify(window).modes, key=len)
     except IdentificationError:
-        return ()
-    return tuple(mode for mode in found if not mode.harmonic)
+        return ModeSet((), names)
+    return replace(found, modes=tuple(mode for mode in found if not mode.harmonic))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from modal_core.indicators import mac
-from modal_core.mode import Mode
+from modal_core.mode import Mode, ModeSet
 from model_gap.campaign import GapRecord
 from model_gap.comparison.identified import identified_modes
 from model_gap.hypothesis import Hypothesis
@@ -104,6 +104,7 @@ def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[Mo
     """
     campaign = search.campaign
     groups = pose_groups(campaign)
+    names = [channel.name for channel in campaign.layout.channels]
     found: list[ModePair] = []
     for pose, records in _chosen(campaign.records, groups):
         q = records[0].pose
@@ -111,7 +112,9 @@ def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[Mo
         new = _model_modes(search, after.setup(), q, ())
         for record in records:
             modes = identified_modes(record, search.model, campaign.layout, highest_hz)
-            one, two = _matched(modes, old), _matched(modes, new)
+            # The pipeline leaves out channels it cannot use.
+            seen = [names.index(name) for name in modes.channel_names]
+            one, two = _matched(modes, old, seen), _matched(modes, new, seen)
             found += [
                 ModePair(record.name, record.level, pose, bool(record.heldout), mode, before, now)
                 for mode, before, now in zip(modes, one, two, strict=True)
@@ -153,14 +156,13 @@ def _change(
     return np.array([modes.frequency_hz - frequency_hz, modes.damping_ratio - damping_ratio])
 
 
-def _matched(found: Sequence[Mode], model: _Modes) -> list[ModelMode | None]:
+def _matched(found: ModeSet, model: _Modes, seen: list[int]) -> list[ModelMode | None]:
     """Give every identified mode at most one of the model's: like shape, like frequency."""
     pairs: list[ModelMode | None] = [None] * len(found)
-    if not found:
+    if not pairs:
         return pairs
-    likeness = mac(np.column_stack([mode.shape for mode in found]), model.shapes)
-    frequency = np.array([mode.frequency_hz for mode in found])
-    off = np.abs(np.log(frequency[:, None] / model.frequency_hz))
+    likeness = mac(found.shapes, model.shapes[seen])
+    off = np.abs(np.log(found.frequency_hz[:, None] / model.frequency_hz))
     rows, columns = linear_sum_assignment(1.0 - likeness + FREQUENCY_WEIGHT * off)
     for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
         if likeness[row, column] >= LEAST_MAC and off[row, column] <= MOST_OFF:

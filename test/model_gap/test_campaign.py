@@ -215,12 +215,26 @@ def test_a_sensor_with_sensitivity_may_lose_an_axis(tmp_path, records, robot, la
     ]
 
 
+def test_a_channel_that_never_changes_is_left_out(tmp_path, records, robot):
+    spoilt = records[0].acceleration.copy()
+    spoilt[:, 4], spoilt[:, 7] = 0.0, 9.81
+    write_campaign(
+        tmp_path, [replace(records[0], acceleration=spoilt)], robot.joint_names, SENSORS
+    )
+    campaign = read_campaign(tmp_path, robot)
+    assert len(campaign.layout.channels) == 10
+    assert (campaign.records[0].acceleration.std(axis=0) > 0.0).all()
+    (note,) = (note for note in campaign.notes if 'always the same number' in note)
+    assert 'lower_arm.y, elbow.y' in note
+
+
 @pytest.mark.parametrize(
     ('change', 'told'),
     [
         (lambda r: replace(r, position=np.rad2deg(r.position) + 400.0), 'radians'),
         (lambda r: replace(r, position=np.full_like(r.position, np.nan)), 'no joint states'),
         (lambda r: replace(r, acceleration=np.full_like(r.acceleration, np.nan)), 'no accel'),
+        (lambda r: replace(r, acceleration=np.ones_like(r.acceleration)), 'always the same'),
         (
             lambda r: replace(
                 r, acceleration=r.acceleration[:900], position=r.position[:450],
