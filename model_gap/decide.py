@@ -16,7 +16,7 @@ from model_gap.flat_tops import flat_topped
 from model_gap.hypothesis import Hypothesis
 from model_gap.joint_vector import in_words
 from model_gap.reach import joint_shares
-from model_gap.search import Candidate, Search, Step
+from model_gap.search import Candidate, Search
 
 # Set by healthy campaigns (benchmarks/gap_matrix.py --calibrate): see docs/model_gap.md.
 EVIDENCE_BETWEEN = 8.0
@@ -69,22 +69,26 @@ class Decision:
     experiments: tuple[str, ...] = field(default=())
 
 
-def believed(search: Search, step: Step) -> bool:
-    """Return whether the best candidate of a step earns its place, on held-out records too."""
-    if not search.earns_place(step):
-        return False
-    held = step.candidates[0].heldout_misfit
-    return not np.isfinite(held) or held < MOST_WORSE * step.heldout_before
+def believed(search: Search) -> tuple[Candidate, ...]:
+    """Return the best candidates of the steps up to the last that held-out records confirm."""
+    last, least = 0, np.inf
+    for number, step in enumerate(search.steps, start=1):
+        if not search.earns_place(step):
+            break
+        held, least = step.candidates[0].heldout_misfit, min(least, step.heldout_before)
+        if not np.isfinite(held) or held < MOST_WORSE * least:
+            last = number
+    return tuple(step.candidates[0] for step in search.steps[:last])
 
 
 def decide(search: Search) -> Decision:
     """Judge the steps of a search."""
-    accepted = tuple(step.candidates[0] for step in search.steps if believed(search, step))
+    accepted = believed(search)
     limits = too_little(search)
     if not accepted:
         return _without_effects(search, limits)
     final = accepted[-1].fit
-    pairs = _rivals(search, accepted)
+    pairs = rivals_of(search, accepted)
     rivals = tuple(other for _, other in pairs)
     why = objections(adequacy(search, final)) + at_limits(final.hypothesis)
     if why:
@@ -185,19 +189,20 @@ def _hint(search: Search, hypothesis: Hypothesis) -> tuple[str, ...]:
     )
 
 
-def _rivals(
+def rivals_of(
     search: Search, accepted: tuple[Candidate, ...]
 ) -> tuple[tuple[Candidate, Candidate], ...]:
-    found = []
+    """Return what each accepted effect that was kept cannot be told from."""
     final = [effect.key for effect in accepted[-1].fit.hypothesis.effects]
-    for step, best in zip(search.steps, accepted, strict=False):
-        if best.effect.key not in final:
-            continue  # dropped later
-        for other in step.candidates[1:]:
-            close = best.gain - other.gain < EVIDENCE_BETWEEN
-            if close and other.effect.key != best.effect.key:
-                found.append((best, other))
-    return tuple(found)
+    return tuple(
+        (best, other)
+        for step, best in zip(search.steps, accepted, strict=False)
+        for other in step.candidates[1:]
+        if best.effect.key in final
+        # What was found later stands beside it, not instead.
+        and other.effect.key not in final
+        and best.gain - other.gain < EVIDENCE_BETWEEN
+    )
 
 
 def too_little(search: Search) -> tuple[str, ...]:

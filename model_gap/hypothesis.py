@@ -32,7 +32,8 @@ class Hypothesis:
     inner : (n_parameters,) array
         Parameters of all effects, inner scale.
     held : tuple of HeldTorque
-        Instead of the first torque laws: torques of earlier effects, as they were.
+        Instead of the first torque laws, the scene's own and those of earlier effects: their
+        torques as they were.
     """
 
     scene: Scene
@@ -99,7 +100,7 @@ class Hypothesis:
 
         Numbers of laws whose torques are held stay: nothing but their prior would pull at them.
         """
-        waiting = len(self.held)
+        waiting = len(self.held) - len(self.scene.setup.forces)
         stay: list[bool] = []
         for effect in self.effects:
             held = effect.amplitude_dependent and waiting > 0

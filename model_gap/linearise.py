@@ -15,6 +15,7 @@ from model_gap.predict import Predictor
 from model_gap.setup import Setup
 from model_gap.spectra import Complex, hann
 from model_gap.torque_following import ArmChange, stacked
+from model_gap.torque_spectra import whole_force
 from model_gap.weighting import Rows
 
 Array = NDArray[np.float64]
@@ -148,8 +149,13 @@ class _ArmDerivative:
         ):
             transfer: Complex = systems[group].transfer(state.omega)
             if joints:
-                force = self.solved.torques.forces[number]
-                torques = -np.linalg.lstsq(places.astype(complex), force)[0]
+                item, stepped = predictor.records[number], self.solved.torques.stepped[number]
+                force = sum(
+                    whole_force(torque, path, item, systems[group])
+                    for law, (path, torque) in zip(setup.forces, stepped, strict=True)
+                    if law in rubbing
+                )
+                torques = -np.linalg.lstsq(places.astype(complex), np.asarray(force))[0]
                 gains = [
                     equivalent_gain(torque, place @ state.deflection, state.omega)
                     for torque, place in zip(torques, places.T, strict=True)

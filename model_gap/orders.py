@@ -28,6 +28,8 @@ USUAL = (1.0, 2.0, 0.5, 3.0, 4.0, 5.0, 6.0)
 # Of an order times the way of the joint in a record, and from pose to pose: finer says the same.
 PHASE_STEP = 0.5
 POSE_PHASE_STEP = 0.3
+# A joint that moves less is parked.
+LEAST_WAY_RAD = 1e-6
 LEAST_SPAN_RAD = 0.01
 # Log evidence that an order must promise.
 LEAST_GAIN = 3.0
@@ -124,7 +126,10 @@ def _strongest(joint: str, tracks: Sequence[_Track], total: float, ratio: float)
     The best of those usual in gears, and a better one if there is.
     """
     middles = np.array([track.middle for track in tracks])
-    coarse_step = PHASE_STEP / max(track.way for track in tracks)
+    way = max(track.way for track in tracks)
+    if way < LEAST_WAY_RAD:
+        return []
+    coarse_step = PHASE_STEP / way
     coarse = np.arange(0.5 * coarse_step, MOST_PER_RAD + coarse_step, coarse_step)
     step = POSE_PHASE_STEP / max(float(np.ptp(middles)), LEAST_SPAN_RAD)
     usual = np.array([ratio * turns for turns in USUAL if ratio > 1.0])

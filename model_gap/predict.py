@@ -240,7 +240,9 @@ class Predictor:
 
     def _doubts(self, solved: Solved, setup: Setup) -> tuple[Doubt, ...]:
         """Return the doubt of every record; nothing where no torque sees a measured twist."""
-        errors, systems = solved.torques.errors, solved.systems
+        systems = solved.systems
+        sources = (*(item.errors for item in setup.held), solved.torques.errors)
+        errors = {key: error for source in sources for key, error in source.items()}
         if not errors:
             return ()
         places = {
@@ -284,7 +286,8 @@ class Predictor:
         for force in setup.forces:
             alone = dataclasses.replace(setup, forces=(force,))
             (torques,) = self.torques([alone], systems)
-            held.append(HeldTorque(systems[0].dof_names, tuple(torques.forces)))
+            names = systems[0].dof_names
+            held.append(HeldTorque(names, tuple(torques.forces), torques.errors))
         return dataclasses.replace(setup, forces=(), held=(*setup.held, *held))
 
     def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:

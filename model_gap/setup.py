@@ -4,8 +4,8 @@ Effects and tolerances change a :class:`Setup` and return a new one, so that any
 compose in any order.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,10 +104,13 @@ class HeldTorque:
         Rows of the spectra.
     spectra : tuple of (n_dof, 3 n_bins) complex array
         Force on the deflections, one per record.
+    errors : dict of (str, int) to (n_bins,) complex array
+        By joint and record: a sample of the error of torques that see a measured twist.
     """
 
     dof_names: tuple[str, ...]
     spectra: tuple[Spectrum, ...]
+    errors: Mapping[tuple[str, int], Spectrum] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.effects.places import AXES, spans, stiffest, turned
+from model_gap.effects.places import AXES, spans, stiffest, turned, unused_name
 from model_gap.setup import Setup
 from structural_model.spec import HingeSpec, Spring
 
@@ -56,12 +56,11 @@ class LinkFlexibility(DetailedEffect):
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the hinge, all but rigid."""
         stiff = (1e-4 * 0.3 / stiffest(scene), 4e-4)
-        return self.apply(setup, stiff, scene), self.name
+        return self.apply(setup, stiff, scene), self._name(setup)
 
-    @property
-    def name(self) -> str:
-        """Name of the hinge."""
-        return f'gap_{self.location}_{self.variant}'
+    def _name(self, setup: Setup) -> str:
+        base = f'gap_{self.location}_{self.variant}'
+        return unused_name(base, [part.name for part in setup.spec.hinges])
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Divide the link."""
@@ -69,7 +68,7 @@ class LinkFlexibility(DetailedEffect):
         place, share, *turns = values[2:] if self.details else (0.5, 0.5, 0.0, 0.0)
         x, y, z = spans(scene)[str(self.location)]
         hinge = HingeSpec(
-            name=self.name,
+            name=self._name(setup),
             link=str(self.location),
             position_m=(place * x, place * y, place * z),
             axis=turned(self.variant, turns),

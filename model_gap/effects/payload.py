@@ -5,7 +5,7 @@ import dataclasses
 from typing import ClassVar
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.effects.places import arm_mass, body_of, centre, moving_links, Place
+from model_gap.effects.places import arm_mass, body_of, centre, moving_links, Place, unused_name
 from model_gap.nuisance import Nuisance
 from model_gap.setup import Setup
 from structural_model.spec import MassSpec
@@ -48,7 +48,9 @@ class Payload(Effect):
         """Fix the mass to the link."""
         mass, x, y, z, radius = values
         item = MassSpec(
-            name=f'gap_{self.type}',
+            name=unused_name(
+                f'gap_{self.type}_{self.location}', [part.name for part in setup.spec.masses]
+            ),
             link=str(self.location),
             mass_kg=mass,
             position_m=(x, y, z),

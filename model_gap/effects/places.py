@@ -1,6 +1,7 @@
 """Places on an arm that effects are attached to, and what is usual for its size."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+import itertools
 
 import numpy as np
 
@@ -8,6 +9,13 @@ from model_gap.effects.effect import Scene
 
 Place = tuple[float, float, float]
 AXES: dict[str, Place] = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
+
+
+def unused_name(base: str, taken: Iterable[str]) -> str:
+    """Return a name for a new part: numbered if a corrected model has one of that name."""
+    names = set(taken)
+    numbers = (f'{base}_{number}' for number in itertools.count(2))
+    return next(name for name in itertools.chain([base], numbers) if name not in names)
 
 
 def arm_mass(scene: Scene) -> float:

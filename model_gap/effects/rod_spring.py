@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.effects.places import stiffest
+from model_gap.effects.places import stiffest, unused_name
 from model_gap.setup import Setup
 from structural_model.spec import RodSpec, Spring
 
@@ -56,7 +56,10 @@ class RodSpring(Effect):
         names = scene.model.joint_names
         sign = 1.0 if self.variant == '+' else -1.0
         rod = RodSpec(
-            name=f'gap_rod_{"sum" if sign > 0 else "difference"}',
+            name=unused_name(
+                f'gap_rod_{"sum" if sign > 0 else "difference"}',
+                [part.name for part in setup.spec.rods],
+            ),
             weights=((names[1], 1.0), (names[2], sign)),
             spring=Spring(max(values[0], 1e-3), values[1] * max(values[0], 1e-3)),
         )

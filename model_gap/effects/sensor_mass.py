@@ -5,6 +5,7 @@ import dataclasses
 from typing import ClassVar
 
 from model_gap.effects.effect import EffectParameter, Scene
+from model_gap.effects.places import unused_name
 from model_gap.effects.sensor_effect import SensorEffect
 from model_gap.setup import Setup
 from structural_model.spec import MassSpec
@@ -31,7 +32,8 @@ class SensorMass(SensorEffect):
         """Fix the mass where the sensor is."""
         row = next(iter(self.rows(setup).values()))
         channel = setup.channels[row]
-        item = MassSpec(f'gap_{self.sensor}', channel.frame_id, values[0], channel.position_m)
+        name = unused_name(f'gap_{self.sensor}', [part.name for part in setup.spec.masses])
+        item = MassSpec(name, channel.frame_id, values[0], channel.position_m)
         return setup.with_spec(dataclasses.replace(setup.spec, masses=(*setup.spec.masses, item)))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:

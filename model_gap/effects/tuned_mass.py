@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.effects.places import arm_mass, AXES, centre, moving_links, turned
+from model_gap.effects.places import arm_mass, AXES, centre, moving_links, turned, unused_name
 from model_gap.setup import Setup
 from structural_model.spec import AbsorberSpec, Spring
 
@@ -57,12 +57,11 @@ class TunedMass(DetailedEffect):
 
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the place the mass pulls at: a mass too light to matter."""
-        return self.apply(setup, (1e-4, 20.0, 0.05), scene), self.name
+        return self.apply(setup, (1e-4, 20.0, 0.05), scene), self._name(setup)
 
-    @property
-    def name(self) -> str:
-        """Name of the swinging mass."""
-        return f'swing_{self.location}_{self.variant}'
+    def _name(self, setup: Setup) -> str:
+        base = f'swing_{self.location}_{self.variant}'
+        return unused_name(base, [part.name for part in setup.spec.absorbers])
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Hang the mass on the link."""
@@ -70,7 +69,7 @@ class TunedMass(DetailedEffect):
         x, y, z = values[3:6] if self.details else centre(scene, str(self.location))
         omega = 2.0 * math.pi * frequency
         item = AbsorberSpec(
-            name=self.name,
+            name=self._name(setup),
             link=str(self.location),
             position_m=(x, y, z),
             axis=turned(self.variant, values[6:] if self.details else (0.0, 0.0)),

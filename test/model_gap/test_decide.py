@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from model_gap.decide import at_limits, one_law
+from model_gap.decide import at_limits, believed, one_law, rivals_of
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.payload import Payload
 from model_gap.effects.sensor_polarity import SensorPolarity
 from model_gap.explicit_damping import explicit_damping
+from model_gap.fit import Fit
 from model_gap.hypothesis import Hypothesis
+from model_gap.search import Candidate, Search, SearchSettings, Step
 from model_gap.setup import Setup
 
 
@@ -42,3 +44,60 @@ def test_play_and_another_stiffness_in_one_joint_may_be_one_law(nominal):
     link = nominal.scene.model.link_names[-1]
     values = tuple(Payload(link).starts(nominal.scene)[0])
     assert one_law(softer.with_effect(Payload(link), values)) == ()
+
+
+def rounds(nominal, *steps):
+    """Return a search whose rounds found (effect, gain, held-out misfit) and others like it."""
+    found, fitted, held = [], fit_of(nominal), 100.0
+    for effects in steps:
+        candidates = []
+        for effect, gain, misfit in effects:
+            values = tuple(effect.starts(nominal.scene)[0])
+            added = fit_of(fitted.hypothesis.with_effect(effect, values))
+            candidates.append(Candidate(effect, added, gain, misfit))
+        found.append(Step(fitted, held, tuple(candidates), ()))
+        fitted, held = candidates[0].fit, candidates[0].heldout_misfit
+    search = Search.__new__(Search)
+    search.steps, search.settings = found, SearchSettings()
+    return search
+
+
+def fit_of(hypothesis):
+    return Fit(hypothesis, 1.0, 0.0, np.zeros((0, 0)), np.zeros((0, 0)))
+
+
+SOFTER, OTHER = JointStiffness('joint_2'), JointStiffness('joint_3')
+PLAY = Backlash('joint_2')
+
+
+def names_of(pairs):
+    return [(best.effect, other.effect) for best, other in pairs]
+
+
+def test_an_effect_that_was_added_later_is_no_rival(nominal):
+    search = rounds(nominal, [(SOFTER, 449.0, 10.0), (OTHER, 448.0, 12.0)], [(OTHER, 300.0, 1.0)])
+    accepted = believed(search)
+    assert [item.effect for item in accepted] == [SOFTER, OTHER]
+    assert rivals_of(search, accepted) == ()
+    alone = rounds(nominal, [(SOFTER, 449.0, 10.0), (OTHER, 448.0, 12.0)])
+    assert names_of(rivals_of(alone, believed(alone))) == [(SOFTER, OTHER)]
+
+
+def test_rivals_are_those_of_the_same_round(nominal):
+    # The first round alone is worse on held-out recordings; with the second it is right.
+    search = rounds(
+        nominal,
+        [(SOFTER, 50.0, 110.0), (PLAY, 30.0, 100.0)],
+        [(OTHER, 300.0, 1.0), (PLAY, 298.0, 1.0)],
+    )
+    accepted = believed(search)
+    assert [item.effect for item in accepted] == [SOFTER, OTHER]
+    assert names_of(rivals_of(search, accepted)) == [(OTHER, PLAY)]
+
+
+def test_what_worsens_held_out_recordings_is_not_believed(nominal):
+    assert believed(rounds(nominal, [(SOFTER, 50.0, 110.0)])) == ()
+    both = rounds(nominal, [(SOFTER, 50.0, 110.0)], [(OTHER, 50.0, 105.0)])
+    assert believed(both) == ()
+    first = rounds(nominal, [(SOFTER, 50.0, 10.0)], [(OTHER, 50.0, 12.0)])
+    assert [item.effect for item in believed(first)] == [SOFTER]

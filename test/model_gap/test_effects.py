@@ -94,3 +94,14 @@ def test_inner_scale_is_invertible(kind, scene):
         middle = item.neutral * 1.1 if item.log else item.neutral + 0.3 * item.scale
         middle = min(max(middle, item.low), item.high)
         assert item.value(item.inner(middle)) == pytest.approx(middle)
+
+
+@pytest.mark.parametrize('kind', CATALOGUE, ids=lambda kind: kind.type)
+def test_parts_of_a_corrected_model_keep_their_names(kind, scene):
+    """The same effect once more, on a model that has it: no two parts have one name."""
+    effect = next(iter(kind.instances(scene)))
+    values = tuple(effect.starts(scene)[-1])
+    spec = effect.apply(effect.apply(scene.setup, values, scene), values, scene).spec
+    for parts in (spec.masses, spec.absorbers, spec.hinges, spec.rods):
+        names = [part.name for part in parts]
+        assert len(names) == len(set(names)), names

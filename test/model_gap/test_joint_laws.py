@@ -10,16 +10,17 @@ from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.cubic_stiffness import CubicStiffness
 from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.sensor_gain import SensorGain
 from model_gap.equivalent_gain import equivalent_gain
 from model_gap.explicit_damping import explicit_damping
 from model_gap.find_gap import find_gap
 from model_gap.followed import PARTING_1_S, parting_residues, predicted_share
 from model_gap.hypothesis import Hypothesis
-from model_gap.linearise import tolerance_columns
+from model_gap.linearise import effect_columns, tolerance_columns
 from model_gap.nuisance import nuisances, Tolerances
 from model_gap.predict import Predictor
 from model_gap.search import SearchSettings
-from model_gap.setup import Setup
+from model_gap.setup import HeldTorque, Setup
 from model_gap.spectra import Band, record_spectra
 
 SEED = 17
@@ -181,3 +182,44 @@ def test_search_finds_a_hard_spring_under_gravity(campaign_of, robot):
     assert abs(alpha - 6e5) < 3.0 * sigma[0], f'seed {SEED}: {alpha} ± {sigma[0]}'
     assert abs(share - 1.0) < 3.0 * sigma[1], f'seed {SEED}: {share} ± {sigma[1]}'
     assert best.heldout_misfit < 2.0, f'seed {SEED}: {best.heldout_misfit}'
+
+
+def test_doubt_of_play_stays_while_its_torque_is_held(campaign_of, robot):
+    """What an effect beside play changes is judged as doubtfully as the prediction itself."""
+    campaign = campaign_of([], SEED, **SMALL)
+    spectra = [record_spectra(item, Band(4.0, 50.0), 100) for item in campaign.records]
+    predictor = Predictor(robot, spectra, hanging=False)
+    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    names = tuple(sensor.name for sensor in campaign.layout)
+    nominal = Hypothesis(Scene(robot, names, setup), (), (), np.zeros(0), np.zeros(0))
+    play = nominal.with_effect(Backlash('joint_3'), (6e-5, 1.0))
+    gain = next(iter(SensorGain.instances(nominal.scene)))
+    both = play.with_effect(gain, (1.1,))
+    base = predictor.rows(both.setup())
+    held = predictor.hold(both.setup())
+    assert np.linalg.norm(predictor.rows(held) - base) < 1e-6 * np.linalg.norm(base)
+
+    def rows(step):
+        inner = both.inner + np.r_[0.0, 0.0, step] * both.prior_scale
+        moved = both.moved(both.tolerance_values, inner).setup()
+        return predictor.rows(replace(moved, forces=(), held=held.held))
+
+    expected = (rows(0.02) - rows(-0.02)) / 0.04
+    wrong = np.linalg.norm(effect_columns(both, predictor, base)[-1] - expected)
+    assert wrong < 0.02 * np.linalg.norm(expected), f'seed {SEED}'
+
+
+def test_numbers_move_beside_held_torques_of_the_model_itself(robot, layout):
+    setup = Setup(explicit_damping(robot.spec), layout.channels)
+    scene = Scene(robot, tuple(sensor.name for sensor in layout), setup)
+    known = Backlash('joint_2').apply(setup, (1e-4, 1.0), scene)
+    scene = replace(scene, setup=known)
+    held = (HeldTorque((), ()),)
+    nominal = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0), held)
+    play = nominal.with_effect(Backlash('joint_3'), (1e-4, 1.0))
+    moved = play.moved(play.tolerance_values, 1.5 * play.inner)
+    assert moved.inner == pytest.approx(1.5 * play.inner)
+    second = replace(play, held=(*held, *held)).with_effect(Backlash('joint_1'), (1e-4, 1.0))
+    moved = second.moved(second.tolerance_values, 1.5 * second.inner)
+    assert moved.inner[:2] == pytest.approx(second.inner[:2])
+    assert moved.inner[2:] == pytest.approx(1.5 * second.inner[2:])

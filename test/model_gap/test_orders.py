@@ -53,6 +53,15 @@ def test_healthy_arm_shows_no_order(campaign_of, robot):
     assert orders_left(nominal, predictor, nominal.scene.flexible_joints) == ()
 
 
+def test_a_parked_joint_shows_no_order(campaign_of, robot):
+    campaign = campaign_of([], SEED, n_fit=2, n_held=0, duration=6.0, size=0.0)
+    parked = robot.joint_names.index('joint_6')
+    for item in campaign.records:
+        item.pose[parked], item.motor_shift[:, parked] = 0.5, 0.0
+    nominal, predictor = left_of(campaign, robot)
+    assert orders_left(nominal, predictor, ('joint_6',)) == ()
+
+
 def test_every_order_seen_is_a_candidate_of_its_own(campaign_of, robot):
     """Other joints are tried once per turn of the motor."""
     nominal, _ = left_of(campaign_of([], SEED, n_fit=1, n_held=0, duration=6.0), robot)
