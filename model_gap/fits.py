@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from modal_core.errors import ModelError
 from modal_core.side_by_side import side_by_side
 from model_gap.effects.effect import Effect
 from model_gap.fit import Array, Fit
@@ -11,18 +12,21 @@ from model_gap.hypothesis import Hypothesis
 Numbers = tuple[tuple[Effect, ...], Array, Array]
 
 
-def fits(work: Callable[[Hypothesis], Fit], starts: Sequence[Hypothesis]) -> list[Fit]:
-    """Return the fit that ``work`` makes of every start."""
+def fits(work: Callable[[Hypothesis], Fit], starts: Sequence[Hypothesis]) -> list[Fit | None]:
+    """Return the fit that ``work`` makes of every start; None of an impossible arm."""
 
-    def away(start: Hypothesis) -> tuple[Numbers, tuple[float, float, Array, Array]]:
-        found = work(start)
+    def away(start: Hypothesis) -> tuple[Numbers, tuple[float, float, Array, Array]] | None:
+        try:
+            found = work(start)
+        except ModelError:
+            return None
         rest = found.misfit, found.log_evidence, found.covariance, found.precision
         return numbers_of(found.hypothesis), rest
 
     found = side_by_side(away, starts)
     return [
-        Fit(with_numbers(start, numbers), *rest)
-        for start, (numbers, rest) in zip(starts, found, strict=True)
+        Fit(with_numbers(start, item[0]), *item[1]) if item else None
+        for start, item in zip(starts, found, strict=True)
     ]
 
 

@@ -1,5 +1,6 @@
 """The same effect on the next link: what a fit at one link can hide from the search."""
 
+from modal_core.errors import ModelError
 from model_gap.effects.places import moving_links
 from model_gap.fit import descend, Descent
 from model_gap.hypothesis import Hypothesis
@@ -45,7 +46,10 @@ def neighbours(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
         if link not in near:
             continue
         start = base.with_effect(other, values[: len(other.parameters(scene))])
-        down = descend(start.with_details() or start, predictor, columns, FIRST_STEPS)
+        try:
+            down = descend(start.with_details() or start, predictor, columns, FIRST_STEPS)
+        except ModelError:
+            continue  # not a possible arm
         if link not in found or down.objective < found[link].objective:
             found[link] = down
     starts = [down.hypothesis for down in found.values()]

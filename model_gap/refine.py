@@ -49,7 +49,7 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
     """
     held = coarse.hold(current.hypothesis.setup()).held
     trials = chosen(trials)[: AFTER_TORQUES if held else None]
-    found = []
+    found: list[Fit | None] = []
     if current.misfit < MIMICKED_MISFIT:
         starts = [replace(item, held=held) for item in instead_of_tolerances(current.hypothesis)]
         found += fits(lambda start: fit(start, coarse, relinearise=3), starts)
@@ -75,7 +75,7 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
         return trial.effect.amplitude_dependent and not promises
 
     found += fits(roughly, starts_of([trial for trial in trials if not may_wait(trial)]))
-    if min((item.misfit for item in found), default=np.inf) > SETTLED_MISFIT:
+    if min((item.misfit for item in found if item), default=np.inf) > SETTLED_MISFIT:
         found += fits(roughly, starts_of([trial for trial in trials if may_wait(trial)]))
     close = best_of_each(found)
     close = [item for item in close if item.log_evidence > close[0].log_evidence - HOPELESS]
@@ -92,7 +92,8 @@ def fine_fits(rough: Sequence[Fit], data: Prepared) -> list[Fit]:
         slow = any(effect.amplitude_dependent for effect in start.effects)
         return fit(start, data.fitting, iterations=3 if slow else 5, relinearise=0)
 
-    found = fits(finely, [replace(item.hypothesis, held=()) for item in rough])
+    starts = [replace(item.hypothesis, held=()) for item in rough]
+    found = [item for item in fits(finely, starts) if item]
     best = max((item.log_evidence for item in found), default=0.0)
     near = [item for item in found if item.log_evidence > best - DETAILED]
     rest = [item for item in found if item.log_evidence <= best - DETAILED]
@@ -107,7 +108,7 @@ def _next_door(near: Sequence[Fit], data: Prepared) -> list[Fit]:
         return []
     moved = neighbours(best.hypothesis, data.coarse)
     fine = fits(lambda start: fit(start, data.fitting, iterations=5), moved)
-    return with_details(fine, data.fitting)
+    return with_details([item for item in fine if item], data.fitting)
 
 
 def with_details(found: Sequence[Fit], predictor: Predictor) -> list[Fit]:
@@ -122,7 +123,7 @@ def with_details(found: Sequence[Fit], predictor: Predictor) -> list[Fit]:
         lambda start: fit(start, predictor, iterations=5, relinearise=2), list(starts.values())
     )
     detailed = dict(zip(starts, freed, strict=True))
-    return [detailed.get(number, item) for number, item in enumerate(found)]
+    return [detailed.get(number) or item for number, item in enumerate(found)]
 
 
 def chosen(trials: Sequence[Trial]) -> list[Trial]:
@@ -144,10 +145,10 @@ def same(one: Effect, other: Effect) -> bool:
     return (one.key, one.variant) == (other.key, other.variant)
 
 
-def best_of_each(candidates: Sequence[Fit]) -> list[Fit]:
+def best_of_each(candidates: Sequence[Fit | None]) -> list[Fit]:
     """Return the best fit of every effect, the best first: several starts may have met."""
     found: list[Fit] = []
-    for item in sorted(candidates, key=lambda item: -item.log_evidence):
+    for item in sorted((item for item in candidates if item), key=lambda item: -item.log_evidence):
         last = item.hypothesis.effects[-1]
         if not any(same(last, other.hypothesis.effects[-1]) for other in found):
             found.append(item)

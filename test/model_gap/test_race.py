@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from modal_core.errors import ModelError
 from model_gap.effects import CATALOGUE, Scene
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.link_flexibility import LinkFlexibility
+from model_gap.effects.payload import Payload
 from model_gap.effects.places import moving_links, turned
 from model_gap.effects.tuned_mass import TunedMass
 from model_gap.fit import descend, fit, objective
+from model_gap.fits import fits
 from model_gap.linearise import tolerance_columns
 from model_gap.neighbours import neighbours
 from model_gap.race import race
@@ -99,3 +102,17 @@ def test_places(search):
     assert set(links) <= set(scene.model.link_names)
     assert turned('x', (0.0, 0.0)) == (1.0, 0.0, 0.0)
     assert turned('y', (0.0, np.pi / 4)) == pytest.approx((0.5**0.5, 0.5**0.5, 0.0))
+
+
+def test_an_arm_that_is_not_possible_is_left_out(search):
+    """A load that weighs less than nothing by more than the arm has: no end of the search."""
+    predictor = search.data.racing
+    flange = Payload(search.model.link_names[-1])
+    starts = [
+        search.nominal.with_effect(flange, (mass, 0.0, 0.0, 0.0, 0.06)) for mass in (2.0, -1e5)
+    ]
+    with pytest.raises(ModelError):
+        predictor.rows(starts[1].setup())
+    possible, impossible = fits(lambda start: fit(start, predictor, relinearise=0), starts)
+    assert impossible is None
+    assert [effect.key for effect in possible.hypothesis.effects] == [flange.key]
