@@ -5,10 +5,10 @@ import itertools
 
 import numpy as np
 
+from modal_core.channel import AXES
 from model_gap.effects.effect import Scene
 
 Place = tuple[float, float, float]
-AXES: dict[str, Place] = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
 
 
 def unused_name(base: str, taken: Iterable[str]) -> str:

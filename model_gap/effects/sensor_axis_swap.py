@@ -7,8 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.effects.sensor_effect import mixing_step, SensorEffect
-from model_gap.effects.sensor_gain import _axes
+from model_gap.effects.sensor_effect import axes_of, mixing_step, SensorEffect
 from model_gap.setup import Setup
 
 
@@ -29,7 +28,7 @@ class SensorAxisSwap(SensorEffect):
         return [
             cls(f'sensor:{name}', first + second)
             for name in scene.sensors
-            for first, second in combinations(_axes(scene, name), 2)
+            for first, second in combinations(axes_of(scene, name), 2)
         ]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:

@@ -1,7 +1,6 @@
 """What the effects of one sensor share: where its channels are."""
 
 from collections.abc import Sequence
-import dataclasses
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +34,28 @@ class SensorEffect(Effect):
         }
 
 
+class AxisEffect(SensorEffect):
+    """An effect of one sensor or of one of its axes, which is its variant."""
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per sensor and one per axis."""
+        return [
+            cls(f'sensor:{name}', axis)
+            for name in scene.sensors
+            for axis in ('', *axes_of(scene, name))
+        ]
+
+
+def axes_of(scene: Scene, sensor: str) -> list[str]:
+    """Return the axes of a sensor that were recorded."""
+    return [
+        channel.name.rsplit('.', 1)[-1]
+        for channel in scene.setup.channels
+        if channel.name.rsplit('.', 1)[0] == sensor
+    ]
+
+
 def mixing_step(rows: Sequence[int], matrix: NDArray[np.float64]) -> Filter:
     """Return a step that mixes some channels by a matrix."""
     chosen = list(rows)
@@ -45,19 +66,3 @@ def mixing_step(rows: Sequence[int], matrix: NDArray[np.float64]) -> Filter:
         return mixed
 
     return step
-
-
-def directions(setup: Setup, rows: Sequence[int]) -> NDArray[np.float64]:
-    """Return the sensitive directions as rows."""
-    return np.array([setup.channels[row].direction for row in rows])
-
-
-def turned(setup: Setup, rows: Sequence[int], rotation: NDArray[np.float64]) -> Setup:
-    """Return a setup whose sensor is turned: its directions mix by the rotation's transpose."""
-    channels = list(setup.channels)
-    basis = directions(setup, rows)
-    moved = rotation @ basis
-    for row, direction in zip(rows, moved, strict=True):
-        vector = (float(direction[0]), float(direction[1]), float(direction[2]))
-        channels[row] = dataclasses.replace(channels[row], direction=vector)
-    return dataclasses.replace(setup, channels=tuple(channels))

@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.effects.sensor_effect import SensorEffect
+from model_gap.effects.effect import EffectParameter, Scene
+from model_gap.effects.sensor_effect import AxisEffect
 from model_gap.nuisance import gain_step
 from model_gap.setup import Setup
 
 
-class SensorGain(SensorEffect):
+class SensorGain(AxisEffect):
     """y_s → g·y_s."""
 
     type = 'sensor_gain'
@@ -19,15 +19,6 @@ class SensorGain(SensorEffect):
     confused_with: ClassVar[Mapping[str, str]] = {
         'sensor_mount_resonance': 'a sharp tap: a resonance rises with frequency, a gain does not',
     }
-
-    @classmethod
-    def instances(cls, scene: Scene) -> Sequence[Effect]:
-        """Return one per sensor and one per axis."""
-        return [
-            cls(f'sensor:{name}', axis)
-            for name in scene.sensors
-            for axis in ('', *_axes(scene, name))
-        ]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return the gain."""
@@ -43,11 +34,3 @@ class SensorGain(SensorEffect):
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return a few factors; the fit is nearly linear."""
         return [(0.3,), (0.8,), (1.25,), (3.0,)]
-
-
-def _axes(scene: Scene, sensor: str) -> list[str]:
-    return [
-        channel.name.rsplit('.', 1)[-1]
-        for channel in scene.setup.channels
-        if channel.name.rsplit('.', 1)[0] == sensor
-    ]

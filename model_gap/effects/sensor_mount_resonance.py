@@ -6,14 +6,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.effects.sensor_effect import SensorEffect
-from model_gap.effects.sensor_gain import _axes
+from model_gap.effects.effect import DetailedEffect, EffectParameter, Scene
+from model_gap.effects.sensor_effect import AxisEffect
 from model_gap.setup import Filter, Setup
 from model_gap.spectra import Complex
 
 
-class SensorMountResonance(DetailedEffect, SensorEffect):
+class SensorMountResonance(DetailedEffect, AxisEffect):
     """y → y·(1 + 2iδζr)/(1 - r² + 2iζr) with r = f/f_m: the base-excited mount, δ = 1.
 
     Damping that does not act between base and sensor, like that inside an accelerometer, is δ = 0:
@@ -28,15 +27,6 @@ class SensorMountResonance(DetailedEffect, SensorEffect):
         'sensor_gain': 'a tap: a gain is the same at all frequencies',
         'sensor_delay': 'a tap: a delay keeps the amplitude',
     }
-
-    @classmethod
-    def instances(cls, scene: Scene) -> Sequence[Effect]:
-        """Return one per sensor and one per axis."""
-        return [
-            cls(f'sensor:{name}', axis)
-            for name in scene.sensors
-            for axis in ('', *_axes(scene, name))
-        ]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return frequency and damping of the mount, and how much of it acts from the base."""

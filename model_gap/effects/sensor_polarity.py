@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.effects.sensor_effect import SensorEffect
-from model_gap.effects.sensor_gain import _axes
+from model_gap.effects.effect import EffectParameter, Scene
+from model_gap.effects.sensor_effect import AxisEffect
 from model_gap.nuisance import gain_step
 from model_gap.setup import Setup
 
 
-class SensorPolarity(SensorEffect):
+class SensorPolarity(AxisEffect):
     """y → -y."""
 
     type = 'sensor_polarity'
@@ -20,15 +19,6 @@ class SensorPolarity(SensorEffect):
     confused_with: ClassVar[Mapping[str, str]] = {
         'sensor_rotation': 'read static gravity in three poses'
     }
-
-    @classmethod
-    def instances(cls, scene: Scene) -> Sequence[Effect]:
-        """Return one per axis and one per sensor."""
-        return [
-            cls(f'sensor:{name}', axis)
-            for name in scene.sensors
-            for axis in ('', *_axes(scene, name))
-        ]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return none: a sign has no size."""
