@@ -198,7 +198,7 @@ class Search:
             if not self.earns_place(step):
                 break
             current = step.candidates[0].fit
-            if open_gap(current) + surplus(current) < self.settings.worth_adding:
+            if open_gap(current) + tolerance_excess(current) < self.settings.worth_adding:
                 break
         self.progress(1.0)
         return self.steps
@@ -335,7 +335,7 @@ def open_gap(fitted: Fit) -> float:
     return EFFECTIVE_DATA * float(np.log(max(fitted.misfit, 1.0)))
 
 
-def surplus(fitted: Fit) -> float:
+def tolerance_excess(fitted: Fit) -> float:
     """Return what tolerances cost beyond what they cost at least where nothing is missing.
 
     Deviations drawn by chance are found again but for what their prior takes: of the square of
