@@ -33,6 +33,8 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
     """
     search, decision = result.search, result.decision
     first = search.steps[0].before
+    fastest_hz = max(record.sample_rate_hz for record in search.campaign.records)
+    band = search.settings.band.within(fastest_hz)
     return {
         'verdict': decision.verdict.value,
         'effects': found_effects(result),
@@ -74,7 +76,7 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
         'comparison': None if comparison is None else comparison_mapping(comparison),
         'remarks': list(search.campaign.remarks),
         'notes': list(search.notes),
-        'band_hz': [search.settings.band.low_hz, search.settings.band.high_hz],
+        'band_hz': [band.low_hz, band.high_hz],
         'lines_hz': list(search.scene.lines_hz),
         'fitting': [item.record.name for item in search.data.fitting.records],
         'heldout': [item.record.name for item in search.data.heldout.records],

@@ -91,7 +91,7 @@ def _common(
         width = max(1, round(0.1 / (frequency[1] - frequency[0])))
         padded = np.pad(score, width, mode='edge')
         widened = np.max([padded[i : i + len(score)] for i in range(2 * width + 1)], axis=0)
-        rows.append(np.interp(grid, frequency, widened))
+        rows.append(np.interp(grid, frequency, widened, right=0.0))
     level = np.quantile(np.array(rows), 1.0 - LEAST_SHARE, axis=0)
     found: list[float] = []
     while len(found) < most and level.max() > least:

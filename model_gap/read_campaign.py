@@ -14,9 +14,10 @@ from modal_core.errors import RecordingError, SettingsError
 from modal_core.yaml_file import load_yaml
 from model_gap.campaign import Campaign, GapRecord
 from model_gap.campaign_file import CampaignEntry, read_campaign_file
-from model_gap.motion import Motion, motion_on_grid
+from model_gap.motion import Motion, motion_on_grid, USABLE_SHARE
 from model_gap.resample import at_times, thinned
 from model_gap.series import gather, joint_columns, RawRecording, Series
+from model_gap.spectra import Band, quiet_rate_hz
 from recordings import open_recording
 from structural_model import FlexibleJointModel, load_layout
 
@@ -256,7 +257,18 @@ def _check_units(
 def _doubts(entry: CampaignEntry, motion: Motion, rate_hz: float) -> list[str]:
     """Return what of a recording limits the comparison."""
     found = [motion.note] if motion.note else []
-    if motion.highest_hz < LEAST_BAND_HZ:
+    band = Band()
+    high_hz = band.within(rate_hz, str(entry.path)).high_hz
+    if high_hz < band.high_hz:
+        found.append(
+            f'compared up to {high_hz:.3g} Hz, {USABLE_SHARE:g} times the rate of the sensors'
+        )
+    if rate_hz < quiet_rate_hz(band):
+        found.append(
+            f'sensors at {rate_hz:.4g} Hz show little above what is compared: their noise is read'
+            ' among the response, and a small gap may be overlooked'
+        )
+    if motion.highest_hz < min(LEAST_BAND_HZ, high_hz):
         found.append(f'joint states limit the comparison to {motion.highest_hz:.0f} Hz')
     begin = motion.velocity[: max(2, round(0.05 * rate_hz))]
     if np.sqrt(np.mean(begin**2)) > AT_REST * np.sqrt(np.mean(motion.velocity**2)):
@@ -282,7 +294,7 @@ def _on_grid(item: Series, values: Array, grid: Array, rate: float) -> Array:
     if abs(item.rate_hz / rate - 1.0) < 1e-9 and abs(offset - round(offset)) < 1e-3:
         first = round(offset)
         return values[first : first + len(grid)]
-    return at_times(values, item.rate_hz, grid - item.start_s, highest_hz=0.45 * rate)
+    return at_times(values, item.rate_hz, grid - item.start_s, highest_hz=USABLE_SHARE * rate)
 
 
 def _joint_order(names: tuple[str, ...], model: FlexibleJointModel, where: str) -> list[int]:

@@ -1,13 +1,15 @@
 """From records to complex spectra with their noise: what model and measurement are compared on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 import itertools
 
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.errors import RecordingError
 from model_gap.campaign import GapRecord
+from model_gap.motion import USABLE_SHARE
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -25,6 +27,10 @@ COARSE_HZ = 240.0
 # Motions are known up to here at most.
 MOTION_HZ = 120.0
 COARSE_S = 25.0
+# Noise is read up to this part of half the rate, from so many per cent of what is there.
+NOISE_TOP, QUIETEST = 0.92, 30.0
+# The band's upper edge is at least so many times the lower one.
+LEAST_WIDTH = 2.0
 BLOCK = 64
 
 
@@ -40,6 +46,24 @@ class Band:
 
     low_hz: float = 3.0
     high_hz: float = 60.0
+
+    def within(self, rate_hz: float, where: str = '') -> 'Band':
+        """Return what of the band samples of this rate tell of.
+
+        Raises
+        ------
+        RecordingError
+            Hardly anything: less than an octave.
+        """
+        high = min(self.high_hz, USABLE_SHARE * rate_hz)
+        if high < LEAST_WIDTH * self.low_hz:
+            raise RecordingError(
+                'sensors too slow to compare anything',
+                where=where,
+                found=f'{rate_hz:.4g} Hz',
+                expected=f'>= {LEAST_WIDTH * self.low_hz / USABLE_SHARE:.3g} Hz',
+            )
+        return replace(self, high_hz=high)
 
 
 @dataclass(frozen=True)
@@ -133,11 +157,17 @@ def record_spectra(
     Leakage: what still rings when the record ends is computed (``PoseSystem.end_state``); the Hann
     window on both sides removes what remains of the ends.
 
+    Raises
+    ------
+    RecordingError
+        The sensors are too slow for the band.
+
     References
     ----------
     Pintelon and Schoukens (2012), System Identification: A Frequency Domain Approach, sec. 2.6.
     """
     count = len(record.acceleration)
+    band = band.within(record.sample_rate_hz, record.name)
     frequency = np.fft.rfftfreq(count, 1.0 / record.sample_rate_hz)
     inside = np.flatnonzero((frequency >= band.low_hz) & (frequency <= band.high_hz))
     # Evenly spaced in the logarithm: a mode is as many of its widths away from the next bin at
@@ -147,6 +177,7 @@ def record_spectra(
     for line in lines_hz:  # every bin of a line counts
         near = round(line * count / record.sample_rate_hz)
         bins = np.union1d(bins, np.arange(near - 3, near + 4))
+    bins = bins[(bins >= 1) & (bins < len(frequency) - 1)]  # only those with two neighbours
     triples = bins[:, None] + np.array([-1, 0, 1])
     scale = 1.0 / np.sqrt(count)
 
@@ -239,7 +270,7 @@ def noise_power(response: Complex, frequency: Array, band: Band) -> Array:
     """
     full = np.arange(1, len(response) - 1)
     power = np.abs(hann(response[full[:, None] + np.array([-1, 0, 1])].transpose(2, 0, 1))) ** 2
-    top = 0.92 * frequency[-1]
+    top = NOISE_TOP * frequency[-1]
     edges = np.linspace(min(band.high_hz * 1.1, 0.5 * top), top, 9)
     floors = []
     for low, high in itertools.pairwise(edges):
@@ -247,5 +278,10 @@ def noise_power(response: Complex, frequency: Array, band: Band) -> Array:
         if chosen.sum() >= 20:
             # The median of an exponential variable is ln 2 times its mean: robust against lines.
             floors.append(np.median(power[:, chosen], axis=1) / np.log(2.0))
-    floor = np.percentile(floors, 30.0, axis=0) if floors else np.median(power, axis=1)
+    floor = np.percentile(floors, QUIETEST, axis=0) if floors else np.median(power, axis=1)
     return np.asarray(np.maximum(floor, 1e-6 * np.mean(power, axis=1)))
+
+
+def quiet_rate_hz(band: Band) -> float:
+    """Return the rate below which noise is read within the band for want of room above it [Hz]."""
+    return 2.0 * band.high_hz / (NOISE_TOP * (1.0 - 0.5 * QUIETEST / 100.0))

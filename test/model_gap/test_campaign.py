@@ -5,6 +5,7 @@ from dataclasses import replace
 from hidden_campaign import make_campaign, SENSORS
 import numpy as np
 import pytest
+from scipy.signal import resample_poly
 from write_campaign import write_campaign
 import yaml
 
@@ -12,10 +13,14 @@ from modal_core.channel import SensorLayout
 from modal_core.errors import ModalAnalysisError, RecordingError, SettingsError
 from modal_core.measurements import JointSamples, StampedSamples
 from modal_core.share import share_path
+from model_gap.campaign import GapRecord
 from model_gap.campaign_file import read_campaign_file
+from model_gap.lines import common_lines
 from model_gap.read_campaign import read_campaign
 from model_gap.resample import at_times
+from model_gap.search import Search
 from model_gap.series import gather
+from model_gap.spectra import Band, record_spectra
 from model_gap.split import pose_groups, split
 from recordings import RecordingWriter
 from recordings.encode import encode
@@ -226,6 +231,53 @@ def test_a_channel_that_never_changes_is_left_out(tmp_path, records, robot):
     assert (campaign.records[0].acceleration.std(axis=0) > 0.0).all()
     (note,) = (note for note in campaign.notes if 'always the same number' in note)
     assert 'lower_arm.y, elbow.y' in note
+
+
+def sampled_at(rate_hz, record):
+    """Return a record of slower sensors with a filter before them."""
+    slower = resample_poly(record.acceleration, rate_hz, round(record.rate_hz), padtype='line')
+    return replace(record, acceleration=slower, rate_hz=float(rate_hz))
+
+
+@pytest.mark.parametrize(('rate_hz', 'high_hz'), [(100, 45.0), (120, 54.0), (250, 60.0)])
+def test_slow_sensors_are_compared_as_far_as_they_tell(tmp_path, records, robot, rate_hz, high_hz):
+    slow = [sampled_at(rate_hz, record) for record in records[:2]]
+    write_campaign(tmp_path, slow, robot.joint_names, SENSORS)
+    campaign = read_campaign(tmp_path, robot)
+    told = [note for note in campaign.notes if f'compared up to {high_hz:g} Hz' in note]
+    assert bool(told) == (rate_hz < 133), campaign.notes
+    assert any('small gap' in note for note in campaign.notes) == (rate_hz < 150)
+    assert not any('joint states limit' in note for note in campaign.notes)
+    lines = (20.0, 49.4, 59.9)
+    for record in campaign.records:
+        item = record_spectra(record, Band(), lines_hz=lines)
+        assert np.isfinite(item.measured).all()
+        assert np.diff(item.omega, axis=1).min() > 0.0, 'every bin has its neighbours'
+        plain = record_spectra(record, Band()).frequency_hz
+        assert plain[-1] == pytest.approx(high_hz, abs=0.4)
+    search = Search(robot, campaign, simulated=True)
+    assert (
+        search.data.fitting.weighting.misfit(search.data.fitting.rows(search.nominal.setup()))
+        < 200.0
+    )
+
+
+def test_a_line_at_the_edge_of_slow_sensors_is_no_line_beyond(rng):
+    rate_hz, count, line_hz = 100.0, 3000, 49.9
+    hum = 20.0 * np.sin(2.0 * np.pi * line_hz * np.arange(count) / rate_hz)
+    response, motion = rng.standard_normal((count, 3)), rng.standard_normal((count, 2))
+    record = GapRecord(
+        'hum', np.zeros(2), '1', rate_hz, response + hum[:, None], motion, motion, motion
+    )
+    assert common_lines([record], Band()) == pytest.approx((line_hz,), abs=0.01)
+
+
+def test_sensors_too_slow_for_anything_are_one_clear_line(tmp_path, records, robot):
+    slow = [sampled_at(10, record) for record in records[:1]]
+    write_campaign(tmp_path, slow, robot.joint_names, SENSORS)
+    with pytest.raises(RecordingError, match='too slow') as caught:
+        read_campaign(tmp_path, robot)
+    assert 'p0_l0.mcap' in str(caught.value) and '13.3 Hz' in str(caught.value)
 
 
 @pytest.mark.parametrize(
