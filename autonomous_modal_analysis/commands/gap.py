@@ -40,26 +40,25 @@ def gap(
     from modal_core.side_by_side import processor_time_s
     from model_gap.comparison import compare
     from model_gap.find_gap import find_gap
-    from model_gap.gap_json import gap_mapping, write_gap_json
+    from model_gap.gap_json import gap_mapping
     from model_gap.read_campaign import campaign_layout, read_campaign
-    from model_gap.report.page import write_report
     from model_gap.report.words import summary_lines
-    from model_gap.updated_model import write_updated_model
+    from model_gap.result_folder import ResultFolder
     from structural_model import load_robot
 
     begin_s = time.monotonic()
     robot = load_robot(model)
     sensors = read_layout(layout) or campaign_layout(campaign, model)
+    folder = ResultFolder(out)
+    folder.prepare()
     with progress_bar(f'reading {campaign.name}') as progress:
         data = read_campaign(campaign, robot, sensors, progress)
     with progress_bar('locating, naming, deciding') as progress:
         result = find_gap(robot, data, seed=seed, progress=progress)
+    folder.write_found(result)
     with progress_bar('comparing mode by mode') as progress:
         comparison = compare(result, progress)
-    out.mkdir(parents=True, exist_ok=True)
-    write_gap_json(result, out / 'gap.json', comparison)
-    write_updated_model(result, out)
-    write_report(result, out / 'report.html', comparison)
+    folder.write_compared(result, comparison)
     if json:
         print_json(gap_mapping(result, comparison))
         return

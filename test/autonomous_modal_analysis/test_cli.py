@@ -127,3 +127,14 @@ def test_two_readings_of_a_wrong_pose(ama):
     assert run.returncode == 2
     assert 'found 2, expected 6' in run.stderr
     assert 'Traceback' not in run.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_named_before_the_work(ama, tmp_path):
+    """The recording is none: reading it would fail with another error."""
+    (tmp_path / 'a.mcap').write_bytes(b'not a recording')
+    (tmp_path / 'out').write_text('a file')
+    options = ('--model', 'irb6660_205_190', '--out', tmp_path / 'out')
+    run = ama('gap', tmp_path, *options)
+    assert run.returncode == 2
+    assert 'out' in run.stderr and 'File exists' in run.stderr
+    assert 'Traceback' not in run.stderr

@@ -16,6 +16,7 @@ from model_gap.effects.sensor_gain import SensorGain
 from model_gap.find_gap import find_gap
 from model_gap.gap_json import write_gap_json
 from model_gap.report.page import write_report
+from model_gap.result_folder import ResultFolder
 from model_gap.search import Search, SearchSettings
 from model_gap.updated_model import write_updated_model
 from structural_model import load_layout, load_robot
@@ -125,6 +126,20 @@ def test_result_files(softer, compared, tmp_path):
     assert '<script' not in page
     assert 'http://' not in page
     assert 'https://' not in page
+
+
+def test_what_was_found_is_kept_before_it_is_compared(softer, compared, tmp_path):
+    folder = ResultFolder(tmp_path / 'new' / 'out')
+    folder.prepare()
+    (folder.path / 'report.html').write_text('of an older search')
+    folder.write_found(softer)
+    found = json.loads((folder.path / 'gap.json').read_text())
+    assert found['verdict'] == 'named' and found['comparison'] is None
+    assert load_robot(folder.path / 'model_updated.yaml').spec.effects
+    assert not (folder.path / 'report.html').exists(), 'the older report says something else'
+    folder.write_compared(softer, compared)
+    assert json.loads((folder.path / 'gap.json').read_text())['comparison']['modes']
+    assert 'Joint 2 is' in (folder.path / 'report.html').read_text()
 
 
 def test_healthy_arm_has_no_gap(campaign_of, robot):

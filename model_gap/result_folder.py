@@ -1,0 +1,52 @@
+"""The folder of results: what was found at once, the comparison and the report when they are done.
+
+Whatever ends the work, the files of a folder are of one search.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+import tempfile
+
+from model_gap.comparison import Comparison
+from model_gap.find_gap import GapResult
+from model_gap.gap_json import write_gap_json
+from model_gap.report.page import write_report
+from model_gap.updated_model import write_updated_model
+
+FOUND, REPORT = 'gap.json', 'report.html'
+
+
+@dataclass(frozen=True)
+class ResultFolder:
+    """Where results go.
+
+    Parameters
+    ----------
+    path : Path
+        Made when missing.
+    """
+
+    path: Path
+
+    def prepare(self) -> None:
+        """Make the folder.
+
+        Raises
+        ------
+        OSError
+            It cannot be made or written to: better known before the work than after.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=self.path):
+            pass
+
+    def write_found(self, result: GapResult) -> None:
+        """Write gap.json without the comparison and the corrected model; an older report goes."""
+        (self.path / REPORT).unlink(missing_ok=True)
+        write_gap_json(result, self.path / FOUND)
+        write_updated_model(result, self.path)
+
+    def write_compared(self, result: GapResult, comparison: Comparison) -> None:
+        """Write gap.json with the comparison, and the report."""
+        write_gap_json(result, self.path / FOUND, comparison)
+        write_report(result, self.path / REPORT, comparison)
