@@ -98,6 +98,8 @@ class Campaign:
         What was assumed, left out or limits the comparison.
     remarks : tuple of str
         What the person who recorded it wrote.
+    given_layout : SensorLayout or None
+        With the sensors and axes that were left out; None: none were.
     """
 
     records: tuple[GapRecord, ...]
@@ -109,3 +111,9 @@ class Campaign:
     motion_band_hz: float = 0.0
     notes: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    given_layout: SensorLayout | None = None
+
+    @property
+    def whole_layout(self) -> SensorLayout:
+        """The layout as it was given, whether or not all of it was recorded."""
+        return self.layout if self.given_layout is None else self.given_layout

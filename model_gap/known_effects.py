@@ -60,7 +60,7 @@ def corrected_layout(layout: SensorLayout, hypothesis: Hypothesis) -> SensorLayo
     Parameters
     ----------
     layout : SensorLayout
-        As the campaign was recorded with.
+        As it was given; sensors and axes that were not recorded may be among its own.
     hypothesis : Hypothesis
         Its effects of sensors that mix, scale or delay readings are taken over.
     """

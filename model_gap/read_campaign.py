@@ -88,6 +88,7 @@ def read_campaign(
         motion_band_hz=min(motion.highest_hz for _, _, motion in read),
         notes=tuple(dict.fromkeys(notes)),
         remarks=file.remarks,
+        given_layout=sensors,
     )
 
 

@@ -34,8 +34,8 @@ def updated_model(result: GapResult) -> FlexibleJointModel:
 
 
 def updated_layout(result: GapResult) -> SensorLayout:
-    """Return the sensor layout with the effects of sensors in it."""
-    layout = result.search.campaign.layout
+    """Return the whole sensor layout that was given with the effects of sensors in it."""
+    layout = result.search.campaign.whole_layout
     return corrected_layout(layout, result.final) if accepted_effects(result) else layout
 
 
@@ -57,7 +57,7 @@ def write_updated_model(result: GapResult, folder: Path) -> Path:
     write_text(folder / NAME, '\n'.join(lines or ['# no effect was added']) + '\n' + after)
     difference = [
         *_difference(before, after, 'model.yaml', NAME),
-        *_difference(_text(search.campaign.layout.to_mapping()), sensors, SENSORS, SENSORS),
+        *_difference(_text(search.campaign.whole_layout.to_mapping()), sensors, SENSORS, SENSORS),
     ]
     write_text(folder / DIFFERENCE, '\n'.join(difference or ['nothing was changed']) + '\n')
     return folder / NAME

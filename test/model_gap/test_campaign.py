@@ -15,15 +15,20 @@ from modal_core.measurements import JointSamples, StampedSamples
 from modal_core.share import share_path
 from model_gap.campaign import GapRecord
 from model_gap.campaign_file import read_campaign_file
+from model_gap.effects.sensor_gain import SensorGain
+from model_gap.find_gap import find_gap
+from model_gap.gap_json import accepted_effects
 from model_gap.lines import common_lines
 from model_gap.read_campaign import read_campaign
 from model_gap.resample import at_times
-from model_gap.search import Search
+from model_gap.search import Search, SearchSettings
 from model_gap.series import gather
 from model_gap.spectra import Band, record_spectra
 from model_gap.split import pose_groups, split
+from model_gap.updated_model import write_updated_model
 from recordings import RecordingWriter
 from recordings.encode import encode
+from structural_model import load_layout
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')
 SHORT = {'n_fit': 2, 'n_held': 1, 'duration': 6.0}
@@ -398,3 +403,27 @@ def test_another_pose_than_said_is_noted(folder, robot):
     content['recordings'][0]['pose'] = [0.0] * 6
     (folder / 'campaign.yaml').write_text(yaml.safe_dump(content))
     assert any('away from the pose' in note for note in read_campaign(folder, robot).notes)
+
+
+def test_the_corrected_layout_keeps_what_was_left_out(tmp_path, robot, layout):
+    """One axis of the faulty sensor and the whole of another are dead in one recording."""
+    hidden = [{'type': 'sensor_gain', 'sensor': 'elbow', 'axis': None, 'gain': 1.4}]
+    first, *others = make_campaign(ROBOT, hidden, 8, n_fit=2, n_held=1, duration=6.0)
+    first.acceleration[:, [0, 1, 2, 6]] = np.nan
+    write_campaign(tmp_path, [first, *others], robot.joint_names, SENSORS)
+    campaign = read_campaign(tmp_path, robot)
+    assert len(campaign.layout.channels) == 8
+    result = find_gap(robot, campaign, SearchSettings(catalogue=(SensorGain,), most_effects=1))
+    (found,) = accepted_effects(result)
+    assert found.location == 'sensor:elbow', 'seed 8'
+    path = write_updated_model(result, tmp_path / 'out')
+    new = load_layout(path)
+    assert [item.name for item in new.channels] == [item.name for item in layout.channels]
+    size = {item.name: np.linalg.norm(item.direction) for item in new.channels}
+    gain = found.parameters[0].value
+    assert gain == pytest.approx(1.4, rel=0.05)
+    for axis in 'yz' if not found.variant else found.variant:
+        assert size[f'elbow.{axis}'] == pytest.approx(gain)
+    assert all(size[f'frame.{axis}'] == pytest.approx(1.0) for axis in 'xyz')
+    changed = (tmp_path / 'out' / 'model_updated.diff').read_text()
+    assert 'elbow' in changed and 'frame' not in changed
