@@ -26,12 +26,12 @@ SENTENCES: Mapping[str, str] = {
     'tonal_disturbance': 'Something shakes {place} steadily at {frequency:.4g} Hz',
     'servo_compliance': 'The drives give way: they do not hold their motors still',
     'tuned_mass': 'A mass of {mass:.3g} kg swings on {place} at {frequency:.3g} Hz',
-    'command_delay': 'Motion and sensors are {milliseconds:.3g} ms apart',
-    'sensor_gain': '{place} reads {gain:.3g} times too much',
+    'command_delay': 'All sensors show the recorded motion {milliseconds:.3g} ms {late}',
+    'sensor_gain': '{place} reads {gain:.3g} times what is there',
     'sensor_polarity': '{place} is connected the wrong way round',
     'sensor_axis_swap': 'Two axes of {place} are exchanged',
     'sensor_rotation': '{place} is mounted turned by {degrees:.3g}°',
-    'sensor_delay': '{place} is {milliseconds:.3g} ms late',
+    'sensor_delay': '{place} is {milliseconds:.3g} ms {late}',
     'sensor_mount_resonance': 'The mount of {place} is soft and resonates at {frequency:.3g} Hz',
     'sensor_mass': '{place} weighs {mass:.3g} kg itself',
 }
@@ -54,6 +54,7 @@ def sentence(effect: KnownEffect) -> str:
     """Return what an effect says of the robot."""
     numbers = {item.name: item.value for item in effect.parameters}
     turn = [value for name, value in numbers.items() if name.startswith('rotation_')]
+    delay = numbers.get('delay', math.nan)
     place = place_words(effect)
     if effect.type == 'joint_stiffness':
         change = 100.0 * (numbers['factor'] - 1.0)
@@ -66,7 +67,8 @@ def sentence(effect: KnownEffect) -> str:
             _Numbers(
                 numbers,
                 place=place,
-                milliseconds=1e3 * numbers.get('delay', math.nan),
+                milliseconds=1e3 * abs(delay),
+                late='early' if delay < 0.0 else 'late',
                 degrees=math.degrees(math.hypot(*turn)) if turn else math.nan,
             )
         )

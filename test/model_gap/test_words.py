@@ -1,0 +1,21 @@
+"""What was found, said in plain sentences."""
+
+import pytest
+
+from model_gap.report.words import sentence
+from structural_model.spec import KnownEffect, KnownNumber
+
+
+@pytest.mark.parametrize(
+    ('kind', 'name', 'value', 'said'),
+    [
+        ('sensor_gain', 'gain', 0.7, 'Sensor elbow reads 0.7 times what is there'),
+        ('sensor_gain', 'gain', 1.3, 'Sensor elbow reads 1.3 times what is there'),
+        ('sensor_delay', 'delay', -2.85e-3, 'Sensor elbow is 2.85 ms early'),
+        ('sensor_delay', 'delay', 2.85e-3, 'Sensor elbow is 2.85 ms late'),
+        ('command_delay', 'delay', -4.3e-3, 'All sensors show the recorded motion 4.3 ms early'),
+    ],
+)
+def test_numbers_to_either_side_are_said_right(kind, name, value, said):
+    number = KnownNumber(name, value, 0.1 * abs(value), '1')
+    assert sentence(KnownEffect(kind, 'sensor:elbow', '', 'layout', (number,))) == said
