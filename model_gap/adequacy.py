@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from model_gap.fit import Fit
 from model_gap.foretold import foretold
 from model_gap.hypothesis import Hypothesis
-from model_gap.locate import BAND_EDGES_HZ
 from model_gap.predict import Predictor
 from model_gap.search import Search
+from model_gap.spectra import BAND_EDGES_HZ
 
 Array = NDArray[np.float64]
 # Fewer complex data say too little of a mean of squares.

@@ -12,12 +12,11 @@ from model_gap.joint_vector import in_words
 from model_gap.predict import Predictor
 from model_gap.reach import joint_shares
 from model_gap.search import Search
-from model_gap.spectra import Complex
+from model_gap.spectra import BAND_EDGES_HZ
 from model_gap.split import pose_groups
 
 NEAR_MODE = 0.12
 KINDS = ('sensor', 'joint', 'mode', 'band', 'pose', 'level', 'record')
-BAND_EDGES_HZ = (3.0, 8.0, 12.0, 18.0, 26.0, 38.0, 60.0, 120.0)
 
 
 @dataclass(frozen=True)
@@ -176,14 +175,3 @@ def _response(predictor: Predictor) -> float:
     return sum(
         float(np.sum(np.abs(item.measured) ** 2 / item.noise_power)) for item in predictor.records
     )
-
-
-def measured_and_predicted(
-    predictor: Predictor, hypothesis: Hypothesis
-) -> list[tuple[Complex, Complex]]:
-    """Return measured and predicted spectra of every record."""
-    predicted = predictor.predict(hypothesis.setup())
-    return [
-        (item.measured, reading)
-        for item, reading in zip(predictor.records, predicted, strict=True)
-    ]

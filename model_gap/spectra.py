@@ -31,6 +31,8 @@ COARSE_S = 25.0
 NOISE_TOP, QUIETEST = 0.92, 30.0
 # The band's upper edge is at least so many times the lower one.
 LEAST_WIDTH = 2.0
+# Bands that results are told by.
+BAND_EDGES_HZ = (3.0, 8.0, 12.0, 18.0, 26.0, 38.0, 60.0, 120.0)
 BLOCK = 64
 
 

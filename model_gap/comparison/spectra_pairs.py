@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from model_gap.hypothesis import Hypothesis
 from model_gap.search import Search
-from model_gap.spectra import Complex, RecordSpectra
-
-BAND_EDGES_HZ = (3.0, 8.0, 12.0, 18.0, 26.0, 38.0, 60.0, 120.0)
+from model_gap.spectra import BAND_EDGES_HZ, Complex, RecordSpectra
 
 
 @dataclass(frozen=True)
