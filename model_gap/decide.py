@@ -4,7 +4,7 @@ Evidence alone is not enough: what is left over must be noise on records that to
 tolerances must stay ordinary, and no other explanation may be nearly as good.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 import itertools
 
@@ -193,16 +193,22 @@ def rivals_of(
     search: Search, accepted: tuple[Candidate, ...]
 ) -> tuple[tuple[Candidate, Candidate], ...]:
     """Return what each accepted effect that was kept cannot be told from."""
-    final = [effect.key for effect in accepted[-1].fit.hypothesis.effects]
-    return tuple(
-        (best, other)
-        for step, best in zip(search.steps, accepted, strict=False)
-        for other in step.candidates[1:]
-        if best.effect.key in final
-        # What was found later stands beside it, not instead.
-        and other.effect.key not in final
-        and best.gain - other.gain < EVIDENCE_BETWEEN
-    )
+    final = accepted[-1].fit
+    keys = [effect.key for effect in final.hypothesis.effects]
+    found = []
+    for step, best in zip(search.steps, accepted, strict=False):
+        for other in step.candidates[1:]:
+            close = best.gain - other.gain < EVIDENCE_BETWEEN
+            # What was dropped later needs no rival; what was added later is none.
+            if not close or best.effect.key not in keys or other.effect.key in keys:
+                continue
+            if best is accepted[-1]:
+                found.append((best, other))
+                continue
+            beside = search.instead(final, best.effect, other)
+            if beside and final.log_evidence - beside.fit.log_evidence < EVIDENCE_BETWEEN:
+                found.append((replace(best, fit=final), beside))
+    return tuple(found)
 
 
 def too_little(search: Search) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from model_gap.campaign import Campaign
 from model_gap.effects import CATALOGUE, Effect, Scene
 from model_gap.explicit_damping import explicit_damping
 from model_gap.fit import EFFECTIVE_DATA, Fit, fit
+from model_gap.fits import fits
 from model_gap.hypothesis import Hypothesis
 from model_gap.known_effects import with_known_effects
 from model_gap.linearise import tolerance_columns
@@ -254,6 +255,17 @@ class Search:
         gain = fitted.log_evidence - before.log_evidence
         effect = fitted.hypothesis.effects[-1]
         return Candidate(effect, fitted, gain, self.heldout_misfit(fitted.hypothesis))
+
+    def instead(self, final: Fit, best: Effect, other: Candidate) -> Candidate | None:
+        """Return another effect beside all others that were found; None of an impossible arm.
+
+        What two effects of an early round are worth tells little while others are missing.
+        """
+        keys = [effect.key for effect in final.hypothesis.effects]
+        fewer = final.hypothesis.without(keys.index(best.key))
+        start = fewer.with_effect(other.effect, other.fit.hypothesis.values()[-1])
+        (fitted,) = fits(lambda it: fit(it, self.data.fitting, relinearise=2), [start])
+        return self._candidate(fitted, self.steps[0].before) if fitted else None
 
     def earns_place(self, step: Step) -> bool:
         """Return whether the best candidate of a round gains enough to be believed."""

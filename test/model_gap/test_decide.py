@@ -1,5 +1,7 @@
 """When numbers that fit are not believed: at the end of what is plausible, or two for one law."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,6 +83,23 @@ def test_an_effect_that_was_added_later_is_no_rival(nominal):
     assert rivals_of(search, accepted) == ()
     alone = rounds(nominal, [(SOFTER, 449.0, 10.0), (OTHER, 448.0, 12.0)])
     assert names_of(rivals_of(alone, believed(alone))) == [(SOFTER, OTHER)]
+
+
+@pytest.mark.parametrize(('behind', 'remains'), [(7.0, True), (9.0, False)])
+def test_a_rival_of_an_early_round_is_judged_beside_all_that_was_found(nominal, behind, remains):
+    search = rounds(nominal, [(SOFTER, 449.0, 10.0), (PLAY, 446.0, 12.0)], [(OTHER, 300.0, 1.0)])
+    accepted = believed(search)
+    final = accepted[-1].fit
+
+    def instead(whole, best, other):
+        assert (whole, best, other.effect) == (final, SOFTER, PLAY)
+        return replace(other, fit=replace(other.fit, log_evidence=whole.log_evidence - behind))
+
+    search.instead = instead
+    found = rivals_of(search, accepted)
+    assert names_of(found) == ([(SOFTER, PLAY)] if remains else [])
+    search.instead = lambda *_: None  # not a possible arm
+    assert rivals_of(search, accepted) == ()
 
 
 def test_rivals_are_those_of_the_same_round(nominal):

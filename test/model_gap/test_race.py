@@ -16,7 +16,7 @@ from model_gap.linearise import tolerance_columns
 from model_gap.neighbours import neighbours
 from model_gap.race import race
 from model_gap.screen import Trial
-from model_gap.search import Search
+from model_gap.search import Candidate, Search, Step
 from model_gap.split import split
 
 SEED = 47
@@ -102,6 +102,23 @@ def test_places(search):
     assert set(links) <= set(scene.model.link_names)
     assert turned('x', (0.0, 0.0)) == (1.0, 0.0, 0.0)
     assert turned('y', (0.0, np.pi / 4)) == pytest.approx((0.5**0.5, 0.5**0.5, 0.0))
+
+
+def test_another_place_is_tried_beside_all_that_was_found(search):
+    """The swinging mass on the next link, a softer drive beside it."""
+    fitting, softer = search.data.fitting, JointStiffness('joint_2')
+    right = search.nominal.with_effect(TunedMass('link_4', 'z'), (12.0, 14.0, 0.03))
+    final = fit(right.with_effect(softer, (1.0,)), fitting, relinearise=2)
+    wrong = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
+    alone = fit(wrong, fitting, relinearise=0)
+    search.steps = [Step(alone, 1.0, (), ())]
+    other = Candidate(wrong.effects[0], alone, 0.0, 1.0)
+    found = search.instead(final, right.effects[0], other)
+    assert [item.key for item in found.fit.hypothesis.effects] == [
+        softer.key, wrong.effects[0].key
+    ]  # fmt: skip
+    assert found.fit.log_evidence < final.log_evidence - 8.0, f'seed {SEED}'
+    assert found.fit.log_evidence >= alone.log_evidence - 10.0, f'seed {SEED}'
 
 
 def test_an_arm_that_is_not_possible_is_left_out(search):
