@@ -26,6 +26,32 @@ LITTLE_GAIN = 1.0
 
 
 @dataclass(frozen=True)
+class Linearised:
+    """How tolerances act at a point.
+
+    Parameters
+    ----------
+    at : Hypothesis
+        Where.
+    columns : (n_tolerances, n_rows) array
+        Derivatives, per prior standard deviation.
+    """
+
+    at: Hypothesis
+    columns: Rows
+
+    @classmethod
+    def of(cls, hypothesis: Hypothesis, predictor: Predictor) -> 'Linearised':
+        """Linearise where a hypothesis is."""
+        return cls(hypothesis, tolerance_columns(hypothesis, predictor))
+
+    def is_of(self, hypothesis: Hypothesis) -> bool:
+        """Return whether a hypothesis has the same effects with as many numbers."""
+        keys, others = ([item.key for item in it.effects] for it in (self.at, hypothesis))
+        return keys == others and len(self.at.inner) == len(hypothesis.inner)
+
+
+@dataclass(frozen=True)
 class Fit:
     """A fitted hypothesis.
 
@@ -41,8 +67,8 @@ class Fit:
         Of the inner parameters, tolerances marginalised.
     precision : (n_tolerances + n_parameters, same) array
         Of all numbers, in prior standard deviations.
-    columns : (n_tolerances, n_rows) array or None
-        Tolerance derivatives near it, where they were kept.
+    linearised : Linearised or None
+        Near it, where that was kept.
     """
 
     hypothesis: Hypothesis
@@ -50,12 +76,12 @@ class Fit:
     log_evidence: float
     covariance: Array
     precision: Array
-    columns: Rows | None = field(default=None, repr=False)
+    linearised: Linearised | None = field(default=None, repr=False)
 
     @property
-    def lean(self) -> 'Fit':
-        """The fit without its columns, which are large."""
-        return replace(self, columns=None)
+    def without_columns(self) -> 'Fit':
+        """The fit without what is large."""
+        return replace(self, linearised=None)
 
 
 @dataclass(frozen=True)
@@ -96,10 +122,9 @@ def free_numbers_cost(effects: Sequence[Effect], records: int) -> float:
 def fit(
     hypothesis: Hypothesis,
     predictor: Predictor,
-    columns: Rows | None = None,
+    linearised: Linearised | None = None,
     iterations: int = 8,
     relinearise: int = 1,
-    near: bool = False,
 ) -> Fit:
     """Fit by damped Gauss-Newton steps.
 
@@ -109,24 +134,23 @@ def fit(
         Start.
     predictor : Predictor
         Of the fitting records.
-    columns : array
-        Tolerance derivatives to begin with; computed when missing.
+    linearised : Linearised
+        To begin with, and to end with if it is of the same effects; computed when missing.
     iterations : int
         Most steps between two linearisations of the tolerances.
     relinearise : int
-        How often the tolerance derivatives are computed anew at most.
-    near : bool
-        Whether the columns given are good enough to end with.
+        How often the tolerances are linearised anew at most.
     """
-    if columns is None:
-        columns, near = tolerance_columns(hypothesis, predictor), True
-    for number in range(relinearise + 1):
-        down = descend(hypothesis, predictor, columns, iterations)
+    linearised = linearised or Linearised.of(hypothesis, predictor)
+    near = linearised.is_of(hypothesis)
+    for left in range(relinearise, -1, -1):
+        down = descend(hypothesis, predictor, linearised.columns, iterations)
         hypothesis = down.hypothesis
-        if number == relinearise or (near and down.gain < LITTLE_GAIN):
+        near = near and down.gain < LITTLE_GAIN
+        if near or not left:
             break
-        columns, near = tolerance_columns(hypothesis, predictor), True
-    return _summary(hypothesis, predictor, columns)
+        linearised, near = Linearised.of(hypothesis, predictor), True
+    return _summary(hypothesis, predictor, linearised, near)
 
 
 def descend(
@@ -192,10 +216,13 @@ def posterior_hessian(columns: Rows, gram: Array, extra: Rows, chi: float, count
     return hessian
 
 
-def _summary(hypothesis: Hypothesis, predictor: Predictor, columns: Rows) -> Fit:
-    rows = predictor.rows(hypothesis.setup())
-    chi = predictor.weighting.misfit(rows)
-    extra = effect_columns(hypothesis, predictor, rows)
+def _summary(
+    hypothesis: Hypothesis, predictor: Predictor, linearised: Linearised, near: bool
+) -> Fit:
+    """Return the fit; what acts alike, an effect and a tolerance, is linearised at one point."""
+    at, columns = linearised.at if near else hypothesis, linearised.columns
+    extra = effect_columns(at, predictor, predictor.rows(at.setup()))
+    chi = predictor.weighting.misfit(predictor.rows(hypothesis.setup()))
     gram = np.asarray(columns @ columns.T, dtype=float)
     hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count)
     covariance = np.linalg.inv(hessian)[len(columns) :, len(columns) :]
@@ -208,5 +235,5 @@ def _summary(hypothesis: Hypothesis, predictor: Predictor, columns: Rows) -> Fit
         log_evidence=evidence,
         covariance=covariance * np.outer(scale, scale),
         precision=hessian,
-        columns=columns,
+        linearised=linearised if near else None,
     )

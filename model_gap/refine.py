@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from model_gap.effects import Effect
-from model_gap.fit import Fit, fit
+from model_gap.fit import Fit, fit, Linearised
 from model_gap.fits import fits
 from model_gap.hypothesis import Hypothesis
-from model_gap.linearise import tolerance_columns
 from model_gap.neighbours import neighbours
 from model_gap.predict import Predictor
 from model_gap.prepared import Prepared
@@ -53,7 +52,7 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
     if current.misfit < MIMICKED_MISFIT:
         starts = [replace(item, held=held) for item in instead_of_tolerances(current.hypothesis)]
         found += fits(lambda start: fit(start, coarse, relinearise=3), starts)
-    shared = tolerance_columns(trials[0].base, coarse) if trials else None
+    shared = Linearised.of(trials[0].base, coarse) if trials else None
 
     def roughly(start: Hypothesis) -> Fit:
         if start.effects[-1].amplitude_dependent:

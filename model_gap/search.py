@@ -191,7 +191,7 @@ class Search:
     def run(self) -> list[Step]:
         """Search until nothing more is worth adding."""
         first = fit(self.nominal, self.data.fitting, relinearise=FIRST_LINEARISATIONS)
-        current = self._followed(first).lean
+        current = self._followed(first).without_columns
         self._tell(0.0)
         for _ in range(self.settings.most_effects):
             step = self._settled(self._step(current))
@@ -224,7 +224,7 @@ class Search:
             else:
                 number += 1
         gain = last.log_evidence - step.before.log_evidence
-        last = self._followed(last).lean
+        last = self._followed(last).without_columns
         held = self.heldout_misfit(last.hypothesis)
         settled = Candidate(best.effect, last, gain, held)
         return replace(step, candidates=(settled, *step.candidates[1:]))
@@ -239,7 +239,7 @@ class Search:
         if self.simulated or (distorted and not fitted.hypothesis.effects):
             return fitted
         self.data = self._prepared(fitted.hypothesis.setup())
-        again = partial(fit, fitted.hypothesis, columns=fitted.columns, iterations=4, near=True)
+        again = partial(fit, fitted.hypothesis, linearised=fitted.linearised, iterations=4)
         found = again(predictor=self.data.fitting)
         if self.simulated is None:
             linear = self._prepared(None)
@@ -285,7 +285,7 @@ class Search:
         if not new:
             return replace(current, hypothesis=hypothesis)
         self.data = self._prepared(hypothesis.setup())
-        return fit(hypothesis, self.data.fitting, relinearise=0).lean
+        return fit(hypothesis, self.data.fitting, relinearise=0).without_columns
 
     def _step(self, current: Fit) -> Step:
         current = self._with_lines(current)

@@ -121,6 +121,23 @@ def test_another_place_is_tried_beside_all_that_was_found(search):
     assert found.fit.log_evidence >= alone.log_evidence - 10.0, f'seed {SEED}'
 
 
+def test_a_load_stays_as_uncertain_as_the_mass_beside_it(search):
+    """With the derivatives of a point near by, tolerance and load must still look alike."""
+    predictor, flange = search.data.racing, Payload(search.model.link_names[-1])
+    start = search.nominal.with_effect(flange, (5.0, 0.0, 0.0, 0.0, 0.06))
+    found = fit(start, predictor, relinearise=4)
+    assert found.linearised is not None, f'seed {SEED}'
+    rng = np.random.default_rng(SEED)
+    values = found.hypothesis.tolerance_values
+    away = found.hypothesis.moved(
+        values + 0.02 * rng.standard_normal(len(values)), found.hypothesis.inner
+    )
+    again = fit(away, predictor, found.linearised, iterations=0)
+    assert again.linearised is found.linearised, f'seed {SEED}'
+    expected = np.sqrt(np.diag(found.covariance))
+    assert np.sqrt(np.diag(again.covariance)) == pytest.approx(expected, rel=0.05), f'seed {SEED}'
+
+
 def test_an_arm_that_is_not_possible_is_left_out(search):
     """A load that weighs less than nothing by more than the arm has: no end of the search."""
     predictor = search.data.racing
