@@ -92,6 +92,8 @@ class Descent:
     ----------
     hypothesis : Hypothesis
         There.
+    misfit : float
+        χ there.
     objective : float
         Minus the log posterior density there, up to a constant.
     gain : float
@@ -99,6 +101,7 @@ class Descent:
     """
 
     hypothesis: Hypothesis
+    misfit: float
     objective: float
     gain: float
 
@@ -150,7 +153,7 @@ def fit(
         if near or not left:
             break
         linearised, near = Linearised.of(hypothesis, predictor), True
-    return _summary(hypothesis, predictor, linearised, near)
+    return _summary(down, predictor, linearised, near)
 
 
 def descend(
@@ -185,7 +188,7 @@ def descend(
         hypothesis, rows, chi = moved, new_rows, new_chi
         if gain < 0.3:
             break
-    return Descent(hypothesis, best, first - best)
+    return Descent(hypothesis, chi, best, first - best)
 
 
 def _step(
@@ -216,18 +219,16 @@ def posterior_hessian(columns: Rows, gram: Array, extra: Rows, chi: float, count
     return hessian
 
 
-def _summary(
-    hypothesis: Hypothesis, predictor: Predictor, linearised: Linearised, near: bool
-) -> Fit:
+def _summary(down: Descent, predictor: Predictor, linearised: Linearised, near: bool) -> Fit:
     """Return the fit; what acts alike, an effect and a tolerance, is linearised at one point."""
-    at, columns = linearised.at if near else hypothesis, linearised.columns
+    hypothesis, chi, columns = down.hypothesis, down.misfit, linearised.columns
+    at = linearised.at if near else hypothesis
     extra = effect_columns(at, predictor, predictor.rows(at.setup()))
-    chi = predictor.weighting.misfit(predictor.rows(hypothesis.setup()))
     gram = np.asarray(columns @ columns.T, dtype=float)
     hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count)
     covariance = np.linalg.inv(hessian)[len(columns) :, len(columns) :]
     scale = hypothesis.prior_scale
-    evidence = -objective(chi, hypothesis) - 0.5 * float(np.linalg.slogdet(hessian)[1])
+    evidence = -down.objective - 0.5 * float(np.linalg.slogdet(hessian)[1])
     evidence -= free_numbers_cost(hypothesis.effects, len(predictor.records))
     return Fit(
         hypothesis=hypothesis,

@@ -15,7 +15,7 @@ from model_gap.predict import Predictor
 from model_gap.setup import Setup
 from model_gap.spectra import Complex, hann
 from model_gap.torque_following import ArmChange, stacked
-from model_gap.torque_spectra import whole_force
+from model_gap.torque_spectra import sum_of_forces
 from model_gap.weighting import Rows
 
 Array = NDArray[np.float64]
@@ -149,13 +149,9 @@ class _ArmDerivative:
         ):
             transfer: Complex = systems[group].transfer(state.omega)
             if joints:
-                item, stepped = predictor.records[number], self.solved.torques.stepped[number]
-                force = sum(
-                    whole_force(torque, path, item, systems[group])
-                    for law, (path, torque) in zip(setup.forces, stepped, strict=True)
-                    if law in rubbing
-                )
-                torques = -np.linalg.lstsq(places.astype(complex), np.asarray(force))[0]
+                stepped = zip(setup.forces, self.solved.torques.stepped[number], strict=True)
+                force = sum_of_forces([one for law, one in stepped if law in rubbing])
+                torques = -np.linalg.lstsq(places.astype(complex), force)[0]
                 gains = [
                     equivalent_gain(torque, place @ state.deflection, state.omega)
                     for torque, place in zip(torques, places.T, strict=True)
@@ -194,7 +190,9 @@ class _ArmDerivative:
     def _twists_at_rest(self, moved: Setup) -> list[list[float]]:
         """Return the twists under gravity in a changed arm, per pose and torque."""
         model = self.predictor.arm(moved.spec)
-        vectors = [torque.path.vector for torque in self.following[0]] if self.following else []
+        vectors = (
+            [torque.stepped.path.vector for torque in self.following[0]] if self.following else []
+        )
         return [
             [static_twist(model, vector, pose) for vector in vectors]
             for pose in self.predictor.poses

@@ -9,9 +9,9 @@ from model_gap.laws import Follow
 from model_gap.pose_system import PoseSystem
 from model_gap.setup import JointForce, Setup
 from model_gap.spectra import Complex, hann, RecordSpectra
-from model_gap.step_torque import Array, step_torque
+from model_gap.step_torque import step_torque
 from model_gap.torque_following import TorqueFollowing
-from model_gap.torque_spectra import force_spectra, whole_force
+from model_gap.torque_spectra import force_spectra, SteppedTorque, sum_of_forces, whole_force
 from structural_model import FlexibleJointModel
 
 # By joint, record and the twist it sees.
@@ -28,13 +28,13 @@ class Torques:
         On the deflections, per record; empty where a setup has no torques.
     errors : dict of (str, int) to (n_bins,) complex array
         By joint and record: a sample of the error of torques that see a measured twist.
-    stepped : list of list of (JointPath, (n_steps,) array)
-        Per record and torque: what it was stepped along, and the torque.
+    stepped : list of list of SteppedTorque
+        Per record and torque.
     """
 
     forces: list[Complex] = field(default_factory=list)
     errors: dict[tuple[str, int], Complex] = field(default_factory=dict)
-    stepped: list[list[tuple[JointPath, Array]]] = field(default_factory=list)
+    stepped: list[list[SteppedTorque]] = field(default_factory=list)
 
 
 @dataclass
@@ -78,23 +78,23 @@ class LocalTorques:
             torques = Torques()
             for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
                 system = systems[group]
-                pushes, stepped = [], []
+                stepped = []
                 for force in setup.forces:
                     key = (force.joint, index, self.followed(force))
                     if key not in paths:
                         paths[key] = self._path(force, setup, model, item, system)
                     path = paths[key]
                     torque = step_torque(path, force)
-                    stepped.append((path, torque))
-                    pushes.append(whole_force(torque, path, item, system))
+                    push = whole_force(torque, path, item, system)
+                    stepped.append(SteppedTorque(path, torque, push))
                     if path.noisy is not None:
                         noisy = step_torque(path.with_noise(), force)
                         place = force_spectra(noisy - torque, path, item)
                         error = path.vector @ place / (path.vector @ path.vector)
                         torques.errors[force.joint, index] = hann(error.reshape(-1, 3))
                 torques.stepped.append(stepped)
-                if pushes:
-                    torques.forces.append(sum(pushes[1:], pushes[0]))
+                if stepped:
+                    torques.forces.append(sum_of_forces(stepped))
             found.append(torques)
         return found
 
@@ -108,13 +108,12 @@ class LocalTorques:
     def following(
         self, setup: Setup, torques: Torques, systems: Sequence[PoseSystem]
     ) -> list[list[TorqueFollowing]]:
-        """Return what follows slight changes of the arm, per record and torque."""
+        """Return what follows slight changes of the arm: springs' torques, per record."""
         return [
             [
-                TorqueFollowing(
-                    path, torque, force, item, systems[group], setup, self.bends(force)
-                )
-                for force, (path, torque) in zip(setup.forces, stepped, strict=True)
+                TorqueFollowing(one, force, item, systems[group], setup, self.bends(force))
+                for force, one in zip(setup.forces, stepped, strict=True)
+                if force.law.of_spring
             ]
             for item, group, stepped in zip(
                 self.records, self.groups, torques.stepped, strict=True

@@ -282,11 +282,10 @@ class Predictor:
         if not setup.forces:
             return setup
         systems = self.systems(setup.spec, setup.channels)
-        held = []
+        names, held = systems[0].dof_names, []
         for force in setup.forces:
             alone = dataclasses.replace(setup, forces=(force,))
             (torques,) = self.torques([alone], systems)
-            names = systems[0].dof_names
             held.append(HeldTorque(names, tuple(torques.forces), torques.errors))
         return dataclasses.replace(setup, forces=(), held=(*setup.held, *held))
 

@@ -12,7 +12,7 @@ from model_gap.pose_system import PoseArm, PoseSystem
 from model_gap.setup import JointForce, Setup
 from model_gap.spectra import RecordSpectra
 from model_gap.step_torque import step_torque
-from model_gap.torque_spectra import long_spectrum, whole_force
+from model_gap.torque_spectra import long_spectrum, SteppedTorque, whole_force
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -64,11 +64,11 @@ def stacked(omega: Array, deflection: Complex, acceleration: Complex, shift: Com
 
 @dataclass(frozen=True)
 class TorqueFollowing:
-    """One torque in one record, ready to be stepped along slightly changed twists.
+    """A spring's torque in one record, ready to be stepped along slightly changed twists.
 
     Parameters
     ----------
-    path, torque : JointPath, (n_steps,) array [N m]
+    stepped : SteppedTorque
         Of the arm as it is.
     law : JointForce
         The torque.
@@ -82,8 +82,7 @@ class TorqueFollowing:
         Whether it is stepped again; else it stays but for its own spring and load.
     """
 
-    path: JointPath
-    torque: Array
+    stepped: SteppedTorque
     law: JointForce
     item: RecordSpectra
     system: PoseSystem
@@ -100,45 +99,43 @@ class TorqueFollowing:
         stiffness, static_twist : float
             Of the joint in the changed arm.
         """
-        if not self.law.law.of_spring:
-            return np.zeros((len(self.path.vector), self.item.omega.size), dtype=complex)
+        present = self.stepped.path
         if not self.bends:
-            stronger = stiffness / self.path.stiffness - 1.0
-            heavier = static_twist - self.path.static_twist
-            return stronger * self._force + heavier * self._per_load
+            stronger = stiffness / present.stiffness - 1.0
+            heavier = static_twist - present.static_twist
+            return stronger * self.stepped.force + heavier * self._per_load
         motion, row = self._long
         twist = on_steps(
-            np.einsum('nf,nf->f', row, change.force(motion)), self.item, len(self.torque)
+            np.einsum('nf,nf->f', row, change.force(motion)), self.item, len(present.twist)
         )
         path = dataclasses.replace(
-            self.path,
+            present,
             stiffness=stiffness,
             static_twist=static_twist,
-            twist=self.path.twist + twist,  # springs do not ask for the rate
+            twist=present.twist + twist,  # springs do not ask for the rate
         )
-        return self._force_of(step_torque(path, self.law) - self.torque)
-
-    @cached_property
-    def _force(self) -> Complex:
-        return self._force_of(self.torque)
+        return self._change(path)
 
     @cached_property
     def _per_load(self) -> Complex:
         """Change of the force per change of the twist at rest."""
-        step = 1e-3 * max(abs(self.path.static_twist), 1e-6)
-        path = dataclasses.replace(self.path, static_twist=self.path.static_twist + step)
-        return self._force_of((step_torque(path, self.law) - self.torque) / step)
+        present = self.stepped.path
+        step = 1e-3 * max(abs(present.static_twist), 1e-6)
+        path = dataclasses.replace(present, static_twist=present.static_twist + step)
+        return self._change(path, step)
 
-    def _force_of(self, torque: Array) -> Complex:
-        return whole_force(torque, self.path, self.item, self.system)
+    def _change(self, path: JointPath, step: float = 1.0) -> Complex:
+        """Return how the force changes from the present path to another, per step."""
+        torque = (step_torque(path, self.law) - self.stepped.torque) / step
+        return whole_force(torque, path, self.item, self.system)
 
     @cached_property
     def _long(self) -> tuple[Complex64, Complex64]:
         """The long motion, and twist per force."""
-        system, vector = self.system, self.path.vector
+        system, vector = self.system, self.stepped.path.vector
         omega, *recorded = self.item.long_motion
         inputs = self.setup.driven(omega, *recorded)
         force = system.force(*inputs)
-        force = force - vector[:, None] * long_spectrum(self.torque, self.item)
+        force = force - vector[:, None] * long_spectrum(self.stepped.torque, self.item)
         motion = stacked(omega, system.deflection(omega, force), *inputs)
         return motion, system.twist_per_force(omega, vector).astype(np.complex64)

@@ -1,5 +1,8 @@
 """Torques in time as forces on the compared bins."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +15,25 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
+@dataclass(frozen=True)
+class SteppedTorque:
+    """A torque in one joint of one record.
+
+    Parameters
+    ----------
+    path : JointPath
+        What it was stepped along.
+    torque : (n_steps,) array [N m]
+        Of the law.
+    force : (n_dof, 3 n_bins) complex array
+        On the deflections, ``whole_force``.
+    """
+
+    path: JointPath
+    torque: Array
+    force: Complex
+
+
 def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Complex:
     """Return the force on the degrees of freedom on a record's bins, (n_dof, 3 n_bins)."""
     spectrum = _at_points(np.fft.rfft(torque - torque.mean()), len(torque))
@@ -20,6 +42,11 @@ def force_spectra(torque: Array, path: JointPath, item: RecordSpectra) -> Comple
     scale = np.sqrt(len(item.record.acceleration)) / len(torque)
     found[inside] = spectrum[item.places[inside]] * scale
     return np.asarray(-path.vector[:, None] * found)
+
+
+def sum_of_forces(stepped: Sequence[SteppedTorque]) -> Complex:
+    """Return what torques of one record do together; of at least one."""
+    return np.asarray(sum((item.force for item in stepped[1:]), stepped[0].force))
 
 
 def long_spectrum(torque: Array, item: RecordSpectra) -> Complex:

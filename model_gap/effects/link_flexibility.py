@@ -57,11 +57,8 @@ class LinkFlexibility(DetailedEffect):
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the hinge, all but rigid."""
         stiff = (1e-4 * 0.3 / stiffest(scene), 4e-4)
-        return self.apply(setup, stiff, scene), self._name(setup)
-
-    def _name(self, setup: Setup) -> str:
-        base = f'gap_{self.location}_{self.variant}'
-        return unused_name(base, [part.name for part in setup.spec.hinges])
+        divided = self.apply(setup, stiff, scene)
+        return divided, divided.spec.hinges[-1].name
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Divide the link."""
@@ -69,7 +66,7 @@ class LinkFlexibility(DetailedEffect):
         place, share, *turns = values[2:] if self.details else (0.5, 0.5, 0.0, 0.0)
         x, y, z = spans(scene)[str(self.location)]
         hinge = HingeSpec(
-            name=self._name(setup),
+            name=unused_name(f'gap_{self.location}_{self.variant}', setup.spec.hinges),
             link=str(self.location),
             position_m=(place * x, place * y, place * z),
             axis=turned(self.variant, turns),

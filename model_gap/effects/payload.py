@@ -48,9 +48,7 @@ class Payload(Effect):
         """Fix the mass to the link."""
         mass, x, y, z, radius = values
         item = MassSpec(
-            name=unused_name(
-                f'gap_{self.type}_{self.location}', [part.name for part in setup.spec.masses]
-            ),
+            name=unused_name(f'gap_{self.type}_{self.location}', setup.spec.masses),
             link=str(self.location),
             mass_kg=mass,
             position_m=(x, y, z),

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 import itertools
+from typing import Protocol
 
 import numpy as np
 
@@ -11,9 +12,17 @@ from model_gap.effects.effect import Scene
 Place = tuple[float, float, float]
 
 
-def unused_name(base: str, taken: Iterable[str]) -> str:
-    """Return a name for a new part: numbered if a corrected model has one of that name."""
-    names = set(taken)
+class Named(Protocol):
+    """A part of a model."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+
+def unused_name(base: str, parts: Iterable[Named]) -> str:
+    """Return a name for one more part: numbered if a corrected model has one of that name."""
+    names = {part.name for part in parts}
     numbers = (f'{base}_{number}' for number in itertools.count(2))
     return next(name for name in itertools.chain([base], numbers) if name not in names)
 

@@ -56,10 +56,7 @@ class RodSpring(Effect):
         names = scene.model.joint_names
         sign = 1.0 if self.variant == '+' else -1.0
         rod = RodSpec(
-            name=unused_name(
-                f'gap_rod_{"sum" if sign > 0 else "difference"}',
-                [part.name for part in setup.spec.rods],
-            ),
+            name=unused_name(f'gap_rod_{"sum" if sign > 0 else "difference"}', setup.spec.rods),
             weights=((names[1], 1.0), (names[2], sign)),
             spring=Spring(max(values[0], 1e-3), values[1] * max(values[0], 1e-3)),
         )

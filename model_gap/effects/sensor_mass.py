@@ -32,7 +32,7 @@ class SensorMass(SensorEffect):
         """Fix the mass where the sensor is."""
         row = next(iter(self.rows(setup).values()))
         channel = setup.channels[row]
-        name = unused_name(f'gap_{self.sensor}', [part.name for part in setup.spec.masses])
+        name = unused_name(f'gap_{self.sensor}', setup.spec.masses)
         item = MassSpec(name, channel.frame_id, values[0], channel.position_m)
         return setup.with_spec(dataclasses.replace(setup.spec, masses=(*setup.spec.masses, item)))
 

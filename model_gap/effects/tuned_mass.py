@@ -58,11 +58,8 @@ class TunedMass(DetailedEffect):
 
     def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
         """Return the place the mass pulls at: a mass too light to matter."""
-        return self.apply(setup, (1e-4, 20.0, 0.05), scene), self._name(setup)
-
-    def _name(self, setup: Setup) -> str:
-        base = f'swing_{self.location}_{self.variant}'
-        return unused_name(base, [part.name for part in setup.spec.absorbers])
+        hung = self.apply(setup, (1e-4, 20.0, 0.05), scene)
+        return hung, hung.spec.absorbers[-1].name
 
     def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
         """Hang the mass on the link."""
@@ -70,7 +67,7 @@ class TunedMass(DetailedEffect):
         x, y, z = values[3:6] if self.details else centre(scene, str(self.location))
         omega = 2.0 * math.pi * frequency
         item = AbsorberSpec(
-            name=self._name(setup),
+            name=unused_name(f'swing_{self.location}_{self.variant}', setup.spec.absorbers),
             link=str(self.location),
             position_m=(x, y, z),
             axis=turned(self.variant, values[6:] if self.details else (0.0, 0.0)),
