@@ -9,7 +9,7 @@ import numpy as np
 from model_gap.campaign import Campaign
 from model_gap.effects import CATALOGUE, Effect, Scene
 from model_gap.explicit_damping import explicit_damping
-from model_gap.fit import EFFECTIVE_DATA, Fit, fit
+from model_gap.fit import Fit, fit
 from model_gap.fits import fits
 from model_gap.hypothesis import Hypothesis
 from model_gap.known_effects import with_known_effects
@@ -21,6 +21,7 @@ from model_gap.prepared import prepare, Prepared
 from model_gap.race import race
 from model_gap.reach import within_reach
 from model_gap.refine import fine_fits, rough_fits, same, SETTLED_MISFIT
+from model_gap.room import open_gap, share_to_add, tolerance_excess
 from model_gap.screen import Projection, screen, Trial
 from model_gap.setup import Setup
 from model_gap.spectra import Band
@@ -33,8 +34,6 @@ REACH_SHARE = 0.1
 # Nothing is refined when the best promises less than this share of what is worth adding.
 PROMISE = 0.5
 FURTHER_PROMISE = 1.0
-# Of what is left over, a further effect must take away this share.
-FURTHER_SHARE = 0.3
 # Below this misfit a linear trial says enough; nor is more needed where one promises such a share
 # of what there is to gain.
 OPEN_MISFIT = 1.1
@@ -49,8 +48,6 @@ FIRST_LINEARISATIONS = 3
 # Of the whole work, what is left before the first round, and of that after each.
 LEFT_AT_FIRST = 0.9
 LEFT_AFTER = 0.4
-# So many standard deviations less than expected is what tolerances cost by chance at least.
-LEAST_CHANCE = 2.0
 # Log evidence by which a linear simulation must explain recordings better than a moving arm.
 LINEAR_LEAD = 3.0
 
@@ -340,35 +337,6 @@ class Search:
         if rough and current.misfit > DISTORTED_MISFIT and not self.simulated:
             self.data = self._prepared(replace(rough[0].hypothesis, held=()).setup())
         return fine_fits(rough, self.data)
-
-
-def open_gap(fitted: Fit) -> float:
-    """Return the log evidence that bringing what is left over down to the noise would gain."""
-    return EFFECTIVE_DATA * float(np.log(max(fitted.misfit, 1.0)))
-
-
-def tolerance_excess(fitted: Fit) -> float:
-    """Return what tolerances cost beyond what they cost at least where nothing is missing.
-
-    Deviations drawn by chance are found again but for what their prior takes: of the square of
-    those found, mean and variance are tr D² and 2 tr D⁴, D one less the covariance.
-    """
-    values = fitted.hypothesis.tolerance_values
-    size = len(values)
-    found = np.eye(size) - np.linalg.inv(fitted.precision)[:size, :size]
-    square = found @ found
-    expected = float(np.trace(square)) - LEAST_CHANCE * float(np.sqrt(2.0 * np.sum(square**2)))
-    return max(0.5 * (float(values @ values) - max(expected, 0.0)), 0.0)
-
-
-def share_to_add(before: Fit) -> float:
-    """Return what a further effect must gain: a part of what the ones before left over.
-
-    One that takes away a tenth fits what a law of the first describes only roughly.
-    """
-    if not before.hypothesis.effects:
-        return 0.0
-    return FURTHER_SHARE * open_gap(before)
 
 
 def links_with_mass(model: FlexibleJointModel) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from model_gap.fit import Fit
-from model_gap.search import open_gap, tolerance_excess
+from model_gap.room import open_gap, tolerance_excess
 
 SEED = 8
 SIZE = 40

@@ -1,0 +1,39 @@
+"""What one more effect could still gain: of what is left over, and of what tolerances cost."""
+
+import numpy as np
+
+from model_gap.fit import EFFECTIVE_DATA, Fit
+
+# Of what is left over, a further effect must take away this share.
+FURTHER_SHARE = 0.3
+# So many standard deviations less than expected is what tolerances cost by chance at least.
+LEAST_CHANCE = 2.0
+
+
+def open_gap(fitted: Fit) -> float:
+    """Return the log evidence that bringing what is left over down to the noise would gain."""
+    return EFFECTIVE_DATA * float(np.log(max(fitted.misfit, 1.0)))
+
+
+def tolerance_excess(fitted: Fit) -> float:
+    """Return what tolerances cost beyond what they cost at least where nothing is missing.
+
+    Deviations drawn by chance are found again but for what their prior takes: of the square of
+    those found, mean and variance are tr D² and 2 tr D⁴, D one less the covariance.
+    """
+    values = fitted.hypothesis.tolerance_values
+    size = len(values)
+    found = np.eye(size) - np.linalg.inv(fitted.precision)[:size, :size]
+    square = found @ found
+    expected = float(np.trace(square)) - LEAST_CHANCE * float(np.sqrt(2.0 * np.sum(square**2)))
+    return max(0.5 * (float(values @ values) - max(expected, 0.0)), 0.0)
+
+
+def share_to_add(before: Fit) -> float:
+    """Return what a further effect must gain: a part of what the ones before left over.
+
+    One that takes away a tenth fits what a law of the first describes only roughly.
+    """
+    if not before.hypothesis.effects:
+        return 0.0
+    return FURTHER_SHARE * open_gap(before)
