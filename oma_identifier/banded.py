@@ -12,17 +12,16 @@ from modal_core.indicators import mac, mpc, mpd, normalise, rotate_to_real
 from modal_core.mode import Mode, ModeSet
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.samples import Samples
+from oma_identifier import csi, plscf, ssi_data
 from oma_identifier.bands import Band, plan_bands
 from oma_identifier.cluster import Cluster, cluster_poles
 from oma_identifier.condition import BandConditioner
-from oma_identifier.csi import csi
+from oma_identifier.half_spectra import LagSums
 from oma_identifier.identify import no_poles
 from oma_identifier.jackknife import jackknife
-from oma_identifier.plscf import plscf
 from oma_identifier.references import choose_references
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.ssi_cov import RawPoles
-from oma_identifier.ssi_data import ssi_data
 from oma_identifier.stabilise import BandPoles, stabilise
 
 BLOCK_ROWS = 20
@@ -31,6 +30,8 @@ PLSCF_LAGS = 512
 LEAST_SHARE = 0.5
 """A mode repeats over more than half of the model orders, spurious poles over fewer."""
 LEAST_MPC = 0.5
+NEAR, SAME_MAC = 2.0, 0.9
+"""Two poles nearer to each other, in half-widths, and of shapes more alike are one mode."""
 SAMPLES_PER_ORDER = 20
 WIDEST, FROM_LIMIT = 0.7, 6.0
 """Largest deviation in half-widths of the peak, and in multiples of the least any method has."""
@@ -38,8 +39,8 @@ STILL = 1e-3
 """Share of the strongest input below which another does not move in a band."""
 
 Real = NDArray[np.float64]
-Solve = Callable[[Real, range, int | None], RawPoles]
-"""Conditioned rows, even model orders and the row before which a stretch is missing, to poles."""
+Solve = Callable[[range, tuple[int, int] | None], RawPoles]
+"""Even model orders, and first and last row of a stretch to leave out, to poles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +66,7 @@ class Problem:
 
 
 Solver = Callable[[Problem, IdentificationSettings], Solve]
-"""Chooses references and the like once per band; what it returns solves."""
+"""Sums what a method needs of the rows, once per band; what it returns solves."""
 
 
 def by_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solve:
@@ -74,21 +75,27 @@ def by_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solve:
     block_rows = settings.block_rows or max(
         BLOCK_ROWS, math.ceil(1.5 * settings.max_order / len(references))
     )
-    return lambda rows, orders, seam: ssi_data(rows, references, block_rows, orders, seam)
+    gram = ssi_data.data_gram(problem.rows, references, block_rows)
+
+    def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+        return ssi_data.from_gram(gram.without(left_out), references, block_rows, orders)
+
+    return solve
 
 
 def by_csi(problem: Problem, settings: IdentificationSettings) -> Solve:
     """Prepare combined subspace identification; a band without inputs is solved without."""
     outputs, inputs = problem.rows[:, : problem.n_channels], problem.rows[:, problem.n_channels :]
-    if not inputs.any():
+    inputs = inputs[:, inputs.any(axis=0)]
+    if not inputs.size:
         return by_ssi_data(replace(problem, rows=outputs), settings)
     references = choose_references(outputs, settings.n_references)
-    moves = np.flatnonzero(inputs.any(axis=0)) + problem.n_channels
     block_rows = settings.block_rows or BLOCK_ROWS
+    gram = csi.combined_gram(outputs, inputs, block_rows)
 
-    def solve(rows: Real, orders: range, seam: int | None) -> RawPoles:
-        outputs, inputs = rows[:, : problem.n_channels], rows[:, moves]
-        return csi(outputs, inputs, references, block_rows, orders, seam)
+    def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+        rest = gram.without(left_out)
+        return csi.from_gram(rest, inputs.shape[1], references, block_rows, orders)
 
     return solve
 
@@ -98,16 +105,16 @@ def by_plscf(problem: Problem, settings: IdentificationSettings) -> Solve:
     references = choose_references(problem.rows, settings.n_references or PLSCF_REFERENCES)
     band, rate = problem.band, problem.band.sample_rate_hz
     reach = (0.7 * band.low_hz / rate, min(0.49, 1.05 * band.high_hz / rate))
-    lags = min(PLSCF_LAGS, len(problem.rows) // 4)
+    sums = LagSums(problem.rows, references, min(PLSCF_LAGS, len(problem.rows) // 4))
     highest = max(3, 2 * problem.orders[-1] // len(references))
 
-    def solve(rows: Real, orders: range, _seam: int | None) -> RawPoles:
+    def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
         # A polynomial order has a pole pair for every two references.
         first, last = orders[0] // 2, orders[-1] // 2
         degrees = range(max(2, first), min(last, highest) + 1)
         if len(orders) == 1:
             degrees = range(first, first + 1)
-        raw = plscf(rows, references, lags, degrees, reach)
+        raw = plscf.from_covariance(sums.covariance(left_out), degrees, reach)
         return RawPoles(2 * raw.model_order // len(references), raw.eigenvalue, raw.shape)
 
     return solve
@@ -137,7 +144,7 @@ def banded(
             rows[:, n_channels:][:, scale[n_channels:] <= STILL * inputs.std(axis=0).max()] = 0.0
         problem = Problem(rows, n_channels, band, _orders(rows, settings))
         solve = solver(problem, settings)
-        raw = solve(rows, problem.orders, None)
+        raw = solve(problem.orders, None)
         poles = BandPoles(
             raw.model_order,
             raw.eigenvalue,
@@ -151,7 +158,7 @@ def banded(
             mode_id[cluster.members] = len(modes)
         shape = poles.shape * scale[:n_channels, None]
         tables.append(PoleTable(poles.model_order, poles.pole, shape, status, mode_id))
-    ordered = sorted(modes, key=lambda mode: mode.frequency_hz)
+    ordered = sorted(_distinct(modes), key=lambda mode: mode.frequency_hz)
     table = _joined(tables, modes, ordered, n_channels)
     return ModeSet(tuple(ordered), samples.channel_names, method), table
 
@@ -199,8 +206,8 @@ def _determined(
         left = [c for c in left if not any(c is other for other in here)]
         rows = np.array([c.members[poles.model_order[c.members] == order][0] for c in here])
         deviation = jackknife(
-            problem.rows,
-            partial(_solve_one, solve, order),
+            problem.rows[:, : problem.n_channels],
+            partial(solve, range(order, order + 1, 2)),
             np.log(poles.eigenvalue[rows]),
             poles.shape[:, rows],
         )
@@ -211,10 +218,6 @@ def _determined(
             else:
                 status[cluster.members] = PoleStatus.UNCERTAIN
     return kept
-
-
-def _solve_one(solve: Solve, order: int, rows: Real, seam: int | None) -> RawPoles:
-    return solve(rows, range(order, order + 1, 2), seam)
 
 
 def _is_determined(pole: complex, deviation: Real, duration_s: float) -> bool:
@@ -244,9 +247,24 @@ def _mode_of(poles: BandPoles, cluster: Cluster, scale: Real, deviation: Real) -
 
 def _same(poles: BandPoles, first: Cluster, second: Cluster) -> bool:
     one, other = poles.pole[first.centre], poles.pole[second.centre]
-    near = abs(one.imag - other.imag) < 2.0 * max(-one.real, -other.real)
+    near = abs(one.imag - other.imag) < NEAR * max(-one.real, -other.real)
     shapes = poles.shape[:, [first.centre, second.centre]]
-    return near and bool(mac(shapes[:, 0], shapes[:, 1])[0, 0] > 0.9)
+    return near and bool(mac(shapes[:, 0], shapes[:, 1])[0, 0] > SAME_MAC)
+
+
+def _distinct(modes: list[Mode]) -> list[Mode]:
+    """Return one of each mode that two bands found where they overlap: the better determined."""
+    kept: list[Mode] = []
+    for mode in sorted(modes, key=lambda mode: mode.frequency_std_hz / mode.frequency_hz):
+        width_hz = mode.damping_ratio * mode.frequency_hz
+        if not any(
+            abs(mode.frequency_hz - other.frequency_hz)
+            < NEAR * max(width_hz, other.damping_ratio * other.frequency_hz)
+            and mac(mode.shape, other.shape)[0, 0] > SAME_MAC
+            for other in kept
+        ):
+            kept.append(mode)
+    return kept
 
 
 def _joined(
@@ -256,11 +274,14 @@ def _joined(
     if not tables:
         return no_poles(n_channels)
     rank = {id(mode): number for number, mode in enumerate(ordered, start=1)}
-    renumber = np.array([0, *(rank[id(mode)] for mode in found)])
+    renumber = np.array([0, *(rank.get(id(mode), 0) for mode in found)])
+    mode_id = renumber[np.concatenate([table.mode_id for table in tables])]
+    status = np.concatenate([table.status for table in tables])
+    status[(status == PoleStatus.KEPT) & (mode_id == 0)] = PoleStatus.CLUSTER_OUTLIER
     return PoleTable(
         np.concatenate([table.model_order for table in tables]),
         np.concatenate([table.pole for table in tables]),
         np.concatenate([table.shape for table in tables], axis=1),
-        np.concatenate([table.status for table in tables]),
-        renumber[np.concatenate([table.mode_id for table in tables])],
+        status,
+        mode_id,
     )

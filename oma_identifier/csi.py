@@ -24,7 +24,6 @@ def csi(
     references: NDArray[np.int64],
     block_rows: int,
     orders: range,
-    seam: int | None = None,
 ) -> RawPoles:
     """Return the poles of all model orders.
 
@@ -43,8 +42,6 @@ def csi(
         Block rows of future and of past.
     orders : range
         Model orders.
-    seam : int or None
-        Row before which a stretch is missing.
 
     Raises
     ------
@@ -57,14 +54,30 @@ def csi(
     (1996), chapter 4; Reynders and De Roeck (2008), doi:10.1016/j.ymssp.2007.09.004 (reference-
     based combined identification).
     """
+    gram = combined_gram(rows, inputs, block_rows)
+    return from_gram(gram, inputs.shape[1], references, block_rows, orders)
+
+
+def combined_gram(
+    rows: NDArray[np.float64], inputs: NDArray[np.float64], block_rows: int
+) -> HankelGram:
+    """Return all that :func:`from_gram` needs of inputs and responses, see :func:`csi`."""
     _check(rows, inputs)
-    n_inputs = inputs.shape[1]
-    scale = inputs.std(axis=0)
-    both = np.concatenate([inputs / scale, rows], axis=1)
-    gram = HankelGram.beside(both, both, 2 * block_rows, seam)
-    size = both.shape[1]
+    both = np.concatenate([inputs / inputs.std(axis=0), rows], axis=1)
+    return HankelGram(both, both, 2 * block_rows)
+
+
+def from_gram(
+    gram: HankelGram,
+    n_inputs: int,
+    references: NDArray[np.int64],
+    block_rows: int,
+    orders: range,
+) -> RawPoles:
+    """Return the poles of all model orders, see :func:`csi`."""
+    size = gram.n_left
     whole = gram.gram(range(2 * block_rows)).reshape(2 * block_rows, size, 2 * block_rows, size)
-    u, y = np.arange(n_inputs), n_inputs + np.arange(rows.shape[1])
+    u, y = np.arange(n_inputs), np.arange(n_inputs, size)
     past, future = np.arange(block_rows), np.arange(block_rows, 2 * block_rows)
     y_past = n_inputs + np.asarray(references, dtype=np.intp)
     parts = [(future, u), (past, u), (past, y_past)]
@@ -77,7 +90,7 @@ def csi(
     ).T
     # The first columns belong to the future inputs; what is left is free of them.
     projection = factor[:, block_rows * n_inputs :]
-    return poles_of_projection(projection, rows.shape[1], len(references) + n_inputs, orders)
+    return poles_of_projection(projection, len(y), len(references) + n_inputs, orders)
 
 
 def _flat(times: NDArray[np.int64], channels: NDArray[np.int64], size: int) -> NDArray[np.intp]:

@@ -35,23 +35,13 @@ class HalfSpectra:
     decay: float
 
 
-def half_spectra(
-    rows: NDArray[np.float64],
-    references: NDArray[np.int64],
-    n_lags: int,
-    low: float,
-    high: float,
-) -> HalfSpectra:
+def half_spectra(covariance: NDArray[np.float64], low: float, high: float) -> HalfSpectra:
     """Return the half spectra between two frequencies.
 
     Parameters
     ----------
-    rows : (n_samples, n_channels) array
-        Conditioned responses.
-    references : (n_references,) int array
-        Columns that serve as references.
-    n_lags : int
-        Longest lag.
+    covariance : (n_lags + 1, n_channels, n_references) array
+        R_0 .. R_n_lags of the responses with the references.
     low, high : float
         Ends of the band as fractions of the sample rate.
 
@@ -60,7 +50,7 @@ def half_spectra(
     Peeters, Van der Auweraer, Guillaume and Leuridan (2004), doi:10.1155/2004/523692 (PolyMAX);
     Cauberghe (2004), PhD thesis, Vrije Universiteit Brussel, section 3.3 (half spectra).
     """
-    covariance = segment_covariance(rows, references, n_lags)
+    n_lags = len(covariance) - 1
     decay = -math.log(END_OF_WINDOW) / n_lags
     window = np.exp(-decay * np.arange(n_lags + 1))
     window[0] = 0.0
@@ -71,25 +61,77 @@ def half_spectra(
     return HalfSpectra(2.0 * np.pi * fraction[keep], value[keep], decay)
 
 
-def segment_covariance(
-    rows: NDArray[np.float64], references: NDArray[np.int64], n_lags: int
-) -> NDArray[np.float64]:
-    """Return R_k, k = 0 .. n_lags, (n_lags + 1, n_channels, n_references) array.
+class LagSums:
+    """Products of responses with references before them, summed lag by lag over a record.
 
     Exact sums, by overlapping segments whose cross spectra are added before the one inverse
     transform, so that many lags of many channels cost little time and memory.
+
+    Parameters
+    ----------
+    rows : (n_samples, n_channels) array
+        Conditioned responses.
+    references : (n_references,) int array
+        Columns that serve as references.
+    n_lags : int
+        Longest lag.
     """
-    n_fft = next_fast_len(8 * n_lags, real=True)
-    step = n_fft - n_lags
-    total = np.zeros((n_fft // 2 + 1, rows.shape[1], len(references)), dtype=complex)
-    for start in range(0, len(rows), step):
-        now = rows[start : start + step]
-        # y(t) r(t-k): the references of the segment and of n_lags samples before it.
-        before = rows[max(0, start - n_lags) : start + step, references]
-        lead = np.zeros((n_lags - min(start, n_lags), len(references)))
-        outputs = rfft(now, n_fft, axis=0)
-        inputs = rfft(np.concatenate([lead, before]), n_fft, axis=0)
-        total += outputs[:, :, None].conj() * inputs[:, None, :]
-    shifts = irfft(total, n_fft, axis=0)[: n_lags + 1]
-    counts = len(rows) - np.arange(n_lags + 1)
-    return np.asarray(shifts[::-1] / counts[:, None, None])
+
+    def __init__(
+        self, rows: NDArray[np.float64], references: NDArray[np.int64], n_lags: int
+    ) -> None:
+        self._n_lags = n_lags
+        self._n_fft = next_fast_len(8 * n_lags, real=True)
+        silence = np.zeros((n_lags, len(references)))
+        past = np.concatenate([silence, rows[:, references]])
+        self._total = self._shifts(self._cross_spectrum(rows, past))
+        # A stretch that is left out changes little, which need not be known precisely.
+        self._rows, self._past = rows.astype(np.float32), past.astype(np.float32)
+
+    def covariance(self, left_out: tuple[int, int] | None = None) -> NDArray[np.float64]:
+        """Return R_k, k = 0 .. n_lags, (n_lags + 1, n_channels, n_references) array.
+
+        Parameters
+        ----------
+        left_out : (first, last) or None
+            Rows of a stretch that has no part in it, neither as response nor as reference.
+        """
+        lags, n_rows = np.arange(self._n_lags + 1), len(self._rows)
+        counts = n_rows - lags
+        if left_out is None:
+            return np.asarray(self._total / counts[:, None, None])
+        first, last = left_out
+        end = min(last + self._n_lags, n_rows)
+        # All that ends in the stretch or within reach of it, but what has not begun in it.
+        spectrum = self._cross_spectrum(
+            self._rows[first:end], self._past[first : end + self._n_lags]
+        )
+        beside = self._past[last : end + self._n_lags].copy()
+        beside[max(0, first - last + self._n_lags) : self._n_lags] = 0.0
+        spectrum -= self._cross_spectrum(self._rows[last:end], beside)
+        ends = _length(np.maximum(first, lags), last)
+        begins = _length(first + lags, np.minimum(last + lags, n_rows))
+        counts -= ends + begins - _length(first + lags, last)
+        return np.asarray((self._total - self._shifts(spectrum)) / counts[:, None, None])
+
+    def _cross_spectrum(
+        self, rows: NDArray[np.floating], past: NDArray[np.floating]
+    ) -> NDArray[np.complexfloating]:
+        """Return the spectrum of Σ_t r(t-k) y(t); the references begin ``n_lags`` earlier."""
+        n_lags, n_fft = self._n_lags, self._n_fft
+        step = n_fft - n_lags
+        shape = (n_fft // 2 + 1, rows.shape[1], past.shape[1])
+        total = np.zeros(shape, np.result_type(rows.dtype, np.complex64))
+        for start in range(0, len(rows), step):
+            now = rfft(rows[start : start + step], n_fft, axis=0)
+            before = rfft(past[start : start + step + n_lags], n_fft, axis=0)
+            total += now[:, :, None].conj() * before[:, None, :]
+        return total
+
+    def _shifts(self, spectrum: NDArray[np.complexfloating]) -> NDArray[np.floating]:
+        return np.asarray(irfft(spectrum, self._n_fft, axis=0)[self._n_lags :: -1])
+
+
+def _length(first: NDArray[np.int64], last: NDArray[np.int64] | int) -> NDArray[np.int64]:
+    """Return how many whole numbers there are from the first on below the last."""
+    return np.maximum(last - first, 0)

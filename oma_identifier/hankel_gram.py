@@ -7,7 +7,7 @@ windows of two blocks differ.  Memory is that of the record; nothing of size
 block rows × channels × samples exists.
 """
 
-from itertools import pairwise
+from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,14 +26,20 @@ class HankelGram:
         Series w.
     n_rows : int
         Row offsets a, b run from 0 to n_rows - 1; n_samples - n_rows + 1 columns each.
+
+    Attributes
+    ----------
+    n_columns, n_left : int
+        Columns of the block Hankel matrices; channels of the left series.
     """
 
     def __init__(self, left: NDArray[np.float64], right: NDArray[np.float64], n_rows: int) -> None:
         self.n_columns = len(left) - n_rows + 1
-        self._n_left, self._n_right = left.shape[1], right.shape[1]
+        self._left, self._right, self._n_rows = left, right, n_rows
+        self.n_left, self._n_right = left.shape[1], right.shape[1]
         base = lagged_sums(left, right[: self.n_columns], n_rows)
         edge_left, edge_right = left[self.n_columns :], right[self.n_columns :]
-        self._block = np.empty((n_rows, n_rows, self._n_left, self._n_right))
+        self._block = np.empty((n_rows, n_rows, self.n_left, self._n_right))
         for lag in range(n_rows):
             # Row b of this lag starts b samples later: what it loses there it gains at the end.
             count = n_rows - lag
@@ -45,34 +51,23 @@ class HankelGram:
             self._block[offsets + lag, offsets] = base[lag]
             self._block[offsets[1:] + lag, offsets[1:]] += np.cumsum(gained - lost, axis=0)
 
-    @classmethod
-    def beside(
-        cls,
-        left: NDArray[np.float64],
-        right: NDArray[np.float64],
-        n_rows: int,
-        seam: int | None,
-    ) -> 'HankelGram':
-        """Return the products of series with a gap, which no window spans.
+    def without(self, left_out: tuple[int, int] | None) -> 'HankelGram':
+        """Return the products without the windows that touch a stretch of the record.
 
         Parameters
         ----------
-        left, right, n_rows
-            As for the class.
-        seam : int or None
-            First sample after the gap; None: there is none.
+        left_out : (first, last) or None
+            Samples of the stretch; None: there is none.
         """
-        edges = (0, len(left)) if seam is None else (0, seam, len(left))
-        # A part shorter than a window has none.
-        first, *others = (
-            cls(left[start:stop], right[start:stop], n_rows)
-            for start, stop in pairwise(edges)
-            if stop - start >= n_rows
-        )
-        for other in others:
-            first.n_columns += other.n_columns
-            first._block += other._block
-        return first
+        if left_out is None:
+            return self
+        reach = self._n_rows - 1
+        touched = slice(max(0, left_out[0] - reach), left_out[1] + reach)
+        own = HankelGram(self._left[touched], self._right[touched], self._n_rows)
+        rest = copy(self)
+        rest.n_columns = self.n_columns - own.n_columns
+        rest._block = self._block - own._block
+        return rest
 
     def product(
         self, left_rows: range, right_rows: range, of: NDArray[np.intp] | None = None

@@ -34,8 +34,8 @@ RESONANCE_POWER = 4
 
 
 def jackknife(
-    rows: NDArray[np.float64],
-    solve: Callable[[NDArray[np.float64], int | None], RawPoles],
+    responses: NDArray[np.float64],
+    solve: Callable[[tuple[int, int]], RawPoles],
     pole: NDArray[np.complex128],
     shape: NDArray[np.complex128],
 ) -> NDArray[np.float64]:
@@ -43,10 +43,10 @@ def jackknife(
 
     Parameters
     ----------
-    rows : (n_samples, n_columns) array
-        The record, responses first.
+    responses : (n_samples, n_channels) array
+        The record.
     solve : callable
-        Rows, and the row before which a stretch is missing, to poles at the model order that is
+        From first and last row of a stretch to the poles without it, at the model order that is
         wanted.  Windows over the gap would break the relation of known inputs to outputs by far
         more than the noise that the scatter is due to.
     pole : (n_modes,) complex array
@@ -59,14 +59,13 @@ def jackknife(
     (2, n_modes) array
         NaN for a pole that is not found again.
     """
-    edges = np.linspace(0, len(rows), N_BLOCKS + 1).round().astype(int)
+    edges = np.linspace(0, len(responses), N_BLOCKS + 1).round().astype(int)
     found = np.full((N_BLOCKS, 2, len(pole)), np.nan)
     for block, (first, last) in enumerate(pairwise(edges)):
-        raw = solve(np.concatenate([rows[:first], rows[last:]]), int(first) or None)
-        found[block] = _again(raw, pole, shape)
+        found[block] = _again(solve((int(first), int(last))), pole, shape)
     n_found = np.sum(np.isfinite(found[:, 0]), axis=0)
     enough = n_found >= max(LEAST_FOUND * N_BLOCKS, 2)
-    left = 1.0 - _shares(rows[:, : len(shape)], edges, pole, shape)
+    left = 1.0 - _shares(responses, edges, pole, shape)
     result = np.full((2, len(pole)), math.nan)
     for mode in np.flatnonzero(enough):
         known = np.isfinite(found[:, 0, mode])

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, eig, solve, solve_triangular
 
-from oma_identifier.half_spectra import half_spectra, HalfSpectra
+from oma_identifier.half_spectra import half_spectra, HalfSpectra, LagSums
 from oma_identifier.ssi_cov import RawPoles
 
 
@@ -43,8 +43,21 @@ def plscf(
     Guillaume et al. (2003), IMAC XXI, A poly-reference implementation of the least-squares
     complex frequency-domain estimator; Peeters et al. (2004), doi:10.1155/2004/523692.
     """
-    spectra = half_spectra(rows, references, n_lags, *band)
-    n_references = len(references)
+    return from_covariance(LagSums(rows, references, n_lags).covariance(), orders, band)
+
+
+def from_covariance(
+    covariance: NDArray[np.float64], orders: range, band: tuple[float, float]
+) -> RawPoles:
+    """Return the poles of all polynomial orders, see :func:`plscf`.
+
+    Parameters
+    ----------
+    covariance : (n_lags + 1, n_channels, n_references) array
+        Of the responses with the references.
+    """
+    spectra = half_spectra(covariance, *band)
+    n_references = covariance.shape[2]
     equations = NormalEquations(spectra, orders[-1])
     order_of, eigenvalues, shapes = [], [], []
     for order in orders:
@@ -76,7 +89,7 @@ class NormalEquations:
         self.n_references, self.n_channels = n_references, n_channels
         # Every block is a Toeplitz sequence in the difference of two powers.
         steps = np.concatenate([basis[:, :0:-1].conj(), basis], axis=1)  # -highest .. highest
-        auto = np.einsum('kor,kos->krs', value.conj(), value)
+        auto = value.conj().transpose(0, 2, 1) @ value
         self._numerator = (steps.sum(axis=0)).real
         self._cross = -np.tensordot(steps, value, axes=(0, 0)).real
         self._denominator = np.tensordot(steps, auto, axes=(0, 0)).real

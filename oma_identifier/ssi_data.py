@@ -21,7 +21,6 @@ def ssi_data(
     references: NDArray[np.int64],
     block_rows: int,
     orders: range,
-    seam: int | None = None,
 ) -> RawPoles:
     """Return the poles of all model orders.
 
@@ -35,22 +34,33 @@ def ssi_data(
         Block rows of future and of past.
     orders : range
         Model orders.
-    seam : int or None
-        Row before which a stretch is missing.
 
     References
     ----------
     Van Overschee and De Moor (1996), Subspace Identification for Linear Systems, Kluwer;
     Peeters and De Roeck (1999), doi:10.1006/mssp.1999.1249 (reference-based).
     """
-    gram = HankelGram.beside(rows, rows[:, references], 2 * block_rows, seam)
+    return from_gram(data_gram(rows, references, block_rows), references, block_rows, orders)
+
+
+def data_gram(
+    rows: NDArray[np.float64], references: NDArray[np.int64], block_rows: int
+) -> HankelGram:
+    """Return all that :func:`from_gram` needs of the rows, see :func:`ssi_data`."""
+    return HankelGram(rows, rows[:, references], 2 * block_rows)
+
+
+def from_gram(
+    gram: HankelGram, references: NDArray[np.int64], block_rows: int, orders: range
+) -> RawPoles:
+    """Return the poles of all model orders, see :func:`ssi_data`."""
     past, future = range(block_rows), range(block_rows, 2 * block_rows)
     of = np.asarray(references, dtype=np.intp)
     triangle = triangular_factor(gram.gram(past, of))
     projection = solve_triangular(
         triangle, gram.product(future, past).T, lower=True, check_finite=False
     ).T
-    return poles_of_projection(projection, rows.shape[1], len(references), orders)
+    return poles_of_projection(projection, gram.n_left, len(references), orders)
 
 
 def triangular_factor(gram: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -13,9 +13,10 @@ from modal_core.errors import IdentificationError, LayoutError, SettingsError
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from oma_identifier.bands import plan_bands
 from oma_identifier.csi import csi
 from oma_identifier.fdd import efdd, fdd
-from oma_identifier.half_spectra import half_spectra, HalfSpectra, segment_covariance
+from oma_identifier.half_spectra import half_spectra, HalfSpectra, LagSums
 from oma_identifier.hankel_gram import HankelGram
 from oma_identifier.merging import merge_covariances, merge_modes
 from oma_identifier.methods import identify_by, METHODS
@@ -69,6 +70,23 @@ def test_parametric_methods_find_exactly_the_modes(method, samples):
     for number, mode in enumerate(result.modes, start=1):
         frequency = np.median(result.poles.frequency_hz[result.poles.mode_id == number])
         assert abs(frequency / mode.frequency_hz - 1.0) < 0.01
+
+
+@pytest.mark.parametrize('method', ['ssi_data', 'plscf'])
+def test_a_mode_that_two_bands_see_is_found_once(method, samples):
+    bands = plan_bands(RATE_HZ, samples.duration_s, IdentificationSettings())
+    assert bands[0].low_hz < 12.1 < bands[1].high_hz
+    there = replace(
+        plant(),
+        frequency_hz=np.array([8.0, 12.1, 15.5, 27.0, 40.0]),
+        damping_ratio=np.array([0.025, 0.02, 0.015, 0.02, 0.012]),
+    )
+    for seed in range(4):
+        record = simulate(there, np.random.default_rng(seed), 120.0, RATE_HZ)
+        result = identify_by(method, record)
+        near = np.abs(result.modes.frequency_hz / 12.1 - 1.0) < 0.05
+        assert np.count_nonzero(near) == 1, (seed, result.modes.frequency_hz)
+        assert set(result.poles.mode_id) == set(range(len(result.modes) + 1)), seed
 
 
 def test_fdd_finds_peaks_and_efdd_their_damping_without_leakage(samples):
@@ -185,20 +203,51 @@ def test_ssi_data_equals_the_projection_of_the_data_themselves(samples):
     np.testing.assert_allclose(np.sort_complex(found.eigenvalue), expected, rtol=1e-6)
 
 
-def test_segment_covariance_is_exact():
+def test_products_without_a_stretch_are_those_of_the_windows_that_do_not_touch_it():
+    generator = np.random.default_rng(SEED)
+    rows, of, n_rows = generator.standard_normal((200, 3)), np.array([0, 2]), 8
+    gram = HankelGram(rows, rows[:, of], n_rows)
+    for first, last in ((0, 50), (3, 40), (60, 110), (150, 200)):
+        starts = np.arange(200 - n_rows + 1)
+        starts = starts[(starts + n_rows <= first) | (starts >= last)]
+        hankel = np.array([rows[starts + t] for t in range(n_rows)])
+        future = hankel[4:].transpose(0, 2, 1).reshape(12, -1)
+        past = hankel[:4][:, :, of].transpose(0, 2, 1).reshape(8, -1)
+        rest = gram.without((first, last))
+        assert rest.n_columns == len(starts)
+        np.testing.assert_allclose(
+            rest.product(range(4, 8), range(4)), future @ past.T, atol=1e-10
+        )
+    np.testing.assert_allclose(gram.without(None).gram(range(4), of), gram.gram(range(4), of))
+
+
+def test_covariances_are_exact():
     rows = np.random.default_rng(SEED).standard_normal((1000, 4))
-    found = segment_covariance(rows, np.array([1, 2]), 30)
+    found = LagSums(rows, np.array([1, 2]), 30).covariance()
     for lag in (0, 1, 7, 30):
         expected = rows[lag:].T @ rows[: len(rows) - lag][:, [1, 2]] / (len(rows) - lag)
         np.testing.assert_allclose(found[lag], expected, atol=1e-12)
 
 
+@pytest.mark.parametrize('left_out', [(0, 50), (10, 300), (500, 550), (960, 1000), (980, 990)])
+def test_covariances_without_a_stretch_are_means_of_the_products_that_do_not_touch_it(left_out):
+    rows = np.random.default_rng(SEED).standard_normal((1000, 4))
+    found = LagSums(rows, np.array([1, 2]), 30).covariance(left_out)
+    stays = np.ones(1000, dtype=bool)
+    stays[slice(*left_out)] = False
+    for lag in (0, 1, 7, 30):
+        both = np.flatnonzero(stays[lag:] & stays[: 1000 - lag])
+        expected = rows[both + lag].T @ rows[both][:, [1, 2]] / len(both)
+        np.testing.assert_allclose(found[lag], expected, atol=1e-6)
+
+
 def test_half_spectrum_of_a_decay_is_its_geometric_series():
-    spectra = half_spectra(
-        np.random.default_rng(SEED).standard_normal((500, 2)), np.array([0]), 50, 0.1, 0.3
-    )
+    decay = 0.9 ** np.arange(51)
+    spectra = half_spectra(decay[:, None, None], 0.1, 0.3)
     assert np.all((spectra.angle >= 0.2 * np.pi - 1e-12) & (spectra.angle <= 0.6 * np.pi + 1e-12))
     assert np.exp(-spectra.decay * 50) == pytest.approx(0.01)
+    ratio = 0.9 * np.exp(-spectra.decay - 1j * spectra.angle)
+    np.testing.assert_allclose(spectra.value[:, 0, 0], (ratio - ratio**51) / (1.0 - ratio))
 
 
 def test_plscf_is_exact_on_an_exact_rational_spectrum():
