@@ -13,8 +13,8 @@ HALF_WIDTHS = 8.0
 LEAST_HALF_WIDTHS = 2.0
 MOST_MODES = 4
 """Modes estimated jointly; a longer chain of overlapping bands is narrowed until it breaks."""
-MOST_TAILS = 9
-"""Beside a group."""
+MOST_TAILS, MOST_REMAINDERS = 9, 4
+"""Beside a group: of modes, and of what is left of them after projecting them out."""
 LOWEST_SHARE = 0.3
 """A band does not reach below this share of its lowest natural frequency."""
 LINES_PER_HALF_WIDTH = 4.0
@@ -25,6 +25,8 @@ FEW_CHANNELS = 10
 LEAST_TAIL, LEAST_PART = 0.3, 0.15
 """Least part of a shape beside the band that is projected out: times its tail over the noise, or
 of unit length."""
+LEAST_REMAINDER = 1.0
+"""Of a tail over the noise: what is left of it after projecting out and goes into the model."""
 PEAK_LINES = 9
 STRONG = 2.0
 """Power over that of the noise, of a direction in which the band's own modes move."""
@@ -163,7 +165,9 @@ def reduce_band(
     if others and len(scale) > FEW_CHANNELS:
         ends_hz = spectra.frequency_hz[lines[[0, -1]]]
         parted = _parted(spectra, start, group, others, scale, ends_hz)
-    if parted is None:
+    if parted is not None:
+        tails = list(parted.remainders)
+    else:
         parted = _Parted(np.empty((len(scale), 0)), np.eye(len(scale)))
         tails = _largest(spectra, start, group, others, MOST_TAILS)
     basis = free = parted.free
@@ -229,11 +233,14 @@ class _Parted:
         Along and across the shapes.
     planes : bool
         Across, complex shapes are described as well: each in a plane, not along a line.
+    remainders : tuple of int
+        Modes beside the band of which more than noise is left across.
     """
 
     blocked: Real
     free: Real
     planes: bool = False
+    remainders: tuple[int, ...] = ()
 
 
 def _parted(
@@ -248,12 +255,14 @@ def _parted(
 
     The imaginary part of a shape is another direction.  It is projected out where it stands out
     of the noise, unless the modes of the group would not be seen any more: the imaginary parts
-    of a structure with uneven damping lie along the shapes of its other modes.
+    of a structure with uneven damping lie along the shapes of its other modes.  What is left of
+    them then is for the model.
     """
     shapes = _unit(start.shapes * scale[:, None])
     by_length = np.full(len(others), 1.0 / LEAST_PART)
-    by_noise = _tails(spectra, start, others, scale, ends_hz) / LEAST_TAIL
-    for planes, weight in ((True, np.maximum(by_noise, by_length)), (False, by_length)):
+    over_noise = _tails(spectra, start, others, scale, ends_hz)
+    by_noise = np.maximum(over_noise / LEAST_TAIL, by_length)
+    for planes, weight in ((True, by_noise), (False, by_length)):
         weighted = shapes[:, others] * weight
         blocked = np.concatenate([weighted.real, weighted.imag], axis=1)
         left, values, _ = np.linalg.svd(blocked, full_matrices=True)
@@ -262,7 +271,10 @@ def _parted(
         if free.shape[1] >= len(group) + 2:
             visible = np.linalg.svd(free.T @ shapes[:, group], compute_uv=False)
             if visible[-1] > LEAST_VISIBLE:
-                return _Parted(left[:, :rank], free, planes)
+                remainder = over_noise * np.linalg.norm(free.T @ shapes[:, others], axis=0)
+                largest = np.argsort(-remainder)[:MOST_REMAINDERS]
+                remainders = [others[at] for at in largest if remainder[at] > LEAST_REMAINDER]
+                return _Parted(left[:, :rank], free, planes, tuple(remainders))
     return None
 
 

@@ -271,7 +271,10 @@ def _fit_band(
     data: BandData, start: BandModel, prior: _Prior, max_steps: int, patience: Patience
 ) -> BandFit:
     model, damping, n_steps, converged = start, FIRST_DAMPING, 0, False
-    current = _evaluate(data, start, prior)
+    current = _evaluate(data, model, prior)
+    if current is None and np.isfinite(start.force).all():
+        model = replace(start, force=_without_negative(start.force))
+        current = _evaluate(data, model, prior)
     if current is None:
         unknown = np.full(start.n_free, np.nan)
         none = np.full((start.n_free, len(start.shapes), 0), np.nan + 0j)
@@ -351,6 +354,16 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
         amplitude,
         np.asarray(white - identity),
     )
+
+
+def _without_negative(force: Complex) -> Complex:
+    """Return a force with no power below zero.
+
+    One band determines the forces of far tails badly: what it made of them may be no covariance
+    beside the shapes of another pass.
+    """
+    power, directions = np.linalg.eigh(force)
+    return np.asarray((directions * np.maximum(power, 0.0)) @ directions.conj().T)
 
 
 def _quadratic(data: BandData, model: BandModel, prior: _Prior, at: _Evaluation) -> _Quadratic:
