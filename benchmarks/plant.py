@@ -73,7 +73,7 @@ def random_plant(generator: np.random.Generator, n_channels: int = 6) -> Plant:
 
 
 def with_uneven_damping(plant: Plant, generator: np.random.Generator, n_dampers: int) -> Plant:
-    """Return the plant damped by viscous dampers in a few places, as in joints: shapes are complex.
+    """Return the plant with dampers in a few places, as in joints: its shapes are complex.
 
     Parameters
     ----------

@@ -5,28 +5,68 @@ leaves out what the file already holds.
 """
 
 import argparse
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 import json
 from pathlib import Path
 import time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from benchmarks.plant import chain_plant, Plant, simulate
+from benchmarks.plant import chain_plant, Plant, simulate, with_uneven_damping
 from benchmarks.table import Line
 from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.settings import IdentificationSettings
 
 FIRST_SEED = 70000
-CASES = tuple((n, t) for t in (20.0, 60.0, 120.0) for n in (6, 42))
+SIMULATION_RATE_HZ = 16384.0
 ESTIMATORS = ('subspace alone', 'as reported')
 HONEST = (0.93, 0.97)
 FREQUENCY_REACH, DAMPING_REACH, BIAS_REACH = 1.25, 1.45, 0.3
+
+
+@dataclass(frozen=True, order=True)
+class Case:
+    """Records of one kind.
+
+    Parameters
+    ----------
+    n_dampers : int
+        Places of uneven damping, drawn anew for every record; 0: the damping of each mode alone.
+    """
+
+    n_channels: int
+    duration_s: float
+    n_dampers: int = 0
+
+    def record(self, seed: int) -> tuple[Plant, Samples]:
+        """Return a plant and its responses."""
+        plant, rate_hz = case_plant(self.n_channels)
+        generator = np.random.default_rng(seed)
+        if self.n_dampers:
+            plant = with_uneven_damping(plant, generator, self.n_dampers)
+        samples = simulate(
+            plant,
+            generator,
+            self.duration_s,
+            rate_hz,
+            simulation_rate_hz=SIMULATION_RATE_HZ,
+        )
+        return plant, samples
+
+    def __str__(self) -> str:
+        """Return what tables call it."""
+        uneven = ', uneven damping' if self.n_dampers else ''
+        return f'{self.n_channels} channels, {self.duration_s:.0f} s{uneven}'
+
+
+CASES = (*(Case(n, t) for t in (20.0, 60.0, 120.0) for n in (6, 42)), Case(42, 60.0, 1))
 
 
 def law(plant: Plant, duration_s: float) -> NDArray[np.float64]:
@@ -42,16 +82,15 @@ def case_plant(n_channels: int) -> tuple[Plant, float]:
     return chain_plant(n_channels, 110.0), 256.0
 
 
-def run(n_channels: int, duration_s: float, seed: int) -> dict[str, object]:
+def run(case: Case, seed: int) -> dict[str, Any]:
     """Identify one simulated record; errors and deviations in units of the law."""
-    plant, rate_hz = case_plant(n_channels)
-    samples = simulate(plant, np.random.default_rng(seed), duration_s, rate_hz)
+    plant, samples = case.record(seed)
     start = time.process_time()
     found = identify_samples(samples, IdentificationSettings(refine=False))
     middle = time.process_time()
     reported = identify_samples(samples)
     end = time.process_time()
-    limit = law(plant, duration_s)
+    limit = law(plant, case.duration_s)
     estimates = {}
     for name, modes, cpu_s in zip(
         ESTIMATORS, (found.modes, reported.modes), (middle - start, end - middle), strict=True
@@ -66,7 +105,7 @@ def run(n_channels: int, duration_s: float, seed: int) -> dict[str, object]:
             'n_extra': len(left),
             'cpu_s': cpu_s,
         }
-    return {'channels': n_channels, 'duration_s': duration_s, 'seed': seed, **estimates}
+    return {**asdict(case), 'seed': seed, **estimates}
 
 
 def match(modes: Iterable[Mode], plant: Plant) -> tuple[NDArray[np.float64], list[Mode]]:
@@ -153,13 +192,14 @@ class Scatter:
         return float(np.isfinite(self.error[:, 0]).all(axis=1).mean())
 
 
-def collect(records: Iterable[dict], n_channels: int, duration_s: float, name: str) -> Scatter:
+def case_of(record: dict[str, Any]) -> Case:
+    """Return the case of a run."""
+    return Case(record['n_channels'], record['duration_s'], record['n_dampers'])
+
+
+def collect(records: Iterable[dict[str, Any]], case: Case, name: str) -> Scatter:
     """Return what an estimator did in the records of one case."""
-    own = [
-        record[name]
-        for record in records
-        if record['channels'] == n_channels and record['duration_s'] == duration_s
-    ]
+    own = [record[name] for record in records if case_of(record) == case]
     return Scatter(
         np.array([each['error'] for each in own], dtype=float),
         np.array([each['deviation'] for each in own], dtype=float),
@@ -168,15 +208,17 @@ def collect(records: Iterable[dict], n_channels: int, duration_s: float, name: s
     )
 
 
-def runs(n_runs: int, cases=CASES, store: Path | None = None) -> list[dict]:
+def runs(
+    n_runs: int, cases: Sequence[Case] = CASES, store: Path | None = None
+) -> list[dict[str, Any]]:
     """Run what the store lacks, all cases of a seed before the next seed."""
     records = [json.loads(line) for line in _lines(store)]
-    known = {(each['channels'], each['duration_s'], each['seed']) for each in records}
+    known = {(case_of(each), each['seed']) for each in records}
     for seed in range(FIRST_SEED, FIRST_SEED + n_runs):
-        for n_channels, duration_s in cases:
-            if (n_channels, duration_s, seed) in known:
+        for case in cases:
+            if (case, seed) in known:
                 continue
-            records.append(run(n_channels, duration_s, seed))
+            records.append(run(case, seed))
             if store is not None:
                 with store.open('a', encoding='ascii') as file:
                     file.write(json.dumps(records[-1]) + '\n')
@@ -189,17 +231,17 @@ def _lines(store: Path | None) -> list[str]:
     return store.read_text(encoding='ascii').splitlines()
 
 
-def rows(records: list[dict]) -> Iterator[Line]:
+def rows(records: list[dict[str, Any]]) -> Iterator[Line]:
     """Yield the lines of the table; beside ours not a peer but the subspace estimate alone."""
-    for n_channels, duration_s in sorted({(r['channels'], r['duration_s']) for r in records}):
-        plain, ours = (collect(records, n_channels, duration_s, name) for name in ESTIMATORS)
-        hz = case_plant(n_channels)[0].frequency_hz
-        case = f'{n_channels} channels, {duration_s:.0f} s, {len(ours.error)} runs'
+    for case in sorted({case_of(record) for record in records}):
+        plain, ours = (collect(records, case, name) for name in ESTIMATORS)
+        hz = case_plant(case.n_channels)[0].frequency_hz
+        title = f'{case}, {len(ours.error)} runs'
         for part, (symbol, reach) in enumerate((('f', FREQUENCY_REACH), ('ζ', DAMPING_REACH))):
             spread, bias, inside = (float(value) for value in _middle(ours, part))
             worst = int(np.argmax(np.abs(ours.bias[part])))
             yield Line(
-                f'{symbol}: σ and bias over the law, share within 2σ; {case}',
+                f'{symbol}: σ and bias over the law, share within 2σ; {title}',
                 f'{spread:.2f}, {bias:.2f} (most {abs(ours.bias[part, worst]):.2f} at'
                 f' {hz[worst]:g} Hz), {inside:.1%}',
                 '{:.2f}, {:.2f}, {:.1%}'.format(*_middle(plain, part)),
@@ -207,14 +249,14 @@ def rows(records: list[dict]) -> Iterator[Line]:
                 met=spread <= reach and bias <= BIAS_REACH and HONEST[0] <= inside <= HONEST[1],
             )
         yield Line(
-            f'modes with less or more than 93-97 % of f or ζ within 2σ beyond chance; {case}',
+            f'modes with less or more than 93-97 % of f or ζ within 2σ beyond chance; {title}',
             ', '.join(_dishonest(ours, hz)) or 'none',
             ', '.join(_dishonest(plain, hz)) or 'none',
             reach='none',
             met=not ours.dishonest,
         )
         yield Line(
-            f'recall, all found, false modes a run; {case}',
+            f'recall, all found, false modes a run; {title}',
             f'{ours.recall:.3f}, {ours.all_found:.0%}, {ours.n_extra:.2f}',
             reach='0.99, 95 %, 0.02',
             met=ours.recall >= 0.99 and ours.all_found >= 0.95 and ours.n_extra <= 0.02,
