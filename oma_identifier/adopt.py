@@ -24,14 +24,15 @@ from oma_identifier.verdict import Outcome
 LARGEST_MISFIT = 1.05
 """Mean square of the whitened residual; 1 where the model holds."""
 HOPELESS_MISFIT = 1.15
-"""From here on a second pass would hardly bring the misfit below the largest."""
+"""From here on the next window will hardly be described better."""
 FARTHEST = 4.0
 """Standard deviations of the difference."""
 LEAST_SPREAD = 0.75
 """Of the plain estimate's deviation, taken for that of the difference."""
 BIAS, PAIR_BIAS = 0.04, 0.25
 """Of the plain estimate, which its deviation does not include, in half-power half-widths: from the
-finite model order, and from a mode that overlaps."""
+finite model order, and from a mode that overlaps.  The end of the spectrum adds the half-width
+over the distance to it: there no model of few orders describes a broad mode."""
 LONGEST_REST = 8
 """Windows for which a place is left alone that the model did not describe many times."""
 SAME_PLACE = 0.03
@@ -104,9 +105,7 @@ class Adoption:
         if modes.channel_names != self._channel_names:
             self._foregoing, self._channel_names = None, modes.channel_names
         try:
-            refinement = refine(
-                samples, modes, harmonics, HOPELESS_MISFIT, resting, self._foregoing
-            )
+            refinement = refine(samples, modes, harmonics, resting, self._foregoing)
         except np.linalg.LinAlgError:
             return Adopted(modes, tuple(range(len(modes))))
         adopted, good = list[tuple[Mode, int]](), list[RefinedMode]()
@@ -123,9 +122,11 @@ class Adoption:
             if outcome is Outcome.SUPERFLUOUS:
                 continue
             beside = any(_is_beside(plain, other) for other in modes)
+            bias = PAIR_BIAS if beside else BIAS
+            bias += _beside_end(plain, 0.5 * samples.sample_rate_hz)
             fits = misfit <= LARGEST_MISFIT and (
                 outcome is Outcome.SPLIT
-                or (outcome is Outcome.REFINED and _agree(plain, refined, beside))
+                or (outcome is Outcome.REFINED and _agree(plain, refined, bias))
             )
             adopted.append((_merged(plain, refined) if fits else plain, index))
             good += [fit] if fits and fit is not None else []
@@ -165,11 +166,20 @@ def _is_beside(mode: Mode, other: Mode) -> bool:
     return other is not mode and apart < width
 
 
-def _agree(plain: Mode, refined: Mode, beside: bool) -> bool:
-    """Tell whether the estimates differ by no more than chance; False for a deviation of NaN."""
+def _beside_end(mode: Mode, end_hz: float) -> float:
+    """Return the half-width of a mode over its distance to the end of the spectrum."""
+    left_hz = max(end_hz - mode.frequency_hz, 1e-3 * end_hz)
+    return mode.damping_ratio * mode.frequency_hz / left_hz
+
+
+def _agree(plain: Mode, refined: Mode, bias: float) -> bool:
+    """Tell whether the estimates differ by no more than chance and a bias in half-widths.
+
+    False for a deviation of NaN.
+    """
     f_step = plain.frequency_hz - refined.frequency_hz
     d_step = plain.damping_ratio - refined.damping_ratio
-    bias = (PAIR_BIAS if beside else BIAS) * plain.damping_ratio
+    bias *= plain.damping_ratio
     f_spread = _spread(plain.frequency_std_hz, refined.frequency_std_hz)
     f_spread = math.hypot(f_spread, bias * plain.frequency_hz)
     d_spread = math.hypot(_spread(plain.damping_ratio_std, refined.damping_ratio_std), bias)

@@ -9,6 +9,7 @@ from oma_identifier.band_data import group_modes, StartModes
 from oma_identifier.band_fitter import BandFitter
 from oma_identifier.group_fits import GroupFit, updated
 from oma_identifier.mode_evidence import is_demanded, missing_mode, MissingMode
+from oma_identifier.relabelling import relabelled
 from oma_identifier.verdict import LARGEST_MISFIT
 from oma_identifier.whittle import IMPATIENT
 
@@ -18,15 +19,25 @@ MOST_MISSING = 2
 
 
 def completed(
-    fitter: BandFitter, now: StartModes, fits: list[GroupFit], n_given: int
+    fitter: BandFitter, now: StartModes, fits: list[GroupFit], start: StartModes
 ) -> tuple[StartModes, list[GroupFit], dict[int, GroupFit]]:
     """Add modes that are missing, one by one, as long as that mends the bands that lack one.
+
+    Parameters
+    ----------
+    fitter : BandFitter
+        Of the record.
+    now, fits : StartModes and list of GroupFit
+        All modes as refined so far.
+    start : StartModes
+        Those that were given, as they came.
 
     Returns
     -------
     tuple
         The modes, their fits, and those beyond the given ones that the data demand.
     """
+    n_given = len(start.frequency_hz)
     before = now, fits
     for _ in range(MOST_MISSING):
         lacking = [each for each in fits if INCOMPLETE_MISFIT < each.misfit < math.inf]
@@ -45,7 +56,8 @@ def completed(
         more = fitter.fit(wider, groups, known=[*good, mended], patience=IMPATIENT)
         now, fits = updated(wider, more), more
     if fits is not before[1]:
-        now, fits = fitter.again(now, fits)
+        now, fits = fitter.settled(*fitter.again(now, fits))
+        now, fits = relabelled(now, fits, start)
     demanded = _demanded(fits, n_given)
     if not any(mode >= len(before[0].frequency_hz) for mode in demanded):
         return *before, _demanded(before[1], n_given)

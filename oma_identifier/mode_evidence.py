@@ -30,6 +30,8 @@ DETERMINED = 0.5
 """Largest standard deviation of an added mode, in half-power half-widths."""
 LEAST_DAMPING = 1e-3
 SAME_MAC = 0.8
+LOST = 1.0
+"""Distance in half-power half-widths from where on a fit has led a mode away from its start."""
 DESCRIBED = 1.1
 """Misfit from where on the likelihood of a band decides nothing."""
 
@@ -122,24 +124,36 @@ def is_demanded(of: GroupFit, position: int) -> bool:
 def superfluous(of: GroupFit) -> int | None:
     """Return the position of a free mode that is another one once more, or None.
 
-    Only of modes that overlap and have nearly one shape; the data must do without it.
+    Only of modes that overlap, and have nearly one shape or let the fit lead one of them far away;
+    the data must do without it.
     """
     if of.fit is None or of.band is None or not of.misfit < DESCRIBED:
         return None
     model, data = of.band.model, of.band.data
+    lost = _distance(model, of.fit.model) > LOST
     for first in range(model.n_free):
         for second in range(model.n_free):
             if model.frequency_hz[first] < model.frequency_hz[second]:
                 apart = model.frequency_hz[second] - model.frequency_hz[first]
                 reach = model.frequency_hz * model.damping_ratio
                 alike = mac(model.shapes[:, first], model.shapes[:, second])[0, 0]
-                if apart > reach[first] + reach[second] or alike < SAME_MAC:
+                if apart > reach[first] + reach[second]:
                     continue
                 for position in (first, second):
+                    if alike < SAME_MAC and not lost[position]:
+                        continue
                     without = fit_band(data, _without(model, position))
                     if without.converged and without.value - of.fit.value < _worth(data, model):
                         return position
     return None
+
+
+def _distance(start: BandModel, end: BandModel) -> Real:
+    """Return how far a fit has led the free modes, in half-power half-widths of their start."""
+    free = slice(0, start.n_free)
+    before = (start.frequency_hz * (1j - start.damping_ratio))[free]
+    after = (end.frequency_hz * (1j - end.damping_ratio))[free]
+    return np.asarray(np.abs(after - before) / -before.real)
 
 
 def _worth(data: BandData, model: BandModel) -> float:

@@ -28,7 +28,7 @@ from oma_identifier.mode_evidence import is_demanded, superfluous
 from oma_identifier.one_thread import one_thread
 from oma_identifier.shape_scatter import MacLoss, normalised_std
 from oma_identifier.unlisted import with_unlisted
-from oma_identifier.verdict import judged, LARGEST_MISFIT, Outcome, overlap
+from oma_identifier.verdict import judged, Outcome, overlap
 from oma_identifier.whole_shapes import WholeShapes
 
 PASSES = 2
@@ -79,7 +79,6 @@ def refine(
     samples: Samples,
     modes: ModeSet,
     harmonics: ModeSet | None = None,
-    largest_misfit: float = LARGEST_MISFIT,
     resting: Collection[int] = (),
     foregoing: Foregoing | None = None,
 ) -> Refinement:
@@ -93,8 +92,6 @@ def refine(
         Near the truth, all modes of the band: one that is missing biases those it overlaps.
     harmonics : ModeSet or None
         Lines whose frequencies are left out.
-    largest_misfit : float
-        Bands that the first pass describes worse get no second one.
     resting : collection of int
         Modes, by position, that shall not be refined; a band with one of them is not fitted.
     foregoing : Foregoing or None
@@ -132,9 +129,7 @@ def refine(
             modes, outcomes, np.full(len(modes), np.nan), refined=(None,) * len(modes)
         )
     with one_thread():
-        return _refine_ordered(
-            samples, modes, order, harmonics, largest_misfit, resting, foregoing
-        )
+        return _refine_ordered(samples, modes, order, harmonics, resting, foregoing)
 
 
 def _refinable(mode: Mode) -> bool:
@@ -146,7 +141,6 @@ def _refine_ordered(
     modes: ModeSet,
     order: list[int],
     harmonics: ModeSet | None,
-    largest_misfit: float,
     resting: Collection[int],
     foregoing: Foregoing | None,
 ) -> Refinement:
@@ -173,19 +167,16 @@ def _refine_ordered(
     twice = [each.group[at] for each in fits if (at := superfluous(each)) is not None]
     if twice and twice[0] < len(given):
         rest = [index for mode, index in enumerate(order) if mode != twice[0]]
-        found = _refine_ordered(
-            samples, modes, rest, harmonics, largest_misfit, resting, foregoing
-        )
+        found = _refine_ordered(samples, modes, rest, harmonics, resting, foregoing)
         outcomes = list(found.outcomes)
         outcomes[order[twice[0]]] = Outcome.SUPERFLUOUS
         return replace(found, outcomes=tuple(outcomes))
     now = updated(now, fits)
     n_passes = PASSES - (known is not None) + (len(now.frequency_hz) > len(given))
-    for number in range(1, n_passes):
-        last = number == n_passes - 1
-        bad = [each for each in fits if last and each.misfit > largest_misfit]
-        now, fits = fitter.again(now, fits, bad)
-    now, fits, demanded = completed(fitter, now, fits, len(given))
+    for _ in range(1, n_passes):
+        now, fits = fitter.again(now, fits)
+    now, fits = fitter.settled(now, fits)
+    now, fits, demanded = completed(fitter, now, fits, start)
     result, outcomes = list(modes.modes), [Outcome.OUT_OF_BAND] * len(modes)
     misfit = np.full(len(modes), np.nan)
     refined: list[RefinedMode | None] = [None] * len(modes)

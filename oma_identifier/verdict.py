@@ -9,8 +9,9 @@ from modal_core.mode import Mode
 from oma_identifier.band_data import StartModes
 from oma_identifier.group_fits import GroupFit
 
-FAR = 5.0
-"""Standard deviations a refined mode may be away from its start."""
+FAR, FAR_WIDTHS = 5.0, 0.75
+"""Standard deviations, and half-power half-widths, beyond both of which a refined mode is another
+than the one it started from."""
 LEAST_MAC = 0.8
 LARGEST_MISFIT = 3.0
 """Of a band that the model describes at all."""
@@ -63,12 +64,11 @@ def judged(
     law = math.sqrt(damping / (2.0 * math.pi * frequency * duration_s))
     frequency_std = _known(given.frequency_std_hz, 1.5 * law * frequency)
     damping_std = _known(given.damping_ratio_std, 1.5 * law)  # σ_ζ = sqrt(ζ/(2πfT)) is the same
-    far = abs(frequency - given.frequency_hz) > FAR * math.hypot(
-        frequency_std, each.fit.frequency_std[position] * frequency
-    )
-    far |= abs(damping - given.damping_ratio) > FAR * math.hypot(
-        damping_std, each.fit.damping_ratio_std[position] * damping
-    )
+    f_reach = FAR * math.hypot(frequency_std, each.fit.frequency_std[position] * frequency)
+    d_reach = FAR * math.hypot(damping_std, each.fit.damping_ratio_std[position] * damping)
+    wide = FAR_WIDTHS * damping
+    far = abs(frequency - given.frequency_hz) > max(f_reach, wide * frequency)
+    far |= abs(damping - given.damping_ratio) > max(d_reach, wide)
     # Modes that overlap may be mixed at the start, so the shape may turn towards its neighbours'.
     listed = range(len(start.frequency_hz))
     near = [other for other in each.group if other in listed and overlap(start, mode, other)]
