@@ -55,6 +55,9 @@ SAME_MAC = 0.9
 TRIALS = (0.0, 0.2, 0.5, 0.9)
 """Members whose standard deviations are compared, as shares of a cluster by model order; those of
 low order scatter least, those of higher order tell whether the lower ones are biased."""
+SECOND_TRIALS = (0.1, 0.3, 0.4, 0.7)
+"""Members that are compared where the first say no of a pole that most model orders have: of two
+modes so close that some orders make one of them, single members are blurred at random."""
 LOOSEST = 0.5
 """Largest median distance of members of successive orders, of all or of the lower half, in
 half-power half-widths."""
@@ -177,6 +180,9 @@ def select_in_band(
     selected = []
     for cluster, trials in zip(likely, _trials(band, likely), strict=True):
         verdict, pole = _judge(band, cluster, trials, peaks)
+        if pole is None and 2 * len(cluster) > band.n_orders:
+            (others,) = _trials(band, [cluster], SECOND_TRIALS)
+            verdict, pole = _judge(band, cluster, others, peaks)
         status[cluster.members] = verdict
         if pole is not None:
             selected.append(pole)
@@ -293,11 +299,13 @@ class _Trials:
     blur: float
 
 
-def _trials(band: BandIdentification, clusters: Sequence[Cluster]) -> list[_Trials]:
+def _trials(
+    band: BandIdentification, clusters: Sequence[Cluster], shares: Sequence[float] = TRIALS
+) -> list[_Trials]:
     """Return the trials of all clusters, whose gradients are cheaper together."""
     if not clusters:
         return []
-    rows = [cluster.members[_places(len(cluster))] for cluster in clusters]
+    rows = [cluster.members[_places(len(cluster), shares)] for cluster in clusters]
     together = np.concatenate(rows)
     series = band.influence(together)
     # The variance of a complex pole is that of frequency and damping together.
@@ -308,8 +316,8 @@ def _trials(band: BandIdentification, clusters: Sequence[Cluster]) -> list[_Tria
     return [_Trials(each, own, float(least.min())) for each, own, least in parts]
 
 
-def _places(n_members: int) -> list[int]:
-    return sorted({round(share * (n_members - 1)) for share in TRIALS})
+def _places(n_members: int, shares: Sequence[float]) -> list[int]:
+    return sorted({round(share * (n_members - 1)) for share in shares})
 
 
 def _average(band: BandIdentification, cluster: Cluster, trials: _Trials) -> SelectedPole:
