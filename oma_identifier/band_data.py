@@ -11,6 +11,8 @@ from oma_identifier.whittle import accelerance, BandData, BandModel, SlopePrior
 HALF_WIDTHS = 8.0
 """Reach of a band on both sides of a mode, in half-power half-widths."""
 LEAST_HALF_WIDTHS = 2.0
+PEAK_HALF_WIDTHS = 4.0
+"""Reach of the peak of a mode that does not belong to a band."""
 MOST_MODES = 4
 """Modes estimated jointly; a longer chain of overlapping bands is narrowed until it breaks."""
 MOST_TAILS, MOST_REMAINDERS = 9, 4
@@ -135,13 +137,27 @@ def _grouped(start: StartModes, modes: list[int], reach: float) -> list[list[int
 def band_lines(
     spectra: Spectra, start: StartModes, group: list[int], usable: NDArray[np.bool_]
 ) -> NDArray[np.intp]:
-    """Return the usable frequencies around a group of modes."""
-    reach = HALF_WIDTHS * start.half_width_hz[group]
+    """Return the usable frequencies around a group of modes.
+
+    The peak of another mode among them is left out: that mode does not move in the fit.
+    """
+    width = start.half_width_hz
+    reach = HALF_WIDTHS * width[group]
     low = np.min(start.frequency_hz[group] - reach)
     low = max(low, LOWEST_SHARE * start.frequency_hz[group[0]])
     high = np.max(start.frequency_hz[group] + reach)
-    frequency = spectra.frequency_hz
-    return np.flatnonzero(usable & (frequency >= low) & (frequency <= high))
+    lines = np.flatnonzero(usable & (spectra.frequency_hz >= low) & (spectra.frequency_hz <= high))
+    peaks = [
+        mode
+        for mode in range(len(width))
+        if mode not in group and low < start.frequency_hz[mode] < high
+    ]
+    if not peaks:
+        return lines
+    away = np.abs(spectra.frequency_hz[lines, None] - start.frequency_hz) / width
+    other = (away[:, peaks] < PEAK_HALF_WIDTHS).any(axis=1)
+    own = (away[:, group] < LEAST_HALF_WIDTHS).any(axis=1)
+    return np.asarray(lines[own | ~other])
 
 
 def reduce_band(

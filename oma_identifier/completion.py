@@ -49,7 +49,7 @@ def completed(
         groups = group_modes(wider)
         own = next(group for group in groups if len(now.frequency_hz) in group)
         # The other bands matter only once the mode's own is mended.
-        (mended,) = fitter.fit(wider, [own], patience=IMPATIENT)
+        (mended,) = fitter.fit(wider, [own])
         if mended.fit is None or not mended.fit.converged or not mended.misfit < source.misfit:
             break
         good = [each for each in fits if each.misfit <= INCOMPLETE_MISFIT]
