@@ -11,8 +11,6 @@ from oma_identifier.whittle import accelerance, BandData, BandModel, SlopePrior
 HALF_WIDTHS = 8.0
 """Reach of a band on both sides of a mode, in half-power half-widths."""
 LEAST_HALF_WIDTHS = 2.0
-PEAK_HALF_WIDTHS = 4.0
-"""Reach of the peak of a mode that does not belong to a band."""
 MOST_MODES = 4
 """Modes estimated jointly; a longer chain of overlapping bands is narrowed until it breaks."""
 MOST_TAILS, MOST_REMAINDERS = 9, 4
@@ -139,25 +137,19 @@ def band_lines(
 ) -> NDArray[np.intp]:
     """Return the usable frequencies around a group of modes.
 
-    The peak of another mode among them is left out: that mode does not move in the fit.
+    Those that lie nearer to another mode, in half-widths, are left out: it does not move in the
+    fit.
     """
     width = start.half_width_hz
     reach = HALF_WIDTHS * width[group]
     low = np.min(start.frequency_hz[group] - reach)
     low = max(low, LOWEST_SHARE * start.frequency_hz[group[0]])
     high = np.max(start.frequency_hz[group] + reach)
-    lines = np.flatnonzero(usable & (spectra.frequency_hz >= low) & (spectra.frequency_hz <= high))
-    peaks = [
-        mode
-        for mode in range(len(width))
-        if mode not in group and low < start.frequency_hz[mode] < high
-    ]
-    if not peaks:
-        return lines
-    away = np.abs(spectra.frequency_hz[lines, None] - start.frequency_hz) / width
-    other = (away[:, peaks] < PEAK_HALF_WIDTHS).any(axis=1)
-    own = (away[:, group] < LEAST_HALF_WIDTHS).any(axis=1)
-    return np.asarray(lines[own | ~other])
+    frequency = spectra.frequency_hz
+    lines = np.flatnonzero(usable & (frequency >= low) & (frequency <= high))
+    away = np.abs(frequency[lines, None] - start.frequency_hz) / width
+    own = away[:, group].min(axis=1)
+    return np.asarray(lines[own <= away.min(axis=1)])
 
 
 def reduce_band(
@@ -201,11 +193,13 @@ def reduce_band(
     n_noise = (free.shape[1] - kept) * n_lines
     rest = n_lines * np.trace(covariance) - np.sum(in_basis**2)
     noise = float(rest / n_noise) if n_noise else 0.3
+    frequency = spectra.frequency_hz[lines]
+    within = [m for m in others if frequency[0] < start.frequency_hz[m] < frequency[-1]]
     data = averages_from(
-        spectra.frequency_hz[lines],
+        frequency,
         reduced,
-        start.frequency_hz[group],
-        start.half_width_hz[group],
+        start.frequency_hz[[*group, *within]],
+        start.half_width_hz[[*group, *within]],
         n_noise,
         noise,
     )
@@ -380,8 +374,13 @@ def averages_from(
 def _first_of_averages(
     frequency_hz: Real, centres_hz: Real, half_widths_hz: Real
 ) -> NDArray[np.intp]:
-    """Return where each average starts: narrow at the peaks, wider away from them."""
-    spacing = frequency_hz[1] - frequency_hz[0]
+    """Return where each average starts: narrow at the peaks, wider away from them.
+
+    None reaches over lines that are left out.
+    """
+    steps = np.diff(frequency_hz)
+    spacing = steps.min()
+    gaps = np.append(np.flatnonzero(steps > 1.5 * spacing) + 1, len(frequency_hz))
     distance = np.abs(frequency_hz[:, None] - centres_hz)
     width = np.maximum(
         half_widths_hz / LINES_PER_HALF_WIDTH, (distance - half_widths_hz) / LINES_PER_DISTANCE
@@ -390,5 +389,5 @@ def _first_of_averages(
     first, at = [], 0
     while at < len(frequency_hz):
         first.append(at)
-        at += int(count[at])
+        at = min(at + int(count[at]), int(gaps[np.searchsorted(gaps, at, side='right')]))
     return np.array(first)

@@ -13,7 +13,7 @@ from oma_identifier.relabelling import relabelled
 from oma_identifier.verdict import LARGEST_MISFIT
 from oma_identifier.whittle import IMPATIENT
 
-INCOMPLETE_MISFIT = 1.5
+INCOMPLETE_MISFIT = 1.1
 """From here on a band may lack a mode."""
 MOST_MISSING = 2
 

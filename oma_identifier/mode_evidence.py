@@ -19,7 +19,7 @@ from scipy.linalg import eigh
 
 from modal_core.indicators import mac
 from oma_identifier.group_fits import GroupFit, unit
-from oma_identifier.whittle import accelerance, BandData, BandModel, fit_band
+from oma_identifier.whittle import accelerance, BandData, BandFit, BandModel, fit_band
 
 TRIED_DAMPING = (0.005, 0.015, 0.045)
 INSIDE = 1.0
@@ -32,6 +32,8 @@ LEAST_DAMPING = 1e-3
 SAME_MAC = 0.8
 LOST = 1.0
 """Distance in half-power half-widths from where on a fit has led a mode away from its start."""
+CROWD = 2
+"""Others that a mode overlaps with from where on one is likely to be one too many."""
 DESCRIBED = 1.1
 """Misfit from where on the likelihood of a band decides nothing."""
 
@@ -78,7 +80,10 @@ def missing_mode(of: GroupFit) -> MissingMode | None:
         score = (weight @ residual.reshape(len(residual), -1)).reshape(-1, n_channels, n_channels)
         metric = (weight @ precision.reshape(len(residual), -1)).reshape(score.shape)
         for at, frequency_hz in enumerate(place):
-            shape = eigh(score[at], metric[at])[1][:, -1]
+            try:
+                shape = eigh(score[at], metric[at])[1][:, -1]
+            except np.linalg.LinAlgError:  # a model with next to no power in some direction
+                continue
             slope = float(np.vdot(shape, score[at] @ shape).real)
             own = np.einsum('i,kij,j->k', shape.conj(), precision, shape).real
             rise = 0.5 * slope**2 / float(np.sum(weight[at] * power[at] * own**2))
@@ -124,36 +129,35 @@ def is_demanded(of: GroupFit, position: int) -> bool:
 def superfluous(of: GroupFit) -> int | None:
     """Return the position of a free mode that is another one once more, or None.
 
-    Only of modes that overlap, and have nearly one shape or let the fit lead one of them far away;
-    the data must do without it.
+    Only of modes that overlap and have nearly one shape, or that the fit leads far away or
+    nowhere, or that are many; the data must do without it.
     """
     if of.fit is None or of.band is None or not of.misfit < DESCRIBED:
         return None
     model, data = of.band.model, of.band.data
-    lost = _distance(model, of.fit.model) > LOST
-    for first in range(model.n_free):
-        for second in range(model.n_free):
-            if model.frequency_hz[first] < model.frequency_hz[second]:
-                apart = model.frequency_hz[second] - model.frequency_hz[first]
-                reach = model.frequency_hz * model.damping_ratio
-                alike = mac(model.shapes[:, first], model.shapes[:, second])[0, 0]
-                if apart > reach[first] + reach[second]:
-                    continue
-                for position in (first, second):
-                    if alike < SAME_MAC and not lost[position]:
-                        continue
-                    without = fit_band(data, _without(model, position))
-                    if without.converged and without.value - of.fit.value < _worth(data, model):
-                        return position
+    frequency, free = model.frequency_hz[: model.n_free], slice(0, model.n_free)
+    reach = (model.frequency_hz * model.damping_ratio)[free]
+    overlaps = np.abs(frequency[:, None] - frequency) <= reach[:, None] + reach
+    np.fill_diagonal(overlaps, False)
+    alike = overlaps & (mac(model.shapes[:, free], model.shapes[:, free]) > SAME_MAC)
+    crowded = overlaps.sum(axis=1) >= CROWD
+    doubtful = alike.any(axis=1) | (overlaps.any(axis=1) & _lost(model, of.fit)) | crowded
+    for position in np.flatnonzero(doubtful).tolist():
+        without = fit_band(data, _without(model, position))
+        if without.converged and without.value - of.fit.value < _worth(data, model):
+            return int(position)
     return None
 
 
-def _distance(start: BandModel, end: BandModel) -> Real:
-    """Return how far a fit has led the free modes, in half-power half-widths of their start."""
-    free = slice(0, start.n_free)
+def _lost(start: BandModel, fit: BandFit) -> NDArray[np.bool_]:
+    """Return which free modes the fit has led far away, or nowhere."""
+    free, end = slice(0, start.n_free), fit.model
     before = (start.frequency_hz * (1j - start.damping_ratio))[free]
     after = (end.frequency_hz * (1j - end.damping_ratio))[free]
-    return np.asarray(np.abs(after - before) / -before.real)
+    far = np.abs(after - before) > LOST * -before.real
+    blurred = fit.frequency_std > DETERMINED * end.damping_ratio[free]
+    blurred |= fit.damping_ratio_std > DETERMINED
+    return np.asarray(far | blurred | (not fit.converged))
 
 
 def _worth(data: BandData, model: BandModel) -> float:

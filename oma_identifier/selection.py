@@ -24,6 +24,7 @@ from modal_core.indicators import mac, mpc
 from modal_core.poles import PoleStatus
 from oma_identifier.bands import UPPER, UPPER_UNDECIMATED
 from oma_identifier.cluster import Cluster, cluster_poles
+from oma_identifier.harmonics import SUSPECT_DAMPING
 from oma_identifier.peaks import SpectralPeaks
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.ssi_poles import BandIdentification
@@ -180,7 +181,7 @@ def select_in_band(
     selected = []
     for cluster, trials in zip(likely, _trials(band, likely), strict=True):
         verdict, pole = _judge(band, cluster, trials, peaks)
-        if pole is None and 2 * len(cluster) > band.n_orders:
+        if pole is None and _deserves_another_look(band, cluster):
             (others,) = _trials(band, [cluster], SECOND_TRIALS)
             verdict, pole = _judge(band, cluster, others, peaks)
         status[cluster.members] = verdict
@@ -191,6 +192,12 @@ def select_in_band(
         if not any(pole is other for other in distinct):
             status[pole.cluster.members] = PoleStatus.CLUSTER_OUTLIER
     return BandSelection(band, tuple(distinct), status)
+
+
+def _deserves_another_look(band: BandIdentification, cluster: Cluster) -> bool:
+    """Tell whether most model orders have a pole, and it is no image of a line."""
+    pole = band.poles.pole[cluster.centre]
+    return 2 * len(cluster) > band.n_orders and -pole.real > SUSPECT_DAMPING * abs(pole)
 
 
 def _wanders(members: NDArray[np.complex128]) -> bool:

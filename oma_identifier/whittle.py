@@ -29,7 +29,11 @@ NEARLY_UNDAMPED = 0.1
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-6, 1e6
 NEARLY_SINGULAR = 1e-9
 """Share of a parameter's information that the others leave, from where on rounding matters."""
+LEAST_POWER = 0.01
+"""Of the noise, which forces of tails below zero must leave."""
 NOISE_LOG_STD = 1.0
+LEAST_LEVEL = 1e-6
+"""Of the largest force, taken for the scale of another."""
 ALIKE = 1.0
 """Distance of nearly equal poles, in half-power half-widths of both."""
 LARGEST_LOG_STEP = (0.2, 0.7, 2.0)
@@ -199,7 +203,9 @@ class _Prior:
 
     @classmethod
     def of(cls, start: BandModel) -> '_Prior':
-        level = np.diag(start.force).real
+        # What a band made of the forces of far tails may be below zero: a scale must not be.
+        level = np.abs(np.diag(start.force).real)
+        level = np.maximum(level, LEAST_LEVEL * level.max())
         first, second = pairs(len(level))
         weight = np.where(second >= start.n_free, 1.0 / (level[first] * level[second]), 0.0)
         weight[first != second] *= 2.0
@@ -240,7 +246,7 @@ def _log_frequency(data: BandData, model: BandModel) -> Real:
 def fit_band(
     data: BandData,
     start: BandModel,
-    max_steps: int = 30,
+    max_steps: int = 60,
     patience: Patience = PATIENT,
     near: BandModel | None = None,
 ) -> BandFit:
@@ -336,8 +342,11 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
         whitening = np.asarray(np.linalg.inv(factor))
     except np.linalg.LinAlgError:
         return None
+    pivots = np.einsum('kii->ki', factor).real
+    if np.any(pivots**2 < LEAST_POWER * model.noise):
+        return None
     white: Complex = whitening @ data.periodogram @ whitening.conj().transpose(0, 2, 1)
-    logarithm = 2.0 * np.sum(np.log(np.einsum('kii->ki', factor).real), axis=1)
+    logarithm = 2.0 * np.sum(np.log(pivots), axis=1)
     value = np.sum(data.n_averaged * (logarithm + np.einsum('kii->k', white).real))
     if model.one_noise:
         power = model.noise[0]
