@@ -1,0 +1,139 @@
+"""Structures in which finding all modes once took a wrong turn; truth is known."""
+
+import numpy as np
+import pytest
+
+from benchmarks.plant import random_plant
+from benchmarks.scatter import match
+from benchmarks.selection import CASES
+from modal_core.mode import Mode, ModeSet
+from oma_identifier.band_data import averages_from, band_lines, StartModes
+from oma_identifier.group_fits import GroupFit
+from oma_identifier.identify import identify_samples
+from oma_identifier.line_spectra import Spectra
+from oma_identifier.refinement import refine
+from oma_identifier.relabelling import relabelled
+from oma_identifier.whittle import BandData, BandFit, BandModel, fit_band
+
+PLAIN, WITH_LINES = 4, 5
+
+
+@pytest.mark.parametrize(
+    ('case', 'seed'),
+    [
+        pytest.param(PLAIN, 97701, id='a pair whose band needs a second pass'),
+        pytest.param(PLAIN, 97708, id='a mode found missing whose band needs a further pass'),
+        pytest.param(
+            PLAIN, 99029, id='a broad mode near the end of the spectrum, seen 3 % off'
+        ),
+        pytest.param(PLAIN, 99058, id='three poles for two modes'),
+        pytest.param(PLAIN, 99355, id='a broad pair whose band holds the peak of another mode'),
+        pytest.param(PLAIN, 99490, id='a narrow mode in a broad one'),
+        pytest.param(WITH_LINES, 99230, id='a pair of which some model orders make one'),
+        pytest.param(WITH_LINES, 99304, id='a broad mode found missing beside a narrow one'),
+        pytest.param(WITH_LINES, 99344, id='a mode missing where forces of tails are below zero'),
+        pytest.param(WITH_LINES, 99383, id='four poles for two modes'),
+        pytest.param(WITH_LINES, 99431, id='an image of a line that most model orders have'),
+    ],
+)
+def test_all_modes_are_found_and_no_other(case, seed):
+    plant, samples, _ = CASES[case].record(seed)
+    modes = list(identify_samples(samples).modes)
+    values, left = match(modes, plant)
+    missing = plant.frequency_hz[~np.isfinite(values[0, 0])]
+    assert len(missing) == 0, f'seed {seed}: {missing}'
+    assert not left, f'seed {seed}: {[mode.frequency_hz for mode in left]}'
+
+
+def test_a_band_described_badly_is_fitted_until_that_helps_no_more():
+    seed = 97725
+    plant, samples, _ = CASES[PLAIN].record(seed)
+    assert np.array_equal(plant.shapes, random_plant(np.random.default_rng(seed)).shapes)
+    rough = [
+        Mode(frequency, damping, shape / np.abs(shape).max() + 0j)
+        for frequency, damping, shape in zip(
+            plant.frequency_hz * (1.0 + 0.3 * plant.damping_ratio),
+            plant.damping_ratio * 1.2,
+            plant.shapes.T,
+            strict=True,
+        )
+    ]
+    found = refine(samples, ModeSet(tuple(rough), samples.channel_names))
+    assert np.all(found.misfit < 1.05), f'seed {seed}: {found.misfit}'
+
+
+def test_lines_belong_to_the_mode_that_is_nearest_in_half_widths():
+    frequency = np.arange(0.0, 100.0, 0.05)
+    spectra = Spectra(200.0, frequency, np.zeros((1, len(frequency)), dtype=np.complex64))
+    modes = StartModes(
+        np.array([40.0, 50.0]), np.array([0.005, 0.05]), np.ones((1, 2), dtype=complex)
+    )
+    usable = np.ones(len(frequency), dtype=bool)
+    lines = frequency[band_lines(spectra, modes, [1], usable)]
+    assert lines[0] < 35.0 and lines[-1] == pytest.approx(70.0)
+    # Half-widths are 0.2 and 2.5 Hz: they meet at 39.13 and 40.74 Hz.
+    assert not np.any((lines > 39.2) & (lines < 40.7))
+    assert np.any((lines > 39.0) & (lines < 39.13)) and np.any((lines > 40.75) & (lines < 40.9))
+
+
+def test_no_average_reaches_over_lines_that_are_left_out():
+    frequency = np.concatenate([np.arange(30.0, 39.0, 0.05), np.arange(41.0, 70.0, 0.05)])
+    values = np.where(frequency < 40.0, 1.0, 10.0)[:, None] + 0j
+    data = averages_from(frequency, values, np.array([50.0]), np.array([2.5]))
+    assert data.n_averaged.sum() == len(frequency)
+    assert set(np.round(data.periodogram[:, 0, 0].real, 6)) == {1.0, 100.0}
+
+
+def test_modes_keep_their_names_when_a_fit_changes_their_places():
+    start = StartModes(np.array([9.1, 13.7]), np.array([0.03, 0.02]), np.eye(3)[:, :2] + 0j)
+    # The second went to the place of one that was missing, the third, added, to the second's.
+    now = StartModes(
+        np.array([9.0, 9.3, 13.6]),
+        np.array([0.03, 0.05, 0.02]),
+        np.eye(3)[:, [0, 2, 1]] + 0j,
+    )
+    model = BandModel(
+        now.frequency_hz,
+        now.damping_ratio,
+        now.shapes,
+        np.eye(3) + 0j,
+        np.ones(3),
+        3,
+        one_noise=False,
+        reference_hz=10.0,
+    )
+    fit = BandFit(model, np.ones(3), np.ones(3), np.zeros((3, 3, 4)) + 0j, 1.0, True, 1, 1.0, 0.0)
+    moved, (group,) = relabelled(now, [GroupFit([0, 1, 2], None, fit)], start)
+    assert group.group == [0, 2, 1]
+    np.testing.assert_array_equal(moved.frequency_hz, [9.0, 13.6, 9.3])
+    np.testing.assert_array_equal(moved.shapes, np.eye(3)[:, [0, 1, 2]])
+    alone, same = relabelled(now, [GroupFit([0, 1, 2])], start)
+    assert same[0].group == [0, 1, 2]
+    np.testing.assert_array_equal(alone.frequency_hz, now.frequency_hz)
+
+
+def test_a_fit_does_not_run_away_where_a_tail_starts_with_a_force_below_zero():
+    generator = np.random.default_rng(11)
+    frequency = np.linspace(9.0, 11.0, 60)
+    shapes = np.array([[1.0, 0.0], [0.5, 1.0]]) + 0j
+    shapes /= np.linalg.norm(shapes, axis=0)
+    model = BandModel(
+        np.array([10.0, 30.0]),
+        np.array([0.02, 0.02]),
+        shapes,
+        np.diag([1.0, -0.02]).astype(complex),
+        np.full(2, 0.3),
+        1,
+        one_noise=False,
+        reference_hz=10.0,
+    )
+    beta = model.frequency_hz / frequency[:, None]
+    gain = 1.0 / (1.0 - beta**2 - 2j * model.damping_ratio * beta)
+    white = generator.standard_normal((4, 40, 60, 2)) / np.sqrt(2.0)
+    values = ((white[0] + 1j * white[1]) * gain) @ shapes.T
+    values += np.sqrt(0.3) * (white[2] + 1j * white[3])
+    periodogram = np.mean(values[..., :, None] * values[..., None, :].conj(), axis=0)
+    data = BandData(frequency, periodogram, np.full(60, 40.0), 0.0, 1.0)
+    found = fit_band(data, model)
+    assert found.converged and found.misfit < 1.3
+    assert np.all(np.abs(np.log(found.model.noise / 0.3)) < 0.3)
