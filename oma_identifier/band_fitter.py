@@ -14,11 +14,6 @@ from oma_identifier.group_fits import fit_group, GroupFit, updated
 from oma_identifier.line_spectra import Spectra
 from oma_identifier.whittle import BandModel, IMPATIENT, Patience, PATIENT, SlopePrior
 
-SETTLED_MISFIT = 1.05
-"""Bands above it are fitted once more."""
-MOST_MORE, HELPS = 4, 0.9
-"""Further passes; share of what the misfit exceeds 1 by, below which one must bring it."""
-
 
 @dataclass(frozen=True, slots=True)
 class BandFitter:
@@ -71,29 +66,6 @@ class BandFitter:
             lambda band: continued(band, before.get(band.included[0]), same),
         )
         return updated(now, fits), fits
-
-    def settled(
-        self, now: StartModes, fits: Sequence[GroupFit]
-    ) -> tuple[StartModes, list[GroupFit]]:
-        """Fit bands that are described badly once more, as long as that helps.
-
-        What is known of the modes beside a band becomes better with every pass.
-        """
-        fits = list(fits)
-        for _ in range(MOST_MORE):
-            bad = [each for each in fits if SETTLED_MISFIT < each.misfit < math.inf]
-            if not bad:
-                break
-            before = {each.group[0]: each.misfit for each in bad}
-            good = [each for each in fits if each.group[0] not in before]
-            now, fits = self.again(now, fits, good)
-            if not any(
-                each.misfit - 1.0 < HELPS * (before[each.group[0]] - 1.0)
-                for each in fits
-                if each.group[0] in before
-            ):
-                break
-        return now, fits
 
     def _one(
         self,

@@ -56,7 +56,7 @@ def completed(
         more = fitter.fit(wider, groups, known=[*good, mended], patience=IMPATIENT)
         now, fits = updated(wider, more), more
     if fits is not before[1]:
-        now, fits = fitter.settled(*fitter.again(now, fits))
+        now, fits = fitter.again(now, fits)
         now, fits = relabelled(now, fits, start)
     demanded = _demanded(fits, n_given)
     if not any(mode >= len(before[0].frequency_hz) for mode in demanded):

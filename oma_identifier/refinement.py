@@ -175,7 +175,6 @@ def _refine_ordered(
     n_passes = PASSES - (known is not None) + (len(now.frequency_hz) > len(given))
     for _ in range(1, n_passes):
         now, fits = fitter.again(now, fits)
-    now, fits = fitter.settled(now, fits)
     now, fits, demanded = completed(fitter, now, fits, start)
     result, outcomes = list(modes.modes), [Outcome.OUT_OF_BAND] * len(modes)
     misfit = np.full(len(modes), np.nan)

@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 
-from benchmarks.plant import random_plant
 from benchmarks.scatter import match
 from benchmarks.selection import CASES
-from modal_core.mode import Mode, ModeSet
 from oma_identifier.band_data import averages_from, band_lines, StartModes
 from oma_identifier.group_fits import GroupFit
 from oma_identifier.identify import identify_samples
 from oma_identifier.line_spectra import Spectra
-from oma_identifier.refinement import refine
 from oma_identifier.relabelling import relabelled
 from oma_identifier.whittle import BandData, BandFit, BandModel, fit_band
 
@@ -23,9 +20,7 @@ PLAIN, WITH_LINES = 4, 5
     [
         pytest.param(PLAIN, 97701, id='a pair whose band needs a second pass'),
         pytest.param(PLAIN, 97708, id='a mode found missing whose band needs a further pass'),
-        pytest.param(
-            PLAIN, 99029, id='a broad mode near the end of the spectrum, seen 3 % off'
-        ),
+        pytest.param(PLAIN, 99029, id='a broad mode near the end of the spectrum, seen 3 % off'),
         pytest.param(PLAIN, 99058, id='three poles for two modes'),
         pytest.param(PLAIN, 99355, id='a broad pair whose band holds the peak of another mode'),
         pytest.param(PLAIN, 99490, id='a narrow mode in a broad one'),
@@ -43,23 +38,6 @@ def test_all_modes_are_found_and_no_other(case, seed):
     missing = plant.frequency_hz[~np.isfinite(values[0, 0])]
     assert len(missing) == 0, f'seed {seed}: {missing}'
     assert not left, f'seed {seed}: {[mode.frequency_hz for mode in left]}'
-
-
-def test_a_band_described_badly_is_fitted_until_that_helps_no_more():
-    seed = 97725
-    plant, samples, _ = CASES[PLAIN].record(seed)
-    assert np.array_equal(plant.shapes, random_plant(np.random.default_rng(seed)).shapes)
-    rough = [
-        Mode(frequency, damping, shape / np.abs(shape).max() + 0j)
-        for frequency, damping, shape in zip(
-            plant.frequency_hz * (1.0 + 0.3 * plant.damping_ratio),
-            plant.damping_ratio * 1.2,
-            plant.shapes.T,
-            strict=True,
-        )
-    ]
-    found = refine(samples, ModeSet(tuple(rough), samples.channel_names))
-    assert np.all(found.misfit < 1.05), f'seed {seed}: {found.misfit}'
 
 
 def test_lines_belong_to_the_mode_that_is_nearest_in_half_widths():
@@ -118,7 +96,7 @@ def test_a_fit_does_not_run_away_where_a_tail_starts_with_a_force_below_zero():
     shapes = np.array([[1.0, 0.0], [0.5, 1.0]]) + 0j
     shapes /= np.linalg.norm(shapes, axis=0)
     model = BandModel(
-        np.array([10.0, 30.0]),
+        np.array([10.0, 100.0]),
         np.array([0.02, 0.02]),
         shapes,
         np.diag([1.0, -0.02]).astype(complex),
