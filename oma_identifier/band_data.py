@@ -30,6 +30,9 @@ LEAST_REMAINDER = 1.0
 PEAK_LINES = 9
 STRONG = 2.0
 """Power over that of the noise, of a direction in which the band's own modes move."""
+STANDS_OUT, LEAST_VARIANCE = (2.0, 1.2), 0.02
+"""Power over that of the noise, of a direction common to the channels: first while their noise is
+of different power, then afterwards.  Least noise of a channel over the median that is believed."""
 LEAST_VISIBLE = 0.3
 """Least length a unit shape keeps across the shapes of the other modes."""
 
@@ -166,7 +169,7 @@ def reduce_band(
     """
     parts, n_lines = spectra.parts(lines), len(lines)
     plain = parts @ parts.T / n_lines
-    scale = _noise_scale(plain)
+    scale = _noise_scale(plain, n_lines)
     shapes = _unit(start.shapes * scale[:, None])
     others = [mode for mode in range(len(start.frequency_hz)) if mode not in group]
     parted, tails = None, list[int]()
@@ -220,13 +223,57 @@ def reduce_band(
     return ReducedBand(data, model, scale, basis, parted.blocked, lines, tuple(included))
 
 
-def _noise_scale(covariance: Real) -> Real:
-    """Return 1/σ per channel, σ² what the other channels do not explain of it."""
+def _noise_scale(covariance: Real, n_lines: int) -> Real:
+    """Return 1/σ per channel, σ² what no direction common to the channels explains of it.
+
+    References
+    ----------
+    Harman and Jones (1966), doi:10.1007/BF02289468 (factor analysis by minimum residuals).
+    """
     power = np.diag(covariance)
     root = np.sqrt(power)
     # The ridge also bounds the scales of channels that are exact copies of others.
     correlation = covariance / np.outer(root, root) + 1e-7 * np.eye(len(root))
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(correlation))) / root)
+    scale = np.sqrt(np.diag(np.linalg.inv(correlation))) / root
+    if len(scale) <= FEW_CHANNELS:
+        return np.asarray(scale)
+    # So far that is what the others do not explain: too much where a channel leads a motion.
+    for least in STANDS_OUT:
+        scaled = covariance * np.outer(scale, scale)
+        levels, directions = np.linalg.eigh(scaled)
+        n_strong = _n_strong(levels, n_lines, least)
+        if n_strong > _most_factors(len(scale)):
+            break
+        strong = directions[:, len(scale) - n_strong :]
+        across = np.eye(len(scale)) - strong @ strong.T
+        rest = np.einsum('ij,jk,ki->i', across, scaled, across)
+        variance = np.linalg.solve(across**2, rest)
+        if variance.min() < LEAST_VARIANCE * np.median(variance):
+            break
+        scale = scale / np.sqrt(variance)
+    return np.asarray(scale)
+
+
+def _n_strong(levels: Real, n_lines: int, least: float) -> int:
+    """Return how many eigenvalues, rising, stand out of those that so few lines make of noise.
+
+    References
+    ----------
+    Marchenko and Pastur (1967), doi:10.1070/SM1967v001n04ABEH001994.
+    """
+    widened = least * (1.0 + np.sqrt(len(levels) / (2.0 * n_lines))) ** 2
+    n_noise = len(levels) - _most_factors(len(levels))
+    for _ in range(len(levels)):
+        below = int(np.count_nonzero(levels <= widened * levels[:n_noise].mean()))
+        if below <= n_noise:
+            break
+        n_noise = below
+    return len(levels) - below
+
+
+def _most_factors(n_channels: int) -> int:
+    """Return how many common directions leave the noise of each channel determined (Ledermann)."""
+    return int((2 * n_channels + 1 - np.sqrt(8 * n_channels + 1)) / 2) - 1
 
 
 def _unit(shapes: Complex) -> Complex:
