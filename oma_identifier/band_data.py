@@ -247,8 +247,8 @@ def _noise_scale(covariance: Real, n_lines: int) -> Real:
         strong = directions[:, len(scale) - n_strong :]
         across = np.eye(len(scale)) - strong @ strong.T
         rest = np.einsum('ij,jk,ki->i', across, scaled, across)
-        variance = np.linalg.solve(across**2, rest)
-        if variance.min() < LEAST_VARIANCE * np.median(variance):
+        variance = np.linalg.lstsq(across**2, rest, rcond=None)[0]
+        if not variance.min() > LEAST_VARIANCE * np.median(variance):
             break
         scale = scale / np.sqrt(variance)
     return np.asarray(scale)

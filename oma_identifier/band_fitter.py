@@ -50,7 +50,7 @@ class BandFitter:
         ]
 
     def again(
-        self, now: StartModes, fits: Sequence[GroupFit], known: Sequence[GroupFit] = ()
+        self, now: StartModes, fits: Sequence[GroupFit]
     ) -> tuple[StartModes, list[GroupFit]]:
         """Fit the same groups once more, with what the others say about slopes."""
         groups = [each.group for each in fits]
@@ -61,9 +61,8 @@ class BandFitter:
             now,
             groups,
             pooled_slopes(slopes_of(fits), places),
-            known,
-            IMPATIENT,
-            lambda band: continued(band, before.get(band.included[0]), same),
+            patience=IMPATIENT,
+            begin=lambda band: continued(band, before.get(band.included[0]), same),
         )
         return updated(now, fits), fits
 

@@ -142,11 +142,13 @@ def superfluous(of: GroupFit) -> int | None:
     alike = overlaps & (mac(model.shapes[:, free], model.shapes[:, free]) > SAME_MAC)
     crowded = overlaps.sum(axis=1) >= CROWD
     doubtful = alike.any(axis=1) | (overlaps.any(axis=1) & _lost(model, of.fit)) | crowded
-    for position in np.flatnonzero(doubtful).tolist():
-        without = fit_band(data, _without(model, position))
-        if without.converged and without.value - of.fit.value < _worth(data, model):
-            return int(position)
-    return None
+    loss = {
+        int(position): without.value - of.fit.value
+        for position in np.flatnonzero(doubtful)
+        if (without := fit_band(data, _without(model, int(position)))).converged
+    }
+    least = min(loss, key=lambda position: loss[position], default=None)
+    return least if least is not None and loss[least] < _worth(data, model) else None
 
 
 def _lost(start: BandModel, fit: BandFit) -> NDArray[np.bool_]:

@@ -357,3 +357,5 @@ def test_noise_of_each_channel_is_told_from_the_motion_it_leads(n_channels, n_mo
     # As many common directions as leave the noise of no channel determined change nothing.
     many = generator.standard_normal((n_channels, n_channels))
     assert np.all(np.isfinite(_noise_scale(many @ many.T, n_lines)))
+    # Nor do channels that repeat others.
+    assert np.all(np.isfinite(_noise_scale(np.tile(parts[:4] @ parts[:4].T, (3, 3)), n_lines)))
