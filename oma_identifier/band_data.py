@@ -20,7 +20,7 @@ LOWEST_SHARE = 0.3
 LINES_PER_HALF_WIDTH = 4.0
 LINES_PER_DISTANCE = 6.0
 """Averaging over the width of a peak/4 or its distance/6 loses no information on the peak."""
-FEW_CHANNELS = 10
+FEW_CHANNELS = 12
 """So few channels are not reduced: all modes are in the model."""
 LEAST_TAIL, LEAST_PART = 0.3, 0.15
 """Least part of a shape beside the band that is projected out: times its tail over the noise, or
@@ -30,9 +30,9 @@ LEAST_REMAINDER = 1.0
 PEAK_LINES = 9
 STRONG = 2.0
 """Power over that of the noise, of a direction in which the band's own modes move."""
-STANDS_OUT, LEAST_VARIANCE = (2.0, 1.2), 0.02
+STANDS_OUT, LEAST_ACROSS = (2.0, 1.2), 0.02
 """Power over that of the noise, of a direction common to the channels: first while their noise is
-of different power, then afterwards.  Least noise of a channel over the median that is believed."""
+of different power, then afterwards.  Least share of a channel's noise across these directions."""
 LEAST_VISIBLE = 0.3
 """Least length a unit shape keeps across the shapes of the other modes."""
 
@@ -226,9 +226,12 @@ def reduce_band(
 def _noise_scale(covariance: Real, n_lines: int) -> Real:
     """Return 1/σ per channel, σ² what no direction common to the channels explains of it.
 
+    Factor analysis by rounds, which approach the least residual: two of them go far where the
+    noise is well determined, and not far where it is not.
+
     References
     ----------
-    Harman and Jones (1966), doi:10.1007/BF02289468 (factor analysis by minimum residuals).
+    Harman and Jones (1966), doi:10.1007/BF02289468 (minimum residuals).
     """
     power = np.diag(covariance)
     root = np.sqrt(power)
@@ -247,10 +250,9 @@ def _noise_scale(covariance: Real, n_lines: int) -> Real:
         strong = directions[:, len(scale) - n_strong :]
         across = np.eye(len(scale)) - strong @ strong.T
         rest = np.einsum('ij,jk,ki->i', across, scaled, across)
-        variance = np.linalg.lstsq(across**2, rest, rcond=None)[0]
-        if not variance.min() > LEAST_VARIANCE * np.median(variance):
-            break
-        scale = scale / np.sqrt(variance)
+        # With equal noise in all channels the diagonal is the share of it that lies across.
+        variance = rest / np.maximum(np.diag(across), LEAST_ACROSS)
+        scale = scale / np.sqrt(np.maximum(variance, LEAST_ACROSS))
     return np.asarray(scale)
 
 
