@@ -140,8 +140,8 @@ def band_lines(
 ) -> NDArray[np.intp]:
     """Return the usable frequencies around a group of modes.
 
-    Those that lie nearer to another mode, in half-widths, are left out: it does not move in the
-    fit.
+    Those beside the peaks that lie nearer to another mode, in half-widths, are left out: it does
+    not move in the fit.
     """
     width = start.half_width_hz
     reach = HALF_WIDTHS * width[group]
@@ -152,7 +152,7 @@ def band_lines(
     lines = np.flatnonzero(usable & (frequency >= low) & (frequency <= high))
     away = np.abs(frequency[lines, None] - start.frequency_hz) / width
     own = away[:, group].min(axis=1)
-    return np.asarray(lines[own <= away.min(axis=1)])
+    return np.asarray(lines[(own <= away.min(axis=1)) | (own < LEAST_HALF_WIDTHS)])
 
 
 def reduce_band(

@@ -13,7 +13,7 @@ from oma_identifier.relabelling import relabelled
 from oma_identifier.verdict import LARGEST_MISFIT
 from oma_identifier.whittle import IMPATIENT
 
-INCOMPLETE_MISFIT = 1.1
+INCOMPLETE_MISFIT = 1.2
 """From here on a band may lack a mode."""
 MOST_MISSING = 2
 
@@ -50,7 +50,8 @@ def completed(
         own = next(group for group in groups if len(now.frequency_hz) in group)
         # The other bands matter only once the mode's own is mended.
         (mended,) = fitter.fit(wider, [own])
-        if mended.fit is None or not mended.fit.converged or not mended.misfit < source.misfit:
+        added = mended.group.index(len(now.frequency_hz))
+        if not (mended.misfit < source.misfit and is_demanded(mended, added)):
             break
         good = [each for each in fits if each.misfit <= INCOMPLETE_MISFIT]
         more = fitter.fit(wider, groups, known=[*good, mended], patience=IMPATIENT)

@@ -108,11 +108,14 @@ def is_demanded(of: GroupFit, position: int) -> bool:
     """Tell whether the data determine a free mode and demand it.
 
     Without it their likelihood must fall by more than half the logarithm of the number of
-    frequencies for each of its parameters (Schwarz).
+    frequencies for each of its parameters (Schwarz).  Two modes of one shape in one place are one
+    whose peak is not as the model has it.
     """
     if of.fit is None or of.band is None or not of.fit.converged:
         return False
     model, data = of.fit.model, of.band.data
+    if _alike(model)[position].any():
+        return False
     frequency_hz, ratio = model.frequency_hz[position], model.damping_ratio[position]
     reach = INSIDE * ratio * frequency_hz
     if not (
@@ -135,13 +138,10 @@ def superfluous(of: GroupFit) -> int | None:
     if of.fit is None or of.band is None or not of.misfit < DESCRIBED:
         return None
     model, data = of.band.model, of.band.data
-    frequency, free = model.frequency_hz[: model.n_free], slice(0, model.n_free)
-    reach = (model.frequency_hz * model.damping_ratio)[free]
-    overlaps = np.abs(frequency[:, None] - frequency) <= reach[:, None] + reach
-    np.fill_diagonal(overlaps, False)
-    alike = overlaps & (mac(model.shapes[:, free], model.shapes[:, free]) > SAME_MAC)
+    overlaps = _overlaps(model)
     crowded = overlaps.sum(axis=1) >= CROWD
-    doubtful = alike.any(axis=1) | (overlaps.any(axis=1) & _lost(model, of.fit)) | crowded
+    lost = overlaps.any(axis=1) & _lost(model, of.fit)
+    doubtful = _alike(model).any(axis=1) | lost | crowded
     loss = {
         int(position): without.value - of.fit.value
         for position in np.flatnonzero(doubtful)
@@ -149,6 +149,20 @@ def superfluous(of: GroupFit) -> int | None:
     }
     least = min(loss, key=lambda position: loss[position], default=None)
     return least if least is not None and loss[least] < _worth(data, model) else None
+
+
+def _overlaps(model: BandModel) -> NDArray[np.bool_]:
+    """Tell of each two free modes whether their half-power bandwidths touch."""
+    frequency = model.frequency_hz[: model.n_free]
+    reach = frequency * model.damping_ratio[: model.n_free]
+    touch = np.abs(frequency[:, None] - frequency) <= reach[:, None] + reach
+    return np.asarray(touch & ~np.eye(len(frequency), dtype=bool))
+
+
+def _alike(model: BandModel) -> NDArray[np.bool_]:
+    """Tell of each two free modes whether they overlap and have nearly one shape."""
+    shapes = model.shapes[:, : model.n_free]
+    return np.asarray(_overlaps(model) & (mac(shapes, shapes) > SAME_MAC))
 
 
 def _lost(start: BandModel, fit: BandFit) -> NDArray[np.bool_]:
