@@ -45,7 +45,8 @@ class RefinedMode:
         """
         if self.fit.fit is None or self.fit.band is None:
             return plain
-        return whole_shape(self.fit.band, self.fit.fit.model.shapes[:, self.position], plain)
+        new = self.fit.fit.model.shapes[:, self.position]
+        return whole_shape(self.fit.band, new, plain[:, None])
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,8 @@ from oma_identifier.whittle import (
 )
 
 LEAST_LINES_PER_MODE = 12
+SEPARABLE = 0.1
+"""Least singular value, of the largest, of shapes that are told apart."""
 CHANCE = 1.5
 """Standard deviations of the misfit that are left to chance."""
 
@@ -96,14 +98,16 @@ def updated(start: StartModes, fits: Sequence[GroupFit]) -> StartModes:
         damping[each.group] = each.fit.model.damping_ratio[:count]
         for position, mode in enumerate(each.group):
             new = each.fit.model.shapes[:, position]
-            shapes[:, mode] = whole_shape(each.band, new, start.shapes[:, mode])
+            shapes[:, mode] = whole_shape(each.band, new, start.shapes[:, each.group])
     return StartModes(frequency, damping, shapes)
 
 
 def whole_shape(
     band: ReducedBand, new: NDArray[np.complex128], old: NDArray[np.complex128]
 ) -> NDArray[np.complex128]:
-    """Return a shape of unit length, refined but for the old one's part that was projected out.
+    """Return a shape of unit length, refined but for what was projected out.
+
+    That is taken from the old shapes, in the mixture that comes nearest to the new one.
 
     Parameters
     ----------
@@ -111,11 +115,11 @@ def whole_shape(
         In which it was refined.
     new : (n_reduced,) complex array
         Refined, of unit length.
-    old : (n_channels,) complex array
-        To complete it, and its scale and phase.
+    old : (n_channels, n_old) complex array
+        Of the modes of the band.
     """
-    factor = np.vdot(new, band.project.T @ old)  # the new shape is of unit length
-    return unit(band.projected_out(old) + band.back @ (factor * new))
+    mixture = np.linalg.lstsq(band.project.T @ old, new, rcond=SEPARABLE)[0]
+    return unit(band.projected_out(old @ mixture) + band.back @ new)
 
 
 def unit(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:

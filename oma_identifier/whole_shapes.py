@@ -12,14 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.band_data import ReducedBand, StartModes
-from oma_identifier.group_fits import GroupFit
+from oma_identifier.group_fits import GroupFit, SEPARABLE
 from oma_identifier.line_spectra import Spectra
 from oma_identifier.modal_motion import averaged_blocks, expected_motion
 from oma_identifier.tail_regression import parts_along, TailData
 from oma_identifier.whittle import accelerance, BandFit
-
-SEPARABLE = 0.1
-"""Least singular value, of the largest, of shapes that are told apart."""
 
 TINY = 1e-300
 

@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.scatter import match
 from benchmarks.selection import CASES
-from oma_identifier.band_data import averages_from, band_lines, StartModes
-from oma_identifier.group_fits import GroupFit
+from oma_identifier.band_data import averages_from, band_lines, ReducedBand, StartModes
+from oma_identifier.group_fits import GroupFit, whole_shape
 from oma_identifier.identify import identify_samples
 from oma_identifier.line_spectra import Spectra
 from oma_identifier.relabelling import relabelled
@@ -60,6 +60,32 @@ def test_no_average_reaches_over_lines_that_are_left_out():
     data = averages_from(frequency, values, np.array([50.0]), np.array([2.5]))
     assert data.n_averaged.sum() == len(frequency)
     assert set(np.round(data.periodogram[:, 0, 0].real, 6)) == {1.0, 100.0}
+
+
+def test_what_was_projected_out_of_a_shape_follows_its_modes_when_they_turn():
+    """Two modes changed their shapes inside: each takes over what belongs to the other."""
+    line = np.ones((1, 2, 2), dtype=complex)
+    data = BandData(np.ones(1), line, np.ones(1), 0.0, 1.0)
+    model = BandModel(
+        np.ones(2),
+        np.ones(2),
+        np.eye(2) + 0j,
+        np.eye(2) + 0j,
+        np.ones(2),
+        2,
+        one_noise=False,
+        reference_hz=1.0,
+    )
+    axes = np.eye(5)
+    band = ReducedBand(
+        data, model, np.ones(5), axes[:, :2], axes[:, 2:4], np.arange(1), included=(0, 1)
+    )
+    old = np.array([[1.0, 0.0, 0.5, 0.0, 0.0], [0.05, 1.0, 0.0, -0.5, 0.0]]).T + 0j
+    new = np.array([0.0, 1.0]) + 0j
+    found = whole_shape(band, new, old)
+    np.testing.assert_allclose(
+        found * np.sqrt(1.25 + 0.025**2), [0.0, 1.0, -0.025, -0.5, 0.0], atol=1e-12
+    )
 
 
 def test_modes_keep_their_names_when_a_fit_changes_their_places():
