@@ -108,14 +108,11 @@ def is_demanded(of: GroupFit, position: int) -> bool:
     """Tell whether the data determine a free mode and demand it.
 
     Without it their likelihood must fall by more than half the logarithm of the number of
-    frequencies for each of its parameters (Schwarz).  Two modes of one shape in one place are one
-    whose peak is not as the model has it.
+    frequencies for each of its parameters (Schwarz).
     """
     if of.fit is None or of.band is None or not of.fit.converged:
         return False
     model, data = of.fit.model, of.band.data
-    if _alike(model)[position].any():
-        return False
     frequency_hz, ratio = model.frequency_hz[position], model.damping_ratio[position]
     reach = INSIDE * ratio * frequency_hz
     if not (
@@ -139,9 +136,11 @@ def superfluous(of: GroupFit) -> int | None:
         return None
     model, data = of.band.model, of.band.data
     overlaps = _overlaps(model)
+    shapes = model.shapes[:, : model.n_free]
+    alike = overlaps & (mac(shapes, shapes) > SAME_MAC)
     crowded = overlaps.sum(axis=1) >= CROWD
     lost = overlaps.any(axis=1) & _lost(model, of.fit)
-    doubtful = _alike(model).any(axis=1) | lost | crowded
+    doubtful = alike.any(axis=1) | lost | crowded
     loss = {
         int(position): without.value - of.fit.value
         for position in np.flatnonzero(doubtful)
@@ -157,12 +156,6 @@ def _overlaps(model: BandModel) -> NDArray[np.bool_]:
     reach = frequency * model.damping_ratio[: model.n_free]
     touch = np.abs(frequency[:, None] - frequency) <= reach[:, None] + reach
     return np.asarray(touch & ~np.eye(len(frequency), dtype=bool))
-
-
-def _alike(model: BandModel) -> NDArray[np.bool_]:
-    """Tell of each two free modes whether they overlap and have nearly one shape."""
-    shapes = model.shapes[:, : model.n_free]
-    return np.asarray(_overlaps(model) & (mac(shapes, shapes) > SAME_MAC))
 
 
 def _lost(start: BandModel, fit: BandFit) -> NDArray[np.bool_]:
