@@ -78,7 +78,8 @@ def with_uneven_damping(plant: Plant, generator: np.random.Generator, n_dampers:
     Parameters
     ----------
     n_dampers : int
-        The fewer, the more the modes are coupled: three make imaginary parts of 4 to 30 %.
+        The fewer, the more the modes are coupled: one makes imaginary parts of 8 to 30 % of the
+        chain's shapes, three of 3 to 20 %.
     """
     omega = 2.0 * np.pi * plant.frequency_hz
     n_modes = len(omega)

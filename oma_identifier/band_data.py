@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.line_spectra import Spectra
+from oma_identifier.noise_scale import noise_scale, unexplained_scale
 from oma_identifier.whittle import accelerance, BandData, BandModel, SlopePrior
 
 HALF_WIDTHS = 8.0
@@ -30,9 +31,6 @@ LEAST_REMAINDER = 1.0
 PEAK_LINES = 9
 STRONG = 2.0
 """Power over that of the noise, of a direction in which the band's own modes move."""
-STANDS_OUT, LEAST_ACROSS = (2.0, 1.2), 0.02
-"""Power over that of the noise, of a direction common to the channels: first while their noise is
-of different power, then afterwards.  Least share of a channel's noise across these directions."""
 LEAST_VISIBLE = 0.3
 """Least length a unit shape keeps across the shapes of the other modes."""
 
@@ -112,6 +110,12 @@ class ReducedBand:
         return bool(self.back.shape[0] == self.back.shape[1])
 
 
+def overlaps(frequency_hz: Real, half_width_hz: Real) -> NDArray[np.bool_]:
+    """Tell of each two modes whether their half-power bandwidths touch, (n_modes, n_modes)."""
+    apart = np.abs(frequency_hz[:, None] - frequency_hz)
+    return np.asarray(apart <= half_width_hz[:, None] + half_width_hz)
+
+
 def group_modes(start: StartModes, reach: float = HALF_WIDTHS) -> list[list[int]]:
     """Group modes whose bands overlap; narrow the bands of groups that are too large."""
     return _grouped(start, [int(mode) for mode in np.argsort(start.frequency_hz)], reach)
@@ -168,19 +172,18 @@ def reduce_band(
     is projected out; otherwise they become tails of the model.
     """
     parts, n_lines = spectra.parts(lines), len(lines)
+    frequency = spectra.frequency_hz[lines]
     plain = parts @ parts.T / n_lines
-    scale = _noise_scale(plain, n_lines)
+    many = len(plain) > FEW_CHANNELS
+    scale = noise_scale(plain, n_lines) if many else unexplained_scale(plain)
     shapes = _unit(start.shapes * scale[:, None])
     others = [mode for mode in range(len(start.frequency_hz)) if mode not in group]
-    parted, tails = None, list[int]()
-    if others and len(scale) > FEW_CHANNELS:
-        ends_hz = spectra.frequency_hz[lines[[0, -1]]]
-        parted = _parted(spectra, start, group, others, scale, ends_hz)
-    if parted is not None:
-        tails = list(parted.remainders)
-    else:
-        parted = _Parted(np.empty((len(scale), 0)), np.eye(len(scale)))
+    parted = None
+    if others and many:
+        parted = _parted(spectra, start, group, others, scale, frequency[[0, -1]])
+    if parted is None:
         tails = _largest(spectra, start, group, others, MOST_TAILS)
+        parted = _Parted(np.empty((len(scale), 0)), np.eye(len(scale)), tails)
     basis = free = parted.free
     covariance = free.T @ (plain * np.outer(scale, scale)) @ free
     kept = free.shape[1]
@@ -188,15 +191,14 @@ def reduce_band(
         levels, directions = np.linalg.eigh(covariance)
         strong = int(np.count_nonzero(levels > STRONG * np.median(levels)))
         most = (1 + parted.planes) * len(group)
-        kept = min(kept, max(len(group), min(strong, most)) + len(tails) + 1)
+        kept = min(kept, max(len(group), min(strong, most)) + len(parted.tails) + 1)
         basis = free @ directions[:, ::-1][:, :kept]
-    included = [*group, *tails]
+    included = [*group, *parted.tails]
     in_basis = (scale[:, None] * basis).T @ parts
     reduced = in_basis.view(complex).T
     n_noise = (free.shape[1] - kept) * n_lines
     rest = n_lines * np.trace(covariance) - np.sum(in_basis**2)
     noise = float(rest / n_noise) if n_noise else 0.3
-    frequency = spectra.frequency_hz[lines]
     within = [m for m in others if frequency[0] < start.frequency_hz[m] < frequency[-1]]
     data = averages_from(
         frequency,
@@ -223,61 +225,6 @@ def reduce_band(
     return ReducedBand(data, model, scale, basis, parted.blocked, lines, tuple(included))
 
 
-def _noise_scale(covariance: Real, n_lines: int) -> Real:
-    """Return 1/σ per channel, σ² what no direction common to the channels explains of it.
-
-    Factor analysis by rounds, which approach the least residual: two of them go far where the
-    noise is well determined, and not far where it is not.
-
-    References
-    ----------
-    Harman and Jones (1966), doi:10.1007/BF02289468 (minimum residuals).
-    """
-    power = np.diag(covariance)
-    root = np.sqrt(power)
-    # The ridge also bounds the scales of channels that are exact copies of others.
-    correlation = covariance / np.outer(root, root) + 1e-7 * np.eye(len(root))
-    scale = np.sqrt(np.diag(np.linalg.inv(correlation))) / root
-    if len(scale) <= FEW_CHANNELS:
-        return np.asarray(scale)
-    # So far that is what the others do not explain: too much where a channel leads a motion.
-    for least in STANDS_OUT:
-        scaled = covariance * np.outer(scale, scale)
-        levels, directions = np.linalg.eigh(scaled)
-        n_strong = _n_strong(levels, n_lines, least)
-        if n_strong > _most_factors(len(scale)):
-            break
-        strong = directions[:, len(scale) - n_strong :]
-        across = np.eye(len(scale)) - strong @ strong.T
-        rest = np.einsum('ij,jk,ki->i', across, scaled, across)
-        # With equal noise in all channels the diagonal is the share of it that lies across.
-        variance = rest / np.maximum(np.diag(across), LEAST_ACROSS)
-        scale = scale / np.sqrt(np.maximum(variance, LEAST_ACROSS))
-    return np.asarray(scale)
-
-
-def _n_strong(levels: Real, n_lines: int, least: float) -> int:
-    """Return how many eigenvalues, rising, stand out of those that so few lines make of noise.
-
-    References
-    ----------
-    Marchenko and Pastur (1967), doi:10.1070/SM1967v001n04ABEH001994.
-    """
-    widened = least * (1.0 + np.sqrt(len(levels) / (2.0 * n_lines))) ** 2
-    n_noise = len(levels) - _most_factors(len(levels))
-    for _ in range(len(levels)):
-        below = int(np.count_nonzero(levels <= widened * levels[:n_noise].mean()))
-        if below <= n_noise:
-            break
-        n_noise = below
-    return len(levels) - below
-
-
-def _most_factors(n_channels: int) -> int:
-    """Return how many common directions leave the noise of each channel determined (Ledermann)."""
-    return int((2 * n_channels + 1 - np.sqrt(8 * n_channels + 1)) / 2) - 1
-
-
 def _unit(shapes: Complex) -> Complex:
     return np.asarray(shapes / np.linalg.norm(shapes, axis=0))
 
@@ -290,16 +237,16 @@ class _Parted:
     ----------
     blocked, free : (n_channels, n) array
         Along and across the shapes.
+    tails : list of int
+        Modes beside the band of which more than noise is left across.
     planes : bool
         Across, complex shapes are described as well: each in a plane, not along a line.
-    remainders : tuple of int
-        Modes beside the band of which more than noise is left across.
     """
 
     blocked: Real
     free: Real
+    tails: list[int]
     planes: bool = False
-    remainders: tuple[int, ...] = ()
 
 
 def _parted(
@@ -332,8 +279,8 @@ def _parted(
             if visible[-1] > LEAST_VISIBLE:
                 remainder = over_noise * np.linalg.norm(free.T @ shapes[:, others], axis=0)
                 largest = np.argsort(-remainder)[:MOST_REMAINDERS]
-                remainders = [others[at] for at in largest if remainder[at] > LEAST_REMAINDER]
-                return _Parted(left[:, :rank], free, planes, tuple(remainders))
+                tails = [others[at] for at in largest if remainder[at] > LEAST_REMAINDER]
+                return _Parted(left[:, :rank], free, tails, planes)
     return None
 
 

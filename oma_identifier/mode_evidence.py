@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from modal_core.indicators import mac
+from oma_identifier.band_data import overlaps
 from oma_identifier.group_fits import GroupFit, unit
 from oma_identifier.whittle import accelerance, BandData, BandFit, BandModel, fit_band
 
@@ -135,11 +136,12 @@ def superfluous(of: GroupFit) -> int | None:
     if of.fit is None or of.band is None or not of.misfit < DESCRIBED:
         return None
     model, data = of.band.model, of.band.data
-    overlaps = _overlaps(model)
-    shapes = model.shapes[:, : model.n_free]
-    alike = overlaps & (mac(shapes, shapes) > SAME_MAC)
-    crowded = overlaps.sum(axis=1) >= CROWD
-    lost = overlaps.any(axis=1) & _lost(model, of.fit)
+    frequency, shapes = model.frequency_hz[: model.n_free], model.shapes[:, : model.n_free]
+    beside = overlaps(frequency, frequency * model.damping_ratio[: model.n_free])
+    np.fill_diagonal(beside, False)
+    alike = beside & (mac(shapes, shapes) > SAME_MAC)
+    crowded = beside.sum(axis=1) >= CROWD
+    lost = beside.any(axis=1) & _lost(model, of.fit)
     doubtful = alike.any(axis=1) | lost | crowded
     loss = {
         int(position): without.value - of.fit.value
@@ -148,14 +150,6 @@ def superfluous(of: GroupFit) -> int | None:
     }
     least = min(loss, key=lambda position: loss[position], default=None)
     return least if least is not None and loss[least] < _worth(data, model) else None
-
-
-def _overlaps(model: BandModel) -> NDArray[np.bool_]:
-    """Tell of each two free modes whether their half-power bandwidths touch."""
-    frequency = model.frequency_hz[: model.n_free]
-    reach = frequency * model.damping_ratio[: model.n_free]
-    touch = np.abs(frequency[:, None] - frequency) <= reach[:, None] + reach
-    return np.asarray(touch & ~np.eye(len(frequency), dtype=bool))
 
 
 def _lost(start: BandModel, fit: BandFit) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from modal_core.mode import Mode
-from oma_identifier.band_data import StartModes
+from oma_identifier.band_data import overlaps, StartModes
 from oma_identifier.group_fits import GroupFit
 
 FAR, FAR_WIDTHS = 5.0, 0.75
@@ -80,8 +80,7 @@ def judged(
 
 def overlap(start: StartModes, first: int, second: int) -> bool:
     """Tell whether the half-power bandwidths of two modes touch."""
-    apart = abs(start.frequency_hz[first] - start.frequency_hz[second])
-    return bool(apart <= start.half_width_hz[first] + start.half_width_hz[second])
+    return bool(overlaps(start.frequency_hz, start.half_width_hz)[first, second])
 
 
 def _known(value: float, otherwise: float) -> float:

@@ -10,7 +10,7 @@ from oma_identifier.group_fits import GroupFit, whole_shape
 from oma_identifier.identify import identify_samples
 from oma_identifier.line_spectra import Spectra
 from oma_identifier.relabelling import relabelled
-from oma_identifier.whittle import BandData, BandFit, BandModel, fit_band
+from oma_identifier.whittle import BandData, BandFit, BandModel
 
 PLAIN, WITH_LINES = 4, 5
 
@@ -114,30 +114,3 @@ def test_modes_keep_their_names_when_a_fit_changes_their_places():
     alone, same = relabelled(now, [GroupFit([0, 1, 2])], start)
     assert same[0].group == [0, 1, 2]
     np.testing.assert_array_equal(alone.frequency_hz, now.frequency_hz)
-
-
-def test_a_fit_does_not_run_away_where_a_tail_starts_with_a_force_below_zero():
-    generator = np.random.default_rng(11)
-    frequency = np.linspace(9.0, 11.0, 60)
-    shapes = np.array([[1.0, 0.0], [0.5, 1.0]]) + 0j
-    shapes /= np.linalg.norm(shapes, axis=0)
-    model = BandModel(
-        np.array([10.0, 100.0]),
-        np.array([0.02, 0.02]),
-        shapes,
-        np.diag([1.0, -0.02]).astype(complex),
-        np.full(2, 0.3),
-        1,
-        one_noise=False,
-        reference_hz=10.0,
-    )
-    beta = model.frequency_hz / frequency[:, None]
-    gain = 1.0 / (1.0 - beta**2 - 2j * model.damping_ratio * beta)
-    white = generator.standard_normal((4, 40, 60, 2)) / np.sqrt(2.0)
-    values = ((white[0] + 1j * white[1]) * gain) @ shapes.T
-    values += np.sqrt(0.3) * (white[2] + 1j * white[3])
-    periodogram = np.mean(values[..., :, None] * values[..., None, :].conj(), axis=0)
-    data = BandData(frequency, periodogram, np.full(60, 40.0), 0.0, 1.0)
-    found = fit_band(data, model)
-    assert found.converged and found.misfit < 1.3
-    assert np.all(np.abs(np.log(found.model.noise / 0.3)) < 0.3)

@@ -11,7 +11,7 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier import adopt
-from oma_identifier.band_data import _noise_scale
+from oma_identifier.noise_scale import noise_scale
 from oma_identifier.refinement import refine
 from oma_identifier.verdict import Outcome
 from oma_identifier.whittle import BandData, BandModel, fit_band
@@ -351,11 +351,11 @@ def test_noise_of_each_channel_is_told_from_the_motion_it_leads(n_channels, n_mo
     motion = 10.0 * generator.standard_normal((n_modes, 2 * n_lines))
     parts = shapes @ motion + noise[:, None] * generator.standard_normal((n_channels, 2 * n_lines))
     covariance = parts @ parts.T / (2 * n_lines)
-    wrong = np.log(_noise_scale(covariance, n_lines) * noise)
+    wrong = np.log(noise_scale(covariance, n_lines) * noise)
     plain = np.log(np.sqrt(np.diag(np.linalg.inv(covariance))) * noise)  # unexplained by others
     assert np.std(wrong) < 0.5 * np.std(plain), f'seed 54: {wrong}, {plain}'
     # As many common directions as leave the noise of no channel determined change nothing.
     many = generator.standard_normal((n_channels, n_channels))
-    assert np.all(np.isfinite(_noise_scale(many @ many.T, n_lines)))
+    assert np.all(np.isfinite(noise_scale(many @ many.T, n_lines)))
     # Nor do channels that repeat others.
-    assert np.all(np.isfinite(_noise_scale(np.tile(parts[:4] @ parts[:4].T, (4, 4)), n_lines)))
+    assert np.all(np.isfinite(noise_scale(np.tile(parts[:4] @ parts[:4].T, (4, 4)), n_lines)))

@@ -10,7 +10,6 @@ from benchmarks.plant import chain_plant, Plant, simulate, with_uneven_damping
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.refinement import refine
 from oma_identifier.verdict import Outcome
-from oma_identifier.whittle import BandData, BandModel, fit_band
 
 RATE_HZ = 4096.0
 
@@ -90,33 +89,3 @@ def test_modes_beside_a_strong_one_are_refined(seed):
         ]
     )
     assert np.sqrt(np.mean(score**2)) < 1.4, f'seed {seed}: {score}'
-
-
-def test_a_fit_begins_where_forces_of_an_earlier_pass_are_no_covariance():
-    """A band determines forces of far tails badly; beside other shapes they may go below zero."""
-    generator = np.random.default_rng(7)
-    frequency = np.linspace(9.0, 11.0, 60)
-    shape = np.array([[1.0, 0.0], [0.5, 1.0]]) + 0j
-    shape /= np.linalg.norm(shape, axis=0)
-    model = BandModel(
-        np.array([10.0, 15.0]),
-        np.array([0.02, 0.02]),
-        shape,
-        np.diag([1.0, 1.0]).astype(complex),
-        np.full(2, 0.3),
-        1,
-        one_noise=False,
-        reference_hz=10.0,
-    )
-    beta = model.frequency_hz / frequency[:, None]
-    gain = 1.0 / (1.0 - beta**2 - 2j * model.damping_ratio * beta)
-    noise = generator.standard_normal((2, 40, 60, 2)) / np.sqrt(2.0)
-    force = generator.standard_normal((2, 40, 60, 2)) / np.sqrt(2.0)
-    values = ((force[0] + 1j * force[1]) * gain) @ shape.T
-    values += np.sqrt(0.3) * (noise[0] + 1j * noise[1])
-    periodogram = np.mean(values[..., :, None] * values[..., None, :].conj(), axis=0)
-    data = BandData(frequency, periodogram, np.full(60, 40.0), 0.0, 1.0)
-    near = replace(model, force=np.diag([1.0, -8.0]).astype(complex))
-    found = fit_band(data, model, near=near)
-    assert found.converged
-    assert abs(found.model.frequency_hz[0] - 10.0) < 4.0 * found.frequency_std[0] * 10.0

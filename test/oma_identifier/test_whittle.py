@@ -1,4 +1,4 @@
-"""Derivatives of the Whittle likelihood against differences of what they are derivatives of."""
+"""The Whittle likelihood of a band: its derivatives, and fits from awkward starts."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oma_identifier import whittle
-from oma_identifier.whittle import accelerance, BandData, BandModel
+from oma_identifier.whittle import accelerance, BandData, BandModel, fit_band
 
 N_LINES, N_CHANNELS = 60, 4
 STEP = 1e-6
@@ -86,3 +86,42 @@ def test_gradient_is_that_of_the_likelihood_and_its_priors(n_free, one_noise):
             for sign in (1.0, -1.0)
         )
         assert (down - up) / (2.0 * STEP) == pytest.approx(expected, rel=1e-5, abs=1e-3)
+
+
+def one_mode_and_a_tail(seed: int, tail_hz: float) -> tuple[BandData, BandModel]:
+    """Return 40 averaged periodograms of two channels, and the model that made them."""
+    generator = np.random.default_rng(seed)
+    frequency = np.linspace(9.0, 11.0, 60)
+    shapes = np.array([[1.0, 0.0], [0.5, 1.0]]) + 0j
+    model = BandModel(
+        np.array([10.0, tail_hz]),
+        np.array([0.02, 0.02]),
+        shapes / np.linalg.norm(shapes, axis=0),
+        np.eye(2) + 0j,
+        np.full(2, 0.3),
+        1,
+        one_noise=False,
+        reference_hz=10.0,
+    )
+    gain = accelerance(frequency, model.frequency_hz, model.damping_ratio)
+    white = generator.standard_normal((4, 40, 60, 2)) / np.sqrt(2.0)
+    values = ((white[0] + 1j * white[1]) * gain) @ model.shapes.T
+    values += np.sqrt(0.3) * (white[2] + 1j * white[3])
+    periodogram = np.mean(values[..., :, None] * values[..., None, :].conj(), axis=0)
+    return BandData(frequency, periodogram, np.full(60, 40.0), 0.0, 1.0), model
+
+
+def test_a_fit_begins_where_forces_of_an_earlier_pass_are_no_covariance():
+    """A band determines forces of far tails badly; beside other shapes they may go below zero."""
+    data, model = one_mode_and_a_tail(seed=7, tail_hz=15.0)
+    near = replace(model, force=np.diag([1.0, -8.0]).astype(complex))
+    found = fit_band(data, model, near=near)
+    assert found.converged
+    assert abs(found.model.frequency_hz[0] - 10.0) < 4.0 * found.frequency_std[0] * 10.0
+
+
+def test_a_fit_does_not_run_away_where_a_tail_starts_with_a_force_below_zero():
+    data, model = one_mode_and_a_tail(seed=11, tail_hz=100.0)
+    found = fit_band(data, replace(model, force=np.diag([1.0, -0.02]).astype(complex)))
+    assert found.converged and found.misfit < 1.3
+    assert np.all(np.abs(np.log(found.model.noise / 0.3)) < 0.3)
