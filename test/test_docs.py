@@ -57,6 +57,19 @@ def test_only_rooms_that_exist_are_named_in_the_readme():
         assert exists or folder == 'ama_demo', folder
 
 
+def test_every_fault_has_a_test_that_exists():
+    rows = [
+        line
+        for line in (ROOT / 'docs' / 'faults.md').read_text().splitlines()
+        if line.startswith('|') and not line.startswith(('| fault', '|---'))
+    ]
+    for row in rows:
+        named = re.findall(r'`(test/[^`:]+)::(\w+)`', row)
+        assert named, f'no test named in: {row}'
+        for file, test in named:
+            assert f'def {test}(' in (ROOT / file).read_text(), f'{file}::{test}'
+
+
 GAP_PAGE = ROOT / 'docs' / 'first_gap.md'
 
 
