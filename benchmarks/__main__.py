@@ -52,6 +52,12 @@ def streaming(full: bool, store: Path | None) -> Iterator[Line]:
     return rows(full)
 
 
+def faults(full: bool, store: Path | None) -> Iterator[Line]:
+    from benchmarks.faults.series import rows
+
+    return rows(500 if full else 120)
+
+
 GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {
     'speed': speed,
     'streaming': streaming,
@@ -59,6 +65,7 @@ GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {
     'scatter': scatter,
     'tracking': tracking,
     'throughput': throughput,
+    'faults': faults,
 }
 
 

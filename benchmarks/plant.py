@@ -133,7 +133,7 @@ def simulate(
     taps = firwin(2 * HALF_TAPS * step + 1, 0.92 / step)
     modal = []
     for index in range(len(plant.frequency_hz)):
-        response = _modal_acceleration(plant, index, modal_force[:, index], simulation_rate_hz)
+        response = modal_acceleration(plant, index, modal_force[:, index], simulation_rate_hz)
         modal.append(upfirdn(taps, response[settle - HALF_TAPS * step :], down=step))
     n_kept = round(duration_s * sample_rate_hz)
     response = np.array(modal).T[2 * HALF_TAPS : 2 * HALF_TAPS + n_kept] @ plant.shapes.T
@@ -148,7 +148,7 @@ def simulate(
     return Samples(response, sample_rate_hz, names)
 
 
-def _modal_acceleration(
+def modal_acceleration(
     plant: Plant,
     index: int,
     force: NDArray[np.float64] | NDArray[np.complex128],

@@ -1,0 +1,1 @@
+"""Random faults of all kinds in random places, and what becomes of the results."""
