@@ -13,6 +13,8 @@ ROOMS = (
     'robot_bridge',
     'structural_model',
 )
+# The message definitions a recording is read with, copied into the wheel from their one source.
+DEFINITIONS = 'recordings.oma_msgs_definitions'
 
 
 def shared_files(folder):
@@ -27,10 +29,17 @@ def shared_files(folder):
 setup(
     name=PACKAGE,
     version='0.1.0',
-    packages=find_packages(include=[f'{room}*' for room in ROOMS]),
+    packages=[
+        *find_packages(include=[name for room in ROOMS for name in (room, f'{room}.*')]),
+        DEFINITIONS,
+    ],
+    package_dir={DEFINITIONS: 'oma_msgs/msg'},
     package_data={
-        room: ['py.typed', '**/*.html', '**/*.js', '**/*.css', '**/*.j2', '**/*.txt']
-        for room in ROOMS
+        **{
+            room: ['py.typed', '**/*.html', '**/*.js', '**/*.css', '**/*.j2', '**/*.txt']
+            for room in ROOMS
+        },
+        DEFINITIONS: ['*.msg'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
@@ -42,8 +51,11 @@ setup(
     install_requires=[
         'setuptools',
         'aiohttp>=3.9',
+        'apsw',
         'defusedxml>=0.7',
         'jinja2>=3.1',
+        'lz4>=4.3',
+        'markupsafe>=2.1',
         'mcap>=1.2',
         'numba>=0.59',
         'numpy>=1.26',
@@ -55,6 +67,7 @@ setup(
         'scipy>=1.11',
         'threadpoolctl>=3.1',
         'typer>=0.12',
+        'zstandard>=0.22',
     ],
     extras_require={
         # oma_msgs is built from ./oma_msgs, see the Makefile.
@@ -82,12 +95,12 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'ama = autonomous_modal_analysis.cli:main',
-            'abb_emulator = robot_bridge.emulator.emulator_node:main',
-            'excitation_planner = excitation_planner.planner_node:main',
-            'oma_identifier = oma_identifier.identifier_node:main',
-            'robot_bridge = robot_bridge.bridge_node:main',
-            'replay = robot_bridge.replay_node:main',
+            'ama = autonomous_modal_analysis.__main__:main',
+            'abb_emulator = autonomous_modal_analysis.executables:abb_emulator',
+            'excitation_planner = autonomous_modal_analysis.executables:excitation_planner',
+            'oma_identifier = autonomous_modal_analysis.executables:oma_identifier',
+            'robot_bridge = autonomous_modal_analysis.executables:robot_bridge',
+            'replay = autonomous_modal_analysis.executables:replay',
         ],
     },
 )

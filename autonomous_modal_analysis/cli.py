@@ -2,7 +2,6 @@
 
 import atexit
 import gc
-from importlib.metadata import version as installed_version
 import signal
 import sys
 from typing import Annotated
@@ -25,6 +24,7 @@ from autonomous_modal_analysis.commands import (
 )
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
 from modal_core.errors import ModalAnalysisError
+from modal_core.version import suite_version
 
 EXIT_BAD_INPUT = 2
 
@@ -41,7 +41,7 @@ for command in (demo, identify, compare, merge, info, replay, plan, model, up, c
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        OUTPUT.print(f'ama {installed_version("autonomous_modal_analysis")}')
+        OUTPUT.print(f'ama {suite_version()}')
         raise typer.Exit
 
 

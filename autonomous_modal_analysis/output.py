@@ -1,7 +1,6 @@
 """What people see of an identification, and the files it leaves."""
 
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,11 +17,11 @@ from autonomous_modal_analysis.report import (
 from autonomous_modal_analysis.report.words import band_words
 from autonomous_modal_analysis.results import Identification, write_csv, write_json
 from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT
+from modal_core.version import PACKAGE, suite_version
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.arm_drawing import ArmDrawing
 
-PACKAGE = 'autonomous_modal_analysis'
 JSON_NAME, CSV_NAME, REPORT_NAME = 'modes.json', 'modes.csv', 'report.html'
 
 
@@ -72,7 +71,7 @@ def write_results(
         truth=truth,
         geometry=drawing.geometry if drawing else None,
         displacements=drawing.displacements if drawing else (),
-        provenance={'software': f'{PACKAGE} {version(PACKAGE)}', **(provenance or {})},
+        provenance={'software': f'{PACKAGE} {suite_version()}', **(provenance or {})},
     )
     write_json(folder / JSON_NAME, found.identification)
     write_csv(folder / CSV_NAME, found.identification)
@@ -86,7 +85,7 @@ def write_merged(folder: Path, identification: Identification, names: Sequence[s
         title='Operational modal analysis, set-ups merged',
         recording=', '.join(names),
         identification=identification,
-        provenance={'software': f'{PACKAGE} {version(PACKAGE)}'},
+        provenance={'software': f'{PACKAGE} {suite_version()}'},
     )
     write_json(folder / JSON_NAME, identification)
     write_report(folder / REPORT_NAME, content)

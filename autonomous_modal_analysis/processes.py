@@ -49,7 +49,9 @@ class NodeCommand:
 
     def arguments(self, namespace: str = '') -> list[str]:
         """Return the command line of the node's process."""
-        line = [sys.executable, '-m', self.module, '--ros-args', '-r', f'__node:={self.name}']
+        # -P: what lies in the folder the command was called from is not code of the nodes.
+        line = [sys.executable, '-P', '-m', self.module]
+        line += ['--ros-args', '-r', f'__node:={self.name}']
         if namespace:
             line += ['-r', f'__ns:=/{namespace.strip("/")}']
         for source, target in self.remappings.items():

@@ -4,8 +4,7 @@ from pathlib import Path
 import sys
 
 from modal_core.errors import SettingsError
-
-PACKAGE = 'autonomous_modal_analysis'
+from modal_core.version import PACKAGE
 
 
 def share_path(*parts: str) -> Path:
@@ -19,9 +18,13 @@ def share_path(*parts: str) -> Path:
         It is in none of these places.
     """
     source_tree = Path(__file__).resolve().parents[1]
-    # colcon: <prefix>/lib/pythonX.Y/site-packages/modal_core -> <prefix>/share/<package>
-    prefixes = [Path(sys.prefix), *Path(__file__).resolve().parents]
-    places = [source_tree, *(prefix / 'share' / PACKAGE for prefix in prefixes)]
+    # <prefix>/lib/pythonX.Y/site-packages/modal_core -> <prefix>/share/<package>, of venvs, of
+    # colcon and of pip --user; <target>/modal_core of pip --target.
+    prefixes = [*Path(__file__).resolve().parents, Path(sys.prefix)]
+    places = [prefix / 'share' / PACKAGE for prefix in prefixes]
+    # Beside installed packages another project's folder may be called config.
+    if (source_tree / 'package.xml').is_file():
+        places.insert(0, source_tree)
     for place in places:
         candidate = place.joinpath(*parts)
         if candidate.exists():

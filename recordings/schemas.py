@@ -1,9 +1,7 @@
 """Message definitions, without ROS: the standard ones from rosbags, ours from their .msg files."""
 
 from functools import cache, lru_cache
-import os
 from pathlib import Path
-import sys
 
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
 from rosbags.typesys.store import Typestore
@@ -11,6 +9,8 @@ from rosbags.typesys.store import Typestore
 from modal_core.errors import RecordingError
 
 PACKAGE = 'oma_msgs'
+# An install copies oma_msgs/msg to this folder (setup.py); a source tree has the original.
+SHIPPED = 'oma_msgs_definitions'
 SEPARATOR = '=' * 80
 
 
@@ -21,7 +21,7 @@ def typestore() -> Typestore:
     Raises
     ------
     RecordingError
-        The .msg files of oma_msgs are neither in the source tree nor installed.
+        The .msg files of oma_msgs are missing.
     """
     store = get_typestore(Stores.ROS2_JAZZY)
     types = {}
@@ -67,24 +67,26 @@ def differing_field(message_type: str, stored: str) -> str:
 
 
 def definitions_folder() -> Path:
-    """Return the folder of the oma_msgs .msg files.
+    """Return the folder of the oma_msgs .msg files: shipped with this room, or beside it.
+
+    Never the installed package oma_msgs: its folder ``msg`` holds code, perhaps of other messages.
 
     Raises
     ------
     RecordingError
         It is nowhere to be found.
     """
-    here = Path(__file__).resolve()
-    installed = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-    prefixes = [Path(sys.prefix), *map(Path, filter(None, installed)), *here.parents]
-    places = [
-        here.parents[1] / PACKAGE / 'msg',
-        *(prefix / 'share' / PACKAGE / 'msg' for prefix in prefixes),
-    ]
+    room = Path(__file__).resolve().parent
+    places = (room / SHIPPED, room.parent / PACKAGE / 'msg')
     for place in places:
-        if place.is_dir():
+        if any(place.glob('*.msg')):
             return place
-    raise RecordingError('message definitions not found', where=PACKAGE, expected=places[0])
+    raise RecordingError(
+        'message definitions not found',
+        where=PACKAGE,
+        expected=places[0],
+        advice='the installation is incomplete: install the suite again',
+    )
 
 
 def _fields(text: str) -> list[str]:

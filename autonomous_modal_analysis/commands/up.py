@@ -12,6 +12,7 @@ from autonomous_modal_analysis.cell import cell_commands
 from autonomous_modal_analysis.processes import NodeProcesses
 from autonomous_modal_analysis.terminal import MESSAGES
 from modal_core.errors import SettingsError
+from modal_core.missing import require_ros
 
 CHECK_EVERY_S = 0.5
 
@@ -46,6 +47,7 @@ def up(
             expected='letters, digits and _, parts separated by /',
         )
     commands = cell_commands(config, tuple(without or ()))
+    require_ros()
     with NodeProcesses(commands, log_folder=log_folder, namespace=namespace) as nodes:
         MESSAGES.print(f'running: {", ".join(command.name for command in commands)}')
         MESSAGES.print('nothing moves until a plan is armed and started; Ctrl-C stops the nodes')

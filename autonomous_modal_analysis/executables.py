@@ -1,0 +1,51 @@
+"""The nodes' executables: where ROS or its messages are missing, one line says what to install."""
+
+from importlib import import_module
+import sys
+
+from modal_core.missing import EXIT_MISSING, explain
+
+NODES = {
+    'abb_emulator': 'robot_bridge.emulator.emulator_node',
+    'excitation_planner': 'excitation_planner.planner_node',
+    'oma_identifier': 'oma_identifier.identifier_node',
+    'replay': 'robot_bridge.replay_node',
+    'robot_bridge': 'robot_bridge.bridge_node',
+}
+
+
+def abb_emulator() -> None:
+    """Run the emulated controller and arm."""
+    _run('abb_emulator')
+
+
+def excitation_planner() -> None:
+    """Run the planner."""
+    _run('excitation_planner')
+
+
+def oma_identifier() -> None:
+    """Run the identifier."""
+    _run('oma_identifier')
+
+
+def replay() -> None:
+    """Play a recording."""
+    _run('replay')
+
+
+def robot_bridge() -> None:
+    """Run the bridge to the controller."""
+    _run('robot_bridge')
+
+
+def _run(name: str) -> None:
+    try:
+        node = import_module(NODES[name])
+    except ImportError as error:
+        missing = explain(error)
+        if missing is None:
+            raise
+        sys.stderr.write(f'{name}: {missing}\n')
+        sys.exit(EXIT_MISSING)
+    node.main()
