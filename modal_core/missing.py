@@ -47,12 +47,12 @@ def explain(error: ImportError) -> MissingError | None:
         What a command or node ended with.
     """
     package = (error.name or '').partition('.')[0]
-    if package == MESSAGES:
-        # Beside a source tree, its folder of definitions is taken for an empty package.
+    if package == MESSAGES and find_spec('rclpy') is not None:
+        # In a source tree, its folder of definitions is taken for an empty package.
         return MissingError(
             'the messages oma_msgs are not installed', found=error, advice=INSTALL_MESSAGES
         )
-    if package in ROS:
+    if package in (MESSAGES, *ROS):
         return MissingError('ROS 2 Jazzy is not installed', found=error, advice=INSTALL_ROS)
     if isinstance(error, ModuleNotFoundError) and find_spec(package) is None:
         return MissingError(

@@ -70,6 +70,7 @@ def test_launch_files_name_executables_and_parameter_files_that_exist():
 
 def test_launch_and_command_line_start_the_same_nodes():
     from autonomous_modal_analysis.cell import NODES
+    from autonomous_modal_analysis.executables import NODES as EXECUTABLES
 
     module = ast.parse((ROOT / 'launch' / 'emulated_cell.launch.py').read_text())
     launched = next(
@@ -78,7 +79,7 @@ def test_launch_and_command_line_start_the_same_nodes():
         if isinstance(node, ast.Assign) and node.targets[0].id == 'NODES'
     )
     started = tuple(
-        (next(k for k, v in executables().items() if v == f'{module_}:main'), name, file)
+        (next(k for k, v in EXECUTABLES.items() if v == module_), name, file)
         for name, module_, file in NODES
     )
     assert started == launched

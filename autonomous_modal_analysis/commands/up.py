@@ -36,6 +36,7 @@ def up(
     ] = None,
 ) -> None:
     """Start emulator, bridge, planner and identifier, one process each, until Ctrl-C."""
+    require_ros()
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
@@ -47,7 +48,6 @@ def up(
             expected='letters, digits and _, parts separated by /',
         )
     commands = cell_commands(config, tuple(without or ()))
-    require_ros()
     with NodeProcesses(commands, log_folder=log_folder, namespace=namespace) as nodes:
         MESSAGES.print(f'running: {", ".join(command.name for command in commands)}')
         MESSAGES.print('nothing moves until a plan is armed and started; Ctrl-C stops the nodes')
