@@ -189,9 +189,9 @@ def test_every_import_is_declared_to_pip():
 def test_every_import_is_declared_to_ros_or_named_in_the_readme():
     package = ElementTree.parse(ROOT / 'package.xml').getroot()
     declared = {entry.text for entry in package.iter('exec_depend')}
-    by_hand = (
-        re.search(r'pip install --break-system-packages ([\w\s]+)', readme()).group(1).split()
-    )
+    readme = (ROOT / 'README.md').read_text()
+    line = re.search(r'pip install --break-system-packages ([\w\s]+)', readme)
+    by_hand = line.group(1).split()
     # rosdep has keys for neither these nor what they bring along.
     for name in imported():
         name = BROUGHT_ALONG.get(name, name)
