@@ -20,6 +20,7 @@ from oma_msgs.msg import AccelerationBlock, ExcitationPlan, ModalParameters
 
 IDENTIFIER = 'oma_identifier'
 START_UP_S = 60.0
+LOOPBACK = '127.0.0.1'
 SERVICE_S = 15.0
 RECORDED = {
     '/acceleration_block': AccelerationBlock,
@@ -44,7 +45,8 @@ def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
         A node ended, the bridge refused or stopped the motion, or a result did not come.
     """
     environment = own_domain()
-    commands = _commands(settings)
+    port = _free_udp_port()
+    commands = _commands(settings, port)
     with (
         NodeProcesses(
             [command for command in commands if command.name != IDENTIFIER],
@@ -67,7 +69,7 @@ def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
         )
         progress(0.05)
         MESSAGES.print(f'releasing and starting plan {plan.plan_hash[:12]}')
-        operator.run(plan.plan_hash, SERVICE_S, nodes.check)
+        operator.run(plan.plan_hash, f'{LOOPBACK}:{port}', SERVICE_S, nodes.check)
         # The identifier joins a moving arm, so that its first window is a full one.
         with ExitStack() as stack:
             identifier = stack.enter_context(
@@ -95,8 +97,7 @@ def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
     )
 
 
-def _commands(settings: DemoSettings) -> tuple[NodeCommand, ...]:
-    port = _free_udp_port()
+def _commands(settings: DemoSettings, port: int) -> tuple[NodeCommand, ...]:
     return cell_commands(
         parameters={
             'abb_emulator': {
@@ -109,6 +110,7 @@ def _commands(settings: DemoSettings) -> tuple[NodeCommand, ...]:
             },
             'robot_bridge': {
                 'robot': settings.robot,
+                'controller_address': LOOPBACK,
                 'port': port,
                 'dry_run': False,
                 # Emulated time may stall with the machine; a real controller's does not.
@@ -179,5 +181,5 @@ def _true_modes(message: ModalParameters) -> TrueModes:
 
 def _free_udp_port() -> int:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(('127.0.0.1', 0))
+        probe.bind((LOOPBACK, 0))
         return int(probe.getsockname()[1])

@@ -178,14 +178,17 @@ class LivePlayer(Node):
         angles = np.degrees(self._model.to_controller(plan.start_position))
         pose = ', '.join(f'{angle:.3f}' for angle in angles)
         speed = 1e3 * plan.peak_point_speed
+        controller = self._state.controller if self._state is not None else ''
         return (
             f'at the robot: bring it to {pose} deg (controller angles). The motion takes'
-            f' {plan.duration_s:g} s, its fastest point {speed:.0f} mm/s. Then hold to run,'
-            ' release and start:\n'
-            '  ros2 topic pub -r 20 /robot_bridge/heartbeat std_msgs/msg/Empty\n'
+            f' {plan.duration_s:g} s, its fastest point {speed:.0f} mm/s. Make sure that its'
+            f' controller is {controller}. Then release, hold to run with the token it answers,'
+            ' and start:\n'
             '  ros2 service call /robot_bridge/arm oma_msgs/srv/ArmPlan'
-            f' "{{plan_hash: {plan.plan_hash}, timeout_s: 60}}"\n'
-            '  ros2 service call /robot_bridge/start std_srvs/srv/Trigger'
+            f' "{{plan_hash: {plan.plan_hash}, controller: \'{controller}\', timeout_s: 30}}"\n'
+            '  ros2 topic pub -r 20 /robot_bridge/heartbeat oma_msgs/msg/Heartbeat'
+            ' "{token: TOKEN}"\n'
+            '  ros2 service call /robot_bridge/start oma_msgs/srv/StartPlan "{token: TOKEN}"'
         )
 
     def _wait(

@@ -7,13 +7,11 @@ from typing import Any, TypeVar
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Empty
-from std_srvs.srv import Trigger
 
 from modal_core.errors import BridgeError
 from modal_core.ros_messages import LATCHED
-from oma_msgs.msg import BridgeState, ExcitationPlan, ModalParameters
-from oma_msgs.srv import ArmPlan
+from oma_msgs.msg import BridgeState, ExcitationPlan, Heartbeat, ModalParameters
+from oma_msgs.srv import ArmPlan, StartPlan
 
 RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -47,10 +45,9 @@ class OperatorNode(Node):
             ModalParameters, 'oma_identifier/modal_parameters', self.windows.append, RESULTS
         )
         self._arm = self.create_client(ArmPlan, 'robot_bridge/arm')
-        self._start = self.create_client(Trigger, 'robot_bridge/start')
-        self._abort = self.create_client(Trigger, 'robot_bridge/abort')
-        self._heartbeat = self.create_publisher(Empty, 'robot_bridge/heartbeat', HEARTBEAT)
-        self._holding = threading.Event()
+        self._start = self.create_client(StartPlan, 'robot_bridge/start')
+        self._heartbeat = self.create_publisher(Heartbeat, 'robot_bridge/heartbeat', HEARTBEAT)
+        self._token = ''
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._beat, name='heartbeat', daemon=True)
         self._thread.start()
@@ -79,8 +76,10 @@ class OperatorNode(Node):
                 raise BridgeError(f'no {what} within {timeout_s:g} s', found=self._situation())
             time.sleep(POLL_S)
 
-    def run(self, plan_hash: str, timeout_s: float, check: Callable[[], None]) -> None:
-        """Release the plan with this hash, hold to run, and start it.
+    def run(
+        self, plan_hash: str, controller: str, timeout_s: float, check: Callable[[], None]
+    ) -> None:
+        """Release the plan with this hash for this controller, hold to run, and start it.
 
         Raises
         ------
@@ -88,14 +87,14 @@ class OperatorNode(Node):
             The bridge refuses, with its reason.
         """
         self.wait_for('bridge', self._arm.service_is_ready, timeout_s, check)
-        armed = self._call(
-            self._arm, ArmPlan.Request(plan_hash=plan_hash, timeout_s=RELEASE_S), timeout_s, check
-        )
+        release = ArmPlan.Request(plan_hash=plan_hash, controller=controller, timeout_s=RELEASE_S)
+        armed = self._call(self._arm, release, timeout_s, check)
         if not armed.accepted:
             raise BridgeError(f'the plan was not released: {armed.message}')
-        self._holding.set()
+        self._token = armed.token
         time.sleep(5 * HEARTBEAT_PERIOD_S)
-        started = self._call(self._start, Trigger.Request(), timeout_s, check)
+        request = StartPlan.Request(token=armed.token)
+        started = self._call(self._start, request, timeout_s, check)
         if not started.success:
             raise BridgeError(f'the plan was not started: {started.message}')
 
@@ -113,7 +112,7 @@ class OperatorNode(Node):
 
     def close(self) -> None:
         """Let go of the heartbeat."""
-        self._holding.clear()
+        self._token = ''
         self._closing.set()
         self._thread.join(timeout=1.0)
 
@@ -124,8 +123,8 @@ class OperatorNode(Node):
 
     def _beat(self) -> None:
         while not self._closing.wait(HEARTBEAT_PERIOD_S):
-            if self._holding.is_set():
-                self._heartbeat.publish(Empty())
+            if token := self._token:
+                self._heartbeat.publish(Heartbeat(token=token))
 
     def _on(self, name: str) -> Callable[[Any], None]:
         return lambda message: setattr(self, name, message)

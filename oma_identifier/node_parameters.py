@@ -50,7 +50,7 @@ OTHERS = (
     NodeParameter(
         'topics', 'topics of responses; empty: all of a known type', ('',), read_only=True
     ),
-    NodeParameter('joint_states_topic', 'topic of joint states', '/joint_states', read_only=True),
+    NodeParameter('joint_states_topic', 'topic of joint states', 'joint_states', read_only=True),
     NodeParameter(
         'plan_topic',
         'topic of plans: while the bridge plays one, an automatic band ends below its edge',

@@ -44,9 +44,9 @@ class Backend(ABC):
     ) -> Reference | None:
         """Take one accepted packet; return what to reply, None for nothing."""
 
-    def start(self, now_s: float) -> None:
+    def start(self, now_s: float, token: str) -> None:
         """Begin to play the armed plan; see :meth:`OperatorFlow.start`."""
-        self.flow.start(now_s)
+        self.flow.start(now_s, token)
 
     def abort(self, reason: str) -> None:
         """Bring the arm to standstill and latch; returns at once."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from excitation_planner.limits import check_limits, PlanLimits
 from excitation_planner.plan import ExcitationPlan
-from modal_core.errors import PlanError
+from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backends import make_backend
 from robot_bridge.bridge_settings import BridgeSettings
 from robot_bridge.egm_feedback import RobotFeedback
@@ -111,6 +111,23 @@ class Bridge:
             f'{told}; fastest point {1e3 * envelope.peak_point_speed_m_s:.0f} mm/s,'
             f' most used is {worst.name} with {100.0 * worst.fraction:.0f} %'
         )
+
+    def release(self, plan_hash: str, controller: str, timeout_s: float, now_s: float) -> str:
+        """Release a plan for motion of this bridge's controller; return the token.
+
+        Raises
+        ------
+        BridgeError
+            Another controller is meant, or as :meth:`OperatorFlow.arm`.
+        """
+        if controller != self.settings.controller:
+            raise BridgeError(
+                'another controller is meant',
+                where='controller',
+                found=controller or 'nothing',
+                expected=self.settings.controller,
+            )
+        return self.flow.arm(plan_hash, timeout_s, now_s)
 
     def come_to_rest(self) -> None:
         """Stop the motion, see it through, then answer no more."""

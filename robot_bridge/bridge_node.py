@@ -1,6 +1,7 @@
 """The bridge as a ROS node: plans in, joint states out, nothing moves without arm and start."""
 
 from collections.abc import Sequence
+import contextlib
 from pathlib import Path
 import sys
 import time
@@ -25,13 +26,15 @@ from robot_bridge.bridge import Bridge
 from robot_bridge.bridge_settings import LIVE, PARAMETERS, settings_from
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.joint_publisher_node import JointPublisher
+from robot_bridge.name_watch_node import NameWatch
 from robot_bridge.operator_desk_node import OperatorDesk
 from robot_bridge.operator_flow import check_fraction
 from robot_bridge.ros_messages import diagnostic_status, state_message
 from structural_model.robot_files import load_robot
 
-# Plans; arm, start and reset; abort; and what is quick: none waits for another.
-N_THREADS = 4
+# Plans; arm, start and reset; abort; life cycle; and what is quick: none waits for another.
+N_THREADS = 5
+WATCH_S = 0.2
 
 
 class BridgeNode(LifecycleNode):
@@ -50,6 +53,8 @@ class BridgeNode(LifecycleNode):
         self.configure_error: ModalAnalysisError | None = None
         self.bridge: Bridge | None = None
         self._plan: PlanMessage | None = None
+        self.names = NameWatch(self)
+        self._clash, self._to_activate = '', False
         self.joints = JointPublisher(self)
         self.states = self.create_publisher(BridgeState, '~/state', LATCHED)
         self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -57,6 +62,8 @@ class BridgeNode(LifecycleNode):
         self.desk = OperatorDesk(self, lambda: self.bridge, self._publish_state, quick)
         topic = 'excitation_planner/excitation_plan'
         self.create_subscription(PlanMessage, topic, self._on_plan, LATCHED, callback_group=plans)
+        watch = MutuallyExclusiveCallbackGroup()
+        self.create_timer(WATCH_S, self._watch_names, callback_group=watch)
         self.create_timer(0.1, self._publish_state, callback_group=quick)
         self.create_timer(1.0, self._publish_diagnostics, callback_group=quick)
         self.add_on_set_parameters_callback(self._accept)
@@ -66,7 +73,7 @@ class BridgeNode(LifecycleNode):
         self._service_change_state.callback = self._on_change_state
 
     def begin(self) -> None:
-        """Configure and activate, if that is asked for.
+        """Configure, and activate once nobody else has these names, if that is asked for.
 
         Raises
         ------
@@ -78,7 +85,9 @@ class BridgeNode(LifecycleNode):
         self.trigger_configure()
         if self.configure_error is not None:
             raise self.configure_error
-        self.trigger_activate()
+        self._to_activate = True
+        self.names.settle()
+        self._watch_names()  # before anybody hears of this bridge, if it is alone
 
     # -- life cycle ----------------------------------------------------------------------------
 
@@ -98,25 +107,47 @@ class BridgeNode(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Answer the controller; plans may be armed."""
+        """Answer the controller; plans may be armed.  Refused while another has these names."""
+        self.names.settle()
+        self._look_around()
+        if self._clash:
+            self.get_logger().error(f'not activated: {self._clash}')
+            return TransitionCallbackReturn.FAILURE
         self.bridge.flow.activate()
-        self.condition = ''
+        self.condition, self._to_activate = '', False
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Slow down to standstill, then answer no more."""
+        self._to_activate = False
         self.bridge.come_to_rest()
         self.condition = 'not active'
         return super().on_deactivate(state)
 
+    def _watch_names(self) -> None:
+        """Look for others of these names, and activate when there is time for it."""
+        self._look_around()
+        if self._to_activate and self.names.settled and not self._clash:
+            with contextlib.suppress(RCLError):  # a life cycle manager was quicker
+                self.trigger_activate()
+
+    def _look_around(self) -> None:
+        before, self._clash = self._clash, self.names.others()
+        if self._clash and not before:
+            self.get_logger().error(f'NAME_CLASH {self._clash}')
+        if self.bridge is not None:
+            self.bridge.flow.meet(self._clash)
+
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Give the port back."""
+        self._to_activate = False
         self._close()
         self.condition = 'not configured'
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Stop and give the port back, from any state."""
+        self._to_activate = False
         self._close()
         self.condition = 'shut down'
         return TransitionCallbackReturn.SUCCESS
@@ -197,13 +228,15 @@ class BridgeNode(LifecycleNode):
 
     def _publish_state(self) -> None:
         name = self.get_parameter('backend').value
-        message = state_message(self.bridge, name, self.condition)
+        condition = '; '.join(part for part in (self.condition, self._clash) if part)
+        message = state_message(self.bridge, name, condition)
         message.header.stamp = self.get_clock().now().to_msg()
         self.states.publish(message)
 
     def _publish_diagnostics(self) -> None:
         name = f'{self.get_fully_qualified_name()}: bridge'
-        message = DiagnosticArray(status=[diagnostic_status(name, self.bridge, self.plan_error)])
+        status = diagnostic_status(name, self.bridge, self.plan_error, self._clash)
+        message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self.diagnostics.publish(message)
 

@@ -50,6 +50,11 @@ PARAMETERS = (
     _P('bind_address', '127.0.0.1', 'interface to listen on; wildcards are refused'),
     _P('port', 6510, 'EGM port', (1, 65535)),
     _P('controller_address', '127.0.0.1', 'the only host listened to'),
+    _P(
+        'controller_name',
+        '',
+        'what ~/arm must name, for example its serial number; empty: controller_address:port',
+    ),
     _P('rapid_file', 'AmaExcitation.mod', 'RAPID backends: where the module of a plan goes'),
     _P('rws_address', '', 'web services of the controller, host or host:port; empty: none'),
     _P('rws_user', 'Default User', 'account of the web services'),
@@ -123,6 +128,8 @@ class BridgeSettings:
         Room for it.
     speed_override : float
         0..1, at the beginning.
+    controller : str
+        What a release must name.
     """
 
     robot: str
@@ -133,6 +140,7 @@ class BridgeSettings:
     packet_log: Path | None
     packet_log_bytes: int
     speed_override: float
+    controller: str
 
 
 def settings_from(values: Mapping[str, Any], log_file: Path) -> BridgeSettings:
@@ -161,6 +169,7 @@ def settings_from(values: Mapping[str, Any], log_file: Path) -> BridgeSettings:
         packet_log=named or (log_file if is_real(backend) else None),
         packet_log_bytes=round(values['packet_log_mb'] * MEGABYTE),
         speed_override=values['speed_override'],
+        controller=values['controller_name'] or f'{values["controller_address"]}:{values["port"]}',
     )
 
 

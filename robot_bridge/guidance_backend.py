@@ -61,7 +61,7 @@ class GuidanceBackend(Backend):
         """Reply the reference of this cycle."""
         return self.flow.on_feedback(feedback, judgement, now_s)
 
-    def start(self, now_s: float) -> None:
+    def start(self, now_s: float, token: str) -> None:
         """Begin to play the armed plan.
 
         Raises
@@ -72,4 +72,4 @@ class GuidanceBackend(Backend):
         if self._control is not None and not self.flow.settings.dry_run:
             self._control.check_automatic()
             now_s = time.monotonic()
-        self.flow.start(now_s)
+        self.flow.start(now_s, token)

@@ -26,12 +26,12 @@ class JointPublisher:
     Parameters
     ----------
     node : LifecycleNode
-        Whose topics ``/joint_states`` and ``~/reference``, and whose log.
+        Whose topics ``joint_states`` and ``~/reference``, and whose log.
     """
 
     def __init__(self, node: LifecycleNode) -> None:
         self._node = node
-        self._states = node.create_publisher(JointState, '/joint_states', RELIABLE)
+        self._states = node.create_publisher(JointState, 'joint_states', RELIABLE)
         self._references = node.create_publisher(JointState, '~/reference', RELIABLE)
         self._changes: queue.SimpleQueue[tuple[FlowState, str]] = queue.SimpleQueue()
         self._closing = threading.Event()

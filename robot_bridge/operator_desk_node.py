@@ -7,11 +7,11 @@ from typing import Any
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from modal_core.errors import BridgeError, ModalAnalysisError
-from oma_msgs.srv import ArmPlan
+from oma_msgs.msg import Heartbeat
+from oma_msgs.srv import ArmPlan, StartPlan
 from robot_bridge.bridge import Bridge
 
 HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -42,11 +42,11 @@ class OperatorDesk:
         self._node, self._bridge, self._answered = node, bridge, answered
         slow, abort = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
         node.create_subscription(
-            Empty, '~/heartbeat', self._on_heartbeat, HEARTBEAT, callback_group=quick
+            Heartbeat, '~/heartbeat', self._on_heartbeat, HEARTBEAT, callback_group=quick
         )
         node.create_service(ArmPlan, '~/arm', self._on_arm, callback_group=slow)
+        node.create_service(StartPlan, '~/start', self._on_start, callback_group=slow)
         for name, action, group in (
-            ('start', lambda found: found.backend.start(time.monotonic()), slow),
             ('reset', lambda found: found.flow.reset(), slow),
             # Not behind a start that waits for the controller's web services.
             ('abort', lambda found: found.backend.abort('aborted by the operator'), abort),
@@ -55,34 +55,44 @@ class OperatorDesk:
                 Trigger, f'~/{name}', self._trigger(name, action), callback_group=group
             )
 
-    def _on_heartbeat(self, _: Empty, info: dict[str, Any]) -> None:
+    def _on_heartbeat(self, beat: Heartbeat, info: dict[str, Any]) -> None:
         bridge = self._bridge()
         if bridge is not None:
-            bridge.flow.heartbeat(time.monotonic(), info['publication_sequence_number'])
+            number = info['publication_sequence_number']
+            bridge.flow.heartbeat(time.monotonic(), beat.token, number)
 
     def _on_arm(self, request: ArmPlan.Request, response: ArmPlan.Response) -> ArmPlan.Response:
         try:
-            flow = self._configured().flow
-            flow.arm(request.plan_hash, request.timeout_s, time.monotonic())
-            response.accepted, response.message = True, flow.reason
+            bridge, now_s = self._configured(), time.monotonic()
+            response.token = bridge.release(
+                request.plan_hash, request.controller, request.timeout_s, now_s
+            )
+            response.accepted, response.message = True, bridge.flow.reason
         except ModalAnalysisError as error:
             response.message = str(error)
             self._node.get_logger().warning(f'arm: {error}')
         return response
 
-    def _trigger(self, name: str, action: Callable[[Bridge], None]) -> Any:
-        def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            try:
-                bridge = self._configured()
-                action(bridge)
-                response.success, response.message = True, bridge.flow.reason
-            except ModalAnalysisError as error:
-                response.message = str(error)
-                self._node.get_logger().warning(f'{name}: {error}')
-            self._answered()
-            return response
+    def _on_start(
+        self, request: StartPlan.Request, response: StartPlan.Response
+    ) -> StartPlan.Response:
+        return self._answer(
+            'start', lambda found: found.backend.start(time.monotonic(), request.token), response
+        )
 
-        return answer
+    def _trigger(self, name: str, action: Callable[[Bridge], None]) -> Any:
+        return lambda _, response: self._answer(name, action, response)
+
+    def _answer(self, name: str, action: Callable[[Bridge], None], response: Any) -> Any:
+        try:
+            bridge = self._configured()
+            action(bridge)
+            response.success, response.message = True, bridge.flow.reason
+        except ModalAnalysisError as error:
+            response.message = str(error)
+            self._node.get_logger().warning(f'{name}: {error}')
+        self._answered()
+        return response
 
     def _configured(self) -> Bridge:
         bridge = self._bridge()

@@ -24,6 +24,7 @@ from robot_bridge.egm_messages import MCI_RUNNING
 from robot_bridge.pace_check import PaceCheck
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.plan_player import PlanPlayer, PlayerSettings, Reference
+from robot_bridge.release import Release
 from robot_bridge.session_check import Judgement, Verdict
 
 Array = NDArray[np.float64]
@@ -97,14 +98,13 @@ class OperatorFlow:
         self.path: PlanPath | None = None
         self.feedback: RobotFeedback | None = None
         self.active, self.muted = True, False
+        self.clash = ''
+        self.release = Release()
         self.on_change: Callable[[FlowState, str], None] = lambda *_: None
         self._lock = threading.RLock()
         self._player: PlanPlayer | None = None
         self._hold: Array | None = None
         self._override = 1.0
-        self._armed_until_s = -math.inf
-        self._heartbeat_s = -math.inf
-        self._beat: int | None = None
         self._heard_s = -math.inf
         self._pace = PaceCheck(settings.cycle_s)
 
@@ -138,13 +138,14 @@ class OperatorFlow:
         if self.state in (FlowState.RUNNING, FlowState.STOPPING):
             raise BridgeError('a plan cannot be changed while it is played')
 
-    def arm(self, plan_hash: str, timeout_s: float, now_s: float) -> None:
-        """Release the plan with this hash for a while.
+    def arm(self, plan_hash: str, timeout_s: float, now_s: float) -> str:
+        """Release the plan with this hash for a while and return the token of the release.
 
         Raises
         ------
         BridgeError
-            No such plan, a bad time-out, no robot, or a latched abort.
+            No such plan, a bad time-out, no robot, another bridge of this name, or a latched
+            abort.
         """
         with self._lock:
             if self.path is None:
@@ -161,29 +162,28 @@ class OperatorFlow:
                 )
             if not self.active:
                 raise BridgeError('the bridge is not active', advice='activate it first')
+            self._check_alone()
             if not self._may_arm():
                 raise BridgeError(f'cannot arm while {self.state.name}', found=self.reason)
-            self._armed_until_s = now_s + timeout_s
+            token = self.release.grant(now_s + timeout_s)
             self._enter(FlowState.ARMED, f'armed for {timeout_s:g} s')
+            return token
 
-    def start(self, now_s: float) -> None:
-        """Begin to play the armed plan.
+    def start(self, now_s: float, token: str) -> None:
+        """Begin to play the armed plan, for who armed it.
 
         Raises
         ------
         BridgeError
-            Not armed, the heartbeat is missing, the controller's period is not ``cycle_s``, the
-            session is not running, motors are off, or the arm is not at the plan's start pose.
+            Not armed, not the token of the release, the heartbeat is missing, the controller's
+            period is not ``cycle_s``, the session is not running, motors are off, or the arm is
+            not at the plan's start pose.
         """
         with self._lock:
-            self.poll(now_s)
-            if self.state != FlowState.ARMED:
-                raise BridgeError(f'not armed but {self.state.name}', found=self.reason)
+            self._check_released(now_s, token)
             path, feedback, hold = self.path, self.feedback, self._hold
             if path is None or feedback is None or hold is None:
                 raise BridgeError('no plan or no feedback')
-            if self._heartbeat_lost(now_s):
-                raise BridgeError('no heartbeat of the operator', expected='>= 10 Hz')
             self._pace.check()
             blocked = None if self.settings.dry_run else _not_ready(feedback)
             if blocked:
@@ -229,6 +229,7 @@ class OperatorFlow:
                 raise BridgeError(f'nothing to reset while {self.state.name}')
             if self.moving:
                 raise BridgeError('still slowing down')
+            self._check_alone()
             self._player = None
             self._enter(FlowState.IDLE, 'reset by the operator')
 
@@ -254,21 +255,23 @@ class OperatorFlow:
     def settle(self) -> None:
         """Wait until an abort has done everything it does beside the cycle."""
 
-    def heartbeat(self, now_s: float, number: int | None = None) -> None:
-        """Note that the operator holds to run.
+    def heartbeat(self, now_s: float, token: str, number: int | None = None) -> None:
+        """Note that the operator who has this token holds to run; see :meth:`Release.beat`."""
+        with self._lock:
+            timeout_s = self.settings.heartbeat_timeout_s
+            one = self.release.beat(token, number, now_s, timeout_s)
+            if not one and self.state == FlowState.RUNNING:
+                self.abort('a second operator holds to run')
 
-        ``number`` counts the beats of one operator.  One that runs back while beats are fresh is
-        of a second operator: of two that hold, one who lets go would not be noticed.
+    def meet(self, clash: str) -> None:
+        """Take who else offers this bridge's names: nothing is released meanwhile; '' is nobody.
+
+        Requests and beats reach both, so what is released ends in the latched abort.
         """
         with self._lock:
-            last, self._beat = self._beat, number
-            second = number is not None and last is not None and number < last
-            if second and not self._heartbeat_lost(now_s):
-                self._heartbeat_s = -math.inf
-                if self.state == FlowState.RUNNING:
-                    self.abort('a second operator holds to run')
-            else:
-                self._heartbeat_s = now_s
+            new, self.clash = bool(clash) and not self.clash, clash
+            if new and self.active:
+                self.abort(f'name clash: {clash}')
 
     def set_speed_override(self, fraction: float) -> None:
         """Scale amplitude, speed and acceleration of the motion; followed by a slow ramp.
@@ -375,7 +378,7 @@ class OperatorFlow:
             elif self.state != FlowState.ABORTED:
                 self._enter(FlowState.DISCONNECTED, 'no feedback')
             self.feedback = None  # the next packet says where the arm is
-        if self.state == FlowState.ARMED and now_s > self._armed_until_s:
+        if self.state == FlowState.ARMED and self.release.over(now_s):
             self._enter(FlowState.IDLE, 'the release timed out')
         if self.state == FlowState.RUNNING and self._heartbeat_lost(now_s):
             self.abort('the operator heartbeat is lost')
@@ -384,8 +387,28 @@ class OperatorFlow:
         return self.state in (FlowState.IDLE, FlowState.HOLDING, FlowState.ARMED)
 
     def _heartbeat_lost(self, now_s: float) -> bool:
-        timeout_s = self.settings.heartbeat_timeout_s
-        return timeout_s > 0.0 and now_s - self._heartbeat_s > timeout_s
+        return self.release.silent(now_s, self.settings.heartbeat_timeout_s)
+
+    def _check_alone(self) -> None:
+        if self.clash:
+            raise BridgeError(
+                'name clash',
+                found=self.clash,
+                advice='stop the other, or give each robot a namespace of its own',
+            )
+
+    def _check_released(self, now_s: float, token: str) -> None:
+        """Refuse to start what is not released, or for who did not release it."""
+        self.poll(now_s)
+        if self.state != FlowState.ARMED:
+            raise BridgeError(f'not armed but {self.state.name}', found=self.reason)
+        self._check_alone()
+        if not self.release.is_of(token):
+            raise BridgeError('not the token of this release', advice='arm answers it')
+        if self._heartbeat_lost(now_s):
+            raise BridgeError(
+                'no heartbeat of the operator', expected='>= 10 Hz, with the token of the release'
+            )
 
     def _watch_controller(self, feedback: RobotFeedback, judgement: Judgement) -> None:
         if self.state not in (FlowState.RUNNING, FlowState.ARMED):
@@ -419,6 +442,8 @@ class OperatorFlow:
         return away
 
     def _enter(self, state: FlowState, reason: str) -> None:
+        if state not in (FlowState.ARMED, FlowState.RUNNING):
+            self.release.end()
         self.state, self.reason = state, reason
         self.on_change(state, reason)
 

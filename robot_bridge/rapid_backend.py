@@ -74,15 +74,15 @@ class RapidBackend(Backend):
         """Follow the program; reply nothing."""
         return self.flow.on_feedback(feedback, judgement, now_s)
 
-    def start(self, now_s: float) -> None:
+    def start(self, now_s: float, token: str) -> None:
         """Begin: with a control, load and run the armed module.
 
         Raises
         ------
         BridgeError
-            Not armed, no heartbeat, or the controller refuses.
+            Not armed, not the token of the release, no heartbeat, or the controller refuses.
         """
-        self.flow.start(now_s)
+        self.flow.start(now_s, token)
         if self._control is None or self.flow.settings.dry_run:
             return
         armed = self.flow.path.plan_hash if self.flow.path is not None else ''

@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Sequence
 import math
+import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
@@ -18,6 +19,8 @@ LEVELS = {
     FlowState.DISCONNECTED: DiagnosticStatus.WARN,
     FlowState.ABORTED: DiagnosticStatus.ERROR,
 }
+
+RECENT_S = 5.0
 
 
 def joint_state(
@@ -46,6 +49,7 @@ def state_message(bridge: Bridge | None, name: str, condition: str) -> BridgeSta
     latency, feedback, path = link.latency.summary(), flow.feedback, flow.path
     return BridgeState(
         backend=name,
+        controller=bridge.settings.controller,
         state=int(flow.state),
         dry_run=flow.settings.dry_run,
         reason='; '.join(part for part in (condition, flow.reason, _refused(bridge)) if part),
@@ -64,22 +68,32 @@ def state_message(bridge: Bridge | None, name: str, condition: str) -> BridgeSta
     )
 
 
-def diagnostic_status(name: str, bridge: Bridge | None, plan_error: str) -> DiagnosticStatus:
+def diagnostic_status(
+    name: str, bridge: Bridge | None, plan_error: str, clash: str = ''
+) -> DiagnosticStatus:
     """Return the diagnostics; the worst that is wrong gives the code."""
+    if bridge is None and clash:
+        return diagnostic(name, f'NAME_CLASH {clash}', DiagnosticStatus.ERROR)
     if bridge is None:
         return diagnostic(name, 'BRIDGE_NOT_CONFIGURED', DiagnosticStatus.WARN)
     flow, link, log = bridge.flow, bridge.link, bridge.log
     level = LEVELS.get(flow.state, DiagnosticStatus.OK)
     code = f'BRIDGE_{flow.state.name}'
+    if time.monotonic() - flow.release.foreign_s < RECENT_S:
+        level, code = max(level, DiagnosticStatus.WARN), 'FOREIGN_HEARTBEAT'
     if plan_error:
         level, code = DiagnosticStatus.ERROR, f'PLAN_REFUSED {plan_error}'
     if log is not None and log.failure:
         level, code = DiagnosticStatus.ERROR, f'PACKET_LOG_STOPPED {log.failure}'
+    if clash:
+        level, code = DiagnosticStatus.ERROR, f'NAME_CLASH {clash}'
     latency = link.latency.summary()
     values: dict[str, object] = {
         'reason': flow.reason,
         'active': flow.active,
         'dry_run': flow.settings.dry_run,
+        'controller': bridge.settings.controller,
+        'foreign_heartbeats': flow.release.n_foreign,
         'real_time_priority': link.real_time,
         'received': link.n_received,
         'sent': link.n_sent,

@@ -10,7 +10,6 @@ import threading
 
 import numpy as np
 
-from modal_core.errors import BridgeError
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.plan_player import Reference
@@ -40,20 +39,16 @@ class StreamFlow(OperatorFlow):
         self._streamed_s = 0.0
         self._stopping: threading.Thread | None = None
 
-    def start(self, now_s: float) -> None:
+    def start(self, now_s: float, token: str) -> None:
         """Expect the armed plan's program to run.
 
         Raises
         ------
         BridgeError
-            Not armed, or no heartbeat.
+            Not armed, not the token of the release, or no heartbeat.
         """
         with self._lock:
-            self.poll(now_s)
-            if self.state != FlowState.ARMED:
-                raise BridgeError(f'not armed but {self.state.name}', found=self.reason)
-            if self._heartbeat_lost(now_s):
-                raise BridgeError('no heartbeat of the operator', expected='>= 10 Hz')
+            self._check_released(now_s, token)
             self._began_s, self._streamed_s = math.inf, 0.0
             self._wait_until_s = now_s + LONGEST_WAIT_S
             by_hand = self.stop_program is None
@@ -140,7 +135,7 @@ class StreamFlow(OperatorFlow):
                 self._end(f'link lost: no feedback for {1e3 * silence_s:.0f} ms')
             elif self.state in (FlowState.IDLE, FlowState.HOLDING):
                 self._enter(FlowState.DISCONNECTED, 'no stream: none is sent before the program')
-        if self.state == FlowState.ARMED and now_s > self._armed_until_s:
+        if self.state == FlowState.ARMED and self.release.over(now_s):
             self._enter(FlowState.DISCONNECTED, 'the release timed out')
         if self.state == FlowState.RUNNING and self._heartbeat_lost(now_s):
             self.abort('the operator heartbeat is lost')

@@ -94,7 +94,7 @@ def test_every_motion_waits_for_its_own_release(tmp_path):
             time.sleep(1.0)
             assert not person.is_in(BridgeState.RUNNING), 'nobody has released this'
             assert number or not list(out.glob('*.mcap'))
-            operator.run(offered, PATIENCE_S, nodes.check)
+            operator.run(offered, operator.state.controller, PATIENCE_S, nodes.check)
             person.wait('motion', lambda: person.is_in(BridgeState.RUNNING))
             person.wait('end of the motion', lambda: person.is_in(BridgeState.HOLDING))
         said, _ = campaign.communicate(timeout=PATIENCE_S)

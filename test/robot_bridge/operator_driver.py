@@ -15,12 +15,11 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from modal_core.share import share_path
-from oma_msgs.msg import BridgeState, ExcitationPlan
-from oma_msgs.srv import ArmPlan
+from oma_msgs.msg import BridgeState, ExcitationPlan, Heartbeat
+from oma_msgs.srv import ArmPlan, StartPlan
 
 LATCHED = QoSProfile(
     depth=1,
@@ -56,11 +55,13 @@ def spell(value):
 class NodeProcess:
     """One node as a process."""
 
-    def __init__(self, name, domain, limits=None, **parameters):
+    def __init__(self, name, domain, limits=None, namespace='', **parameters):
         self.name, self.parameters, self.said = name, parameters, None
         line = [sys.executable, '-m', MODULES[name], '--ros-args']
         if name in FILES:
             line += ['--params-file', str(share_path('config') / FILES[name])]
+        if namespace:
+            line += ['-r', f'__ns:={namespace}']
         for key, value in parameters.items():
             line += ['-p', f'{key.replace("__", ".")}:={spell(value)}']
 
@@ -103,7 +104,7 @@ class Operator:
     def __init__(self, context):
         self.node = Node('operator', context=context)
         self.states, self.joints, self.diagnostics = [], [], []
-        self.holding, self.released_s = False, None
+        self.holding, self.released_s, self.token = False, None, ''
         create = self.node.create_subscription
         create(BridgeState, '/robot_bridge/state', self.states.append, RELIABLE)
         create(JointState, '/joint_states', self.joints.append, RELIABLE)
@@ -111,7 +112,7 @@ class Operator:
         self.plans = self.node.create_publisher(
             ExcitationPlan, '/excitation_planner/excitation_plan', LATCHED
         )
-        self.beats = self.node.create_publisher(Empty, '/robot_bridge/heartbeat', HEARTBEAT)
+        self.beats = self.node.create_publisher(Heartbeat, '/robot_bridge/heartbeat', HEARTBEAT)
         self._clients = {}
         self._closing = threading.Event()
         self._executor = SingleThreadedExecutor(context=context)
@@ -130,7 +131,7 @@ class Operator:
         while not self._closing.wait(0.02):
             if self.holding:
                 self.released_s = time.monotonic()
-                self.beats.publish(Empty())
+                self.beats.publish(Heartbeat(token=self.token))
 
     def close(self):
         self._closing.set()
@@ -151,11 +152,24 @@ class Operator:
         self.until(future.done, f'answer of {service}', patience_s)
         return future.result()
 
-    def arm(self, plan_hash, timeout_s=30.0):
-        return self.call('/robot_bridge/arm', ArmPlan, plan_hash=plan_hash, timeout_s=timeout_s)
+    def arm(self, plan_hash, timeout_s=30.0, controller=None):
+        """Release a plan for the controller the state names; with the token it answers, hold."""
+        if controller is None:
+            controller = self.last.controller if self.last is not None else ''
+        answer = self.call(
+            '/robot_bridge/arm',
+            ArmPlan,
+            plan_hash=plan_hash,
+            controller=controller,
+            timeout_s=timeout_s,
+        )
+        self.token = answer.token or self.token
+        if self.holding:
+            time.sleep(0.1)
+        return answer
 
     def start(self):
-        return self.call('/robot_bridge/start')
+        return self.call('/robot_bridge/start', StartPlan, token=self.token)
 
     def abort(self):
         return self.call('/robot_bridge/abort')

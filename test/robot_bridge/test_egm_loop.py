@@ -82,8 +82,8 @@ class Loop:
 
     def go(self, path):
         self.flow.offer(path)
-        self.flow.arm(path.plan_hash, 30.0, time.monotonic())
-        self.flow.start(time.monotonic())
+        token = self.flow.arm(path.plan_hash, 30.0, time.monotonic())
+        self.flow.start(time.monotonic(), token)
         return self
 
 
@@ -216,7 +216,7 @@ def test_emergency_stop_latches_on_both_sides(loop):
     assert loop.flow.state == FlowState.ABORTED
     assert not loop.controller.switch_motors_on()
     with pytest.raises(BridgeError):
-        loop.flow.start(time.monotonic())
+        loop.flow.start(time.monotonic(), '')
     assert np.ptp(np.array(loop.planned)[-40:], axis=0).max() == 0.0
 
 

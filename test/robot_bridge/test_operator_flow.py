@@ -44,13 +44,13 @@ class Rig:
         self.now = 100.0
         self.feedback = READY
         self.positions = []
-        self.beating = True
+        self.beating, self.token = True, ''
 
     def run(self, cycles, **changes):
         for _ in range(cycles):
             self.now += CYCLE_S
             if self.beating:
-                self.flow.heartbeat(self.now)
+                self.flow.heartbeat(self.now, self.token)
             new = self.feedback.seqno == 0
             judgement = Judgement(Verdict.NEW_SESSION if new else Verdict.ACCEPT)
             feedback = replace(self.feedback, **changes)
@@ -69,8 +69,16 @@ class Rig:
 
     def go(self):
         self.flow.offer(sweep())
-        self.flow.arm('abc123', 5.0, self.now)
-        self.flow.start(self.now)
+        return self.arm().start()
+
+    def arm(self, timeout_s=5.0):
+        self.token = self.flow.arm('abc123', timeout_s, self.now)
+        return self
+
+    def start(self):
+        if self.beating:
+            self.flow.heartbeat(self.now, self.token)
+        self.flow.start(self.now, self.token)
         return self
 
     @property
@@ -107,19 +115,19 @@ def test_arm_is_bound_to_the_plan(prepare, part):
     rig = Rig().run(3)
     prepare(rig)
     with pytest.raises(BridgeError, match=part):
-        rig.flow.arm('abc123', 5.0, rig.now)
+        rig.arm()
 
 
 def test_a_release_outlasts_a_repeated_delivery_of_its_plan_but_no_other_plan():
     rig = Rig().run(3)
     rig.flow.offer(sweep())
-    rig.flow.arm('abc123', 5.0, rig.now)
+    rig.arm()
     rig.flow.offer(sweep())
     assert rig.flow.state == FlowState.ARMED
     rig.flow.offer(replace(sweep(), plan_hash='other'))
     assert rig.flow.state == FlowState.IDLE
     with pytest.raises(BridgeError, match='not armed'):
-        rig.flow.start(rig.now)
+        rig.start()
 
 
 @pytest.mark.parametrize('timeout_s', [0.0, -1.0, 301.0, float('nan'), float('inf')])
@@ -127,18 +135,18 @@ def test_arm_needs_a_bounded_time_out(timeout_s):
     rig = Rig().run(3)
     rig.flow.offer(sweep())
     with pytest.raises(BridgeError, match='timeout_s'):
-        rig.flow.arm('abc123', timeout_s, rig.now)
+        rig.arm(timeout_s)
 
 
 def test_start_without_arm_and_after_the_time_out_is_refused():
     rig = Rig().run(3)
     rig.flow.offer(sweep())
     with pytest.raises(BridgeError, match='not armed'):
-        rig.flow.start(rig.now)
-    rig.flow.arm('abc123', 0.1, rig.now)
+        rig.start()
+    rig.arm(0.1)
     rig.run(40)
     with pytest.raises(BridgeError, match='not armed'):
-        rig.flow.start(rig.now)
+        rig.start()
 
 
 @pytest.mark.parametrize(
@@ -153,11 +161,11 @@ def test_start_without_arm_and_after_the_time_out_is_refused():
 def test_start_is_refused_when_the_controller_is_not_ready(changes, part):
     rig = Rig().run(3)
     rig.flow.offer(sweep())
-    rig.flow.arm('abc123', 5.0, rig.now)
+    rig.arm()
     rig.run(1, **changes)
     rig.feedback = replace(rig.feedback, **changes)
     with pytest.raises(BridgeError, match=part):
-        rig.flow.start(rig.now)
+        rig.start()
 
 
 def test_start_needs_the_heartbeat():
@@ -165,15 +173,15 @@ def test_start_needs_the_heartbeat():
     rig.beating = False
     rig.run(3)
     rig.flow.offer(sweep())
-    rig.flow.arm('abc123', 5.0, rig.now)
+    rig.arm()
     with pytest.raises(BridgeError, match='heartbeat'):
-        rig.flow.start(rig.now)
+        rig.start()
 
 
 def test_dry_run_sends_nothing():
     rig = Rig(dry_run=True).run(3).go()
     rig.now += CYCLE_S
-    rig.flow.heartbeat(rig.now)
+    rig.flow.heartbeat(rig.now, rig.token)
     reply = rig.flow.on_feedback(replace(rig.feedback), Judgement(Verdict.ACCEPT), rig.now)
     assert reply is None
     assert rig.flow.state == FlowState.RUNNING
@@ -198,9 +206,9 @@ def test_abort_ramps_to_hold_and_latches(when):
     rig.run(200)
     assert rig.positions[-1] == place
     with pytest.raises(BridgeError):
-        rig.flow.start(rig.now)
+        rig.start()
     with pytest.raises(BridgeError, match='ABORTED'):
-        rig.flow.arm('abc123', 5.0, rig.now)
+        rig.arm()
     rig.flow.reset()
     assert rig.flow.state == FlowState.IDLE
 
@@ -322,19 +330,62 @@ def test_the_beats_of_a_second_operator_stop_the_motion():
     rig = Rig().run(3).go()
     rig.beating = False
     for n_beats in range(1, 40):
-        rig.flow.heartbeat(rig.now, 1000 + n_beats)
+        rig.flow.heartbeat(rig.now, rig.token, 1000 + n_beats)
         rig.run(10)
     assert rig.flow.state == FlowState.RUNNING
-    rig.flow.heartbeat(rig.now, 1)
+    rig.flow.heartbeat(rig.now, rig.token, 1)
     assert rig.flow.state == FlowState.ABORTED
     assert 'second operator' in rig.flow.reason
 
 
 def test_an_operator_who_comes_back_after_a_while_is_no_second_one():
     rig = Rig().run(3)
-    rig.flow.heartbeat(rig.now, 1000)
+    rig.flow.offer(sweep())
+    rig.arm().flow.heartbeat(rig.now, rig.token, 1000)
     rig.beating = False
     rig.run(100)
-    rig.flow.heartbeat(rig.now, 1)
-    rig.go()
+    rig.flow.heartbeat(rig.now, rig.token, 1)
+    rig.start()
     assert rig.flow.state == FlowState.RUNNING
+
+
+def test_requests_that_reach_two_bridges_move_one():
+    rigs = [Rig().run(3), Rig().run(3)]
+    for rig in rigs:
+        rig.flow.offer(sweep())
+        rig.arm()
+    meant = rigs[0]
+    # What one operator says is heard by both, before either knows of the other.
+    for rig in rigs:
+        rig.token = meant.token
+    meant.start()
+    with pytest.raises(BridgeError, match='token'):
+        rigs[1].start()
+    for rig in rigs:
+        rig.run(300)
+    assert meant.flow.state == FlowState.RUNNING and meant.speed.max() > 0.0
+    assert rigs[1].flow.state == FlowState.ARMED and rigs[1].speed.max() == 0.0
+    assert rigs[1].flow.release.n_foreign >= 300
+    # Each is told of the other: the one that moves stops, none can be released.
+    for rig in rigs:
+        rig.flow.meet('another node offers ~/arm')
+    stopped(meant)
+    for rig in rigs:
+        assert rig.flow.state == FlowState.ABORTED
+        with pytest.raises(BridgeError, match='name clash'):
+            rig.flow.reset()
+    meant.flow.meet('')
+    meant.flow.reset()
+    with pytest.raises(BridgeError, match='not armed'):
+        meant.start()  # the token has ended with the release
+
+
+def test_the_beats_of_an_earlier_release_do_not_count_for_the_next():
+    rig = Rig().run(3)
+    rig.flow.offer(sweep())
+    old = rig.arm().token
+    rig.arm()
+    rig.beating = False
+    rig.flow.heartbeat(rig.now, old)
+    with pytest.raises(BridgeError, match='heartbeat'):
+        rig.start()

@@ -58,15 +58,16 @@ class Rig:
             seqno=0, tm_ms=0, joints_deg=start, planned_deg=start, time_us=0, motors_on=True,
             mci_state=MCI_STOPPED, rapid_running=True, converged=False,
         )  # fmt: skip
+        self.token = ''
         self.backend.take(plan, path)
 
     def armed(self):
-        self.flow.heartbeat(self.now)
-        self.flow.arm(self.plan.plan_hash, 30.0, self.now)
+        self.token = self.flow.arm(self.plan.plan_hash, 30.0, self.now)
+        self.flow.heartbeat(self.now, self.token)
         return self
 
     def waiting(self):
-        self.armed().backend.start(self.now)
+        self.armed().backend.start(self.now, self.token)
         return self
 
     def running(self):
@@ -75,7 +76,7 @@ class Rig:
     def stream(self, cycles=1, verdict=Verdict.ACCEPT, **changes):
         for _ in range(cycles):
             self.now += CYCLE_S
-            self.flow.heartbeat(self.now)
+            self.flow.heartbeat(self.now, self.token)
             packet = replace(self.feedback, **changes)
             self.backend.answer(packet, Judgement(verdict, 'session_restarted'), self.now)
         return self
@@ -83,7 +84,7 @@ class Rig:
     def wait(self, time_s, holding=True):
         self.now += time_s
         if holding:
-            self.flow.heartbeat(self.now)
+            self.flow.heartbeat(self.now, self.token)
         self.flow.poll(self.now)
         return self
 
@@ -192,7 +193,7 @@ def test_an_abort_while_it_is_being_started_leaves_it_stopped(model, plan, tmp_p
 
     def start():
         try:
-            rig.backend.start(rig.now)
+            rig.backend.start(rig.now, rig.token)
         except BridgeError as error:
             refused.append(str(error))
 
@@ -224,10 +225,10 @@ def test_a_faster_point_than_manual_mode_allows_needs_automatic_mode(model, web)
     manual = web(states={'/rw/panel/opmode': {'opmode': 'MANR'}})
     backend = make_backend(replace(settings, rws_address=manual.address), model)
     with pytest.raises(BridgeError, match='MANR'):
-        backend.start(time.monotonic())
+        backend.start(time.monotonic(), '')
     automatic = make_backend(replace(settings, rws_address=web().address), model)
     with pytest.raises(BridgeError, match='not armed'):  # asked, answered, and refused for this
-        automatic.start(time.monotonic())
+        automatic.start(time.monotonic(), '')
     slow = make_backend(replace(settings, point_speed_m_s=0.25), model)
     with pytest.raises(BridgeError, match='not armed'):
-        slow.start(time.monotonic())
+        slow.start(time.monotonic(), '')
