@@ -91,11 +91,15 @@ class Envelope:
         Of the fastest point of the arm.
     clearance_m : float [m]
         Smallest distance between links that are not neighbours.
+    peak_velocity, peak_acceleration : (n_joints,) array [rad/s], [rad/s²]
+        Of the serial joints, also between the samples.
     """
 
     uses: tuple[LimitUse, ...]
     peak_point_speed_m_s: float
     clearance_m: float
+    peak_velocity: Array
+    peak_acceleration: Array
 
     @property
     def worst(self) -> LimitUse:
@@ -152,6 +156,7 @@ def check_limits(trajectory: Trajectory, limits: PlanLimits) -> Envelope:
     """
     uses: dict[str, LimitUse] = {}
     clearance_m = float('inf')
+    peaks = np.zeros((2, trajectory.velocity.shape[1]))
     for motion in trajectory.pieces(FINER, CHUNK):
         for quantity in _quantities(motion, limits):
             use = _use(quantity, motion.time_s)
@@ -162,7 +167,9 @@ def check_limits(trajectory: Trajectory, limits: PlanLimits) -> Envelope:
         if limits.box_m is not None:
             _check_box(motion, limits, uses['point speed'].value)
         clearance_m = min(clearance_m, _check_clearance(motion, limits))
-    return Envelope(tuple(uses.values()), uses['point speed'].value, clearance_m)
+        found = [np.max(np.abs(x), axis=0) for x in (motion.velocity, motion.acceleration)]
+        peaks = np.maximum(peaks, found)
+    return Envelope(tuple(uses.values()), uses['point speed'].value, clearance_m, *peaks)
 
 
 def _quantities(motion: Motion, limits: PlanLimits) -> Iterator[Quantity]:

@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.plan import ExcitationPlan, RANDOM_PULSES
+from excitation_planner.pulse_shape import PulseShape
+from excitation_planner.quickest_shape import fitted_shape
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
+# Largest misfit of a move's sampled speed, over its peak.
+MOST_MISFIT = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,22 +28,18 @@ class Move:
     ----------
     start_s, duration_s, pause_s : float [s]
         When it begins, how long it takes, how long the arm then rests.
-    target : (n_joints,) array [rad]
+    displacement, target : (n_joints,) array [rad]
         Controller axes.
-    acceleration_fraction, jerk_fraction : float
-        Largest use of any axis' limit.
-    tool_speed_m_s, tool_turning_rad_s : float [m/s], [rad/s]
-        Peaks of the last link's frame.
+    shape : PulseShape
+        Time course, the same for all axes.
     """
 
     start_s: float
     duration_s: float
     pause_s: float
+    displacement: Array
     target: Array
-    acceleration_fraction: float
-    jerk_fraction: float
-    tool_speed_m_s: float
-    tool_turning_rad_s: float
+    shape: PulseShape
 
 
 def moves_of(plan: ExcitationPlan, model: FlexibleJointModel) -> tuple[Move, ...]:
@@ -48,7 +48,8 @@ def moves_of(plan: ExcitationPlan, model: FlexibleJointModel) -> tuple[Move, ...
     Raises
     ------
     PlanError
-        The plan's signal has no rests, or is not for this robot.
+        The plan's signal has no rests, is not for this robot, or something in it is no move of
+        all joints together that speeds up, perhaps cruises and slows down.
     """
     if plan.joint_names != tuple(model.joint_names):
         raise PlanError(
@@ -78,17 +79,23 @@ def _move(
     plan: ExcitationPlan, model: FlexibleJointModel, start: int, end: int, pause: int
 ) -> Move:
     period_s = plan.sample_period_s
-    inside = plan.trajectory.at(plan.trajectory.time_s[start : end + 1])
-    acceleration = np.abs(model.to_controller(inside.acceleration))
-    jerk = np.abs(model.to_controller(inside.jerk))
-    motion = model.kinematics.motion(inside.position, inside.velocity)
+    rows = plan.velocity[start : end + 1]
+    way = plan.position[end] - plan.position[start]
+    unit = rows @ way / max(float(way @ way), 1e-300)
+    shape, misfit = fitted_shape(unit, period_s)
+    aside = float(np.max(np.abs(rows - np.outer(unit, way)))) / float(np.max(np.abs(rows)))
+    if max(misfit, aside) > MOST_MISFIT:
+        raise PlanError(
+            'no move of all joints together that speeds up, cruises and slows down once',
+            where=f'{start * period_s:.3f} to {end * period_s:.3f} s',
+            found=f'{100 * max(misfit, aside):.1f} % of its speed away from one',
+            expected=f'<= {100 * MOST_MISFIT:g} %',
+        )
     return Move(
         start_s=start * period_s,
         duration_s=(end - start) * period_s,
         pause_s=pause * period_s,
+        displacement=model.to_controller(way),
         target=model.to_controller(plan.position[end]),
-        acceleration_fraction=float(np.max(acceleration / model.limits.acceleration)),
-        jerk_fraction=float(np.max(jerk / model.limits.jerk)),
-        tool_speed_m_s=float(np.max(np.linalg.norm(motion.velocity[:, -1], axis=1))),
-        tool_turning_rad_s=float(np.max(np.linalg.norm(motion.spin[:, -1], axis=1))),
+        shape=shape,
     )

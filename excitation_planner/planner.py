@@ -12,6 +12,7 @@ from excitation_planner.participation import forecast, ModeForecast, ModePartici
 from excitation_planner.plan import BAND_LIMITED_NOISE, ExcitationPlan, sealed
 from excitation_planner.prediction import PlanPrediction
 from excitation_planner.pulses import pulse_velocity, PulseSettings, random_pulses
+from excitation_planner.quickest_shape import LEAST_ACCELERATION, LEAST_JERK
 from excitation_planner.request import PlanRequest
 from excitation_planner.sensitivity import actual_change
 from excitation_planner.spectrum import predicted_spectrum, PredictedSpectrum, whiteness
@@ -170,6 +171,12 @@ def pulse_settings(setting: Setting) -> PulseSettings:
         fastest = setting.model.geometry.fastest_point(setting.start[None], move[None])
         return float(fastest.speed_m_s[0])
 
+    # Wherever the request allows it, moves are such that a program of the controller makes them.
+    playable = (
+        request.synchronised
+        and request.jerk_limited
+        and request.acceleration_high >= LEAST_ACCELERATION
+    )
     return PulseSettings(
         half_range=half_range,
         peak_velocity=limits.velocity,
@@ -181,6 +188,8 @@ def pulse_settings(setting: Setting) -> PulseSettings:
         point_speed_m_s=request.point_speed_m_s / (1 if request.synchronised else n_moving),
         point_travel_m=travel_m,
         synchronised=request.synchronised,
+        least_acceleration=LEAST_ACCELERATION * limits.acceleration if playable else None,
+        least_jerk=LEAST_JERK * limits.jerk if playable else None,
     )
 
 
@@ -277,8 +286,8 @@ def _sealed_plan(
             joint_names=tuple(model.joint_names),
             start_position=trajectory.position[0].copy(),
             position_range=np.ptp(trajectory.position, axis=0),
-            peak_velocity=_rounded(np.max(np.abs(trajectory.velocity), axis=0)),
-            peak_acceleration=_rounded(np.max(np.abs(trajectory.acceleration), axis=0)),
+            peak_velocity=_rounded(envelope.peak_velocity),
+            peak_acceleration=_rounded(envelope.peak_acceleration),
             peak_point_speed=float(_rounded(envelope.peak_point_speed_m_s)),
             duration_s=trajectory.duration_s,
             band_low_hz=band_hz[0],

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation_planner.pulse_shape import PulseShape
+from excitation_planner.quickest_shape import quickest_shape
+
 Array = NDArray[np.float64]
 
 
@@ -18,82 +21,6 @@ def _no_travel(displacement: Array) -> float:
     """Stand for an arm whose points may be as fast as they like."""
     del displacement
     return 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class PulseShape:
-    """One move of unit length: accelerate, perhaps cruise, decelerate.
-
-    Parameters
-    ----------
-    duration_s : float [s]
-        Of the whole move.
-    acceleration_s : float [s]
-        Of the accelerating part, at most half the move; the decelerating part mirrors it.
-    ramp_s : float [s]
-        In which the acceleration rises to its plateau, at most half ``acceleration_s``; 0 gives
-        the paper's rectangular pulses.
-    """
-
-    duration_s: float
-    acceleration_s: float
-    ramp_s: float = 0.0
-
-    @property
-    def peak_velocity(self) -> float:
-        """Largest velocity of the unit move [1/s]."""
-        return 1.0 / (self.duration_s - self.acceleration_s)
-
-    @property
-    def peak_acceleration(self) -> float:
-        """Largest acceleration of the unit move [1/s²]."""
-        return self.peak_velocity / (self.acceleration_s - self.ramp_s)
-
-    def velocity(self, time_s: Array) -> Array:
-        """Return the velocity of the unit move, zero before and after it [1/s]."""
-        rise = self._rise(time_s) - self._rise(time_s - (self.duration_s - self.acceleration_s))
-        inside = (time_s > 0.0) & (time_s < self.duration_s)
-        return np.where(inside, self.peak_acceleration * rise, 0.0)
-
-    def spectrum(self, frequency_hz: Array) -> Array:
-        """Return the magnitude of the Fourier transform of the acceleration [1/s].
-
-        The acceleration is a rectangle of ``acceleration_s - ramp_s`` smoothed by one of
-        ``ramp_s``, minus itself ``duration_s - acceleration_s`` later: a product of two sinc and
-        one sine.
-        """
-        plateau_s = self.acceleration_s - self.ramp_s
-        delay_s = self.duration_s - self.acceleration_s
-        box = np.sinc(frequency_hz * plateau_s) * np.sinc(frequency_hz * self.ramp_s)
-        pair = 2.0 * np.sin(np.pi * frequency_hz * delay_s)
-        return np.asarray(np.abs(self.peak_velocity * box * pair))
-
-    def notches_hz(self, highest_hz: float) -> Array:
-        """Return the frequencies up to ``highest_hz`` that this pulse cannot excite.
-
-        The zeros of :meth:`spectrum`: multiples of 1/ramp, 1/plateau and 1/delay.
-        """
-        spacings = (
-            self.ramp_s,
-            self.acceleration_s - self.ramp_s,
-            self.duration_s - self.acceleration_s,
-        )
-        zeros = [
-            np.arange(1, int(highest_hz * spacing) + 1) / spacing
-            for spacing in spacings
-            if spacing > 0.0
-        ]
-        return np.unique(np.round(np.concatenate(zeros), 9))
-
-    def _rise(self, time_s: Array) -> Array:
-        """Integrate one accelerating part of unit plateau."""
-        plateau_s = self.acceleration_s - self.ramp_s
-        if self.ramp_s == 0.0:
-            return np.clip(time_s, 0.0, plateau_s)
-        corners = np.array([0.0, self.ramp_s, plateau_s, self.acceleration_s])
-        signs = np.array([1.0, -1.0, -1.0, 1.0]) / (2.0 * self.ramp_s)
-        since = np.clip(time_s[:, None] - corners, 0.0, None)
-        return np.asarray(since**2 @ signs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +71,9 @@ class PulseSettings:
         How far the fastest point goes in a move of these angles.
     synchronised : bool
         All joints start and stop together, as MoveAbsJ does; else each has its own pauses.
+    least_acceleration, least_jerk : (n_joints,) array [rad/s²], [rad/s³] or None
+        Limits a controller that plays the moves cannot be set below: a gentler move is drawn as
+        the one it would make of it.
     """
 
     half_range: Array
@@ -156,6 +86,8 @@ class PulseSettings:
     point_speed_m_s: float = np.inf
     point_travel_m: Callable[[Array], float] = _no_travel
     synchronised: bool = True
+    least_acceleration: Array | None = None
+    least_jerk: Array | None = None
 
 
 def random_pulses(
@@ -271,12 +203,35 @@ def _train(
 def _draw_shape(
     settings: PulseSettings, displacement: Array, generator: np.random.Generator
 ) -> PulseShape:
+    """Choose the time course of one move, such that who plays it can."""
+    distance = np.maximum(np.abs(displacement), 1e-9)
+    shape = _wished_shape(settings, displacement, distance, generator)
+    if settings.least_acceleration is None or settings.least_jerk is None:
+        return shape
+    acceleration, jerk = (
+        float(np.min(least / distance))
+        for least in (settings.least_acceleration, settings.least_jerk)
+    )
+    if shape.peak_acceleration >= acceleration and shape.peak_jerk >= jerk:
+        return shape
+    return quickest_shape(
+        shape.peak_velocity,
+        max(shape.peak_acceleration, acceleration),
+        max(shape.peak_jerk, jerk),
+    )
+
+
+def _wished_shape(
+    settings: PulseSettings,
+    displacement: Array,
+    distance: Array,
+    generator: np.random.Generator,
+) -> PulseShape:
     """Choose the time course of one move within each joint's share of speed and acceleration."""
     acceleration = generator.uniform(*settings.acceleration_fraction)
     speed = generator.uniform(*settings.speed_fraction)
     low, high = settings.ramp_s
     ramp_s = float(np.exp(generator.uniform(np.log(low), np.log(high)))) if low > 0.0 else 0.0
-    distance = np.maximum(np.abs(displacement), 1e-9)
     top_acceleration = float(np.min(acceleration * settings.peak_acceleration / distance))
     travel_m = max(settings.point_travel_m(displacement), 1e-12)
     top_velocity = speed * min(

@@ -4,25 +4,32 @@ Two kinds of module.  A plan of random pulses becomes point-to-point moves with 
 in; a plan of band-limited noise becomes the set-up of an EGM session in which the bridge guides
 the joints.  Angles are controller angles in degrees.  Nothing is drawn at run time.
 
+Neither has an approach in it.  Before every move the module compares where the arm stands with
+where that move begins, and ends without moving when they differ: it may have been started by
+hand, from anywhere, at any line.  It ends by ``EXIT``, so that run mode continuous does not begin
+it anew.
+
 The modules use this subset of RAPID and no more; one statement a line, ``!`` starts a comment::
 
-    module      = "MODULE" name { data } proc "ENDMODULE"
-    data        = "CONST num" name ":=" number ";"
+    module      = "MODULE" name { data } proc { proc } "ENDMODULE"
+    data        = "LOCAL" ( "CONST num" name ":=" number ";"
                 | "CONST num" name "{" rows "}" ":=" "[" number { "," number } "]" ";"
                 | "CONST robjoint" name "{" rows "}" ":=" "[" row { "," row } "]" ";"
                 | "CONST jointtarget" name ":=" "[" row "," row "]" ";"
+                | "CONST speeddata" name ":=" "[" number x 4 "]" ";"
                 | "CONST egm_minmax" name ":=" "[" number "," number "]" ";"
+                | "VAR robjoint" name ":=" row ";"
                 | "VAR jointtarget" name ":=" name ";"
-                | "VAR speeddata" name ":=" "[" number x 4 "]" ";"
-                | "VAR egmident" name ";"
+                | "VAR egmident" name ";" )
     row         = "[" number x 6 "]"
-    proc        = "PROC" name "()" { statement } "ERROR" { statement } "ENDPROC"
+    proc        = [ "LOCAL" ] "PROC" name "()" { statement } [ "ERROR" { statement } ] "ENDPROC"
     statement   = "FOR" name "FROM" value "TO" value "DO" { statement } "ENDFOR"
-                | name "." field ":=" value ";"        field: robax, v_tcp, v_ori
+                | "IF" away { "OR" away } "THEN" { statement } "ENDIF"
+                | name [ "." field ] ":=" value ";"                   field: robax
+                | name ";"                                            a procedure of the module
                 | "MotionSup" "\On" ";"
                 | "AccSet" value "," value ";"
-                | "VelSet" value "," value ";"
-                | "MoveAbsJ" name "\NoEOffs" "," name "," "fine" "," "tool0" ";"
+                | "MoveAbsJ" name "\NoEOffs" "," name "\T" ":=" value "," "fine" "," "tool0" ";"
                 | "WaitTime" value ";"
                 | "EGMReset" name ";"  | "EGMGetId" name ";"
                 | "EGMSetupUC" "ROB_1" "," name "," string "," string { option } ";"
@@ -30,13 +37,14 @@ The modules use this subset of RAPID and no more; one statement a line, ``!`` st
                 | "EGMActJoint" name { option } ";"
                 | "EGMRunJoint" name "," "EGM_STOP_HOLD" { option } ";"
                 | "TPWrite" string { option } ";"  | "StopMove" ";"  | "EXIT" ";"
+    away        = "Abs(" name "." field "-" name "." field ")>" name
     option      = "\" name [ ":=" value ]
-    value       = number | name | name "{" value "}" | "ERRNO"
+    value       = number | name | name "{" value "}" | name "." field | "CJointT()" | "ERRNO"
 
-Data may run over several lines; a statement ends at its semicolon.  Names of speeds (``v50``) are
-the predefined ones.  A move's ``speeddata`` limits tool speed [mm/s] and turning [deg/s];
-``AccSet`` scales acceleration (20..100 %) and its build-up (10..100 %); every move ends at a fine
-point.
+Data may run over several lines; a statement ends at its semicolon.  ``\T`` is the time the way
+takes at full speed: it bounds the speed of every axis, and so of every point of the arm, where a
+tool speed says nothing of an arm that turns about its tool.  ``AccSet`` scales acceleration
+(20..100 %) and its build-up (10..100 %); every move ends at a fine point.
 """
 
 from collections.abc import Iterable
@@ -46,18 +54,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.moves import Move, moves_of
+from excitation_planner.moves import moves_of
 from excitation_planner.plan import check_plan, ExcitationPlan, RANDOM_PULSES
+from excitation_planner.programmed_move import programmed_move
 from modal_core.atomic_file import write_text
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
 COMM_TIMEOUT_S = 0.1
-# Least percentages AccSet accepts.
-LEAST_ACCELERATION, LEAST_RAMP = 20.0, 10.0
-SPEED_LIMIT_MM_S = 250.0
+# How near to the beginning of a move an axis must stand [deg]: at most this, and a twentieth of
+# the plan's own range, but not less than what encoders and a hand at the pendant can tell apart.
+NEAR_DEG, NEAREST_DEG, PART_OF_RANGE = 0.05, 0.02, 0.05
 LONGEST_LINE = 100
+LONGEST_NAME = 32
+HASH_DIGITS = 8
 SAFETY = (
     'This program moves the robot.  Read it, run it slowly first, keep everybody out of reach.',
     'A software stop is not a safety function (ISO 10218): guards and e-stop stay in charge.',
@@ -71,7 +82,7 @@ class RapidOptions:
     Parameters
     ----------
     module_name : str
-        Name of the module.
+        What the module's name begins with; the plan's hash follows.
     stream : bool
         Random pulses only: also stream time-stamped joint positions by EGM.
     device : str
@@ -98,15 +109,27 @@ def rapid_module(
     """
     check_plan(plan)
     chosen = options or RapidOptions()
-    if len(plan.joint_names) != 6 or not chosen.module_name.isidentifier():
+    name = module_name(plan, chosen)
+    if len(plan.joint_names) != 6 or len(name) > LONGEST_NAME or not name.isidentifier():
         raise PlanError(
-            'RAPID needs six axes and a plain module name',
+            'RAPID needs six axes and a plain, short module name',
             where='rapid',
-            found=f'{len(plan.joint_names)} axes, {chosen.module_name}',
+            found=f'{len(plan.joint_names)} axes, {name}',
         )
     body = _pulse_module if plan.signal == RANDOM_PULSES else _guidance_module
-    lines = [f'MODULE {chosen.module_name}', *_header(plan), *body(plan, model, chosen)]
+    lines = [f'MODULE {name}', *_header(plan), *body(plan, model, chosen)]
     return '\n'.join([*lines, 'ENDMODULE', ''])
+
+
+def module_name(plan: ExcitationPlan, options: RapidOptions | None = None) -> str:
+    """Return the name of a plan's module: no two plans share one."""
+    return f'{(options or RapidOptions()).module_name}_{plan.plan_hash[:HASH_DIGITS]}'
+
+
+def start_tolerance_deg(plan: ExcitationPlan) -> float:
+    """Return how far any axis may stand from the beginning of a move of the plan [deg]."""
+    part = PART_OF_RANGE * float(np.rad2deg(np.max(plan.position_range)))
+    return min(max(part, NEAREST_DEG), NEAR_DEG)
 
 
 def write_rapid(
@@ -121,6 +144,8 @@ def write_rapid(
 
 def _header(plan: ExcitationPlan) -> list[str]:
     reach = ' '.join(f'{angle:.4f}' for angle in np.rad2deg(plan.position_range))
+    speed = ' '.join(f'{value:.2f}' for value in np.rad2deg(plan.peak_velocity))
+    acceleration = ' '.join(f'{value:.0f}' for value in np.rad2deg(plan.peak_acceleration))
     facts = (
         f'Self-excitation of {plan.robot_name} for operational modal analysis, made by ama plan.',
         f'plan_hash {plan.plan_hash}',
@@ -128,6 +153,8 @@ def _header(plan: ExcitationPlan) -> list[str]:
         f'excited band {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz,'
         f' fastest point {1e3 * plan.peak_point_speed:.0f} mm/s',
         f'range of serial joints 1..6 [deg]: {reach}',
+        f'peak speed of them [deg/s]: {speed}; peak acceleration [deg/s2]: {acceleration}',
+        'It starts at jStart and nowhere else: jog there, or release and run an approach plan.',
         *SAFETY,
     )
     return [f'  ! {fact}' for fact in facts]
@@ -136,22 +163,20 @@ def _header(plan: ExcitationPlan) -> list[str]:
 def _pulse_module(
     plan: ExcitationPlan, model: FlexibleJointModel, options: RapidOptions
 ) -> list[str]:
-    moves = moves_of(plan, model)
+    moves = [programmed_move(move, model) for move in moves_of(plan, model)]
     data = [
         *_start_data(plan, model),
-        f'  CONST num nMoves:={len(moves)};',
-        '  ! One row a move: target [deg]; speed [mm/s], turning [deg/s]; AccSet [%]; pause [s].',
+        f'  LOCAL CONST num nMoves:={len(moves)};',
+        '  ! One row a move: target [deg]; way at full speed [s]; AccSet [%]; pause [s].',
         *_rows('aTarget', (np.rad2deg(move.target) for move in moves)),
-        *_column('aSpeed', [_tool_speed(move) for move in moves], 1),
-        *_column('aTurn', [max(np.rad2deg(m.tool_turning_rad_s), 0.1) for m in moves], 2),
-        *_column(
-            'aAcc', [_percent(m.acceleration_fraction, LEAST_ACCELERATION) for m in moves], 1
-        ),
-        *_column('aRamp', [_percent(m.jerk_fraction, LEAST_RAMP) for m in moves], 1),
+        *_column('aTime', [move.full_speed_s for move in moves], 4),
+        *_column('aAcc', [move.acceleration_percent for move in moves], 2),
+        *_column('aRamp', [move.ramp_percent for move in moves], 2),
         *_column('aPause', [move.pause_s for move in moves], 3),
-        '  VAR jointtarget jNext:=jStart;',
-        '  VAR speeddata vMove:=[1,1,5000,1000];',
-        *(['  VAR egmident egmStream;'] if options.stream else []),
+        '  ! Holds where \\T should not: slow in turning too.',
+        '  LOCAL CONST speeddata vSlow:=[5,1,5,1];',
+        '  LOCAL VAR jointtarget jNext:=jStart;',
+        *(['  LOCAL VAR egmident egmStream;'] if options.stream else []),
     ]
     start = [
         '    EGMReset egmStream;',
@@ -160,21 +185,20 @@ def _pulse_module(
         f'\\CommTimeout:={COMM_TIMEOUT_S};',
         '    EGMStreamStart egmStream\\SampleRate:=4;',
     ]
-    stop = ['    EGMStreamStop egmStream;', '    EGMReset egmStream;']
     loop = [
         '    WaitTime 1;',
         '    FOR i FROM 1 TO nMoves DO',
+        '      CheckPlace;',
         '      AccSet aAcc{i},aRamp{i};',
         '      jNext.robax:=aTarget{i};',
-        '      vMove.v_tcp:=aSpeed{i};',
-        '      vMove.v_ori:=aTurn{i};',
-        '      MoveAbsJ jNext\\NoEOffs,vMove,fine,tool0;',
+        '      MoveAbsJ jNext\\NoEOffs,vSlow\\T:=aTime{i},fine,tool0;',
+        '      rHere:=aTarget{i};',
         '      WaitTime aPause{i};',
         '    ENDFOR',
     ]
-    ending = stop if options.stream else []
-    steps = [*_to_start(), *(start if options.stream else []), *loop, *ending]
-    return [*data, *_proc(steps, ending)]
+    reset = ['    EGMReset egmStream;'] if options.stream else []
+    stop = ['    EGMStreamStop egmStream;', *reset] if options.stream else []
+    return [*data, *_procedures([*(start if options.stream else []), *loop, *stop], reset)]
 
 
 def _guidance_module(
@@ -188,64 +212,69 @@ def _guidance_module(
     data = [
         *_start_data(plan, model),
         '  ! The session ends by itself once all joints stay inside this for CondTime.',
-        '  CONST egm_minmax converged:=[-0.001,0.001];',
-        '  VAR egmident egmGuide;',
+        '  LOCAL CONST egm_minmax converged:=[-0.001,0.001];',
+        '  LOCAL VAR egmident egmGuide;',
     ]
     steps = [
-        *_to_start(),
         '    EGMReset egmGuide;',
         '    EGMGetId egmGuide;',
         f'    EGMSetupUC ROB_1,egmGuide,"default","{options.device}"\\Joint'
         f'\\CommTimeout:={COMM_TIMEOUT_S};',
         f'    EGMActJoint egmGuide{axes}\\LpFilter:={options.low_pass_hz:g}\\SampleRate:=4'
         f'\\MaxPosDeviation:={deviation:.3f}\\MaxSpeedDeviation:={max(1.0, 1.5 * speed):.2f};',
+        '    CheckPlace;',
         f'    EGMRunJoint egmGuide,EGM_STOP_HOLD{selected}\\CondTime:={plan.duration_s + 30:.0f}'
         '\\RampInTime:=0.5\\RampOutTime:=0.5;',
-        '    EGMReset egmGuide;',
     ]
-    return [*data, *_proc(steps, ['    EGMReset egmGuide;'])]
+    reset = ['    EGMReset egmGuide;']
+    return [*data, *_procedures([*steps, *reset], reset)]
 
 
 def _start_data(plan: ExcitationPlan, model: FlexibleJointModel) -> list[str]:
     start = _row(np.rad2deg(model.to_controller(plan.start_position)))
-    return [f'  CONST jointtarget jStart:=[{start},[9E9,9E9,9E9,9E9,9E9,9E9]];']
-
-
-def _to_start() -> list[str]:
     return [
-        '    MotionSup\\On;',
-        f'    VelSet 100,{SPEED_LIMIT_MM_S:g};',
-        '    AccSet 20,20;',
-        '    MoveAbsJ jStart\\NoEOffs,v50,fine,tool0;',
+        f'  LOCAL CONST jointtarget jStart:=[{start},[9E9,9E9,9E9,9E9,9E9,9E9]];',
+        '  ! Nothing moves unless every axis is this near to where the next move begins [deg].',
+        f'  LOCAL CONST num nNear:={start_tolerance_deg(plan):.3f};',
+        f'  LOCAL VAR robjoint rHere:={start};',
+        '  LOCAL VAR jointtarget jNow:=jStart;',
     ]
 
 
-def _proc(steps: list[str], ending: list[str]) -> list[str]:
+def _procedures(steps: list[str], reset: list[str]) -> list[str]:
+    apart = [f'Abs(jNow.robax.rax_{axis}-rHere.rax_{axis})>nNear' for axis in range(1, 7)]
     return [
         '  PROC main()',
+        '    rHere:=jStart.robax;',
+        '    CheckPlace;',
+        '    MotionSup\\On;',
         *steps,
         '    AccSet 100,100;',
+        '    EXIT;',
         '  ERROR',
         '    StopMove;',
         '    TPWrite "Self-excitation stopped, error "\\Num:=ERRNO;',
-        *ending,
+        *reset,
         '    AccSet 100,100;',
         '    EXIT;',
+        '  ENDPROC',
+        '  LOCAL PROC CheckPlace()',
+        '    jNow:=CJointT();',
+        f'    IF {apart[0]}',
+        *(f'      OR {item}' for item in apart[1:-1]),
+        f'      OR {apart[-1]} THEN',
+        '      TPWrite "An axis is away from where the plan goes on: nothing moves.";',
+        *(f'  {line}' for line in reset),
+        '      AccSet 100,100;',
+        '      EXIT;',
+        '    ENDIF',
         '  ENDPROC',
     ]
 
 
-def _tool_speed(move: Move) -> float:
-    return float(np.clip(1e3 * move.tool_speed_m_s, 0.1, SPEED_LIMIT_MM_S))
-
-
-def _percent(fraction: float, least: float) -> float:
-    return float(np.clip(100.0 * fraction, least, 100.0))
-
-
 def _rows(name: str, rows: Iterable[Array]) -> list[str]:
     texts = [_row(row) for row in rows]
-    first = f'  CONST robjoint {name}{{{len(texts)}}}:=['
+    first = f'  LOCAL CONST robjoint {name}{{{len(texts)}}}:=['
     return [first, *(f'    {text},' for text in texts[:-1]), f'    {texts[-1]}];']
 
 
@@ -254,7 +283,7 @@ def _row(angles_deg: Array) -> str:
 
 
 def _column(name: str, values: list[float], decimals: int) -> list[str]:
-    lines, line = [], f'  CONST num {name}{{{len(values)}}}:=['
+    lines, line = [], f'  LOCAL CONST num {name}{{{len(values)}}}:=['
     for index, value in enumerate(values):
         text = f'{value:.{decimals}f}' + (',' if index < len(values) - 1 else '];')
         if len(line) + len(text) > LONGEST_LINE:

@@ -28,7 +28,8 @@ class MoveLimits:
     acceleration, ramp : float
         AccSet as fractions: of the acceleration, and of its build-up (jerk).
     duration_s : float [s]
-        At least this long, ``\T``; 0 is as fast as the limits allow.
+        ``\T``: in place of the tool speed, so fast that the way takes this long at full speed;
+        speeding up and slowing down come on top.  0: the tool speed holds.
     """
 
     tool_speed_mm_s: float = math.inf
@@ -63,12 +64,9 @@ class JointMove:
         cycle_s: float,
     ) -> None:
         self._start, self._target = np.array(start_deg, float), np.array(target_deg, float)
-        self._cycle_s, self._time_s, self._stretch = cycle_s, 0.0, 1.0
+        self._cycle_s, self._time_s = cycle_s, 0.0
         self._profile = _profile(model, self._start, self._target, limits)
         self.duration_s = self._profile.duration_s if self._profile is not None else 0.0
-        if self._profile is not None and limits.duration_s > self.duration_s:
-            self._stretch = self.duration_s / limits.duration_s
-            self.duration_s = limits.duration_s
 
     @property
     def finished(self) -> bool:
@@ -80,7 +78,7 @@ class JointMove:
         self._time_s += self._cycle_s
         if self._profile is None or self.finished:
             return self._target.copy()
-        part = self._profile.at(self._time_s * self._stretch)
+        part = self._profile.at(self._time_s)
         return np.asarray(self._start + part * (self._target - self._start))
 
 
@@ -97,7 +95,10 @@ def _profile(
             return float(np.min(np.degrees(limit_rad) / way))
 
     ratio = max(limits.speed_ratio, 1e-3)
-    speed = min(least(model.limits.velocity), _tool_limit(model, start, target, limits)) * ratio
+    wished = _tool_limit(model, start, target, limits)
+    if limits.duration_s > 0.0:
+        wished = min(wished, 1.0 / limits.duration_s)
+    speed = min(least(model.limits.velocity), wished) * ratio
     return jerk_profile(
         1.0,
         speed,

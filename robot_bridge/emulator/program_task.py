@@ -1,6 +1,5 @@
 """The task T_ROB1: which program is loaded, and where its pointer stands."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,8 @@ from robot_bridge.emulator.rapid_program import RapidProgram
 from robot_bridge.emulator.rapid_syntax import Module
 
 LARGEST_BYTES = 8_000_000
+# Run modes: single cycle, and continuous.
+CYCLES = ('once', 'forever')
 
 
 class ProgramTask:
@@ -27,6 +28,11 @@ class ProgramTask:
         Of the built-in program that is run while no module is loaded.
     random : numpy.random.Generator
         Program latency.
+
+    Attributes
+    ----------
+    cycle : str
+        Run mode: at its end ``main`` is over (``once``) or begins anew (``forever``).
     """
 
     def __init__(
@@ -34,6 +40,9 @@ class ProgramTask:
     ) -> None:
         self._controller, self._guidance, self._random = controller, guidance, random
         self.module: Module | None = None
+        self.text = ''
+        self.cycle = CYCLES[0]
+        self._made: RapidProgram | None = None
 
     @property
     def running(self) -> bool:
@@ -50,7 +59,7 @@ class ProgramTask:
         """
         if self.running:
             raise BridgeError('a program is running', where='T_ROB1', advice='stop it first')
-        self.module = parse_module(text)
+        self.module, self.text = parse_module(text), text
         self.reset()
         self._controller.note(f'module {self.module.name} loaded')
         return self.module
@@ -78,10 +87,18 @@ class ProgramTask:
             ) from error  # fmt: skip
 
     def start(self, wait_for_sensor: bool = True) -> bool:
-        """Go on from the program pointer; False when motors are off or it runs already."""
+        """Go on from the program pointer; False when there is none, motors off, or it runs."""
         if self.module is not None and self._controller.resume():
             return True
+        if self._made is not None and self._made.exited:
+            return False
         return self._controller.start(self._new(wait_for_sensor))
+
+    @property
+    def pointer(self) -> tuple[str, str] | None:
+        """Module and routine the program pointer stands in; None after EXIT and without any."""
+        lost = self._made is not None and self._made.exited
+        return None if self.module is None or lost else (self.module.name, 'main')
 
     def stop(self, reason: str = 'operator') -> None:
         """Stop the program; it can be started again."""
@@ -89,11 +106,16 @@ class ProgramTask:
 
     def reset(self) -> bool:
         """Move the program pointer to main; False while the program runs."""
-        return self._controller.reset_program()
+        if not self._controller.reset_program():
+            return False
+        self._made = None
+        return True
 
     def _new(self, wait_for_sensor: bool) -> Program:
         if self.module is None:
             return guidance_program(self._controller, self._guidance, wait_for_sensor)
-        made = RapidProgram(self.module, self._controller, self._guidance, self._random)
-        run: Callable[[], Program] = made.run
-        return run()
+        self._made = RapidProgram(
+            self.module, self._controller, self._guidance, self._random,
+            lambda: self.cycle == 'forever',
+        )  # fmt: skip
+        return self._made.run()

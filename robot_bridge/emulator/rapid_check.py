@@ -1,18 +1,22 @@
 """Every name, type and option of a module is checked before anything moves."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
-from robot_bridge.emulator.rapid_instructions import INSTRUCTIONS, SWITCH, WORDS
+from robot_bridge.emulator.rapid_instructions import FUNCTIONS, INSTRUCTIONS, SWITCH, WORDS
 from robot_bridge.emulator.rapid_syntax import (
     Assignment,
+    BOOL,
+    Branch,
     Call,
     Constant,
     Datum,
+    Function,
     JOINT_ROW,
     Loop,
     MIN_MAX,
     Module,
     NUM,
+    Operation,
     Reference,
     SPEED,
     SPEED_FIELDS,
@@ -27,6 +31,7 @@ from robot_bridge.emulator.rapid_tokens import refuse
 FIELDS: Mapping[tuple[str, str], str] = {
     (TARGET, 'robax'): JOINT_ROW,
     (TARGET, 'extax'): JOINT_ROW,
+    **{(JOINT_ROW, f'rax_{axis}'): NUM for axis in range(1, 7)},
     **{(SPEED, name): NUM for name in SPEED_FIELDS},
 }
 LITERALS = {6: JOINT_ROW, 4: SPEED, 2: MIN_MAX}
@@ -41,9 +46,28 @@ def check_module(module: Module) -> None:
     BridgeError
         With the line.
     """
+    _check_calls(module, 'main', ())
     for procedure in module.procedures.values():
         _Checker(module, set(), False).statements(procedure.body)
         _Checker(module, set(), True).statements(procedure.handler)
+
+
+def _check_calls(module: Module, name: str, callers: tuple[str, ...]) -> None:
+    """Refuse procedures that call themselves."""
+    procedure = module.procedures[name]
+    if name in callers:
+        raise refuse('calls itself', procedure.line, name)
+    for call in _calls((*procedure.body, *procedure.handler)):
+        if call.name in module.procedures:
+            _check_calls(module, call.name, (*callers, name))
+
+
+def _calls(statements: tuple[Statement, ...]) -> Iterator[Call]:
+    for statement in statements:
+        if isinstance(statement, Call):
+            yield statement
+        elif isinstance(statement, Branch | Loop):
+            yield from _calls(statement.body)
 
 
 class _Checker:
@@ -59,6 +83,9 @@ class _Checker:
         for statement in statements:
             if isinstance(statement, Loop):
                 self._loop(statement)
+            elif isinstance(statement, Branch):
+                self._expect(statement.condition, BOOL, statement.line)
+                self.statements(statement.body)
             elif isinstance(statement, Assignment):
                 self._assignment(statement)
             else:
@@ -88,7 +115,7 @@ class _Checker:
 
     def _call(self, call: Call) -> None:
         if call.name in self._procedures and not call.arguments and not call.options:
-            raise refuse('procedure calls are not executed by the emulator', call.line, call.name)
+            return
         signature = INSTRUCTIONS.get(call.name)
         if signature is None:
             raise refuse('instruction not executed by the emulator', call.line, call.name)
@@ -113,7 +140,7 @@ class _Checker:
     def _argument(self, value: Value, kind: str, line: int) -> None:
         if kind not in WORDS:
             self._expect(value, kind, line)
-        elif not isinstance(value, Reference) or value.index or value.name not in WORDS[kind]:
+        elif value not in [Reference(word) for word in WORDS[kind]]:
             found = value.name if isinstance(value, Reference) else 'a value'
             raise refuse('not executed by the emulator', line, found, ' or '.join(WORDS[kind]))
 
@@ -125,9 +152,13 @@ class _Checker:
     def _kind(self, value: Value, line: int) -> str:
         if isinstance(value, Constant):
             return _kind_of_literal(value, line)
-        if value.name in self._loops or value.name == 'errno':
+        if isinstance(value, Function):
+            return self._kind_of_function(value)
+        if isinstance(value, Operation):
+            return self._kind_of_operation(value)
+        if value == Reference(value.name) and value.name in (*self._loops, 'errno'):
             return NUM
-        if value.name in SPEED_NAMES and value.index is None:
+        if value == Reference(value.name) and value.name in SPEED_NAMES:
             return SPEED
         datum = self._data.get(value.name)
         if datum is None:
@@ -136,7 +167,30 @@ class _Checker:
             raise refuse('array without index, or index without array', line, value.name)
         if value.index is not None:
             self._expect(value.index, NUM, line)
-        return datum.kind
+        kind = datum.kind
+        for name in value.fields:
+            if (kind, name) not in FIELDS:
+                raise refuse(f'{kind} has no such field', line, name)
+            kind = FIELDS[kind, name]
+        return kind
+
+    def _kind_of_function(self, value: Function) -> str:
+        if value.name not in FUNCTIONS:
+            raise refuse('function not executed by the emulator', value.line, value.name)
+        takes, gives = FUNCTIONS[value.name]
+        if len(value.arguments) != len(takes):
+            raise refuse(
+                f'{value.name}: number of arguments', value.line, len(value.arguments), len(takes)
+            )
+        for argument, kind in zip(value.arguments, takes, strict=True):
+            self._expect(argument, kind, value.line)
+        return gives
+
+    def _kind_of_operation(self, value: Operation) -> str:
+        takes = BOOL if value.sign in ('or', 'and') else NUM
+        for operand in (value.left, value.right):
+            self._expect(operand, takes, value.line)
+        return NUM if value.sign in ('+', '-') else BOOL
 
 
 def _kind_of_literal(value: Constant, line: int) -> str:

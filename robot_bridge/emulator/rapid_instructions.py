@@ -6,6 +6,8 @@ from types import MappingProxyType
 from robot_bridge.emulator.rapid_syntax import IDENT, MIN_MAX, NUM, SPEED, STRING, TARGET
 
 SWITCH = 'switch'
+# What functions take and give.
+FUNCTIONS = MappingProxyType({'abs': ((NUM,), NUM), 'cjointt': ((), TARGET)})
 AXES = tuple(f'j{number}' for number in range(1, 7))
 WORDS = {
     'fine': ('fine',),

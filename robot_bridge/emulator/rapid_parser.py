@@ -1,17 +1,22 @@
 """Reads a RAPID module: the subset exported programs use, everything else refused by its line."""
 
+from collections.abc import Callable
+
 from robot_bridge.emulator.rapid_check import check_module
 from robot_bridge.emulator.rapid_syntax import (
     Assignment,
+    Branch,
     Call,
     Constant,
     Datum,
+    Function,
     IDENT,
     KINDS,
     Literal,
     Loop,
     Module,
     NUM,
+    Operation,
     Procedure,
     Reference,
     SPEED_NAMES,
@@ -23,7 +28,8 @@ from robot_bridge.emulator.rapid_tokens import refuse, Token, tokens_of
 
 STORAGE = ('const', 'var', 'pers')
 DEEPEST = 20
-ENDINGS = ('endproc', 'endfor', 'error')
+ENDINGS = ('endproc', 'endfor', 'endif', 'error')
+COMPARISONS = ('<', '<=', '>', '>=', '=', '<>')
 
 
 def parse_module(text: str) -> Module:
@@ -127,6 +133,8 @@ class _Parser:
 
     def _literal(self) -> Literal:
         token = self._next()
+        if token.text == '-' and self._peek().kind == 'number':
+            return -float(self._next().text)
         if token.kind == 'number':
             return float(token.text)
         if token.kind == 'text':
@@ -168,6 +176,8 @@ class _Parser:
         word = token.text.lower()
         if word == 'for':
             return self._loop(token)
+        if word == 'if':
+            return self._branch(token)
         field = ''
         if self._accept('.'):
             field = self._name().text.lower()
@@ -192,6 +202,15 @@ class _Parser:
         self._depth -= 1
         return Loop(token.line, variable, first, last, body)
 
+    def _branch(self, token: Token) -> Branch:
+        self._deeper(token)
+        condition = self._value()
+        self._word('then')
+        body = self._statements()
+        self._word('endif')
+        self._depth -= 1
+        return Branch(token.line, condition, body)
+
     def _call(self, token: Token) -> Call:
         arguments: list[Value] = []
         options: dict[str, Value | None] = {}
@@ -210,18 +229,54 @@ class _Parser:
             self._accept(',')
         return Call(token.line, token.text.lower(), tuple(arguments), options)
 
+    # -- values, loosest binding first -----------------------------------------------------------
+
     def _value(self) -> Value:
+        return self._chain(('or',), self._all)
+
+    def _all(self) -> Value:
+        return self._chain(('and',), self._comparison)
+
+    def _comparison(self) -> Value:
+        return self._chain(COMPARISONS, self._sum)
+
+    def _sum(self) -> Value:
+        return self._chain(('+', '-'), self._simple)
+
+    def _chain(self, signs: tuple[str, ...], operand: Callable[[], Value]) -> Value:
+        value = operand()
+        while self._peek().text.lower() in signs and self._peek().kind in ('sign', 'name'):
+            token = self._next()
+            value = Operation(token.line, token.text.lower(), value, operand())
+        return value
+
+    def _simple(self) -> Value:
         token = self._peek()
         if token.kind != 'name':
             return Constant(self._literal())
         self._next()
+        if self._accept('('):
+            return self._function(token)
         index = None
         if self._accept('{'):
             self._deeper(token)
             index = self._value()
             self._depth -= 1
             self._sign('}')
-        return Reference(token.text.lower(), index)
+        fields: list[str] = []
+        while self._accept('.'):
+            fields.append(self._name().text.lower())
+        return Reference(token.text.lower(), index, tuple(fields))
+
+    def _function(self, token: Token) -> Function:
+        self._deeper(token)
+        arguments: list[Value] = []
+        while not self._accept(')'):
+            arguments.append(self._value())
+            if self._peek().text != ')':
+                self._sign(',')
+        self._depth -= 1
+        return Function(token.line, token.text.lower(), tuple(arguments))
 
     # -- tokens --------------------------------------------------------------------------------
 

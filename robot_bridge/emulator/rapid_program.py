@@ -1,8 +1,9 @@
 """Executes a RAPID module on the controller, one ``next`` per controller cycle."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import replace
 import math
+import operator
 
 import numpy as np
 
@@ -13,11 +14,14 @@ from robot_bridge.emulator.joint_move import MoveLimits
 from robot_bridge.emulator.rapid_instructions import AXES
 from robot_bridge.emulator.rapid_syntax import (
     Assignment,
+    Branch,
     Call,
     Constant,
+    Function,
     Literal,
     Loop,
     Module,
+    Operation,
     SPEED_FIELDS,
     SPEED_NAMES,
     Statement,
@@ -30,10 +34,20 @@ SAMPLE_MS = 4.0
 LEAST_ACCELERATION, LEAST_RAMP, LARGEST_PERCENT = 20.0, 10.0, 100.0
 CYCLES_STANDING = 2
 CONVERGED_DEG = (-0.5, 0.5)
+NOT_CONNECTED = 9e9
+RECORDS = (SPEED_FIELDS, ('robax', 'extax'), tuple(f'rax_{axis}' for axis in range(1, 7)))
+OPERATORS: Mapping[str, Callable[[float, float], float | bool]] = {
+    '+': operator.add, '-': operator.sub, '<': operator.lt, '<=': operator.le,
+    '>': operator.gt, '>=': operator.ge, '=': operator.eq, '<>': operator.ne,
+}  # fmt: skip
 
 
 class ProgramEndError(Exception):
-    """EXIT, Stop or RETURN: the program ends here."""
+    """EXIT: the program ends here, whatever the run mode."""
+
+
+class ReturnError(Exception):
+    """RETURN: the procedure ends here."""
 
 
 class RapidProgram:
@@ -49,6 +63,13 @@ class RapidProgram:
         What the configuration sets: the gain k, and the defaults.
     random : numpy.random.Generator
         Program latency at fine points.
+    again : callable
+        Tells whether ``main`` begins anew at its end: run mode continuous.
+
+    Attributes
+    ----------
+    exited : bool
+        EXIT took the program pointer away: only a pointer moved to main starts it again.
     """
 
     def __init__(
@@ -57,7 +78,9 @@ class RapidProgram:
         controller: Controller,
         base: GuidanceSettings,
         random: np.random.Generator,
+        again: Callable[[], bool] = lambda: False,
     ) -> None:
+        self.exited, self._again = False, again
         self._module, self._controller, self._random = module, controller, random
         self._base = base
         self._settings = base
@@ -84,19 +107,35 @@ class RapidProgram:
 
     def run(self) -> Steps:
         """Execute ``main``; yields once per cycle as long as something takes time."""
-        main = self._module.procedures['main']
-        self._handler = main.handler
+        self._handler = self._module.procedures['main'].handler
         try:
-            yield from self._statements(main.body)
+            while True:
+                yield from self._procedure('main')
+                if not self._again():
+                    return
+                yield
         except ProgramEndError:
-            pass
+            self.exited = True
 
     # -- control flow --------------------------------------------------------------------------
+
+    def _procedure(self, name: str) -> Steps:
+        try:
+            yield from self._statements(self._module.procedures[name].body)
+        except ReturnError:
+            pass
 
     def _statements(self, statements: tuple[Statement, ...]) -> Steps:
         for statement in statements:
             if isinstance(statement, Loop):
                 yield from self._loop(statement)
+                continue
+            if isinstance(statement, Branch):
+                if self._value(statement.condition):
+                    yield from self._statements(statement.body)
+                continue
+            if isinstance(statement, Call) and statement.name in self._module.procedures:
+                yield from self._procedure(statement.name)
                 continue
             while True:
                 try:
@@ -136,9 +175,14 @@ class RapidProgram:
         if isinstance(statement, Assignment):
             self._assign(statement)
         elif isinstance(statement, Call):
-            if statement.name in ('exit', 'stop', 'return'):
-                self._controller.note(f'program: {statement.name.upper()}, line {statement.line}')
+            if statement.name == 'return':
+                raise ReturnError
+            if statement.name == 'exit':
+                self._controller.note(f'program: EXIT, line {statement.line}')
                 raise ProgramEndError
+            if statement.name == 'stop':
+                self._controller.stop(f'Stop, line {statement.line}')
+                yield
             action = self._actions.get(statement.name)
             steps = action(statement) if action is not None else None
             if steps is not None:
@@ -149,18 +193,37 @@ class RapidProgram:
     def _value(self, value: Value) -> Literal:
         if isinstance(value, Constant):
             return value.value
+        if isinstance(value, Operation):
+            return self._operation(value)
+        if isinstance(value, Function):
+            return self._function(value)
         if value.name == 'errno':
             return self._error.number if self._error is not None else 0.0
         if value.name in SPEED_NAMES and value.name not in self._values:
             return SPEED_NAMES[value.name]
         held = self._values[value.name]
-        if value.index is None:
-            return held
-        index = int(self._number(value.index))
-        rows = held if isinstance(held, tuple) else ()
-        if not 1 <= index <= len(rows):
-            raise RapidError('ERR_OUTOFBND')
-        return rows[index - 1]
+        if value.index is not None:
+            index = int(self._number(value.index))
+            rows = held if isinstance(held, tuple) else ()
+            if not 1 <= index <= len(rows):
+                raise RapidError('ERR_OUTOFBND')
+            held = rows[index - 1]
+        for field in value.fields:
+            held = _rows(held)[_place(field)]
+        return held
+
+    def _operation(self, value: Operation) -> Literal:
+        if value.sign == 'or':
+            return bool(self._value(value.left) or self._value(value.right))
+        if value.sign == 'and':
+            return bool(self._value(value.left) and self._value(value.right))
+        return OPERATORS[value.sign](self._number(value.left), self._number(value.right))
+
+    def _function(self, value: Function) -> Literal:
+        if value.name == 'abs':
+            return abs(self._number(value.arguments[0]))
+        angles = tuple(self._controller.measured_deg.tolist())
+        return (angles, (NOT_CONNECTED,) * len(angles))
 
     def _number(self, value: Value) -> float:
         found = self._value(value)
@@ -176,9 +239,8 @@ class RapidProgram:
         value = self._value(item.value)
         if item.field:
             held = self._values[item.name]
-            parts = list(held) if isinstance(held, tuple) else []
-            names = SPEED_FIELDS if item.field in SPEED_FIELDS else ('robax', 'extax')
-            parts[names.index(item.field)] = value
+            parts = list(_rows(held))
+            parts[_place(item.field)] = value
             value = tuple(parts)
         self._values[item.name] = value
 
@@ -186,21 +248,29 @@ class RapidProgram:
 
     def _move(self, call: Call) -> Steps:
         target = np.array(_numbers(_rows(self._value(call.arguments[0]))[0]))
-        speed = _numbers(self._value(call.arguments[1]))
-        tool_mm_s = self._option(call, 'v', speed[0]) * self._override
-        limits = MoveLimits(
-            tool_speed_mm_s=max(min(tool_mm_s, self._fastest_mm_s), 1e-3),
-            turning_deg_s=max(speed[1] * self._override, 1e-3),
-            acceleration=self._acceleration,
-            ramp=self._ramp,
-            duration_s=self._option(call, 't', 0.0),
-        )
+        limits = self._limits(call)
         # A stopped move goes on from where the axes stand when the program is started again.
         while not self._controller.at(target):
             self._controller.move(target, limits)
             while self._controller.moving:
                 yield
         yield from self._stand_still()
+
+    def _limits(self, call: Call) -> MoveLimits:
+        duration_s = self._option(call, 't', 0.0)
+        if duration_s > 0.0:
+            # VelSet's largest speed does not count for a move whose time is given.
+            return MoveLimits(
+                acceleration=self._acceleration, ramp=self._ramp, duration_s=duration_s
+            )
+        speed = _numbers(self._value(call.arguments[1]))
+        tool_mm_s = self._option(call, 'v', speed[0]) * self._override
+        return MoveLimits(
+            tool_speed_mm_s=max(min(tool_mm_s, self._fastest_mm_s), 1e-3),
+            turning_deg_s=max(speed[1] * self._override, 1e-3),
+            acceleration=self._acceleration,
+            ramp=self._ramp,
+        )
 
     def _stand_still(self) -> Steps:
         """Wait for the motors at a fine point, then for the program to go on."""
@@ -297,6 +367,11 @@ class RapidProgram:
         if session is None:
             raise RapidError('ERR_UDPUC_COMM')
         session.settings, session.sending = self._settings, True
+
+
+def _place(field: str) -> int:
+    """Return where a component stands in its record."""
+    return next(names.index(field) for names in RECORDS if field in names)
 
 
 def _rows(value: Literal) -> tuple[Literal, ...]:

@@ -19,7 +19,7 @@ NUM, JOINT_ROW, TARGET, SPEED, MIN_MAX = (
     'speeddata',
     'egm_minmax',
 )
-IDENT, STRING = 'egmident', 'string'
+IDENT, STRING, BOOL = 'egmident', 'string', 'bool'
 KINDS = (NUM, JOINT_ROW, TARGET, SPEED, MIN_MAX, IDENT, STRING)
 
 Literal = float | str | tuple['Literal', ...]
@@ -46,15 +46,57 @@ class Reference:
     ----------
     name : str
         In lower case: RAPID does not tell cases apart.
-    index : Reference, Constant or None
+    index : value or None
         Element, counted from 1.
+    fields : tuple of str
+        Components, outermost first.
     """
 
     name: str
     index: 'Value | None' = None
+    fields: tuple[str, ...] = ()
 
 
-Value = Constant | Reference
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """Two values and what is done with them.
+
+    Parameters
+    ----------
+    line : int
+        Where it stands.
+    sign : str
+        ``+ -`` give a number; ``< <= > >= = <>`` and ``or and`` a truth.
+    left, right : value
+        Operands.
+    """
+
+    line: int
+    sign: str
+    left: 'Value'
+    right: 'Value'
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function's value.
+
+    Parameters
+    ----------
+    line : int
+        Where it stands.
+    name : str
+        In lower case.
+    arguments : tuple of values
+        Positional ones.
+    """
+
+    line: int
+    name: str
+    arguments: tuple['Value', ...]
+
+
+Value = Constant | Reference | Operation | Function
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +131,7 @@ class Assignment:
         Where it begins.
     name, field : str
         In lower case; field may be empty.
-    value : Constant or Reference
+    value : value
         What is assigned.
     """
 
@@ -109,7 +151,7 @@ class Loop:
         Where it begins.
     variable : str
         In lower case.
-    first, last : Constant or Reference
+    first, last : value
         Inclusive.
     body : tuple
         Statements.
@@ -122,7 +164,26 @@ class Loop:
     body: tuple['Statement', ...]
 
 
-Statement = Call | Assignment | Loop
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """``IF condition THEN``.
+
+    Parameters
+    ----------
+    line : int
+        Where it begins.
+    condition : value
+        A truth.
+    body : tuple
+        Statements.
+    """
+
+    line: int
+    condition: Value
+    body: tuple['Statement', ...]
+
+
+Statement = Call | Assignment | Loop | Branch
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,10 @@ LONGEST_NAME = 32
 _PATTERN = re.compile(
     r"""(?P<skip>[ \t\r]+|![^\n]*)
     |(?P<end_of_line>\n)
-    |(?P<number>-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
+    |(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
     |(?P<text>"(?:[^"\n]|"")*")
     |(?P<name>[A-Za-z][A-Za-z0-9_]*)
-    |(?P<sign>:=|[{}\[\](),;.\\])""",
+    |(?P<sign>:=|<>|<=|>=|[{}\[\](),;.\\<>=+-])""",
     re.VERBOSE,
 )
 

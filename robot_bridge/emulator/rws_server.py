@@ -144,8 +144,9 @@ class RwsServer:
         return web.Response(status=200)
 
     async def _execute(self, request: web.Request) -> web.StreamResponse:
-        await request.post()
-        self._station.execute(request.query.get('action', ''))
+        form = await request.post()
+        cycle = str(form.get('cycle', 'asis'))
+        self._station.execute(request.query.get('action', ''), cycle)
         return web.Response(status=204)
 
     async def _set_panel(self, request: web.Request) -> web.StreamResponse:

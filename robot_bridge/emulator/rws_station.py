@@ -6,7 +6,7 @@ import threading
 
 from modal_core.errors import BridgeError
 from robot_bridge.emulator.controller import Controller
-from robot_bridge.emulator.program_task import LARGEST_BYTES, ProgramTask
+from robot_bridge.emulator.program_task import CYCLES, LARGEST_BYTES, ProgramTask
 
 MOST_FILES = 32
 _NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}')
@@ -64,7 +64,8 @@ class Station:
 
     def _execution(self) -> Resource:
         state = 'running' if self._controller.running else 'stopped'
-        return Resource('rap-execution', 'execution', {'ctrlexecstate': state, 'cycle': 'once'})
+        fields = {'ctrlexecstate': state, 'cycle': self._task.cycle}
+        return Resource('rap-execution', 'execution', fields)
 
     def _controller_state(self) -> Resource:
         controller = self._controller
@@ -129,15 +130,19 @@ class Station:
 
     # -- execution -----------------------------------------------------------------------------
 
-    def execute(self, action: str) -> None:
-        """Do ``resetpp``, ``start`` or ``stop``.
+    def execute(self, action: str, cycle: str = 'asis') -> None:
+        """Do ``resetpp``, ``start``, ``stop`` or ``setcycle``; ``asis`` keeps the run mode.
 
         Raises
         ------
         BridgeError
             Not now.
         """
+        if cycle not in ('asis', *CYCLES):
+            raise BridgeError('unknown run mode', found=cycle[:40], expected=CYCLES)
         with self._lock:
+            if action in ('start', 'setcycle') and cycle != 'asis':
+                self._require(not self._task.running, 'program is running')
             if action == 'stop':
                 self._task.stop('RWS')
             elif action == 'resetpp':
@@ -145,9 +150,16 @@ class Station:
             elif action == 'start':
                 self._require(self._controller.automatic, 'not in automatic mode')
                 self._require(self._task.module is not None, 'no module loaded')
-                self._require(self._task.start(), 'motors off or already running')
+                self._set_cycle(cycle)
+                self._require(self._task.start(), 'motors off, already running, or PP lost')
+            elif action == 'setcycle':
+                self._set_cycle(cycle)
             else:
                 raise BridgeError('unknown action', found=action[:40])
+
+    def _set_cycle(self, cycle: str) -> None:
+        if cycle != 'asis':
+            self._task.cycle = cycle
 
     def set_motors(self, state: str) -> None:
         """Switch motors on or off (setctrlstate).

@@ -11,15 +11,16 @@ from excitation_planner.rapid import rapid_module, RapidOptions, write_rapid
 from modal_core.errors import PlanError
 from structural_model import load_robot
 
+AWAY = r'Abs\(jNow\.robax\.rax_(\d)-rHere\.rax_\1\)>nNear'
 STATEMENTS = (
-    r'MODULE \w+', 'ENDMODULE', r'PROC main\(\)', 'ENDPROC', 'ERROR', 'ENDFOR',
-    r'FOR i FROM 1 TO nMoves DO', r'CONST (num|robjoint|jointtarget|egm_minmax) .*;',
-    r'VAR (jointtarget|speeddata|egmident) .*;', r'MotionSup\\On;',
-    r'(AccSet|VelSet) [^,]+,[^,]+;',
-    r'MoveAbsJ \w+\\NoEOffs,\w+,fine,tool0;', r'WaitTime [^;]+;',
-    r'\w+\.(robax|v_tcp|v_ori):=\w+\{i\};',
+    r'MODULE \w+', 'ENDMODULE', r'PROC main\(\)', r'LOCAL PROC CheckPlace\(\)', 'ENDPROC', 'ERROR',
+    'ENDFOR', 'ENDIF', r'FOR i FROM 1 TO nMoves DO', f'IF {AWAY}', f'OR {AWAY}', f'OR {AWAY} THEN',
+    r'LOCAL CONST (num|robjoint|jointtarget|egm_minmax|speeddata) .*;',
+    r'LOCAL VAR (jointtarget|robjoint|egmident) .*;', r'MotionSup\\On;', r'AccSet [^,]+,[^,]+;',
+    r'MoveAbsJ \w+\\NoEOffs,\w+\\T:=\w+\{i\},fine,tool0;', r'WaitTime [^;]+;', 'CheckPlace;',
+    r'\w+\.robax:=\w+\{i\};', r'rHere:=(aTarget\{i\}|jStart\.robax);', r'jNow:=CJointT\(\);',
     r'EGM(Reset|GetId|StreamStop) \w+;', r'EGMSetupUC ROB_1,.*;', r'EGMStreamStart .*;',
-    r'EGMActJoint .*;', r'EGMRunJoint \w+,EGM_STOP_HOLD.*;', r'TPWrite ".*"\\Num:=ERRNO;',
+    r'EGMActJoint .*;', r'EGMRunJoint \w+,EGM_STOP_HOLD.*;', r'TPWrite ".{0,76}"(\\Num:=ERRNO)?;',
     'StopMove;', 'EXIT;',
 )  # fmt: skip
 
@@ -66,7 +67,7 @@ def test_numbers_are_the_plans_in_controller_degrees(robot, pulses):
         end = round((move.start_s + move.duration_s) / pulses.sample_period_s)
         expected = np.rad2deg(robot.to_controller(pulses.position[end]))
         assert target == pytest.approx(expected, abs=1e-4)
-    for name, low, high in (('aAcc', 20, 100), ('aRamp', 10, 100), ('aSpeed', 0.1, 250)):
+    for name, low, high in (('aAcc', 20, 100), ('aRamp', 10, 100), ('aTime', 0.01, 10)):
         n_values, values = numbers(text, name)
         assert n_values == count == len(values)
         assert np.all((values >= low) & (values <= high))
@@ -79,8 +80,12 @@ def test_header_and_safety(robot, pulses):
     text = rapid_module(pulses, robot)
     assert f'plan_hash {pulses.plan_hash}' in text
     assert f'seed {pulses.seed}' in text
-    order = [text.index(word) for word in ('MotionSup\\On', 'AccSet 20,20', 'MoveAbsJ jStart')]
-    assert order == sorted(order)
+    assert text.startswith(f'MODULE AmaExcitation_{pulses.plan_hash[:8]}\n')
+    words = ('CheckPlace', 'MotionSup\\On', 'CheckPlace', 'AccSet aAcc', 'MoveAbsJ', 'EXIT')
+    place = text.index('PROC main()')
+    for word in words:
+        place = text.index(word, place) + 1
+    assert text.count('MoveAbsJ') == 1
     assert text.index('AccSet 100,100', text.index('ENDFOR')) < text.index('ERROR')
     handler = text[text.index('  ERROR') :]
     for word in ('StopMove', 'AccSet 100,100', 'EGMReset', 'EXIT'):
@@ -112,3 +117,20 @@ def test_other_robot_and_bad_name_are_refused(robot, pulses):
             rapid_module(pulses, generic)
     with pytest.raises(PlanError, match='module name'):
         rapid_module(pulses, robot, RapidOptions(module_name='a b'))
+
+
+GENTLE = {'acceleration_low': 0.02, 'acceleration_high': 0.1}
+APART = {'synchronised': False}
+HARD = {'ramp_low_s': 0.0, 'ramp_high_s': 0.0}
+
+
+@pytest.mark.parametrize('wish', [GENTLE, APART, HARD], ids=['gentle', 'apart', 'hard'])
+def test_moves_the_controller_would_play_otherwise_are_refused(robot, wish):
+    """AccSet's floor would make them harder; joints apart, or steps of acceleration, it cannot."""
+    request = PlanRequest(
+        signal='random_pulses', duration_s=10.0, half_range=0.02, enforce_tolerance=False, **wish
+    )
+    plan = plan_excitation(robot, None, request)
+    with pytest.raises(PlanError, match=r'another move|no move of all joints') as caught:
+        rapid_module(plan, robot)
+    assert len(str(caught.value).splitlines()) == 1

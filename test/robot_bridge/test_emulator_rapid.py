@@ -90,15 +90,16 @@ def test_an_exported_program_reaches_every_target_in_about_the_planned_time(
     for move, (begin, end) in zip(moves, found, strict=True):
         np.testing.assert_allclose(planned[end], np.degrees(move.target), atol=1e-5)
         took_s = (end - begin) * CYCLE_S
-        # Under limits no tighter than the plan's own peaks nothing quicker is slower than it.
-        assert 0.5 * move.duration_s < took_s < move.duration_s + 2 * CYCLE_S
+        assert abs(took_s - move.duration_s) < 3 * CYCLE_S
         way = planned[begin : end + 1]
-        for order, least, fraction, limit in (
-            (2, 0.2, move.acceleration_fraction, model.limits.acceleration),
-            (3, 0.1, move.jerk_fraction, model.limits.jerk),
+        size = np.degrees(np.abs(move.displacement))
+        for order, most in (
+            (1, move.shape.peak_velocity),
+            (2, move.shape.peak_acceleration),
+            (3, move.shape.peak_jerk),
         ):
             peak = np.max(np.abs(np.diff(way, order, axis=0)), axis=0) / CYCLE_S**order
-            assert np.all(peak <= max(least, fraction) * np.degrees(limit) * 1.01)
+            assert np.all(peak <= most * size * 1.01 + 1e-9 / CYCLE_S**order), order
     for move, (_, end), (begin, _) in zip(moves, found, found[1:], strict=False):
         rest_s = (begin - end) * CYCLE_S
         # 20 to 60 ms of latency, after the motors stand: 20 ms dead time and the servo at most.
@@ -161,7 +162,9 @@ def test_moves_keep_the_programmed_speed(model, start_deg, kind):
     elif kind == 'turning':
         assert turning.max() == pytest.approx(5.0, rel=0.01)
     else:
-        assert len(angles) * CYCLE_S == pytest.approx(7.0, abs=2 * CYCLE_S)
+        # The way takes this long at full speed; speeding up and slowing down come on top.
+        fastest = np.abs(np.diff(angles, axis=0)).max(axis=0) / CYCLE_S
+        np.testing.assert_allclose(fastest, np.abs(target - start_deg) / 7.0, rtol=1e-6)
     np.testing.assert_array_equal(angles[-1], target)
 
 
