@@ -2,7 +2,7 @@ r"""What a program tells a controller of a move, such that the controller makes 
 
 ``MoveAbsJ`` goes on a straight line in axis angles, all axes together, as quickly as ``\T``
 (speed), ``AccSet`` (acceleration and its build-up, in percent of the controller's own) and the
-axes' limits allow.  AccSet below 20 % or 10 % is raised by the controller: a plan that is gentler than that
+axes' limits allow.  AccSet below 20 % or 10 % is raised by the controller: a plan that is gentler
 would be played harder than released, and is refused.
 
 References
