@@ -1,5 +1,10 @@
 """One family of errors: each says in one line what is wrong, where, and what to do."""
 
+from modal_core.printable import printable
+
+LONGEST_PART = 1000
+"""Characters of a value that are shown: a name may have a million."""
+
 
 class ModalAnalysisError(Exception):
     """Anything a user can put right; base of all errors the suite raises on purpose.
@@ -36,17 +41,18 @@ class ModalAnalysisError(Exception):
 
     def __str__(self) -> str:
         """Return the error as one line without control characters."""
-        line = f'{self.where}: {self.what}' if self.where else self.what
+        what, where = _one_line(self.what), _one_line(self.where)
+        line = f'{where}: {what}' if where else what
         details = []
         if self.found is not None:
-            details.append(f'found {self.found}')
+            details.append(f'found {_one_line(self.found)}')
         if self.expected is not None:
-            details.append(f'expected {self.expected}')
+            details.append(f'expected {_one_line(self.expected)}')
         if details:
             line += f' ({", ".join(details)})'
         if self.advice:
-            line += f'; {self.advice}'
-        return ' '.join(line.split())
+            line += f'; {_one_line(self.advice)}'
+        return line
 
 
 class SettingsError(ModalAnalysisError):
@@ -79,3 +85,7 @@ class PlanError(ModalAnalysisError):
 
 class BridgeError(ModalAnalysisError):
     """The robot, its controller or the link to it refuses or fails."""
+
+
+def _one_line(value: object) -> str:
+    return printable(' '.join(str(value).split()), LONGEST_PART)

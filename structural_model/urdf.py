@@ -10,9 +10,12 @@ from defusedxml.ElementTree import fromstring
 import numpy as np
 import pinocchio as pin
 
-from modal_core.errors import ModelError
+from modal_core.errors import ModelError, SettingsError
+from modal_core.small_file import read_bytes
 
 LARGEST_FILE_BYTES = 5_000_000
+DEEPEST, MOST_LINKS = 16, 1000
+"""Elements inside one another (a URDF needs five) and bodies: beyond, reading takes minutes."""
 MOVING = ('revolute', 'continuous', 'prismatic')
 Vector = tuple[float, float, float]
 
@@ -113,13 +116,9 @@ def load_urdf(path: Path) -> RigidRobot:
         that moves without inertia, an inertia that no body can have, an unsupported joint type.
     """
     try:
-        if path.stat().st_size > LARGEST_FILE_BYTES:
-            raise ModelError(
-                'URDF too large', where=path, expected=f'<= {LARGEST_FILE_BYTES} bytes'
-            )
-        text = path.read_bytes()
-    except OSError as error:
-        raise ModelError(f'URDF cannot be read: {error.strerror}', where=path) from error
+        text = read_bytes(path, LARGEST_FILE_BYTES)
+    except SettingsError as error:
+        raise ModelError(f'URDF {error.what}', where=path, expected=error.expected) from error
     return parse_urdf(text, str(path))
 
 
@@ -130,9 +129,10 @@ def parse_urdf(text: bytes, where: str) -> RigidRobot:
     except DefusedXmlException as error:
         raise ModelError('URDF carries a DTD or entities, refused', where=where) from error
     except (ParseError, ValueError) as error:
-        raise ModelError(f'URDF is not XML: {error}', where=where) from error
+        raise ModelError('URDF is not XML', where=where, found=error) from error
     if root.tag != 'robot':
-        raise ModelError('not a URDF', where=where, found=f'<{root.tag}>', expected='<robot>')
+        raise ModelError('not a URDF', where=where, expected='<robot>')
+    _check_extent(root, where)
     joints = _joints(root, where)
     _check_tree(root, where)
     _check_inertias(root, where)
@@ -163,6 +163,19 @@ def numbers(text: str | None, count: int, default: tuple[float, ...], where: str
     if len(values) != count or not np.isfinite(values).all():
         raise ModelError('bad numbers', where=where, found=text[:80], expected=f'{count} numbers')
     return values
+
+
+def _check_extent(root: Element, where: str) -> None:
+    """Refuse what is deeper or longer than any robot, before anything walks through it."""
+    if len(root.findall('link')) > MOST_LINKS or len(root.findall('joint')) > MOST_LINKS:
+        raise ModelError('URDF too long', where=where, expected=f'at most {MOST_LINKS} links')
+    level = list(root)
+    for _ in range(DEEPEST):
+        level = [child for element in level for child in element]
+    if level:
+        raise ModelError(
+            'URDF nested too deeply', where=where, expected=f'at most {DEEPEST} levels'
+        )
 
 
 def _joints(root: Element, where: str) -> dict[str, Joint]:

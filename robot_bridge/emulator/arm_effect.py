@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 from types import MappingProxyType
 
-import yaml
-
 from modal_core.errors import SettingsError
+from modal_core.small_file import read_text
+from modal_core.yaml_file import parse_yaml
 
 Vector = tuple[float, ...]
 Value = float | str | Vector
@@ -241,21 +241,8 @@ def read_effects(data: object) -> tuple[ArmEffect, ...]:
 
 def _parsed(text: str | Path) -> object:
     if not isinstance(text, Path) and (not text.strip() or text.lstrip()[0] in '[{-#'):
-        return _safe(text, 'effects')
-    path = Path(text)
-    try:
-        if path.stat().st_size > LARGEST_BYTES:
-            raise SettingsError('file too large', where=path, expected=f'{LARGEST_BYTES} B')
-        return _safe(path.read_text('utf-8'), str(path))
-    except (OSError, UnicodeDecodeError) as error:
-        raise SettingsError(f'cannot be read: {error}', where='effects') from error
-
-
-def _safe(text: str, where: str) -> object:
-    try:
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
-            raise SettingsError('YAML aliases are not accepted', where=where)
-        data = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise SettingsError('not YAML', where=where, found=text[:80]) from error
+        data = parse_yaml(text, 'effects')
+    else:
+        path = Path(text)
+        data = parse_yaml(read_text(path, LARGEST_BYTES), path)
     return data.get('effects') if isinstance(data, Mapping) else data

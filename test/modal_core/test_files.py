@@ -1,7 +1,13 @@
+import os
+import re
+import time
+
 import pytest
 
 from modal_core.atomic_file import atomic_path, write_text
 from modal_core.errors import ModalAnalysisError, SettingsError
+from modal_core.json_file import load_json
+from modal_core.printable import printable
 from modal_core.share import share_path
 from modal_core.yaml_file import LARGEST_FILE_BYTES, load_yaml
 
@@ -63,3 +69,55 @@ def test_shipped_files_are_found():
     assert share_path('package.xml').is_file()
     with pytest.raises(SettingsError, match='nothing_here'):
         share_path('nothing_here')
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        ('[' * 20_000, 'nested too deeply'),
+        ('{a: ' * 5_000, 'nested too deeply'),
+        ('a:\n' + ''.join(f'{" " * n}b:\n' for n in range(1, 500)), 'nested too deeply'),
+        ('- ' * 20_000, 'nested too deeply'),
+        ('rate: 1\nrate: 2\n', 'key given twice'),
+        ('? [a]\n: b\n', 'not YAML'),
+        ('a: ' + '9' * 10_000, 'not YAML'),
+        ('password: "secret\\q"', 'not YAML'),
+    ],
+)
+def test_hostile_yaml_costs_nothing_and_its_words_are_not_repeated(tmp_path, text, words):
+    path = tmp_path / 'x.npy.yaml'
+    path.write_text(text)
+    start = time.process_time()
+    with pytest.raises(SettingsError, match=words) as caught:
+        load_yaml(path)
+    # Not a speed: 20 kB of brackets took more than a minute.
+    assert time.process_time() - start < 5.0
+    assert len(str(caught.value)) < 300 + len(str(path)) and 'secret' not in str(caught.value)
+
+
+def test_pipes_devices_and_folders_are_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / 'pipe.yaml')
+    (tmp_path / 'zero.yaml').symlink_to('/dev/zero')
+    (tmp_path / 'folder.yaml').mkdir()
+    for name in ('pipe', 'zero', 'folder'):
+        with pytest.raises(SettingsError, match='not a regular file'):
+            load_yaml(tmp_path / f'{name}.yaml')
+
+
+def test_json_is_read_or_refused_in_one_line(tmp_path):
+    path = tmp_path / 'modes.json'
+    for text in ('[' * 200_000, '{"a": ', 'root:x:0:0', '"\udcff"'):
+        path.write_text(text, errors='surrogateescape')
+        with pytest.raises(SettingsError, match=re.escape(str(path))) as caught:
+            load_json(path, 1_000_000)
+        assert ':x:0' not in str(caught.value)
+    path.write_text('{"a": [1]}')
+    assert load_json(path, 100) == {'a': [1]}
+
+
+def test_what_others_wrote_cannot_steer_a_terminal():
+    hostile = 'elbow\x1b]0;owned\x07\x1b[31m\u202egnp\u2066\x9b2J\x7f\ud800\u200b'
+    line = str(ModalAnalysisError('unknown\r\n\x1b[2J', where=hostile, found=hostile * 100_000))
+    assert line.isprintable() and len(line) < 3000
+    assert r'\x1b]0;owned\x07' in line and r'\u202e' in line
+    assert printable('Ünïcode 加速度 ± σ °\xa0m/s²') == 'Ünïcode 加速度 ± σ °\xa0m/s²'

@@ -1,0 +1,34 @@
+"""Text from elsewhere, made fit for a terminal, a log, or one line of either."""
+
+CUT = ' ... '
+
+
+def printable(text: object, most: int | None = None) -> str:
+    r"""Return text without anything that steers a terminal or hides what is written.
+
+    Control characters (escape sequences begin with one), reversals and overrides of the writing
+    direction, invisible and unpaired characters become their escapes, such as ``\x1b``.
+
+    Parameters
+    ----------
+    text : object
+        What somebody else wrote: a channel, a frame, a topic, a file name, a cell.
+    most : int or None
+        Characters to keep, the middle is left out of more; None: all.
+    """
+    words = str(text)
+    if most is not None and len(words) > most:
+        half = (most - len(CUT)) // 2
+        words = words[:half] + CUT + words[-half:]
+    if words.isprintable():
+        return words
+    return ''.join(_shown(letter) for letter in words)
+
+
+def _shown(letter: str) -> str:
+    # Spaces other than the plain one are not "printable", and harmless.
+    if letter.isprintable() or (
+        letter.isspace() and letter >= '\xa0' and letter not in '\u2028\u2029'
+    ):
+        return letter
+    return letter.encode('unicode_escape').decode('ascii')
