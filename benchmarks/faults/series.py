@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import poisson
 
 from benchmarks.faults.data_faults import FAULTS
+from benchmarks.faults.file_faults import Notes, WAYS
 from benchmarks.faults.judge import judge, Outcome, run
 from benchmarks.faults.scene import measurements, random_scene
 from benchmarks.table import Line
@@ -87,19 +88,23 @@ def examine(seed: int) -> Finding:
     scene = random_scene(rng)
     signal.alarm(LONGEST_S)
     clean = run(measurements(scene))
-    chosen = [FAULTS[seed % len(FAULTS)]]
+    number = seed % (len(FAULTS) + len(WAYS))
+    chosen = [FAULTS[number]] if number < len(FAULTS) else []
+    way = WAYS[number - len(FAULTS)] if not chosen else None
     if rng.random() < TWO_AT_ONCE:
         chosen.append(FAULTS[rng.integers(len(FAULTS))])
     faulty = scene
     for fault in chosen:
         faulty = fault(rng, faulty)
     signal.alarm(LONGEST_S)
-    outcome = run(measurements(faulty))
+    notes = Notes()
+    outcome = run(way(rng, faulty, notes) if way else measurements(faulty))
+    outcome.flags |= notes
     signal.alarm(0)
     control, published = judge(clean, scene, set()), judge(outcome, faulty, clean.flags)
     return Finding(
         seed=seed,
-        faults=' + '.join(fault.__name__ for fault in chosen),
+        faults=' + '.join(kind.__name__ for kind in (way, *chosen) if kind),
         clean_s=clean.cpu_s,
         cpu_s=outcome.cpu_s,
         n_clean_values=control.n_values,
