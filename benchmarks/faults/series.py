@@ -11,6 +11,7 @@ from types import FrameType
 import numpy as np
 from scipy.stats import poisson
 
+from benchmarks.faults.arm_faults import ARM_FAULTS, arm_run
 from benchmarks.faults.data_faults import FAULTS
 from benchmarks.faults.file_faults import Notes, WAYS
 from benchmarks.faults.judge import judge, Outcome, run
@@ -19,6 +20,8 @@ from benchmarks.table import Line
 
 FIRST_SEED = 880_000
 """Seeds of reports; development uses others."""
+ARM_SHARE = 5
+"""Runs of an arm for every run of each other kind."""
 TWO_AT_ONCE = 0.15
 SLOWEST = 2.0
 SPARED_S = 0.5
@@ -63,18 +66,18 @@ class Finding:
 
     seed: int
     faults: str
-    clean_s: float
-    cpu_s: float
-    n_clean_values: int
-    n_clean_outside: int
-    n_values: int
-    outside: tuple[str, ...]
-    n_flagged: int
-    share_identified: float
-    silent: bool
-    crash: str
-    refusal: str
-    flags: tuple[str, ...]
+    clean_s: float = 0.0
+    cpu_s: float = 0.0
+    n_clean_values: int = 0
+    n_clean_outside: int = 0
+    n_values: int = 0
+    outside: tuple[str, ...] = ()
+    n_flagged: int = 0
+    share_identified: float = 0.0
+    silent: bool = False
+    crash: str = ''
+    refusal: str = ''
+    flags: tuple[str, ...] = ()
 
     @property
     def hangs(self) -> bool:
@@ -85,10 +88,12 @@ class Finding:
 def examine(seed: int) -> Finding:
     """Run one record with and without a fault."""
     rng = np.random.default_rng(seed)
+    number = seed % (len(FAULTS) + len(WAYS) + ARM_SHARE)
+    if number >= len(FAULTS) + len(WAYS):
+        return _examine_arm(seed, rng)
     scene = random_scene(rng)
     signal.alarm(LONGEST_S)
     clean = run(measurements(scene))
-    number = seed % (len(FAULTS) + len(WAYS))
     chosen = [FAULTS[number]] if number < len(FAULTS) else []
     way = WAYS[number - len(FAULTS)] if not chosen else None
     if rng.random() < TWO_AT_ONCE:
@@ -117,6 +122,21 @@ def examine(seed: int) -> Finding:
         crash=outcome.crash,
         refusal=outcome.refusal,
         flags=tuple(sorted(outcome.flags - clean.flags)),
+    )
+
+
+def _examine_arm(seed: int, rng: np.random.Generator) -> Finding:
+    """Run an arm into a fault; whatever it does that it may not is wrong."""
+    fault = ARM_FAULTS[int(rng.integers(len(ARM_FAULTS)))]
+    crash, end, wrong = '', '', []
+    signal.alarm(LONGEST_S)
+    try:
+        end, wrong = arm_run(rng, fault)
+    except Exception as error:  # noqa: BLE001 - any crash is a finding
+        crash = f'{type(error).__name__}: {error}'
+    signal.alarm(0)
+    return Finding(
+        seed=seed, faults=f'arm: {fault.__name__}', outside=tuple(wrong), crash=crash, refusal=end
     )
 
 
@@ -156,7 +176,22 @@ def rows(n_runs: int) -> Iterator[Line]:
     ):
         seeds = ', '.join(str(each.seed) for each in bad[:8])
         yield Line(f'{what}: {name}', f'{len(bad)} {seeds}'.strip(), reach='0', met=not bad)
-    yield _line_of_values(f'{what}: beyond 3σ and not flagged', found)
+    data = [each for each in found if not each.faults.startswith('arm')]
+    yield _line_of_values(f'{what}: beyond 3σ and not flagged', data)
+    yield _line_of_arms(what, found)
+
+
+def _line_of_arms(what: str, found: Sequence[Finding]) -> Line:
+    arms = [each for each in found if each.faults.startswith('arm')]
+    wrong = [each for each in arms if each.outside]
+    seeds = ', '.join(f'{each.seed} {each.outside[0]}' for each in wrong[:4])
+    return Line(
+        f'{what}: arms that moved unreleased, went beyond their plan or did not stop, of'
+        f' {len(arms)} runs',
+        f'{len(wrong)} {seeds}'.strip(),
+        reach='0',
+        met=not wrong,
+    )
 
 
 def _line_of_values(what: str, found: Sequence[Finding]) -> Line:
