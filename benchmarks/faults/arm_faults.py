@@ -36,7 +36,7 @@ STILL_DEG = 2e-3
 BEYOND_DEG = 0.05
 """How far an axis may leave the plan's range: what the servo overshoots (measured: 0.01)."""
 COASTS_S = 0.1
-"""The controller goes on at the last speed it was asked for until it misses packets (CommTimeout)."""
+"""How long the controller goes on at the last speed it was asked for (CommTimeout)."""
 GUIDANCE = GuidanceSettings(
     low_pass_hz=100.0,
     max_speed_deviation_deg_s=30.0,
