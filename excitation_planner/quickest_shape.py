@@ -78,6 +78,6 @@ def fitted_shape(velocity: Array, period_s: float) -> tuple[PulseShape, float]:
 
 
 def _of_boxes(times_s: Array) -> PulseShape:
-    ramp_s, plateau_s, delay_s = [*np.sort(times_s[:2]).tolist(), float(times_s[2])]
-    rise_s = ramp_s + plateau_s
-    return PulseShape(rise_s + delay_s, rise_s, ramp_s)
+    # A convolution does not tell the two boxes apart; a build-up is no longer than its plateau.
+    ramp_s, rise_s = float(np.min(times_s[:2])), float(np.sum(times_s[:2]))
+    return PulseShape(rise_s + float(times_s[2]), rise_s, ramp_s)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from excitation_planner.plan import ExcitationPlan, RANDOM_PULSES
-from excitation_planner.rapid import rapid_module, RapidOptions
+from excitation_planner.rapid import module_name, rapid_module, start_tolerance_deg
 from modal_core.atomic_file import write_text
 from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backend import Backend
@@ -11,6 +11,7 @@ from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.operator_flow import FlowState
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.plan_player import Reference
+from robot_bridge.released_program import ReleasedProgram
 from robot_bridge.rws_client import ProgramControl
 from robot_bridge.session_check import Judgement
 from robot_bridge.stream_flow import StreamFlow
@@ -47,7 +48,7 @@ class RapidBackend(Backend):
     ) -> None:
         super().__init__(name, flow)
         self._model, self._path, self._control = model, path, control
-        self._modules: dict[str, str] = {}
+        self._programs: dict[str, ReleasedProgram] = {}
         if control is not None and not flow.settings.dry_run:
             flow.stop_program = self._stop
 
@@ -60,12 +61,18 @@ class RapidBackend(Backend):
                 expected=RANDOM_PULSES,
                 advice='plan random_pulses, or use EGM guidance',
             )
-        module = rapid_module(plan, self._model)
+        program = ReleasedProgram(
+            name=module_name(plan),
+            text=rapid_module(plan, self._model),
+            start_deg=tuple(path.start_deg.tolist()),
+            tolerance_deg=start_tolerance_deg(plan),
+        )
         # Kept by hash: what is started is what was armed, whatever arrives in between.
         kept = self.flow.path.plan_hash if self.flow.path is not None else ''
-        self._modules = {kept: self._modules.get(kept, ''), plan.plan_hash: module}
+        self._programs = {key: self._programs[key] for key in self._programs if key == kept}
+        self._programs[plan.plan_hash] = program
         self.flow.offer(path)
-        write_text(self._path, module)
+        write_text(self._path, program.text)
         return f'plan {plan.plan_hash[:12]} checked and written to {self._path}'
 
     def answer(
@@ -82,14 +89,20 @@ class RapidBackend(Backend):
         BridgeError
             Not armed, not the token of the release, no heartbeat, or the controller refuses.
         """
-        self.flow.start(now_s, token)
-        if self._control is None or self.flow.settings.dry_run:
-            return
+        control = None if self.flow.settings.dry_run else self._control
         armed = self.flow.path.plan_hash if self.flow.path is not None else ''
+        program = self._programs.get(armed)
+        if control is None or program is None:
+            self.flow.start(now_s, token)
+            return
+        if self.flow.state == FlowState.ARMED:
+            # Refused here, the release stays and nothing has been touched.
+            control.check(program)
+        self.flow.start(now_s, token)
         try:
-            self._control.load(RapidOptions().module_name, self._modules[armed])
+            control.load(program)
             self._check_wanted()
-            self._control.run()
+            control.run(program)
             # Aborted while it was being started: the stop may have come before the start.
             self._check_wanted()
         except BridgeError as error:

@@ -40,7 +40,7 @@ class ProgramTask:
     ) -> None:
         self._controller, self._guidance, self._random = controller, guidance, random
         self.module: Module | None = None
-        self.text = ''
+        self.texts: dict[str, str] = {}
         self.cycle = CYCLES[0]
         self._made: RapidProgram | None = None
 
@@ -49,8 +49,11 @@ class ProgramTask:
         """The program is executed."""
         return self._controller.running
 
-    def load(self, text: str) -> Module:
-        """Load a module in place of the one before; the program pointer goes to main.
+    def load(self, text: str, beside: bool = False) -> Module:
+        """Load a module in place of those before; the program pointer goes to main.
+
+        Beside others, as web services load it, it replaces one of its own name only; every
+        module here has a ``main``, and a task with two of them has no program to run.
 
         Raises
         ------
@@ -59,10 +62,28 @@ class ProgramTask:
         """
         if self.running:
             raise BridgeError('a program is running', where='T_ROB1', advice='stop it first')
-        self.module, self.text = parse_module(text), text
+        self.module = parse_module(text)
+        others = self.texts if beside else {}
+        name = self.module.name
+        same = {key for key in others if key.casefold() == name.casefold()}
+        self.texts = {key: others[key] for key in others if key not in same} | {name: text}
         self.reset()
         self._controller.note(f'module {self.module.name} loaded')
         return self.module
+
+    def unload(self, name: str) -> None:
+        """Take a module out of the task.
+
+        Raises
+        ------
+        BridgeError
+            It is running, or there is no such module.
+        """
+        if self.running or name not in self.texts:
+            raise BridgeError('cannot be unloaded', where='T_ROB1', found=name[:40])
+        del self.texts[name]
+        self.module = parse_module(next(iter(self.texts.values()))) if self.texts else None
+        self.reset()
 
     def load_file(self, path: Path) -> Module:
         """Load a .mod file.
@@ -90,15 +111,17 @@ class ProgramTask:
         """Go on from the program pointer; False when there is none, motors off, or it runs."""
         if self.module is not None and self._controller.resume():
             return True
-        if self._made is not None and self._made.exited:
+        if self.module is not None and self.pointer is None:
             return False
         return self._controller.start(self._new(wait_for_sensor))
 
     @property
     def pointer(self) -> tuple[str, str] | None:
-        """Module and routine the program pointer stands in; None after EXIT and without any."""
+        """Module and routine of the program pointer; None after EXIT, or where is no one main."""
         lost = self._made is not None and self._made.exited
-        return None if self.module is None or lost else (self.module.name, 'main')
+        if self.module is None or lost or len(self.texts) != 1:
+            return None
+        return self.module.name, 'main'
 
     def stop(self, reason: str = 'operator') -> None:
         """Stop the program; it can be started again."""

@@ -78,6 +78,7 @@ class RwsServer:
         asyncio.set_event_loop(self._loop)
         app = web.Application(client_max_size=LARGEST_BYTES, middlewares=[self._guarded])
         app.router.add_put('/fileservice/{path:.+}', self._put_file)
+        app.router.add_get('/fileservice/{path:.+}', self._get_file)
         app.router.add_post('/rw/rapid/tasks/T_ROB1', self._load)
         app.router.add_post('/rw/rapid/execution', self._execute)
         app.router.add_post('/rw/panel/{what:ctrlstate|speedratio}', self._set_panel)
@@ -136,11 +137,21 @@ class RwsServer:
         new = self._station.store(request.match_info['path'], await request.read())
         return web.Response(status=201 if new else 200)
 
+    async def _get_file(self, request: web.Request) -> web.StreamResponse:
+        data = self._station.read(request.match_info['path'])
+        if data is None:
+            raise web.HTTPNotFound
+        return web.Response(body=data)
+
     async def _load(self, request: web.Request) -> web.StreamResponse:
         form = await request.post()
-        if request.query.get('action') != 'loadmod':
-            raise BridgeError('unknown action', found=request.query.get('action', '')[:40])
-        self._station.load(str(form.get('modulepath', '')))
+        action = request.query.get('action', '')
+        if action == 'unloadmod':
+            self._station.unload(str(form.get('module', '')))
+        elif action == 'loadmod':
+            self._station.load(str(form.get('modulepath', '')))
+        else:
+            raise BridgeError('unknown action', found=action[:40])
         return web.Response(status=200)
 
     async def _execute(self, request: web.Request) -> web.StreamResponse:
@@ -165,19 +176,24 @@ class RwsServer:
         return web.Response(status=204)
 
 
-def _answer(request: web.Request, found: Resource) -> web.Response:
+def _answer(request: web.Request, found: tuple[Resource, ...]) -> web.Response:
     folder = request.path.rsplit('/', 1)[0]
     base = f'http://{request.host}{folder}/'
     if request.query.get('json') == '1':
-        state = {'_type': found.kind, '_title': found.title, **found.fields}
+        states = [{'_type': one.kind, '_title': one.title, **one.fields} for one in found]
         return web.json_response(
-            {'_links': {'base': {'href': base}}, '_embedded': {'_state': [state]}}
+            {'_links': {'base': {'href': base}}, '_embedded': {'_state': states}}
         )
-    spans = ''.join(
-        f'<span class="{name}">{escape(value)}</span>' for name, value in found.fields.items()
+    items = ''.join(
+        f'<li class="{one.kind}" title="{one.title}">{_spans(one)}</li>' for one in found
     )
-    item = f'<li class="{found.kind}" title="{found.title}">{spans}</li>'
-    return _page(base, f'<div class="state"><ul>{item}</ul></div>', 200)
+    return _page(base, f'<div class="state"><ul>{items}</ul></div>', 200)
+
+
+def _spans(one: Resource) -> str:
+    return ''.join(
+        f'<span class="{name}">{escape(value)}</span>' for name, value in one.fields.items()
+    )
 
 
 def _refusal(request: web.Request, reason: str, status: int) -> web.Response:

@@ -1,5 +1,6 @@
 """What Robot Web Services read and change of the emulated controller."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 import re
 import threading
@@ -11,6 +12,9 @@ from robot_bridge.emulator.program_task import CYCLES, LARGEST_BYTES, ProgramTas
 MOST_FILES = 32
 _NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}')
 _HOME = re.compile(r'/?(?:\$HOME|HOME:)/', re.IGNORECASE)
+# A longer module is not answered but written to a file (assumed).
+INLINE_CHARACTERS = 20_000
+MODULES = '/rw/rapid/modules'
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +50,17 @@ class Station:
     def __init__(self, controller: Controller, task: ProgramTask, lock: threading.Lock) -> None:
         self._controller, self._task, self._lock = controller, task, lock
         self._files: dict[str, bytes] = {}
+        self._texts: dict[str, bytes] = {}
 
-    def resource(self, path: str) -> Resource | None:
+    def resource(self, path: str) -> tuple[Resource, ...] | None:
         """Return what is shown at a path; None when there is nothing."""
-        makers = {
+        if path.startswith(f'{MODULES}/'):
+            return self._module_text(path.removeprefix(f'{MODULES}/'))
+        makers: dict[str, Callable[[], Resource | tuple[Resource, ...]]] = {
             '/rw/rapid/execution': self._execution,
+            '/rw/rapid/tasks': self._tasks,
+            '/rw/rapid/tasks/T_ROB1/pcp': self._pointers,
+            MODULES: self._modules,
             '/rw/panel/ctrlstate': self._controller_state,
             '/rw/panel/opmode': self._operating_mode,
             '/rw/panel/speedratio': self._speed_ratio,
@@ -60,7 +70,43 @@ class Station:
         if maker is None:
             return None
         with self._lock:
-            return maker()
+            found = maker()
+        return found if isinstance(found, tuple) else (found,)
+
+    def _tasks(self) -> Resource:
+        state = 'started' if self._controller.running else 'stopped'
+        fields = {
+            'name': 'T_ROB1', 'type': 'norm', 'taskstate': 'load', 'excstate': state,
+            'active': 'On', 'motiontask': 'TRUE',
+        }  # fmt: skip
+        return Resource('rap-task-li', 'T_ROB1', fields)
+
+    def _pointers(self) -> tuple[Resource, ...]:
+        pointer = self._task.pointer
+        # The resource itself spells it so.
+        names = ('modulemame', 'routinename')
+        fields = dict(zip(names, pointer, strict=True)) if pointer is not None else {}
+        return tuple(
+            Resource('pcp-info', title, fields) for title in ('progpointer', 'motionpointer')
+        )
+
+    def _modules(self) -> tuple[Resource, ...]:
+        return tuple(
+            Resource('rap-module-info-li', name, {'name': name, 'type': 'ProgMod'})
+            for name in self._task.texts
+        )
+
+    def _module_text(self, name: str) -> tuple[Resource, ...] | None:
+        with self._lock:
+            texts = {key.casefold(): text for key, text in self._task.texts.items()}
+            text = texts.get(name.casefold())
+            if text is None:
+                return None
+            fields = {'module-length': str(len(text)), 'module-text': text}
+            if len(text) > INLINE_CHARACTERS:
+                self._texts = {f'{name}.modx': text.encode()}
+                fields = {'module-length': str(len(text)), 'file-path': f'$TEMP/{name}.modx'}
+        return (Resource('rap-module-text', name, fields),)
 
     def _execution(self) -> Resource:
         state = 'running' if self._controller.running else 'stopped'
@@ -103,6 +149,12 @@ class Station:
         self._files[name] = data
         return new
 
+    def read(self, path: str) -> bytes | None:
+        """Return a file, or what a long module was written to; None when there is none."""
+        if path.startswith('$TEMP/'):
+            return self._texts.get(path.removeprefix('$TEMP/'))
+        return self._files.get(self._name(path))
+
     def _name(self, path: str) -> str:
         found = _HOME.match(path)
         name = path[found.end() :] if found else ''
@@ -111,7 +163,7 @@ class Station:
         return name
 
     def load(self, path: str) -> None:
-        """Load a stored module (loadmod).
+        """Load a stored module beside the others (loadmod).
 
         Raises
         ------
@@ -126,7 +178,18 @@ class Station:
         except UnicodeDecodeError as error:
             raise BridgeError('not text', where=name) from error
         with self._lock:
-            self._task.load(text)
+            self._task.load(text, beside=True)
+
+    def unload(self, module: str) -> None:
+        """Unload a module (unloadmod).
+
+        Raises
+        ------
+        BridgeError
+            No such module, or a program running.
+        """
+        with self._lock:
+            self._task.unload(module)
 
     # -- execution -----------------------------------------------------------------------------
 

@@ -185,6 +185,28 @@ def test_a_bridge_that_ends_waits_for_the_answer_to_its_stop(model, plan, tmp_pa
     assert not rig.flow._stopping.is_alive()
 
 
+AWAY = {f'rax_{n}': str(v) for n, v in enumerate((80, 45, -10, 90, -90, 0), 1)}
+UNREADY = {
+    'elsewhere': ('/rw/motionsystem/mechunits/ROB_1/jointtarget', AWAY),
+    'another program runs': ('/rw/rapid/execution', {'ctrlexecstate': 'running'}),
+    'two arms': ('/rw/rapid/tasks', [
+        {'name': f'T_ROB{n}', 'type': 'norm', 'active': 'On', 'motiontask': 'TRUE'} for n in (1, 2)
+    ]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize('case', UNREADY)
+def test_a_start_that_is_refused_touches_nothing_and_keeps_the_release(
+    model, plan, tmp_path, web, case
+):
+    controller = web(states=dict([UNREADY[case]]))
+    rig = Rig(model, plan, tmp_path, controller.address).armed()
+    with pytest.raises(BridgeError):
+        rig.backend.start(rig.now, rig.token)
+    assert rig.flow.state == FlowState.ARMED
+    assert controller.posts() == []
+
+
 @pytest.mark.parametrize('hold', ['loadmod', 'resetpp', 'action=start'])
 def test_an_abort_while_it_is_being_started_leaves_it_stopped(model, plan, tmp_path, web, hold):
     controller = web(hold=hold)

@@ -11,7 +11,7 @@ import pytest
 
 from excitation_planner.plan import RANDOM_PULSES
 from excitation_planner.planner import plan_excitation
-from excitation_planner.rapid import rapid_module
+from excitation_planner.rapid import module_name, rapid_module
 from excitation_planner.request import PlanRequest
 from robot_bridge.egm_command import decode_sensor
 from robot_bridge.emulator.cell import CellSettings, MotorSide
@@ -20,6 +20,7 @@ from robot_bridge.emulator.program_task import ProgramTask
 from robot_bridge.emulator.rws_server import RwsServer
 from robot_bridge.emulator.rws_station import Station
 from robot_bridge.operator_flow import FlowSettings, FlowState
+from robot_bridge.released_program import ReleasedProgram
 from robot_bridge.rws_client import RwsClient
 from structural_model.robot_files import load_layout
 
@@ -118,8 +119,11 @@ def test_a_program_stopped_by_web_services_comes_to_rest_in_its_own_stop(
     )
     try:
         client = RwsClient(f'127.0.0.1:{server.port}', 'Default User', 'robotics')
-        client.load('AmaExcitation', rapid_module(plan, model))
-        client.run()
+        program = ReleasedProgram(
+            module_name(plan), rapid_module(plan, model), tuple(start_deg), 0.05
+        )
+        client.load(program)
+        client.run(program)
         planned = [controller.planned_deg.copy()]
         fastest = np.degrees(np.abs(plan.velocity).max())
         while len(planned) < 5000:

@@ -1,13 +1,18 @@
 """The client of the controller's web services: what it asks, what it refuses, what it hides."""
 
+from dataclasses import replace
 import importlib.util
 from pathlib import Path
 import socket
 import threading
+from urllib.parse import quote
 
 import numpy as np
 import pytest
 
+from excitation_planner.planner import plan_excitation
+from excitation_planner.rapid import module_name, rapid_module
+from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
 from robot_bridge.backends import BackendSettings, make_backend
 from robot_bridge.emulator.cell import CellSettings, MotorSide
@@ -15,6 +20,7 @@ from robot_bridge.emulator.guidance_law import GuidanceSettings
 from robot_bridge.emulator.program_task import ProgramTask
 from robot_bridge.emulator.rws_server import RwsServer
 from robot_bridge.emulator.rws_station import Station
+from robot_bridge.released_program import ReleasedProgram
 from robot_bridge.rws_client import RwsClient
 from robot_bridge.web_password import SHIPPED, web_password
 
@@ -25,12 +31,14 @@ _module = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(_module)
 WebController = _module.WebController
 USER, PASSWORD = 'Default User', 'a secret word'
-MODULE = """MODULE AmaExcitation
+MODULE = """MODULE AmaExcitation_1
   PROC main()
     WaitTime 0.1;
   ENDPROC
 ENDMODULE
 """
+PROGRAM = ReleasedProgram('AmaExcitation_1', MODULE, (0.0, 45.0, -10.0, 90.0, -90.0, 0.0), 0.05)
+JOINT_TARGET = '/rw/motionsystem/mechunits/ROB_1/jointtarget'
 
 
 @pytest.fixture
@@ -54,9 +62,9 @@ def test_the_emulator_runs_what_is_loaded_and_stops(model, start_deg):
     server = RwsServer(station, '127.0.0.1', 0, USER, PASSWORD)
     try:
         client = RwsClient(f'127.0.0.1:{server.port}', USER, PASSWORD)
-        client.load('AmaExcitation', MODULE)
+        client.load(PROGRAM)
         assert not motors.controller.running
-        client.run()
+        client.run(PROGRAM)
         motors.cycle()
         assert motors.controller.running
         client.stop()
@@ -76,17 +84,32 @@ def test_the_emulator_runs_what_is_loaded_and_stops(model, start_deg):
 def test_what_is_asked_in_which_order(web):
     controller = web()
     client = RwsClient(controller.address, USER, PASSWORD)
-    client.load('AmaExcitation', MODULE)
-    client.run()
+    client.load(PROGRAM)
+    client.run(PROGRAM)
     client.stop()
-    assert controller.requests == [
+    ready = [
         'GET /rw/panel/opmode?json=1',
         'GET /rw/panel/ctrlstate?json=1',
         'GET /rw/rapid/execution?json=1',
-        'PUT /fileservice/$HOME/AmaExcitation.mod',
+        'GET /rw/rapid/tasks?json=1',
+    ]
+    assert controller.requests == [
+        *ready,
+        f'GET {JOINT_TARGET}?json=1',
+        'POST /rw/mastership/rapid?action=request',
+        'PUT /fileservice/$HOME/AmaExcitation_1.mod',
+        'GET /rw/rapid/modules?task=T_ROB1&json=1',
         'POST /rw/rapid/tasks/T_ROB1?action=loadmod',
         'POST /rw/rapid/execution?action=resetpp',
+        'POST /rw/mastership/rapid?action=release',
+        'POST /rw/mastership/rapid?action=request',
+        *ready,
+        'GET /rw/rapid/modules/AmaExcitation_1?resource=module-text&task=T_ROB1&json=1',
+        'GET /rw/rapid/tasks/T_ROB1/pcp?json=1',
+        f'GET {JOINT_TARGET}?json=1',
         'POST /rw/rapid/execution?action=start',
+        'POST /rw/mastership/rapid?action=release',
+        'GET /rw/rapid/execution?json=1',
         'POST /rw/rapid/execution?action=stop',
     ]
 
@@ -105,8 +128,163 @@ def test_nothing_is_loaded_unless_the_controller_is_ready(web, path, field, valu
     controller = web(states={path: {field: value}})
     client = RwsClient(controller.address, USER, PASSWORD)
     with pytest.raises(BridgeError, match=value):
-        client.load('AmaExcitation', MODULE)
+        client.load(PROGRAM)
     assert all(item.startswith('GET') for item in controller.requests)
+
+
+def place(**axes):
+    start = {f'rax_{n}': str(angle) for n, angle in enumerate(PROGRAM.start_deg, 1)}
+    return {**start, **{f'eax_{letter}': '9E+09' for letter in 'abcdef'}, **axes}
+
+
+def task(name='T_ROB1', kind='norm', active='On', moves='TRUE'):
+    return {'name': name, 'type': kind, 'active': active, 'motiontask': moves}
+
+
+TASKS, PCP = '/rw/rapid/tasks', '/rw/rapid/tasks/T_ROB1/pcp'
+AWAY = {
+    'axis 1 far away': (JOINT_TARGET, place(rax_1='80')),
+    'axis 6 just away': (JOINT_TARGET, place(rax_6='0.06')),
+    'one turn away': (JOINT_TARGET, place(rax_6='360')),
+    'not a number': (JOINT_TARGET, place(rax_3='nan')),
+    'not told': (JOINT_TARGET, {}),
+    'a track': (JOINT_TARGET, place(eax_a='1200')),
+    'two arms': (TASKS, [task(), task('T_ROB2')]),
+    'a task of inputs and outputs': (TASKS, [task(), task('T_IO', moves='FALSE')]),
+    'task deselected': (TASKS, task(active='Off')),
+    'no tasks told': (TASKS, []),
+}
+
+
+@pytest.mark.parametrize('case', AWAY)
+def test_nothing_is_loaded_nor_started_elsewhere_or_beside_others(web, case):
+    controller = web(states=dict([AWAY[case]]))
+    client = RwsClient(controller.address, USER, PASSWORD)
+    for ask in (client.check, client.load, client.run):
+        with pytest.raises(BridgeError) as caught:
+            ask(PROGRAM)
+        assert len(str(caught.value).splitlines()) == 1
+    assert set(controller.posts()) == set()
+    assert not any(item.startswith('PUT') for item in controller.requests)
+
+
+TEXT = '/rw/rapid/modules/AmaExcitation_1'
+NOT_IT = {
+    'another text': (TEXT, {'module-text': MODULE.replace('0.1', '0.2')}),
+    'no text': (TEXT, {}),
+    'a file elsewhere': (TEXT, {'file-path': 'C:/temp/x.modx'}),
+    'pointer in another module': (
+        PCP, {'_title': 'progpointer', 'modulemame': 'MainModule', 'routinename': 'main'}
+    ),
+    'pointer in another routine': (
+        PCP, {'_title': 'progpointer', 'modulemame': PROGRAM.name, 'routinename': 'CheckPlace'}
+    ),
+    'no pointer': (PCP, []),
+    'jogged away since': (JOINT_TARGET, place(rax_2='46')),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize('case', NOT_IT)
+def test_nothing_is_started_that_was_not_released(web, case):
+    controller = web()
+    client = RwsClient(controller.address, USER, PASSWORD)
+    client.load(PROGRAM)
+    controller.states.update([NOT_IT[case]])
+    with pytest.raises(BridgeError) as caught:
+        client.run(PROGRAM)
+    assert len(str(caught.value).splitlines()) == 1
+    assert 'start' not in controller.posts()
+
+
+def test_case_spaces_and_a_file_header_of_the_controller_are_no_other_text(web):
+    controller = web()
+    client = RwsClient(controller.address, USER, PASSWORD)
+    client.load(PROGRAM)
+    text = '%%%\n VERSION:1\n LANGUAGE:ENGLISH\n%%%\n\n' + MODULE.replace('PROC main', 'PROC Main')
+    for form in (text, text.replace('\n', '\r\n'), quote(text)):
+        controller.states[TEXT] = {'module-text': form}
+        client.run(PROGRAM)
+    assert controller.posts().count('start') == 3
+
+
+def test_a_controller_in_run_mode_continuous_is_found_out(web):
+    controller = web(
+        states={'/rw/rapid/execution': {'ctrlexecstate': 'stopped', 'cycle': 'forever'}}
+    )
+    client = RwsClient(controller.address, USER, PASSWORD)
+    client.load(PROGRAM)
+    with pytest.raises(BridgeError, match='begin anew'):
+        client.run(PROGRAM)
+
+
+class ReleasedCell:
+    """The emulator's web services with an exported program, standing where it is told."""
+
+    def __init__(self, model, plan, away_deg=0.0):
+        start = np.degrees(model.to_controller(plan.start_position))
+        self.motors = MotorSide(model, start + away_deg, None, CellSettings(), 0.0)
+        self.controller = self.motors.controller
+        self.task = ProgramTask(self.controller, GuidanceSettings(), np.random.default_rng(1))
+        station = Station(self.controller, self.task, threading.Lock())
+        self.server = RwsServer(station, '127.0.0.1', 0, USER, PASSWORD)
+        self.client = RwsClient(f'127.0.0.1:{self.server.port}', USER, PASSWORD)
+        text = rapid_module(plan, model)
+        self.program = ReleasedProgram(module_name(plan), text, tuple(start), 0.05)
+
+
+@pytest.fixture(scope='module')
+def released(model):
+    request = PlanRequest(
+        seed=13, signal='random_pulses', duration_s=4.0, interval_high_s=0.1,
+        start_position=tuple(model.pose('P1').tolist()),
+    )  # fmt: skip
+    return plan_excitation(model, None, request)
+
+
+@pytest.mark.parametrize('away_deg', [80.0, 0.06, -0.06, 0.0])
+def test_start_by_web_services_sweeps_no_arm_to_the_start_pose(model, released, away_deg):
+    cell = ReleasedCell(model, released, away_deg * np.eye(6)[0])
+    before = cell.controller.planned_deg.copy()
+    try:
+        if away_deg:
+            with pytest.raises(BridgeError, match='axis 1 is not at the start pose'):
+                cell.client.load(cell.program)
+            for _ in range(200):
+                cell.motors.cycle()
+            assert np.array_equal(cell.controller.planned_deg, before)
+        else:
+            cell.task.cycle = 'forever'
+            cell.client.load(cell.program)
+            cell.client.run(cell.program)
+            assert cell.task.cycle == 'once'
+            cell.motors.cycle()
+            assert cell.controller.running
+    finally:
+        cell.server.close()
+
+
+def test_modules_of_other_plans_go_and_other_programs_stay_in_the_way(model, released):
+    cell = ReleasedCell(model, released)
+    try:
+        older = replace(
+            cell.program, name='AmaExcitation_00000000',
+            text=cell.program.text.replace(cell.program.name, 'AmaExcitation_00000000'),
+        )  # fmt: skip
+        cell.client.load(older)
+        # So long that the controller answers with a file in place of the text.
+        cell.program = replace(cell.program, text=cell.program.text + '! and more\n' * 3000)
+        cell.client.load(cell.program)
+        assert list(cell.task.texts) == [cell.program.name]
+        cell.client.run(cell.program)
+        cell.client.stop()
+        cell.client.load(
+            replace(older, name='MainModule', text=older.text.replace(older.name, 'MainModule'))
+        )
+        with pytest.raises(BridgeError, match='program pointer'):
+            cell.client.run(cell.program)
+        assert not cell.controller.running
+    finally:
+        cell.server.close()
 
 
 @pytest.mark.parametrize(

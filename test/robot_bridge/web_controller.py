@@ -10,7 +10,12 @@ import threading
 STATES = {
     '/rw/panel/opmode': {'opmode': 'AUTO'},
     '/rw/panel/ctrlstate': {'ctrlstate': 'motoron'},
-    '/rw/rapid/execution': {'ctrlexecstate': 'stopped'},
+    '/rw/rapid/execution': {'ctrlexecstate': 'stopped', 'cycle': 'once'},
+    '/rw/rapid/tasks': {'name': 'T_ROB1', 'type': 'norm', 'active': 'On', 'motiontask': 'TRUE'},
+    '/rw/motionsystem/mechunits/ROB_1/jointtarget': {
+        **{f'rax_{n}': str(v) for n, v in enumerate((0, 45, -10, 90, -90, 0), 1)},
+        **{f'eax_{letter}': '9E+09' for letter in 'abcdef'},
+    },
 }
 
 
@@ -19,7 +24,8 @@ class WebController:
 
     ``requests`` are ``METHOD path?query`` in the order they came. ``hold`` names a part of one
     that waits for ``release``; ``waiting`` is set meanwhile. ``answers`` maps a path to a status
-    and headers given instead of the usual answer.
+    and headers given instead of the usual answer. What is put is what is loaded and where the
+    program pointer stands, unless ``states`` say otherwise; a list there is several states.
     """
 
     def __init__(self, hold='', answers=None, states=None):
@@ -46,7 +52,9 @@ class WebController:
         threading.Thread(target=self.server.serve_forever, args=(0.02,), daemon=True).start()
 
     def take(self, handler):
-        handler.rfile.read(int(handler.headers.get('Content-Length', 0)))
+        body = handler.rfile.read(int(handler.headers.get('Content-Length', 0)))
+        if handler.command == 'PUT':
+            self._keep(handler.path.rsplit('/', 1)[1].removesuffix('.mod'), body.decode())
         self.requests.append(f'{handler.command} {handler.path}')
         self.authorisations.append(handler.headers.get('Authorization', ''))
         if self.hold and self.hold in handler.path:
@@ -55,7 +63,8 @@ class WebController:
         path = handler.path.split('?')[0]
         status, headers = self.answers.get(path, (200, {}))
         state = self.states.get(path, {})
-        body = json.dumps({'_embedded': {'_state': [state]}}).encode()
+        states = state if isinstance(state, list) else [state]
+        body = json.dumps({'_embedded': {'_state': states}}).encode()
         handler.send_response(status)
         for name, value in headers.items():
             handler.send_header(name, value)
@@ -63,9 +72,18 @@ class WebController:
         handler.end_headers()
         handler.wfile.write(body)
 
+    def _keep(self, name, text):
+        pointer = {'_title': 'progpointer', 'modulemame': name, 'routinename': 'main'}
+        self.states.setdefault('/rw/rapid/tasks/T_ROB1/pcp', pointer)
+        self.states.setdefault(f'/rw/rapid/modules/{name}', {'module-text': text})
+
     def posts(self):
         """Return the actions asked for, in order."""
-        return [item.split('action=')[1] for item in list(self.requests) if 'action=' in item]
+        return [
+            item.split('action=')[1]
+            for item in list(self.requests)
+            if 'action=' in item and 'mastership' not in item
+        ]
 
     def close(self):
         self.release.set()
