@@ -27,7 +27,8 @@ class ChannelQuality:
         White noise in the samples, an upper bound: what vibration near half the sample rate leaves
         in second differences counts as noise.  NaN when not known.
     lag_s, lag_std_s : float [s]
-        How much later than the joint states its stamps are; NaN where nothing tells.
+        How much later than the joint states its stamps are, or else than those of the other
+        sensors; NaN where nothing tells.
     excluded : bool
         Took no part in the identification.
     flags : tuple of str

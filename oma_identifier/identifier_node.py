@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from visualization_msgs.msg import MarkerArray
 from modal_core.atomic_file import atomic_path, write_text
 from modal_core.errors import SettingsError
 from modal_core.measurements import Measurement
+from modal_core.quality import ChannelQuality
 from modal_core.ros_messages import LATCHED, parameter_descriptor
 from modal_core.run_node import run_node
 from oma_identifier.analysed_band import below_edge
@@ -207,7 +209,7 @@ class IdentifierNode(Node):
                 flags = ', '.join(channel.flags)
                 found.append(('CHANNEL_EXCLUDED', f'{channel.name}: {flags}'))
             found += [
-                ('NOT_SYNCHRONOUS', f'{c.name}: {1e3 * c.lag_s:.2f} ± {1e3 * c.lag_std_s:.2f} ms')
+                ('NOT_SYNCHRONOUS', f'{c.name}: {_lag(c)}')
                 for c in result.quality.channels
                 if LATE in c.flags
             ]
@@ -336,6 +338,12 @@ def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
     return parameter_descriptor(
         parameter.description, parameter.default, span, parameter.read_only
     )
+
+
+def _lag(channel: ChannelQuality) -> str:
+    if math.isnan(channel.lag_s):
+        return 'no delay puts it in step with the others'
+    return f'{1e3 * channel.lag_s:.2f} ± {1e3 * channel.lag_std_s:.2f} ms'
 
 
 def main(args: Sequence[str] | None = None) -> None:

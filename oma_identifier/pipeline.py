@@ -4,6 +4,7 @@ The same object serves the node, the command line and the model gap.  It reads n
 comes with the samples.
 
     measurements → SampleBuffer → Window → RobotSignals (rigid motion and drive lines removed)
+      → Synchroniser (late sensors put in step)
       → RecordStreams (condition, output covariance per band)
       → identify_bands (block Hankel, poles per model order, stabilise, cluster, select with σ)
       → Adoption (maximum likelihood where it holds)
@@ -33,6 +34,7 @@ from oma_identifier.identify import (
     refine_found,
     with_lines,
 )
+from oma_identifier.in_step import Synchroniser
 from oma_identifier.kept_record import KeptRecord
 from oma_identifier.known_inputs import split_inputs, with_inputs
 from oma_identifier.methods import identify_by
@@ -50,7 +52,6 @@ from oma_identifier.robot_signals import (
     with_flags,
 )
 from oma_identifier.sample_buffer import SampleBuffer
-from oma_identifier.sensor_lag import in_step, Lag
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectrum import (
     empty_spectrum,
@@ -96,7 +97,7 @@ class IdentificationPipeline:
         self.last_tracked: TrackedModes | None = None
         self._buffer = SampleBuffer(self.settings, layout)
         self._clean = RobotSignals(robot)
-        self._lags: dict[str, Lag] = {}
+        self._synchronise = Synchroniser()
         self._explains: PeakTest = never
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
@@ -105,6 +106,12 @@ class IdentificationPipeline:
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz, refreshed)
         method = self.settings.method
         self._kept = None if method == 'ssi_cov' else KeptRecord(method)
+
+    def _forget(self) -> None:
+        """Begin the whole record anew: its sensors were not in step."""
+        self._record = WholeRecord(self.settings)
+        if self._kept is not None:
+            self._kept = KeptRecord(self.settings.method)
 
     @property
     def buffer(self) -> SampleBuffer:
@@ -144,7 +151,9 @@ class IdentificationPipeline:
             return self._without_modes(window, quality)
 
     def _identify(self, window: Window) -> WindowResult:
-        cleaned = self._clean(window)
+        cleaned = self._synchronise(self._clean(window))
+        if self._synchronise.corrects_earlier:
+            self._forget()
         samples = cleaned.samples
         check_samples(samples)
         spectrum = self._spectra.of(samples)
@@ -167,9 +176,7 @@ class IdentificationPipeline:
             found = refine_found(
                 samples, found, sources, self.settings, cleaned.explains, self._adopt
             )
-        self._lags = cleaned.lags
-        modes = in_step(found.modes, self._lags)
-        self.last_tracked = self.tracker.update(modes, window.pose)
+        self.last_tracked = self.tracker.update(found.modes, window.pose)
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
 
     def _by_method(
@@ -184,9 +191,9 @@ class IdentificationPipeline:
         if self.settings.method == 'csi':
             samples = with_inputs(samples, cleaned.motion)
         kept.add(samples)
-        self._lags, self._explains = cleaned.lags, cleaned.explains
+        self._explains = cleaned.explains
         found = with_lines(self._found_by_method(samples), cleaned.lines)
-        self.last_tracked = self.tracker.update(in_step(found.modes, self._lags), window.pose)
+        self.last_tracked = self.tracker.update(found.modes, window.pose)
         window = replace(window, quality=with_flags(window.quality, cleaned))
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
 
@@ -224,7 +231,7 @@ class IdentificationPipeline:
         with one_thread():
             kept = self._kept
             result = self._record.identify() if kept is None else self._whole_by_method(kept)
-        return replace(result, modes=self.tracker.label(in_step(result.modes, self._lags)))
+        return replace(result, modes=self.tracker.label(result.modes))
 
 
 def _result(window: Window, found: Identified, spectrum: SingularValueSpectrum) -> WindowResult:

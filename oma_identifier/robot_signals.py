@@ -46,9 +46,11 @@ class Cleaned:
     channel_flags : dict of str to str
         By channel.
     lags : dict of str to Lag
-        Delays against the joint states, by channel.
+        Delays against the joint states, or else the other sensors, by channel.
     motion : JointMotion or None
         Of the joints, on the clock of the responses; None where a model cannot find it in them.
+    left_out : tuple of str
+        Channels that ``samples`` does without.
     """
 
     samples: Samples
@@ -58,6 +60,7 @@ class Cleaned:
     channel_flags: dict[str, str]
     lags: dict[str, Lag] = field(default_factory=dict)
     motion: JointMotion | None = None
+    left_out: tuple[str, ...] = ()
 
 
 def with_flags(quality: DataQuality, cleaned: Cleaned) -> DataQuality:
@@ -73,6 +76,8 @@ def _with_finding(channel: ChannelQuality, cleaned: Cleaned) -> ChannelQuality:
         channel = replace(channel, lag_s=lag.seconds, lag_std_s=lag.std_s)
     if channel.name in cleaned.channel_flags:
         channel = replace(channel, flags=(*channel.flags, cleaned.channel_flags[channel.name]))
+    if channel.name in cleaned.left_out:
+        channel = replace(channel, excluded=True)
     return channel
 
 

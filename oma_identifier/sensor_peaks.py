@@ -1,0 +1,117 @@
+"""Spectra of all channels around the peaks of a window: where one mode outweighs all else."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import find_peaks, peak_widths
+
+from modal_core.samples import Samples
+
+TAPERS = 3
+"""Sine tapers; each line is then blurred by two others to either side."""
+WIDTH = 0.01
+"""Share of a frequency that its power is averaged over to find peaks: as broad as a mode of 0.5 %
+damping, which is next to nothing to a broader one."""
+FEWEST_LINES = 9
+PROMINENCE_DB = 6.0
+"""Height above both valleys: two and a half deviations of a difference of averaged powers."""
+MOST_PEAKS = 16
+MOST_LINES = 400
+"""A broader peak tells no more than this many lines of it."""
+TOP = 0.86
+"""Share of the band up to where samples are shifted without error."""
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """Lines about one peak, those of half its height or more.
+
+    Parameters
+    ----------
+    frequency_hz : float [Hz]
+        Middle of the power.
+    line_hz : (n_lines,) array [Hz]
+        From ``frequency_hz``.
+    spectra : (TAPERS, n_lines, n_channels) complex array
+        Of channels of unit variance.
+    """
+
+    frequency_hz: float
+    line_hz: Real
+    spectra: Complex
+
+    @property
+    def n_free(self) -> float:
+        """Independent values among the spectra, about."""
+        return float(len(self.line_hz) + TAPERS - 1)
+
+
+def sensor_peaks(samples: Samples) -> list[Peak]:
+    """Return the peaks of the mean of all channels' spectra, the most prominent ones.
+
+    What makes the peaks does not depend on when the channels were sampled.
+
+    References
+    ----------
+    Riedel and Sidorenko (1995), doi:10.1109/78.365298 (sine tapers, and their transforms as
+    differences of lines).
+    """
+    rows = samples.acceleration - samples.acceleration.mean(axis=0)
+    scale = rows.std(axis=0)
+    rows /= np.where(scale > 0.0, scale, np.inf)
+    half = next_fast_len(len(rows))
+    # Twice the lines: taper k is a difference of lines k above and below.
+    fine = rfft(rows.astype(np.float32), 2 * half, axis=0)
+    n_lines = int(TOP * half / 2)
+    own = np.arange(TAPERS, n_lines)
+    spectra = np.stack([fine[2 * own - k] - fine[2 * own + k] for k in range(1, TAPERS + 1)])
+    step_hz = samples.sample_rate_hz / half
+    power = (np.abs(spectra) ** 2).mean(axis=(0, 2))
+    return [
+        _peak(spectra[:, first:last], power[first:last], own[first:last] * step_hz)
+        for first, last in _ranges(own, power)
+    ]
+
+
+def _ranges(line: NDArray[np.int64], power: Real) -> list[tuple[int, int]]:
+    """Return first and last lines of peaks, the most prominent first."""
+    level = 10.0 * np.log10(_smooth(line, power) + 1e-30)
+    tops, found = find_peaks(level, prominence=PROMINENCE_DB)
+    order = np.argsort(found['prominences'])[::-1][:MOST_PEAKS]
+    # Half of the height.
+    data = found['prominences'][order], found['left_bases'][order], found['right_bases'][order]
+    height = np.minimum(3.0 / data[0], 1.0)
+    ranges: list[tuple[int, int]] = []
+    for place, top in enumerate(tops[order]):
+        part = tuple(each[place : place + 1] for each in data)
+        _, _, left, right = peak_widths(level, [top], height[place], prominence_data=part)
+        reach = min(max(float(right[0] - left[0]) / 2.0, 3.0), MOST_LINES / 2.0)
+        middle = (float(right[0] + left[0])) / 2.0
+        first, last = max(0, round(middle - reach)), round(middle + reach) + 1
+        if not any(first < end and last > begin for begin, end in ranges):
+            ranges.append((first, last))
+    return ranges
+
+
+def _smooth(line: NDArray[np.int64], power: Real) -> Real:
+    """Return the mean power over a width that grows with frequency."""
+    smooth = np.empty_like(power)
+    width = FEWEST_LINES
+    while True:
+        wide = line >= width / WIDTH if width > FEWEST_LINES else np.ones(len(line), dtype=bool)
+        if not wide.any():
+            return smooth
+        first = int(np.argmax(wide))
+        smooth[first:] = uniform_filter1d(power, width, mode='nearest')[first:]
+        width = round(1.25 * width) | 1
+
+
+def _peak(spectra: Complex, power: Real, line_hz: Real) -> Peak:
+    middle = float(np.average(line_hz, weights=power))
+    return Peak(middle, line_hz - middle, spectra.astype(np.complex128))
