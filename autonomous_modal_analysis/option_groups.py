@@ -42,8 +42,8 @@ class Source:
     unit: Unit = None
     channels: Channels = None
 
-    def open(self) -> 'Recording':
-        """Open the recording.
+    def open(self, to_look: bool = False) -> 'Recording':
+        """Open the recording; ``to_look`` also when it has nothing to identify.
 
         Raises
         ------
@@ -58,6 +58,7 @@ class Source:
             unit=self.unit,
             channels=channel_names(self.channels),
             topics=tuple(self.topic) if self.topic else None,
+            to_look=to_look,
         )
 
     def parameters(self) -> dict[str, object]:

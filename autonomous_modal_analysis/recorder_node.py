@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import contextlib
 from pathlib import Path
 import threading
+import time
 from typing import Any
 
 from rclpy.node import Node
@@ -17,6 +18,7 @@ from recordings.writer import RecordingWriter
 
 DEPTH = 8000
 POLL_S = 0.05
+FLUSH_S = 0.1
 
 
 class RecorderNode(Node):
@@ -25,7 +27,7 @@ class RecorderNode(Node):
     Parameters
     ----------
     path : Path
-        The .mcap file; it gets its name when the recorder is closed.
+        The .mcap file; ``<name>.unfinished.mcap`` until the recorder is closed.
     topics : mapping of str to message class
         Absolute topic names and their types.
     latched : tuple of str
@@ -48,13 +50,16 @@ class RecorderNode(Node):
         **options: Any,
     ) -> None:
         super().__init__('ama_recorder', **options)
-        self.writer = RecordingWriter(path)
+        self.writer: RecordingWriter | None = None
+        self._path = path
         self.failure = ''
         self.keep = True
         self._open = True
         self._held_ns = round(held_s * NANOSECONDS_PER_SECOND)
         self._held: deque[RawMessage] = deque()
-        self._begun = held_s <= 0.0
+        self._flush_due_s = 0.0
+        if held_s <= 0.0:
+            self.begin()
         self._latched = frozenset(latched)
         self._lock = threading.Lock()
         group = PolledGroup()
@@ -68,8 +73,15 @@ class RecorderNode(Node):
         self.create_timer(POLL_S, self._poll)
 
     def begin(self) -> None:
-        """Write what was held, and what comes from now on."""
-        self._begun = True
+        """Write what was held, and what comes from now on.
+
+        Raises
+        ------
+        RecordingError
+            The file cannot be made.
+        """
+        if self.writer is None:
+            self.writer = RecordingWriter(self._path)
 
     def close(self) -> Path:
         """Finish the file and give it its name.
@@ -82,14 +94,14 @@ class RecorderNode(Node):
         self._poll()
         with self._lock:
             self._open = False
-            return self.writer.close()
+            return self.writer.close() if self.writer is not None else self._path
 
     def destroy_node(self) -> None:
         """Keep what was recorded, or not, then end the node."""
         with contextlib.suppress(RecordingError):
             if self.keep:
                 self.close()
-            else:
+            elif self.writer is not None:
                 self.writer.discard()
         super().destroy_node()
 
@@ -106,8 +118,8 @@ class RecorderNode(Node):
                 ),
                 key=lambda message: message.log_time_ns,
             )
-            if self._begun:
-                self._write_held()
+            if self.writer is not None:
+                self._write_held(self.writer)
             elif self._held:
                 self._forget(self._held[-1].log_time_ns - self._held_ns)
 
@@ -119,10 +131,14 @@ class RecorderNode(Node):
             if message.log_time_ns >= before_ns or message.topic in self._latched
         )
 
-    def _write_held(self) -> None:
+    def _write_held(self, writer: RecordingWriter) -> None:
+        """Write, and flush often: whatever ends the process, the end of the record is there."""
         try:
             while self._held:
-                self.writer.write(*self._held.popleft())
+                writer.write(*self._held.popleft())
+            if time.monotonic() >= self._flush_due_s:
+                writer.flush()
+                self._flush_due_s = time.monotonic() + FLUSH_S
         except RecordingError as error:
             self._open, self.failure = False, str(error)
             self.get_logger().error(self.failure)

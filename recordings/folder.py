@@ -36,7 +36,7 @@ class FileSequence:
                 before = entries.get(entry.name)
                 n_messages = (entry.n_messages or 0) + (before.n_messages or 0 if before else 0)
                 entries[entry.name] = TopicEntry(
-                    entry.name, entry.message_type, entry.definition, n_messages
+                    entry.name, entry.message_type, entry.definition, n_messages, entry.encoding
                 )
         return tuple(entries[name] for name in sorted(entries))
 

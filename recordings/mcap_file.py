@@ -89,6 +89,7 @@ class McapFile:
                 name=channel.topic,
                 message_type=schema.name if schema else '',
                 definition=_definition(schema),
+                encoding=channel.message_encoding,
                 n_messages=self._n_messages.get(key, 0)
                 + (before.n_messages or 0 if before else 0),
             )
@@ -268,13 +269,6 @@ class McapFile:
             self._schemas.setdefault(schema.id, schema)
         elif opcode == CHANNEL:
             channel = _parse(Channel, content)
-            if channel.message_encoding not in ('cdr', ''):
-                raise RecordingError(
-                    'unknown message encoding',
-                    where=channel.topic,
-                    found=channel.message_encoding,
-                    expected='cdr',
-                )
             self._channels.setdefault(channel.id, channel)
 
     def _lost(self, what: str, start: int, stop: int) -> None:

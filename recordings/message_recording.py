@@ -26,6 +26,8 @@ class MessageRecording:
         Its messages.
     topics : sequence of str or None
         Only these; None: every topic of a usable type.
+    to_look : bool
+        Open it also when it has no usable topic, to see what it is.
 
     Raises
     ------
@@ -38,7 +40,13 @@ class MessageRecording:
         How much of its messages the last pass has read, 0..1.
     """
 
-    def __init__(self, path: Path, file: MessageFile, topics: Sequence[str] | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        file: MessageFile,
+        topics: Sequence[str] | None = None,
+        to_look: bool = False,
+    ) -> None:
         self.path = path
         self.kind = file.kind
         self.file = file
@@ -48,7 +56,7 @@ class MessageRecording:
         self.refused: dict[str, str] = {}
         usable = {entry.name for entry in self.entries if not why_unusable(entry)}
         self.selected = frozenset(usable if topics is None else self._select(topics, usable))
-        if not self.selected:
+        if not (self.selected or (to_look and self.entries)):
             raise RecordingError(
                 'no usable topic',
                 where=path,
@@ -134,6 +142,8 @@ def why_unusable(entry: TopicEntry) -> str:
     """Return why the identifier cannot use a topic; empty when it can."""
     if not entry.message_type:
         return 'no message type'
+    if entry.encoding not in ('cdr', ''):
+        return f'messages in {entry.encoding}, not in CDR'
     if entry.message_type not in USABLE_TYPES:
         return 'type not used'
     if entry.message_type == BLOCK and entry.definition:

@@ -25,6 +25,7 @@ def open_recording(
     unit: str | None = None,
     channels: Sequence[str] | None = None,
     topics: Sequence[str] | None = None,
+    to_look: bool = False,
 ) -> Recording:
     """Open a recording of any known kind.
 
@@ -40,6 +41,8 @@ def open_recording(
         Names of the columns of a plain array; overrides the sidecar.
     topics : sequence of str or None
         Use only these topics of a recording of messages.
+    to_look : bool
+        Open a recording of messages also when none of its topics is of use, to see what it is.
 
     Returns
     -------
@@ -66,9 +69,9 @@ def open_recording(
             expected='these options with a plain array (.npy, .csv) only',
         )
     if place.is_dir():
-        return MessageRecording(place, open_folder(place), topics)
+        return MessageRecording(place, open_folder(place), topics, to_look)
     file = McapFile(place) if suffix == '.mcap' else BagFile(place)
-    return MessageRecording(place, file, topics)
+    return MessageRecording(place, file, topics, to_look)
 
 
 def _check_place(place: Path) -> None:

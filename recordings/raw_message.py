@@ -36,12 +36,15 @@ class TopicEntry:
         Message definition stored with it (ros2msg), empty when there is none.
     n_messages : int or None
         As the file's own index says.
+    encoding : str
+        Of its messages; empty or ``cdr`` for those of ROS 2.
     """
 
     name: str
     message_type: str
     definition: str = ''
     n_messages: int | None = None
+    encoding: str = ''
 
 
 class MessageFile(Protocol):

@@ -1,10 +1,13 @@
 """Write an MCAP recording that stays readable whatever stops it."""
 
+import contextlib
 import errno
+from io import FileIO
+import itertools
 import os
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
@@ -24,8 +27,9 @@ END_WITHOUT_INDEX = (
 class RecordingWriter:
     """Record serialised ROS 2 messages into an MCAP file.
 
-    Chunks are small, so that a crash costs little; the file has a temporary name beside its own
-    until it is closed.  When the disk is full the recording ends with the last whole chunk and
+    Chunks are small, so that a crash costs little, and :meth:`flush` ends one at once; the file is
+    ``<name>.unfinished.mcap`` beside its own name until it is closed, and never replaces one that
+    a crash has left.  When the disk is full the recording ends with the last whole chunk and
     is still readable.
 
     Parameters
@@ -43,7 +47,6 @@ class RecordingWriter:
 
     def __init__(self, path: str | Path, compression: str = 'none') -> None:
         self.path = Path(path)
-        self.temporary = self.path.with_name(f'.{self.path.name}.{os.getpid()}.part')
         self.n_messages = 0
         self.stopped = ''
         self._channels: dict[str, tuple[int, str]] = {}
@@ -55,7 +58,8 @@ class RecordingWriter:
             )
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = self.temporary.open('wb', buffering=0)
+            self._file = _new_file(self.path)
+            self.temporary = Path(self._file.name)
             self._stream = _WholeWrites(self._file)
             self._writer = Writer(
                 self._stream,
@@ -129,9 +133,26 @@ class RecordingWriter:
         except OSError as error:
             self._stop_early(error)
         self.n_messages += 1
-        if self._stream.position != self._good_ends[-1]:
-            self._good_ends.append(self._stream.position)
-            del self._good_ends[:-3]
+        self._note_end()
+
+    def flush(self) -> None:
+        """End the chunk: a process that is killed loses nothing that was written before.
+
+        Raises
+        ------
+        RecordingError
+            As :meth:`write`.
+        """
+        if self.stopped or self._file.closed:
+            return
+        # Older releases of mcap have no flush, only what it calls.
+        within: Any = getattr(self._writer, '_Writer__finalize_chunk', None)
+        end_chunk = getattr(self._writer, 'flush', within)
+        try:
+            end_chunk()
+        except OSError as error:
+            self._stop_early(error)
+        self._note_end()
 
     def close(self) -> Path:
         """Finish the file and give it its name.
@@ -154,6 +175,11 @@ class RecordingWriter:
         """Give up: nothing is left on the disk."""
         self._file.close()
         self.temporary.unlink(missing_ok=True)
+
+    def _note_end(self) -> None:
+        if self._stream.position != self._good_ends[-1]:
+            self._good_ends.append(self._stream.position)
+            del self._good_ends[:-3]
 
     def _stop_early(self, error: Exception) -> None:
         """End the file after the last whole chunk, without an index, and keep it."""
@@ -200,6 +226,16 @@ class RecordingWriter:
             self.close()
         else:
             self.discard()
+
+
+def _new_file(path: Path) -> FileIO:
+    """Create the file that is written to: one that was left there is somebody's evidence."""
+    for number in itertools.count():
+        suffix = f'_{number}' if number else ''
+        with contextlib.suppress(FileExistsError):
+            place = path.with_name(f'{path.stem}.unfinished{suffix}{path.suffix}')
+            return place.open('xb', buffering=0)
+    raise AssertionError('unreachable')
 
 
 class _WholeWrites:

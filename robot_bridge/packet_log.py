@@ -5,19 +5,21 @@ from pathlib import Path
 import queue
 import struct
 import threading
+import time
 
 from google.protobuf import descriptor_pb2
 
 from modal_core.errors import RecordingError
 from recordings import RecordingWriter
+from recordings.bridge_events import EVENT_TOPIC, EVENT_TYPE
 from recordings.encode import ENCAPSULATION
 from robot_bridge.egm_link import Packet
 from robot_bridge.egm_messages import file_descriptor, PACKAGE
 
 TOPICS = {False: ('egm/robot', 'EgmRobot'), True: ('egm/sensor', 'EgmSensor')}
-EVENT_TOPIC, EVENT_TYPE = 'robot_bridge/events', 'std_msgs/msg/String'
 LONGEST_QUEUE = 20_000
 N_FILES = 4
+FLUSH_S = 0.1
 RECORD_BYTES = 64
 """What MCAP adds to each message, about."""
 
@@ -30,6 +32,9 @@ class PacketLog:
     ``egm/robot/<reason>`` for the others.  Every state of the bridge and the reason for it is on
     ``robot_bridge/events``.
 
+    What is queued is in the file a tenth of a second later, and every state at once: whatever ends
+    the process, the end of the record is there, in ``<name>.unfinished.mcap``.
+
     A quarter of the room is one file; the next one is named ``<name>_1.mcap`` and so on, and
     the oldest is deleted before the room runs out.  On a full disk older files of this run make
     room too; without any the log ends with its last whole chunk: what is in it stays readable,
@@ -38,7 +43,7 @@ class PacketLog:
     Parameters
     ----------
     path : Path
-        First file; each has a temporary name beside its own until it is closed.
+        First file; each is named ``<name>.unfinished.mcap`` until it is closed.
     largest_bytes : int
         Room for all files together.
 
@@ -58,6 +63,7 @@ class PacketLog:
             file=[file_descriptor()]
         ).SerializeToString()
         self._n_files, self._n_bytes = 0, 0
+        self._flush_due_s = time.monotonic() + FLUSH_S
         self._kept: list[Path] = []
         self._writer = self._next_file()
         self._thread = threading.Thread(target=self._run, name='packet_log', daemon=True)
@@ -85,12 +91,13 @@ class PacketLog:
             self.n_lost += 1
 
     def _run(self) -> None:
-        while (item := self._queue.get()) is not None:
+        while (item := self._next()) is not None:
             if self.failure:
                 self.n_lost += 1
                 continue
             try:
                 self._write(item)
+                self._flush(item)
                 if self._n_bytes > self._file_bytes:
                     self._turn_over()
             except (RecordingError, OSError) as error:
@@ -100,6 +107,25 @@ class PacketLog:
                 self._writer.close()
             except (RecordingError, OSError) as error:
                 self._fail(error)
+
+    def _next(self) -> Packet | tuple[int, str] | None:
+        """Wait for something to write; flush what was written when nothing comes."""
+        while True:
+            try:
+                return self._queue.get(timeout=FLUSH_S)
+            except queue.Empty:
+                if not self.failure:
+                    try:
+                        self._writer.flush()
+                    except (RecordingError, OSError) as error:
+                        self._make_room(error)
+
+    def _flush(self, item: Packet | tuple[int, str]) -> None:
+        """Flush when it is time, and whenever the state of the bridge changes."""
+        now_s = time.monotonic()
+        if not isinstance(item, Packet) or now_s >= self._flush_due_s:
+            self._writer.flush()
+            self._flush_due_s = now_s + FLUSH_S
 
     def _turn_over(self) -> None:
         """Go on in the next file, and delete the oldest before the room runs out."""

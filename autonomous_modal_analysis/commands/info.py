@@ -28,13 +28,22 @@ def info(source: Source, json: Json = False) -> None:
 
     from autonomous_modal_analysis.results import plain
     from autonomous_modal_analysis.terminal import OUTPUT, print_json
+    from recordings.bridge_events import last_events
+    from recordings.message_recording import MessageRecording
 
-    found = source.open().info()
+    recording = source.open(to_look=True)
+    found = recording.info()
+    events = last_events(recording) if isinstance(recording, MessageRecording) else ()
     if json:
-        derived = {'duration_s': found.duration_s, 'channels': found.channels}
+        derived = {
+            'duration_s': found.duration_s,
+            'channels': found.channels,
+            'bridge_events': events,
+        }
         print_json(plain({**asdict(found), **derived}))
         return
-    OUTPUT.print(f'{escape(found.path)}: {found.kind}, {found.duration_s:.3f} s', soft_wrap=True)
+    extent = f'{found.duration_s:.3f} s' if found.end_ns else f'{found.n_messages} messages'
+    OUTPUT.print(f'{escape(found.path)}: {found.kind}, {extent}', soft_wrap=True)
     table = Table(box=SIMPLE_HEAD, padding=(0, 0))
     for heading in ('topic', 'type', 'samples', 'rate Hz', 'jitter ms', 'gaps', 'used'):
         table.add_column(heading, overflow='fold', no_wrap=heading == 'rate Hz')
@@ -50,6 +59,8 @@ def info(source: Source, json: Json = False) -> None:
         OUTPUT.print(f'note: {escape(note)}', soft_wrap=True)
     for statement in found.damage:
         OUTPUT.print(f'[yellow]damaged[/]: {escape(statement)}', soft_wrap=True)
+    for event in events:
+        OUTPUT.print(f'bridge: {escape(event)}', soft_wrap=True)
     OUTPUT.print(f'the identifier would use {len(found.channels)} acceleration channels')
 
 
