@@ -22,6 +22,7 @@ from modal_core.quality import ChannelQuality
 from modal_core.ros_messages import LATCHED, parameter_descriptor
 from modal_core.run_node import run_node
 from oma_identifier.analysed_band import below_edge
+from oma_identifier.cell_topics import CELL_TYPES, is_of_cell
 from oma_identifier.excitation_watch_node import ExcitationWatch
 from oma_identifier.node_parameters import (
     load_layout_file,
@@ -49,6 +50,8 @@ from oma_msgs.msg import ModalParameters, StabilisationDiagram
 from recordings.decode import BLOCK, JOINT_STATE
 
 POLL_PERIOD_S = 0.05
+# What the graph says of a publisher before it has heard of its node.
+NOT_YET_KNOWN = '_NODE_NAMESPACE_UNKNOWN_'
 DISCOVERY_PERIOD_S = 0.25
 DIAGNOSTICS_PERIOD_S = 1.0
 SAMPLE_DEPTH = 8000
@@ -110,17 +113,33 @@ class IdentifierNode(Node):
         """Subscribe to topics of responses that have appeared, and to the joint states."""
         named = {self.resolve_topic_name(topic) for topic in self._value('topics') if topic}
         joints = self.resolve_topic_name(self._value('joint_states_topic'))
-        for topic, types in self.get_topic_names_and_types():
+        topics = self.get_topic_names_and_types()
+        cells = self._cells(topics)
+        if NOT_YET_KNOWN in cells:
+            return
+        for topic, types in topics:
             if topic in self._subscriptions_of:
                 continue
             message_type = next((name for name in types if name in MESSAGE_CLASSES), None)
             if message_type is None:
                 continue
-            wanted = (
-                topic == joints if message_type == JOINT_STATE else not named or topic in named
-            )
+            if message_type == JOINT_STATE:
+                wanted = topic == joints
+            else:
+                wanted = (
+                    topic in named if named else is_of_cell(topic, self.get_namespace(), cells)
+                )
             if wanted:
                 self._subscribe(topic, message_type)
+
+    def _cells(self, topics: Sequence[tuple[str, Sequence[str]]]) -> set[str]:
+        """Return the namespaces of all nodes that are part of a cell."""
+        return {
+            publisher.node_namespace
+            for topic, types in topics
+            if CELL_TYPES.intersection(types)
+            for publisher in self.get_publishers_info_by_topic(topic)
+        }
 
     def _subscribe(self, topic: str, message_type: str) -> None:
         if not self.count_publishers(topic):

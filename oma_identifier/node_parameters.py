@@ -48,17 +48,20 @@ SETTINGS = (
 )
 OTHERS = (
     NodeParameter(
-        'topics', 'topics of responses; empty: all of a known type', ('',), read_only=True
+        'topics',
+        'topics of responses; empty: all of a known type in the namespace',
+        ('',),
+        read_only=True,
     ),
     NodeParameter('joint_states_topic', 'topic of joint states', 'joint_states', read_only=True),
     NodeParameter(
         'plan_topic',
         'topic of plans: while the bridge plays one, an automatic band ends below its edge',
-        '/excitation_planner/excitation_plan',
+        'excitation_planner/excitation_plan',
         read_only=True,
     ),
     NodeParameter(
-        'bridge_topic', "topic of the bridge's state", '/robot_bridge/state', read_only=True
+        'bridge_topic', "topic of the bridge's state", 'robot_bridge/state', read_only=True
     ),
     NodeParameter('layout_file', 'YAML file of the sensors; empty: none', '', read_only=True),
     NodeParameter(

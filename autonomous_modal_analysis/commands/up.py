@@ -1,5 +1,6 @@
 """`ama up`: the nodes of a cell without `ros2 launch`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 import re
 import signal
@@ -7,6 +8,7 @@ import threading
 from typing import Annotated
 
 import typer
+import yaml
 
 from autonomous_modal_analysis.cell import cell_commands
 from autonomous_modal_analysis.processes import NodeProcesses
@@ -30,7 +32,27 @@ def up(
         list[str] | None,
         typer.Option(help='Leave this node out (abb_emulator for a real controller).'),
     ] = None,
-    namespace: Annotated[str, typer.Option(help='ROS namespace of all nodes.')] = '',
+    namespace: Annotated[
+        str, typer.Option(help='ROS namespace of all nodes: one for each cell of a domain.')
+    ] = '',
+    egm_port: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=65535,
+            help='UDP port of the bridge, and of the emulated controller: one for each cell of a'
+            ' machine.',
+            show_default='of the parameter files',
+        ),
+    ] = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='node.name=value overrides the parameter files, for example'
+            ' excitation_planner.duration_s=60; may be given more than once.',
+            show_default=False,
+        ),
+    ] = None,
     log_folder: Annotated[
         Path | None, typer.Option(help='Write one log file per node here.')
     ] = None,
@@ -47,10 +69,30 @@ def up(
             found=namespace,
             expected='letters, digits and _, parts separated by /',
         )
-    commands = cell_commands(config, tuple(without or ()))
+    commands = cell_commands(config, tuple(without or ()), _overrides(egm_port, parameter or ()))
     with NodeProcesses(commands, log_folder=log_folder, namespace=namespace) as nodes:
         MESSAGES.print(f'running: {", ".join(command.name for command in commands)}')
         MESSAGES.print('nothing moves until a plan is armed and started; Ctrl-C stops the nodes')
         while not stop.wait(CHECK_EVERY_S):
             nodes.check()
         MESSAGES.print('stopping')
+
+
+def _overrides(egm_port: int | None, lines: Sequence[str]) -> dict[str, dict[str, object]]:
+    """Return the parameters that override the files, by node."""
+    found: dict[str, dict[str, object]] = {}
+    if egm_port is not None:
+        found = {'robot_bridge': {'port': egm_port}, 'abb_emulator': {'sensor_port': egm_port}}
+    for line in lines:
+        name, given, text = line.partition('=')
+        node, _, own_name = name.partition('.')
+        try:
+            value = yaml.safe_load(text)
+        except yaml.YAMLError:
+            value = None
+        if not given or not own_name or not isinstance(value, (bool, int, float, str, list)):
+            raise SettingsError(
+                'not a parameter', where='--parameter', found=line, expected='node.name=value'
+            )
+        found.setdefault(node, {})[own_name] = value
+    return found
