@@ -123,6 +123,23 @@ def test_options_of_identify(inputs, tmp_path, monkeypatch, capsys, options, wor
     assert not out.exists() or not list(out.iterdir())
 
 
+@pytest.mark.parametrize(
+    ('options', 'words'),
+    [
+        (('--namespace', '1 cell'), ('--namespace', '1 cell')),
+        (('--parameter', 'port=6511'), ('--parameter', 'port=6511', 'node.name=value')),
+        (('--parameter', 'robot_bridge.port'), ('--parameter', 'robot_bridge.port')),
+        (('--parameter', 'robot_bridge.port=[1'), ('--parameter', 'robot_bridge.port=[1')),
+        (('--parameter', 'bridge.port=6511'), ('bridge', 'robot_bridge')),
+    ],
+)
+def test_options_of_up(monkeypatch, capsys, options, words):
+    pytest.importorskip('rclpy')
+    pytest.importorskip('oma_msgs')
+    code, said = run(['up', *options], monkeypatch, capsys)
+    check(code, said.err, words)
+
+
 def test_the_installed_command_does_the_same(inputs):
     ama = Path(sys.executable).with_name('ama')
     done = subprocess.run(

@@ -1,5 +1,7 @@
 """The identifier node over real Fast DDS: right modes, bad messages, parameters, replay."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,9 @@ from modal_core.samples import Samples
 from oma_identifier.identifier_node import IdentifierNode
 from oma_identifier.identify import identify_samples
 from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.ros_messages import MESSAGE_CLASSES
 from oma_identifier.settings import IdentificationSettings
+from oma_msgs.msg import ModalParameters
 from recordings import open_recording, to_mcap
 from recordings.decode import BLOCK
 from recordings.encode import encode
@@ -257,3 +261,15 @@ def test_live_replay_gives_the_same_modes_as_offline(driver, data_path, tmp_path
     for live, file in zip(node.results, offline, strict=True):
         found = [mode.frequency_hz for mode in live.modes if not mode.harmonic]
         assert found == [mode.frequency_hz for mode in file.modes]
+
+
+def test_sensors_of_another_cell_are_not_ours(driver, ros_context):
+    other = rclpy.create_node('emulator', namespace='/hall/cell_2', context=ros_context)
+    other.create_publisher(ModalParameters, '~/true_modes', 1)
+    theirs = other.create_publisher(MESSAGE_CLASSES[BLOCK], 'acceleration_block', 1)
+    node = driver()
+    # Of a hall with a cell in it, what is not of that cell is heard.
+    node.publisher('/hall/acceleration_block', BLOCK)
+    time.sleep(1.0)
+    assert theirs.get_subscription_count() == 0
+    other.destroy_node()
