@@ -110,9 +110,12 @@ class Identifier:
         ModelError
             There is no such robot.
         """
+        if not self.robot:
+            return None
+        # With the library of rigid bodies, some 50 MB.
         from structural_model.robot_files import load_robot
 
-        return load_robot(self.robot) if self.robot else None
+        return load_robot(self.robot)
 
     def sensors(self) -> SensorLayout | None:
         """Return the sensor layout: the one named, else the robot's own.
@@ -122,12 +125,12 @@ class Identifier:
         ModalAnalysisError
             It cannot be read, or does not fit the robot.
         """
-        from structural_model.robot_files import load_layout
-
         model = self.model()
         sensors = read_layout(self.layout)
         if model is None:
             return sensors
+        from structural_model.robot_files import load_layout
+
         sensors = sensors or load_layout(self.robot or '')
         sensors.check_links(model.link_names, model.robot_name)
         return sensors

@@ -1,11 +1,10 @@
 """A plan as a message in a recording, without ROS: what was played, beside what came of it."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from excitation_planner.plan import ExcitationPlan
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from oma_identifier.analysed_band import sharp_edge_hz
 from recordings.message_recording import MessageRecording
@@ -13,11 +12,15 @@ from recordings.open_recording import Recording
 from recordings.raw_message import RawMessage
 from recordings.schemas import differing_field, typestore
 
+if TYPE_CHECKING:
+    # The planner brings the robot's model with it, which reading a recording does without.
+    from excitation_planner.plan import ExcitationPlan
+
 PLAN = 'oma_msgs/msg/ExcitationPlan'
 PLAN_TOPIC = '/excitation_planner/excitation_plan'
 
 
-def plan_message(plan: ExcitationPlan, time_ns: int) -> RawMessage:
+def plan_message(plan: 'ExcitationPlan', time_ns: int) -> RawMessage:
     """Return the serialised message of a plan, as the planner publishes it."""
     types = typestore().types
     seconds, nanoseconds = divmod(time_ns, NANOSECONDS_PER_SECOND)

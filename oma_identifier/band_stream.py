@@ -99,12 +99,10 @@ class BandStream:
         if self._follows:
             self.interrupt()
             self._follows = False
-        conditioned = self._conditioner.of(rows)
-        if len(conditioned) == 0:
-            return
-        if self._accumulator is None:
-            self._accumulator = self._start(conditioned)
-        self._accumulator.add(conditioned.astype(np.float32))
+        for conditioned in self._conditioner.of(rows):
+            if self._accumulator is None:
+                self._accumulator = self._start(conditioned)
+            self._accumulator.add(conditioned.astype(np.float32))
 
     def follow(self, lead: 'BandStream') -> bool:
         """Take the blocks that another stream of the same band made of the next samples.

@@ -5,6 +5,7 @@ spectrum by one number per frequency, so it moves no pole of the structure and n
 own poles are overdamped and never taken for modes.
 """
 
+from collections.abc import Iterator
 import math
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, firwin, kaiser_beta, sosfilt, sosfilt_zi
 
 from oma_identifier.bands import Band
+from oma_identifier.references import LONGEST
 
 PASS, STOP = 0.4, 0.6
 """Edges of the decimation filter over the new rate; what aliases lands above ``PASS``."""
@@ -60,12 +62,23 @@ class Decimator:
         (n_decimated, n_channels) array
             As many rows as are complete now; the first comes half a filter after the start.
         """
-        data = rows if self._past is None else np.concatenate([self._past, rows])
-        n_out = max(0, (len(data) - len(self.taps)) // self.factor + 1)
-        self._past = data[n_out * self.factor :].copy()
-        if n_out == 0:
-            return np.empty((0, rows.shape[1]))
-        return self._filtered(data, n_out)
+        past = rows[:0] if self._past is None else self._past
+        n_out = max(0, (len(past) + len(rows) - len(self.taps)) // self.factor + 1)
+        # Only outputs that reach back see the past and rows joined; many rows are not copied.
+        n_head = GROUP * math.ceil(len(past) / (GROUP * self.factor))
+        if n_out <= n_head:
+            data = np.concatenate([past, rows])
+            self._past = data[n_out * self.factor :].copy()
+            return self._filtered(data, n_out)
+        used = max(0, (n_head - 1) * self.factor + len(self.taps) - len(past))
+        head = np.concatenate([past, rows[:used]])
+        self._past = rows[n_out * self.factor - len(past) :].copy()
+        filtered = np.empty((n_out, rows.shape[1]))
+        filtered[:n_head] = self._filtered(head, n_head)
+        filtered[n_head:] = self._filtered(
+            rows[n_head * self.factor - len(past) :], n_out - n_head
+        )
+        return filtered
 
     def _filtered(self, data: NDArray[np.float64], n_out: int) -> NDArray[np.float64]:
         """Return outputs that each see the taps from ``factor`` times their number on.
@@ -150,6 +163,10 @@ class Decimation:
         """Forget the rows at the full rate, which keep the window alive they were cut from."""
         self._made.pop((), None)
 
+    def drop_all(self) -> None:
+        """Forget what was made of the rows as well: nobody will ask for it again."""
+        self._made = {}
+
 
 class BandConditioner:
     """The filters of one band in a row.
@@ -168,10 +185,15 @@ class BandConditioner:
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Condition the next rows, (n_samples, n_channels) to (n_decimated, n_channels)."""
         self._decimation.take(rows)
-        conditioned = self.of(self._decimation)
+        conditioned = list(self.of(self._decimation))
         self._decimation.drop()
-        return conditioned
+        return np.concatenate(conditioned) if conditioned else rows[:0]
 
-    def of(self, decimation: Decimation) -> NDArray[np.float64]:
-        """Condition the rows that a decimation shared with other bands took last."""
-        return self._high_pass(decimation(self._factors))
+    def of(self, decimation: Decimation) -> Iterator[NDArray[np.float64]]:
+        """Condition the rows that a decimation shared with other bands took last, in stretches.
+
+        The first is as long as what references are chosen by.
+        """
+        rows = decimation(self._factors)
+        for first in range(0, len(rows), LONGEST):
+            yield self._high_pass(rows[first : first + LONGEST])

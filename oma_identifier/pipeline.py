@@ -18,6 +18,7 @@ import numpy as np
 
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import IdentificationError
+from modal_core.free_memory import give_back, LARGE_BYTES
 from modal_core.measurements import Measurement
 from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
@@ -157,6 +158,8 @@ class IdentificationPipeline:
         samples = cleaned.samples
         check_samples(samples)
         spectrum = self._spectra.of(samples)
+        if samples.acceleration.nbytes >= LARGE_BYTES:
+            give_back()
         if self._kept is not None:
             return self._by_method(self._kept, window, cleaned, spectrum)
         self._newest.add(samples)
@@ -172,6 +175,9 @@ class IdentificationPipeline:
         found = with_lines(found, cleaned.lines)
         window = replace(window, quality=with_flags(window.quality, cleaned))
         self._record.add(samples, found, spectrum, window.quality, cleaned.explains, self._newest)
+        self._newest.release()
+        if samples.acceleration.nbytes >= LARGE_BYTES:
+            give_back()
         if self.settings.refines:
             found = refine_found(
                 samples, found, sources, self.settings, cleaned.explains, self._adopt

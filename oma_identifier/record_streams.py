@@ -138,6 +138,10 @@ class RecordStreams:
             for index, band in enumerate(bands)
         ]
 
+    def release(self) -> None:
+        """Forget the samples added last: no other streams will go ahead with them."""
+        self._decimation.drop_all()
+
     def results(self) -> list[BandCovariance | None]:
         """Return the covariances of all bands so far."""
         return [stream.result() for stream in self._streams]

@@ -1,22 +1,40 @@
 """Grid rows of one source in one piece, so that a window is a view of them and no copy."""
 
 from dataclasses import dataclass
+import sys
 
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.free_memory import LARGE_BYTES
 from oma_identifier.health import joined, summarise, Summary
 from oma_identifier.lattice import GridRows
 
 RESERVE = 1.25
-"""Rows there is room for, in windows: each row is moved a few times while windows slide."""
+"""Rows there is room for, in windows: each row is moved a few times while windows slide.  Of
+large windows there is room for one only: memory counts more than moves."""
+MOVED_AT_ONCE = 4096
+OWN_REFERENCES = 4
+"""To an array nobody looks at: by the rows, the tuple and the loop that ask, and the call."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Part:
+    """Rows as they came: ``bad`` are columns, ``bad_rows`` where in them, None for nowhere."""
+
     rows: range
     summary: Summary
     bad: NDArray[np.bool_]
+    bad_rows: NDArray[np.bool_] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Held:
+    """Room for rows: ``values``, ``lost`` and ``filled`` as in :class:`GridRows`."""
+
+    values: NDArray[np.float64]
+    lost: NDArray[np.bool_]
+    filled: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +74,9 @@ class SourceRows:
     """
 
     def __init__(self, first_row: int, n_channels: int, window_rows: int) -> None:
-        self._reserve = int(RESERVE * window_rows)
-        self._held = _lost_rows(0, n_channels)
+        large = window_rows * n_channels * np.dtype(np.float64).itemsize >= LARGE_BYTES
+        self._reserve = window_rows if large else int(RESERVE * window_rows)
+        self._held = _room(0, n_channels)
         self._first = first_row
         self._end = first_row
         self._needed = first_row
@@ -77,18 +96,23 @@ class SourceRows:
         for held, new in zip(_arrays(self._held), _arrays(rows), strict=True):
             held[here] = new
         own = range(self._end, self._end + count)
-        self._parts.append(_Part(own, summarise(rows.values), _any(rows.bad)))
+        bad = _any(rows.bad)
+        bad_rows = rows.bad if bad.any() else None
+        self._parts.append(_Part(own, summarise(rows.values), bad, bad_rows))
         self._end = own.stop
 
     def _move(self, count: int) -> None:
-        """Make room in new arrays: windows that were cut keep the old ones."""
+        """Make room: in new arrays where windows that were cut still look at the old ones."""
         kept = slice(self._needed - self._first, self._end - self._first)
         room = max(self._reserve, self.n_held + count)
-        old = _arrays(self._held)
-        new = [np.empty((room, *array.shape[1:]), array.dtype) for array in old]
-        for array, before in zip(new, old, strict=True):
-            array[: self.n_held] = before[kept]
-        self._held = GridRows(*new)
+        old = self._held
+        fits = room <= len(old.lost) and not _is_looked_at(old)
+        new = old if fits else _room(room, old.values.shape[1])
+        for array, before in zip(_arrays(new), _arrays(old), strict=True):
+            for first in range(0, self.n_held, MOVED_AT_ONCE):
+                last = min(first + MOVED_AT_ONCE, self.n_held)
+                array[first:last] = before[kept][first:last]
+        self._held = new
         self._first = self._needed
 
     def reach(self, end: int) -> None:
@@ -121,9 +145,11 @@ class SourceRows:
         inside = range(max(part.rows.start, rows.start), min(part.rows.stop, rows.stop))
         if len(inside) in (0, len(part.rows)):
             return _Part(inside, part.summary, part.bad)
-        here = self._places(inside)
-        held = self._held
-        return _Part(inside, summarise(held.values[here]), _any(held.bad[here]))
+        bad = part.bad
+        if part.bad_rows is not None:
+            first = inside.start - part.rows.start
+            bad = _any(part.bad_rows[first : first + len(inside)])
+        return _Part(inside, summarise(self._held.values[self._places(inside)]), bad)
 
     def _places(self, rows: range) -> slice:
         return slice(rows.start - self._first, rows.stop - self._first)
@@ -133,8 +159,19 @@ def _any(bad: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(bad.any(axis=0))
 
 
-def _arrays(rows: GridRows) -> tuple[NDArray[np.float64] | NDArray[np.bool_], ...]:
-    return rows.values, rows.lost, rows.filled, rows.bad
+def _arrays(rows: GridRows | _Held) -> tuple[NDArray[np.float64] | NDArray[np.bool_], ...]:
+    return rows.values, rows.lost, rows.filled
+
+
+def _room(n_rows: int, n_channels: int) -> _Held:
+    return _Held(
+        np.empty((n_rows, n_channels)), np.empty(n_rows, dtype=bool), np.empty(n_rows, dtype=bool)
+    )
+
+
+def _is_looked_at(held: _Held) -> bool:
+    """Tell whether there are views of the rows: every view refers to the array it is of."""
+    return any(sys.getrefcount(array) > OWN_REFERENCES for array in _arrays(held))
 
 
 def _lost_rows(n_rows: int, n_channels: int) -> GridRows:

@@ -15,7 +15,7 @@ from modal_core.samples import Samples
 N_VALUES = 3
 LONGEST_SEGMENT_S = 60.0
 FEWEST_SEGMENTS = 8
-ROWS_AT_ONCE, LINES_AT_ONCE = 512, 256
+ROWS_AT_ONCE, LINES_AT_ONCE, VALUES_AT_ONCE = 512, 256, 1 << 21
 REFRESHED = 1.0 / 8.0
 """Share of a window that is new when its spectrum is made again."""
 
@@ -64,26 +64,42 @@ def singular_value_spectrum(
     keep = slice(1, int(np.searchsorted(frequency, max_frequency_hz or rate, side='right')))
     step = max(1, length // 2)
     n_segments = (len(data) - length) // step + 1
+    taper = (taper * math.sqrt(scale / n_segments)).astype(np.float32)
+    # Singular values of the density matrix: those of its square root, the segments' lines.  With
+    # fewer segments than channels their products are sums over the channels.
+    n_channels = data.shape[1]
+    by_segment = n_channels > n_segments
+    at_once = max(1, VALUES_AT_ONCE // len(data)) if by_segment else n_channels
+    products: list[NDArray[np.complex64]] = []
+    for first in range(0, n_channels, at_once):
+        rows = _centred(data[:, first : first + at_once])
+        segments = sliding_window_view(rows, length, axis=1)[:, ::step]
+        lines = rfft(segments * taper, axis=2)[:, :, keep].transpose(2, 1, 0)
+        part = _products(lines if by_segment else lines.transpose(0, 2, 1))
+        products = [products[0] + part] if products else [part]
+    values = np.linalg.eigvalsh(products[0])
+    falling: NDArray[np.float64] = np.maximum(values[:, ::-1][:, :n_values], 0.0)
+    return SingularValueSpectrum(np.asarray(frequency[keep], dtype=np.float64), falling)
+
+
+def _centred(data: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return channels as rows, without their means."""
     # Single precision: half the time, and a picture needs no more.
     mean = np.ones(len(data)) @ data / len(data)
     rows = np.empty(data.shape[::-1], dtype=np.float32)
     for first in range(0, len(data), ROWS_AT_ONCE):
         part = data[first : first + ROWS_AT_ONCE]
         rows[:, first : first + len(part)] = (part - mean).T
-    segments = sliding_window_view(rows, length, axis=1)[:, ::step]
-    taper = (taper * math.sqrt(scale / n_segments)).astype(np.float32)
-    lines = rfft(segments * taper, axis=2)[:, :, keep].transpose(2, 1, 0)
-    # Singular values of the density matrix: those of its square root, the segments' lines.
-    if data.shape[1] <= n_segments:
-        lines = lines.transpose(0, 2, 1)
-    values = np.empty(lines.shape[:2])
+    return rows
+
+
+def _products(lines: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    """Return the products of the rows with one another, (n_lines, n_rows, n_rows)."""
+    found = np.empty((*lines.shape[:2], lines.shape[1]), dtype=lines.dtype)
     for first in range(0, len(lines), LINES_AT_ONCE):
         root = np.ascontiguousarray(lines[first : first + LINES_AT_ONCE])
-        values[first : first + LINES_AT_ONCE] = np.linalg.eigvalsh(
-            root @ root.conj().transpose(0, 2, 1)
-        )
-    falling: NDArray[np.float64] = np.maximum(values[:, ::-1][:, :n_values], 0.0)
-    return SingularValueSpectrum(np.asarray(frequency[keep], dtype=np.float64), falling)
+        found[first : first + LINES_AT_ONCE] = root @ root.conj().transpose(0, 2, 1)
+    return found
 
 
 class SlidingSpectrum:

@@ -80,6 +80,7 @@ class WholeRecord:
         stretch = self._stretch(samples, spectrum)
         stretch.n_windows += 1
         stretch.streams.add(samples, ahead)
+        stretch.streams.release()
         stretch.explains = explains
         stretch.spectrum = _mean(stretch.spectrum, spectrum, stretch.n_windows)
         self._quality = _joined(self._quality, quality)

@@ -16,11 +16,13 @@ from modal_core.measurements import (
 from recordings.array_options import ArrayOptions, sidecar_of
 from recordings.array_table import ArrayTable
 from recordings.info import RecordingInfo
+from recordings.read_pages import ReadPages
 from recordings.summary import summarise
 from recordings.units import to_si
 
 BLOCK_S = 0.25
 FEWEST_ROWS = 128
+ROWS_AT_ONCE = 1 << 13
 
 
 class ArrayRecording:
@@ -73,9 +75,11 @@ class ArrayRecording:
     def measurements(self) -> Iterator[Measurement]:
         """Yield the samples in stretches of a quarter of a second."""
         step = max(FEWEST_ROWS, round(BLOCK_S * self.sample_rate_hz))
+        pages = ReadPages.behind(self._values)
         for first in range(0, len(self._values), step):
             self.fraction_read = min(1.0, (first + step) / len(self._values))
             rows = np.asarray(self._values[first : first + step], dtype=np.float64) * self.scale
+            pages.read(rows.nbytes)
             if self.stamp_ns is None:
                 offset = round(first * NANOSECONDS_PER_SECOND / self.sample_rate_hz)
                 yield SampleBlock(
@@ -158,8 +162,10 @@ def _rate(
 def _check_finite(path: Path, values: NDArray[np.generic], names: tuple[str, ...]) -> None:
     if values.dtype.kind != 'f':
         return
-    for first in range(0, len(values), 1 << 16):
-        part = values[first : first + (1 << 16)]
+    pages = ReadPages.behind(values)
+    for first in range(0, len(values), ROWS_AT_ONCE):
+        part = values[first : first + ROWS_AT_ONCE]
+        pages.read(part.nbytes)
         if not np.isfinite(part).all():
             row, column = np.argwhere(~np.isfinite(part))[0]
             raise RecordingError(

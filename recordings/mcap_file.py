@@ -36,6 +36,7 @@ from recordings.mcap_chunk import (
     uncompress,
 )
 from recordings.raw_message import RawMessage, TopicEntry
+from recordings.read_pages import ReadPages
 
 MAGIC = b'\x89MCAP0\r\n'
 HEADER, FOOTER, STATISTICS, DATA_END = 1, 2, 11, 15
@@ -168,6 +169,7 @@ class McapFile:
 
     def _walk(self, data: mmap.mmap, topics: frozenset[str] | None) -> Iterator[RawMessage]:
         position, size, rest = len(MAGIC), len(data), 'what followed is unknown'
+        pages = ReadPages(data)
         while position + RECORD.size <= size:
             opcode, length = RECORD.unpack_from(data, position)
             start = position + RECORD.size
@@ -194,6 +196,7 @@ class McapFile:
                 yield from self._record(opcode, data[start:stop], topics)
             except RecordingError as error:
                 self._lost(str(error), start - RECORD.size, stop)
+            pages.read(length)
         where = 'without an end mark' if position == size else 'inside a record'
         self._end = f'file ends at byte {size} {where}, {rest}'
 

@@ -1,0 +1,80 @@
+"""Memory of offline identification: what a window needs, however long the record is."""
+
+from pathlib import Path
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from modal_core.measurements import SampleBlock
+from recordings.encode import encode
+from recordings.writer import RecordingWriter
+
+RATE_HZ, N_CHANNELS = 1000, 20
+SHORT_S, LONG_S = 120, 480
+MOST_MORE_MB = 15.0
+"""The longer record has 29 MB of samples more in single, 58 MB in double precision."""
+# The peak since the program began: getrusage begins with the size of who started it.
+CHILD = r"""
+import re, sys
+sys.argv = ['ama', 'identify', *sys.argv[1:]]
+from autonomous_modal_analysis.cli import main
+try:
+    main()
+finally:
+    peak = re.search(r'VmHWM:\s+(\d+) kB', open('/proc/self/status').read())
+    print(peak.group(1), file=sys.stderr)
+"""
+
+
+def samples(duration_s: int) -> np.ndarray:
+    """Return responses of four modes of 1 % damping."""
+    rng = np.random.default_rng(7)
+    poles = np.exp(2.0 * np.pi * np.array([20.0, 45.0, 90.0, 160.0]) * (1j - 0.01) / RATE_HZ)
+    force = rng.standard_normal((duration_s * RATE_HZ, len(poles)))
+    motion = [
+        lfilter([1.0 - abs(pole)], [1.0, -2.0 * pole.real, abs(pole) ** 2], own)
+        for pole, own in zip(poles, force.T, strict=True)
+    ]
+    shapes = rng.standard_normal((len(poles), N_CHANNELS))
+    noise = 0.02 * rng.standard_normal((len(force), N_CHANNELS))
+    return (np.transpose(motion) @ shapes + noise).astype(np.float32)
+
+
+def write_mcap(path, values):
+    names = tuple(f'c{index}' for index in range(N_CHANNELS))
+    with RecordingWriter(path) as writer:
+        for first in range(0, len(values), 100):
+            stamp_ns = 10**18 + first * (10**9 // RATE_HZ)
+            part = values[first : first + 100]
+            block = SampleBlock('/blocks', stamp_ns, first, float(RATE_HZ), names, part)
+            for message in encode(block, '/blocks'):
+                writer.write('/blocks', message.message_type, message.log_time_ns, message.data)
+
+
+def write_npy(path, values):
+    np.save(path, values)
+
+
+WRITERS = {'.mcap': write_mcap, '.npy': write_npy}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path('/proc/self/status').exists(), reason='needs /proc')
+@pytest.mark.parametrize('suffix', WRITERS)
+def test_memory_does_not_grow_with_the_record(tmp_path, suffix):
+    peaks_mb = []
+    for duration_s in (SHORT_S, LONG_S):
+        path = tmp_path / f'{duration_s}{suffix}'
+        WRITERS[suffix](path, samples(duration_s))
+        rate = [] if suffix == '.mcap' else ['--sample-rate-hz', str(RATE_HZ)]
+        done = subprocess.run(
+            [sys.executable, '-c', CHILD, str(path), *rate],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        peaks_mb.append(int(done.stderr.split()[-1]) / 1024.0)
+    assert peaks_mb[1] - peaks_mb[0] < MOST_MORE_MB, peaks_mb
