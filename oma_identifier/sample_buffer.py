@@ -6,8 +6,8 @@ sample once; windows are cut from the stretches.  Where windows begin and end de
 stamps only, so a replay gives the same windows as the file it came from.
 """
 
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 import math
 
 import numpy as np
@@ -21,8 +21,11 @@ from modal_core.measurements import (
     StampedSamples,
 )
 from modal_core.window import Window
+from oma_identifier.buffer_counters import BufferCounters
 from oma_identifier.joint_track import JointTrack
+from oma_identifier.leading_clock import LeadingClock, TOGETHER_NS
 from oma_identifier.one_thread import one_thread
+from oma_identifier.rate_check import refuse_rates, tells_rate
 from oma_identifier.segment import Segment
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.source import make_source, Source
@@ -34,31 +37,8 @@ EXPECT_NS = 5 * NANOSECONDS_PER_SECOND
 MOST_SOURCES = 256
 SHORTEST_PARTIAL = 0.1
 """Share of a window that is worth a partial window at a break or at the end."""
-MOST_PENDING = 4_000_000
-"""Samples of one source that may wait before the oldest are given up."""
-
-
-@dataclass
-class BufferCounters:
-    """What happened since the start.
-
-    Parameters
-    ----------
-    n_segments : int
-        Stretches of data without interruption.
-    n_rejected : int
-        Measurements of no known channel, malformed, or from too many sources.
-    reasons : dict of str to int
-        Why a new segment was begun, and why measurements were rejected.
-    """
-
-    n_segments: int = 0
-    n_rejected: int = 0
-    reasons: dict[str, int] = field(default_factory=dict)
-
-    def note(self, reason: str) -> None:
-        """Count one occurrence."""
-        self.reasons[reason] = self.reasons.get(reason, 0) + 1
+MOST_PENDING_BYTES = 2**28
+"""Samples of one source that may wait before they are given up: 100 channels at 4 kHz for 80 s."""
 
 
 class SampleBuffer:
@@ -83,11 +63,16 @@ class SampleBuffer:
         self.settings = settings
         self.layout = layout
         self.counters = BufferCounters()
-        self.joints = JointTrack(2.0 * settings.window_s + 10.0)
+        self._joints_aside: Counter[str] = Counter()
+        self.joints = JointTrack(2.0 * settings.window_s + 10.0, self._joints_aside)
+        self._clock = LeadingClock()
+        self._refused: set[str] = set()
+        self._checked: tuple[str, ...] = ()
         self._sources: dict[str, Source] = {}
         self._seen: dict[str, Channel] = {}
         self._expected: set[str] = set()
         self._ignored: set[str] = set()
+        self._met: set[str] = set()
         self._segment: Segment | None = None
         self._ready: list[Window] = []
         self.n_windows = 0
@@ -109,7 +94,7 @@ class SampleBuffer:
     def add(self, measurement: Measurement) -> None:
         """Take in samples or joint states, in order of arrival."""
         if isinstance(measurement, JointSamples):
-            self.joints.add(measurement)
+            self.joints.add(measurement, self._clock.now_ns)
             return
         source = self._source_of(measurement)
         if source is None:
@@ -118,12 +103,37 @@ class SampleBuffer:
             source.add_block(measurement)
         else:
             source.add_stamped(measurement)
-        if source.stream.n_pending > MOST_PENDING:
-            self._break('overload')
+        self._note(source, len(measurement.acceleration))
         segment = self._segment
         early = segment is not None and source.stream.newest_ns < segment.due_ns
         if not early or source.stream.jumped:
             self._work(closing=False)
+
+    def _note(self, source: Source, n_samples: int) -> None:
+        """Follow whose time leads, and count what was set aside."""
+        if source.stream.n_bytes > MOST_PENDING_BYTES:
+            source.stream.drop()
+            self._break('overload')
+        if source.set_aside:
+            self.counters.collect(source.set_aside)
+        if self._clock.note(source, n_samples):
+            self._look()
+
+    def _look(self) -> None:
+        """Find out whose time leads, and give up what nobody waits for."""
+        if self._clock.look(list(self._sources.values())):
+            self._close_segment()
+            self._break('clock_jump')
+        now_ns = self._clock.now_ns
+        active = self._active()
+        for source in self._sources.values():
+            source.expire()
+            if source not in active:
+                source.stream.forget(source.stream.newest_ns - 2 * TOGETHER_NS)
+            self.counters.collect(source.set_aside)
+        if now_ns is not None:
+            self.joints.expire(now_ns)
+        self.counters.collect(self._joints_aside)
 
     def windows(self) -> Iterator[Window]:
         """Yield the windows that are complete."""
@@ -132,10 +142,17 @@ class SampleBuffer:
 
     def finish(self) -> Iterator[Window]:
         """Yield what is left: complete windows, then a partial one."""
+        for source in self._sources.values():
+            source.flush()
+            self._note(source, 0)
+        self.joints.flush()
+        self._look()
         self._work(closing=True)
         self._close_segment()
         self._sources.clear()
         self._ignored.clear()
+        self._met.clear()
+        self._clock = LeadingClock()
         yield from self.windows()
 
     def _source_of(self, measurement: StampedSamples | SampleBlock) -> Source | None:
@@ -147,22 +164,50 @@ class SampleBuffer:
         if source is not None or key in self._ignored:
             return source
         source = make_source(measurement, self.layout)
-        names = {channel.name for known in self._sources.values() for channel in known.channels}
-        if source is not None and names & {channel.name for channel in source.channels}:
-            self.counters.note('channel_sent_twice')
-            source = None
-        if source is None or len(self._sources) >= MOST_SOURCES:
-            self.counters.n_rejected += 1
-            self.counters.note('not_in_layout' if source is None else 'too_many_sources')
-            if len(self._ignored) < MOST_SOURCES:
-                self._ignored.add(key)
-            return None
-        source.name = key
-        self._seen.update({channel.name: channel for channel in source.channels})
-        self._sources[key] = source
-        return source
+        if source is not None:
+            source.name = key
+            if self._has_room():
+                self._sources[key] = source
+                return source
+        self._ignore(key, 'not_in_layout' if source is None else 'too_many_sources')
+        return None
+
+    def _has_room(self) -> bool:
+        """Make room for another source: one that nothing confirmed goes first."""
+        if len(self._sources) < MOST_SOURCES:
+            return True
+        waiting = next((name for name, one in self._sources.items() if one.is_waiting), None)
+        if waiting is None:
+            return False
+        gone = self._sources.pop(waiting)
+        gone.flush()
+        self.counters.note('stamp_unconfirmed')
+        return True
+
+    def _ignore(self, key: str, reason: str) -> None:
+        self.counters.n_rejected += 1
+        self.counters.note(reason)
+        if len(self._ignored) < MOST_SOURCES:
+            self._ignored.add(key)
+
+    def _meet(self) -> None:
+        """Take in the channels of sources whose messages are confirmed, each channel once."""
+        for key, source in list(self._sources.items()):
+            names = {channel.name for channel in source.channels}
+            if source.stream.first_ns is None or key in self._met:
+                continue
+            if any(
+                names & {channel.name for channel in self._sources[met].channels}
+                for met in self._met
+            ):
+                del self._sources[key]
+                self._ignore(key, 'channel_sent_twice')
+                continue
+            self._met.add(key)
+            self._seen.update({channel.name: channel for channel in source.channels})
 
     def _work(self, *, closing: bool) -> None:
+        self._meet()
         while True:
             if any(source.stream.jumped for source in self._sources.values()):
                 self._handle_jump(closing=closing)
@@ -175,7 +220,7 @@ class SampleBuffer:
         """Begin a segment when a second of data is there."""
         begun = [
             source
-            for source in self._sources.values()
+            for source in self._leading()
             if source.stream.n_pending and not source.stream.jumped
         ]
         spans = {source.name: _span(source) for source in begun}
@@ -184,12 +229,14 @@ class SampleBuffer:
         first = min(start for start, _ in spans.values())
         held_ns = max(end for _, end in spans.values()) - first
         silent = self._expected - {name.split()[0] for name in spans}
-        if not closing and held_ns < (EXPECT_NS if silent else START_NS):
+        waiting = any(source.is_waiting for source in self._sources.values())
+        if not closing and held_ns < (EXPECT_NS if silent or waiting else START_NS):
             return False
         together = [source for source in begun if spans[source.name][0] - first <= START_NS]
         for source in begun:
-            source.learn_period()
-        timed = [source for source in together if source.period_ns > 0.0]
+            self._learn(source)
+        self._check_rates_allowed()
+        timed = [source for source in together if source in self._active()]
         if not timed:
             return False
         reference = min(timed, key=_preference)
@@ -213,21 +260,51 @@ class SampleBuffer:
             hop_rows=max(1, round(self.settings.hop * rate)),
         )
 
+    def _leading(self) -> list[Source]:
+        """Return the sources that keep the time of the record."""
+        return [
+            source
+            for key, source in self._sources.items()
+            if key in self._met and source.name in self._clock.leading
+        ]
+
     def _active(self) -> list[Source]:
         return [
             source
-            for source in self._sources.values()
-            if source.period_ns > 0.0 and not source.stream.jumped
+            for source in self._leading()
+            if source.period_ns > 0.0
+            and source.name not in self._refused
+            and not source.stream.jumped
         ]
+
+    def _learn(self, source: Source) -> None:
+        """Learn the rate of a source from its stamps, when they tell one."""
+        source.learn_period()
+        if source.clock is None and source.period_ns > 0.0:
+            if not tells_rate(source.stream.samples().stamp_ns, source.period_ns):
+                source.period_ns = 0.0
+
+    def _check_rates_allowed(self) -> None:
+        """Refuse rates that ask for more rows than a window may have."""
+        timed = [source for source in self._leading() if source.period_ns > 0.0]
+        asked = tuple(f'{source.name} {source.rate_hz:.2g}' for source in timed)
+        if asked == self._checked:
+            return
+        self._checked = asked
+        refusals = refuse_rates(timed, self.settings.window_s)
+        self._refused = {refusal.source.name for refusal in refusals}
+        for refusal in refusals:
+            self.counters.note(refusal.reason, text=refusal.text)
 
     def _advance(self, *, closing: bool) -> bool:
         """Make the next stretch of rows; False when its samples are not there yet."""
         segment = self._segment
         if segment is None:
             return False
-        for source in self._sources.values():
+        for source in self._leading():
             if source.period_ns == 0.0:
-                source.learn_period()
+                self._learn(source)
+        self._check_rates_allowed()
         sources = self._active()
         if not sources:
             return False
@@ -300,7 +377,7 @@ class SampleBuffer:
             window = cut_window(
                 index=self.n_windows,
                 segment=segment,
-                sources=list(self._sources.values()),
+                sources=[self._sources[key] for key in self._sources if key in self._met],
                 rows=range(first, last),
                 layout=self.layout,
                 joints=self.joints,
@@ -318,24 +395,26 @@ class SampleBuffer:
 
     def _handle_jump(self, *, closing: bool) -> None:
         """Begin anew when the clocks of most sources jumped back; else restart the odd one."""
-        live = list(self._sources.values())
-        jumped = [source for source in live if source.stream.jumped]
+        live = self._leading()
+        jumped = [source for source in self._sources.values() if source.stream.jumped]
+        leading = [source for source in jumped if source in live]
         waited = max(
             int(source.stream.jumped[-1].stamp_ns[-1] - source.stream.jumped[0].stamp_ns[0])
             for source in jumped
         )
-        if len(jumped) < len(live) and waited < START_NS and not closing:
+        if len(leading) < len(live) and waited < START_NS and not closing:
             return
-        if 2 * len(jumped) >= len(live):
+        together = 2 * len(leading) > len(live)
+        if together:
             self._close_segment()
             self._break('clock_jump')
             self.joints.clear()
-            for source in live:
-                source.restart()
-            return
-        for source in jumped:
-            source.flags.add('clock_jump')
+            self._clock = LeadingClock()
+        for source in live if together else jumped:
+            if not together:
+                source.flags.add('clock_jump')
             source.restart()
+            self._note(source, source.stream.n_pending)
 
 
 def _span(source: Source) -> tuple[int, int]:

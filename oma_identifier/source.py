@@ -1,5 +1,6 @@
 """One sensor or recorder: its channels, its samples in order, and its place on the grid."""
 
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel, SensorLayout
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
 from oma_identifier.block_clock import BlockClock
+from oma_identifier.block_gate import BlockGate, Passed
 from oma_identifier.lattice import GridRows, make_lattice, margin_ns, on_grid
 from oma_identifier.source_stream import OrderedSamples, SourceStream
 
@@ -48,7 +50,22 @@ class Source:
     jitter_std_s: float = 0.0
     rate_changed: bool = False
     flags: set[str] = field(default_factory=set)
+    gate: BlockGate = field(init=False)
     _counted: tuple[int, int, int] | None = None
+
+    def __post_init__(self) -> None:
+        """Count what the gate sets aside where the stream counts."""
+        self.gate = BlockGate(self.set_aside)
+
+    @property
+    def set_aside(self) -> 'Counter[str]':
+        """Messages that others do not confirm, by reason."""
+        return self.stream.set_aside
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether messages came, but none that others confirm."""
+        return self.stream.first_ns is None and (self.gate.is_waiting or self.stream.is_waiting)
 
     @property
     def rate_hz(self) -> float:
@@ -70,13 +87,39 @@ class Source:
         self.stream.add(samples.stamp_ns, samples.acceleration[:, self.columns])
 
     def add_block(self, block: SampleBlock) -> None:
-        """Take in a block; one with another rate or a new clock is marked."""
+        """Take in a block, when others confirm it."""
+        if self.clock is not None:
+            self._pass(self.gate.admit(block))
+
+    def flush(self) -> None:
+        """Take in what waits, at the end of a record too short to confirm anything."""
+        passed = self.gate.flush()
+        if passed.blocks:
+            self.flags.add('rate_unconfirmed')
+        self._pass(passed)
+        self.stream.flush()
+
+    def expire(self) -> None:
+        """Drop what has waited in vain to be confirmed."""
+        self.gate.expire()
+        self.stream.expire()
+
+    def _pass(self, passed: Passed) -> None:
+        rate_hz = None if self.clock is None else self.clock.sample_rate_hz
+        if rate_hz and passed.anew and passed.blocks[0].sample_rate_hz == rate_hz:
+            self.clock = BlockClock(rate_hz)
+            self.flags.add('clock_jump')
+        for block in passed.blocks:
+            self._take(block)
+
+    def _take(self, block: SampleBlock) -> None:
+        """Give the samples of a block their times; another rate or a new clock is marked."""
         if self.clock is None:
             return
         if block.sample_rate_hz != self.clock.sample_rate_hz:
             self.clock = BlockClock(block.sample_rate_hz)
             self.period_ns = NANOSECONDS_PER_SECOND / block.sample_rate_hz
-            self.rate_changed = True
+            self.rate_changed = self.stream.first_ns is not None
         times = self.clock.times(block)
         if times.n_repeated:
             self.stream.events.duplicates += [block.stamp_ns] * times.n_repeated
@@ -84,18 +127,21 @@ class Source:
         if times.restarted:
             self.flags.add('clock_jump')
         self.stream.add(
-            times.stamp_ns, np.asarray(block.acceleration[:, self.columns], dtype=np.float64)
+            times.stamp_ns,
+            np.asarray(block.acceleration[:, self.columns], dtype=np.float64),
+            confirmed=True,
         )
 
     def restart(self) -> None:
         """Go on with what came after the clock jumped back."""
         later = self.stream.jumped
         events = self.stream.events
-        self.stream = SourceStream(len(self.channels))
+        self.stream = SourceStream(len(self.channels), self.set_aside)
         self.stream.events = events
         self._counted = None
-        for part in later:
-            self.stream.add(part.stamp_ns, part.values)
+        for number, part in enumerate(later):
+            confirmed = number == 0 or self.clock is not None
+            self.stream.add(part.stamp_ns, part.values, confirmed=confirmed)
 
     def learn_period(self) -> None:
         """Take the step from the stamps held, when enough are there."""

@@ -4,19 +4,20 @@ Everything is decided sample by sample in order of arrival and on header stamps 
 not matter how the samples were batched.
 """
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from oma_identifier.candidates import Candidates, CONFIRM
 
 REORDER_NS = NANOSECONDS_PER_SECOND
 """Samples this late are still put in place."""
 FORWARD_NS = 2 * NANOSECONDS_PER_SECOND
 """A stamp further ahead than this must be confirmed by the next ones."""
-CONFIRM = 10
-"""Consistent stamps that confirm a jump of the clock."""
 
 
 @dataclass
@@ -26,6 +27,11 @@ class EventCounts:
     duplicates: list[int] = field(default_factory=list)
     reordered: list[int] = field(default_factory=list)
     late: list[int] = field(default_factory=list)
+
+    @property
+    def n_held(self) -> int:
+        """Events held."""
+        return len(self.duplicates) + len(self.reordered) + len(self.late)
 
     def forget(self, before_ns: int) -> None:
         """Drop events before a time."""
@@ -49,6 +55,12 @@ class OrderedSamples:
     values: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True)
+class _Sample:
+    stamp_ns: int
+    row: NDArray[np.float64]
+
+
 class SourceStream:
     """Orders the samples of one source.
 
@@ -56,58 +68,88 @@ class SourceStream:
     ----------
     n_channels : int
         Columns of the samples.
+    set_aside : Counter or None
+        Where samples are counted whose stamps others do not confirm.
 
     Attributes
     ----------
+    first_ns : int or None [ns]
+        Where the stamps began, or went on after the clock jumped.
     n_pending : int
         Samples held.
     """
 
-    def __init__(self, n_channels: int) -> None:
+    def __init__(self, n_channels: int, set_aside: 'Counter[str] | None' = None) -> None:
         self.n_channels = n_channels
         self.events = EventCounts()
+        self.set_aside: Counter[str] = Counter() if set_aside is None else set_aside
         self.first_ns: int | None = None
         self.newest_ns = 0
         self.disordered = False
         self.sealed_ns = -(1 << 62)
         self.jumped: list[OrderedSamples] = []
-        self._suspects: list[tuple[int, NDArray[np.float64]]] = []
+        self._suspects: Candidates[_Sample] = Candidates(_is_near, _size, self._drop)
         self._pending: list[OrderedSamples] = []
         self._sorted = True
         self.n_pending = 0
 
-    def add(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    @property
+    def is_waiting(self) -> bool:
+        """Whether there are samples, but none whose stamp is confirmed."""
+        return self.first_ns is None and len(self._suspects) > 0
+
+    def add(
+        self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64], *, confirmed: bool = False
+    ) -> None:
         """Add samples in order of arrival.
 
         After a confirmed jump backwards the rest goes to ``jumped``.
+
+        Parameters
+        ----------
+        stamp_ns : (n_samples,) int64 array [ns]
+            Their stamps.
+        values : (n_samples, n_channels) array [m/s²]
+            The samples.
+        confirmed : bool
+            Others agree with these stamps already.
         """
         if len(stamp_ns) == 0:
             return
         if self.jumped:
             self.jumped.append(OrderedSamples(stamp_ns, values))
             return
-        if self.first_ns is None:
-            self.first_ns = int(stamp_ns[0])
-            self.newest_ns = self.first_ns - 1
-        ahead = 0 < int(stamp_ns[0]) - self.newest_ns <= FORWARD_NS
-        if not self._suspects and ahead and _is_steady(stamp_ns):
+        ahead = int(stamp_ns[0]) - self.newest_ns
+        if confirmed and (self.first_ns is None or ahead > FORWARD_NS):
+            self._begin(stamp_ns, values)
+        elif confirmed and ahead < -REORDER_NS:
+            self.jumped = [OrderedSamples(stamp_ns, values)]
+        elif not self._suspects and 0 < ahead <= FORWARD_NS and _is_steady(stamp_ns):
             self._accept(stamp_ns, values)
-            return
-        self._add_one_by_one(stamp_ns, values)
+        else:
+            self._add_one_by_one(stamp_ns, values)
+
+    def _begin(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Begin, or go on after a jump forwards."""
+        self.first_ns = int(stamp_ns[0])
+        self.newest_ns = self.first_ns - 1
+        self.add(stamp_ns, values)
 
     def _add_one_by_one(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         accepted: list[int] = []
         for row, stamp in enumerate(stamp_ns.tolist()):
             ahead = stamp - self.newest_ns
-            if 0 < ahead <= FORWARD_NS:
-                self._drop_suspects()
+            if self.first_ns is None or not -REORDER_NS <= ahead <= FORWARD_NS:
+                run = self._suspects.add(_Sample(stamp, values[row].copy()))
+                if run.n_items >= CONFIRM:
+                    self._keep(stamp_ns[accepted], values[accepted])
+                    self._jump(self._suspects.take(run))
+                    self.add(stamp_ns[row + 1 :], values[row + 1 :])
+                    return
+            elif ahead > 0:
+                self._suspects.clear()
                 self.newest_ns = stamp
                 accepted.append(row)
-            elif ahead > FORWARD_NS or ahead < -REORDER_NS:
-                if self._confirms_jump(stamp, values[row]):
-                    self._keep(stamp_ns[accepted], values[accepted])
-                    self._jump(stamp_ns[row + 1 :], values[row + 1 :])
-                    return
             elif stamp < self.sealed_ns:
                 self.events.late.append(stamp)
             else:
@@ -118,27 +160,26 @@ class SourceStream:
                 accepted.append(row)
         self._keep(stamp_ns[accepted], values[accepted])
 
-    def _confirms_jump(self, stamp: int, row: NDArray[np.float64]) -> bool:
-        if self._suspects and not 0 < stamp - self._suspects[-1][0] <= FORWARD_NS:
-            self._drop_suspects()
-        self._suspects.append((stamp, row))
-        return len(self._suspects) >= CONFIRM
+    def _jump(self, confirmed: Sequence[_Sample]) -> None:
+        """Go on with samples that confirm one another."""
+        stamps = np.array([sample.stamp_ns for sample in confirmed], dtype=np.int64)
+        rows = np.array([sample.row for sample in confirmed])
+        self._suspects.clear()
+        self.add(stamps, rows, confirmed=True)
 
-    def _drop_suspects(self) -> None:
-        self.events.late += [stamp for stamp, _ in self._suspects]
-        self._suspects = []
+    def _drop(self, samples: Sequence[_Sample]) -> None:
+        self.set_aside['stamp_unconfirmed'] += len(samples)
 
-    def _jump(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        stamps = np.array([stamp for stamp, _ in self._suspects], dtype=np.int64)
-        rows = np.array([row for _, row in self._suspects])
-        self._suspects = []
-        if stamps[0] > self.newest_ns:
-            self._accept(stamps, rows)
-            self.add(stamp_ns, values)
-        else:
-            self.jumped = [OrderedSamples(stamps, rows)]
-            if len(stamp_ns):
-                self.jumped.append(OrderedSamples(stamp_ns, values))
+    def flush(self) -> None:
+        """Go on with what is there at the end of a record too short to confirm anything."""
+        run = self._suspects.longest()
+        if self.first_ns is None and run is not None:
+            self._jump(self._suspects.take(run))
+        self._suspects.clear()
+
+    def expire(self) -> None:
+        """Drop samples that have waited in vain to be confirmed."""
+        self._suspects.expire()
 
     def _accept(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         self.newest_ns = int(stamp_ns[-1])
@@ -168,6 +209,18 @@ class SourceStream:
             self.n_pending = len(stamps)
         return self._pending[0]
 
+    @property
+    def n_bytes(self) -> int:
+        """Memory that waiting samples and events take, about."""
+        later = sum(part.values.nbytes for part in self.jumped)
+        return 8 * self.n_channels * self.n_pending + later + 40 * self.events.n_held
+
+    def drop(self) -> None:
+        """Give up all that waits."""
+        self._pending, self.n_pending, self._sorted = [], 0, True
+        self.jumped = []
+        self.events = EventCounts()
+
     def forget(self, before_ns: int) -> None:
         """Drop samples before a time."""
         held = self.samples()
@@ -178,6 +231,14 @@ class SourceStream:
                 OrderedSamples(held.stamp_ns[first:].copy(), held.values[first:].copy())
             ]
             self.n_pending -= first
+
+
+def _is_near(last: _Sample, sample: _Sample) -> bool:
+    return -REORDER_NS <= sample.stamp_ns - last.stamp_ns <= FORWARD_NS
+
+
+def _size(sample: _Sample) -> int:
+    return sample.row.nbytes
 
 
 def _is_steady(stamp_ns: NDArray[np.int64]) -> bool:
