@@ -138,6 +138,9 @@ def _check_windows(
         raise LayoutError(
             f'{layout.name} names no channel of the recording', where=path, expected=expected
         )
+    texts = pipeline.buffer.counters.texts
+    if not windows and texts:
+        raise IdentificationError('; '.join(texts.values()), where=path)
     if not windows:
         info = recording.info()
         raise IdentificationError(

@@ -6,11 +6,12 @@ rate.  One block alone proves nothing: 1000 samples may claim to last 100 micros
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock
 from oma_identifier.candidates import Candidates, CONFIRM, Run
 from oma_identifier.source_stream import FORWARD_NS, REORDER_NS
+from recordings.decode import LOWEST_RATE_HZ
 
 FEWEST = 3
 """Blocks that tell a rate, when they span long enough."""
@@ -63,11 +64,15 @@ class BlockGate:
     def admit(self, block: SampleBlock) -> Passed:
         """Return the blocks that pass now that this one has come."""
         newest = self._newest
+        if block.sample_rate_hz < LOWEST_RATE_HZ:
+            self._counts['rate_refused'] += 1
+            return Passed()
         if newest is not None and _follows(newest, block):
+            missing = _put_right(newest, self._waiting.in_order(), block)
             self._waiting.clear()
             if block.stamp_ns >= newest.stamp_ns:
                 self._newest = block
-            return Passed([block])
+            return Passed([*missing, block])
         run = self._waiting.add(block)
         rate = _Rate(run)
         if rate.span_s >= CONTRADICTION_S and not rate.is_plausible:
@@ -89,10 +94,16 @@ class BlockGate:
         self._waiting.clear()
         return Passed(blocks, anew)
 
-    def flush(self) -> Passed:
-        """Return what came of a record too short to confirm anything, unless it says nonsense."""
+    def flush(self, *, alone: bool) -> Passed:
+        """Return what came of a record too short to confirm anything, unless it says nonsense.
+
+        Parameters
+        ----------
+        alone : bool
+            No other source has a time that it would have to agree with.
+        """
         run = self._waiting.longest()
-        if self._newest is None and run is not None and _Rate(run).may_be_all:
+        if alone and self._newest is None and run is not None and _Rate(run).may_be_all:
             return self._pass(run)
         self._waiting.clear()
         return Passed()
@@ -149,6 +160,23 @@ def _follows(last: SampleBlock, block: SampleBlock) -> bool:
     counted_s = (block.first_index - last.first_index) / block.sample_rate_hz
     passed_s = (block.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
     return abs(passed_s - counted_s) * NANOSECONDS_PER_SECOND <= FORWARD_NS
+
+
+def _put_right(
+    before: SampleBlock, waiting: Sequence[SampleBlock], after: SampleBlock
+) -> list[SampleBlock]:
+    """Return blocks that fill exactly the hole between two others, with their true header."""
+    index = before.first_index + len(before.acceleration)
+    if not waiting or sum(len(b.acceleration) for b in waiting) != after.first_index - index:
+        return []
+    blocks = []
+    for block in waiting:
+        passed_s = (index - before.first_index) / before.sample_rate_hz
+        stamp_ns = before.stamp_ns + round(passed_s * NANOSECONDS_PER_SECOND)
+        rate_hz = before.sample_rate_hz
+        blocks.append(replace(block, stamp_ns=stamp_ns, first_index=index, sample_rate_hz=rate_hz))
+        index += len(block.acceleration)
+    return blocks
 
 
 def _is_near(last: SampleBlock, block: SampleBlock) -> bool:

@@ -101,6 +101,12 @@ class Candidates(Generic[T]):
         self._runs.remove(run)
         return run.held
 
+    def in_order(self) -> list[T]:
+        """Return what waits in order of arrival; nothing where runs may be interleaved."""
+        if len(self._runs) == 1 or all(run.n_items == 1 for run in self._runs):
+            return [item for run in self._runs for item in run.held]
+        return []
+
     def longest(self) -> Run[T] | None:
         """Return the run with most messages, of equals the first."""
         return max(self._runs, key=lambda run: run.n_items, default=None)

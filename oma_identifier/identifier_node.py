@@ -217,8 +217,8 @@ class IdentifierNode(Node):
             found.append(('NO_DATA', 'no samples received yet'))
         if self._worker.n_skipped:
             found.append(('WINDOW_SKIPPED', f'{self._worker.n_skipped} windows skipped'))
-        for reason, count in self.pipeline.buffer.counters.reasons.items():
-            found.append((reason.upper(), f'{count} times'))
+        counters = self.pipeline.buffer.counters
+        found += [(reason.upper(), counters.describe(reason)) for reason in counters.reasons]
         result = self._last_result
         if result is not None and not result.quality.identifiable:
             found.append(('NOT_IDENTIFIABLE', result.quality.reason))

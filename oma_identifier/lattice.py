@@ -22,6 +22,8 @@ SMALLEST_JITTER = 1e-4
 """Steps; below it the samples are taken as lying on their places."""
 SAME_PLACE = 0.02
 """Steps between a grid point and a sample that pass for none."""
+MOST_PLACES, SPARSEST = 10_000, 64
+"""A lattice with more places than that, and that many per sample, holds next to nothing."""
 LARGEST_VALUE = 1e6
 """[m/s²]; anything above is no measurement."""
 
@@ -123,6 +125,8 @@ def make_lattice(
     slope, start = _line(place, time_ns)
     offsets = (time_ns - start) / slope - place
     jitter = float(np.std(offsets))
+    if place[-1] > MOST_PLACES + SPARSEST * len(place):
+        return None
     n_places = int(place[-1]) + 1
     values = np.asarray(samples.values, dtype=np.float64)
     if values.min() >= -LARGEST_VALUE and values.max() <= LARGEST_VALUE:  # false for NaN

@@ -26,11 +26,14 @@ class LeadingClock:
         Names of the sources that keep it.
     now_ns : int or None [ns]
         That time: the newest sample of a leading source.
+    newly_apart : list of str
+        Sources found to keep another time at the last look, not before.
     """
 
     def __init__(self) -> None:
         self.leading: set[str] = set()
         self.now_ns: int | None = None
+        self.newly_apart: list[str] = []
         self._began: dict[str, int] = {}
         self._looked: dict[str, int] = {}
         self._weight: dict[str, int] = {}
@@ -69,10 +72,13 @@ class LeadingClock:
         best = max(groups, key=self._weighed)
         self.leading = {source.name for source in best}
         self.now_ns = max(source.stream.newest_ns for source in best)
+        self.newly_apart = []
         for source in begun:
             if source.name in self.leading:
                 source.flags.discard(APART)
             elif self._weight.get(source.name):
+                if APART not in source.flags:
+                    self.newly_apart.append(source.name)
                 source.flags.add(APART)
                 source.stream.forget(source.stream.newest_ns - TOGETHER_NS)
         self._looked = {source.name: source.stream.newest_ns for source in begun}

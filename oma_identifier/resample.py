@@ -30,6 +30,8 @@ HALF_WIDTH = 24
 KAISER_BETA = 9.0
 N_PHASES = 512
 AR_ORDER = 32
+MOST_BYTES = 2**26
+"""Samples gathered at once, whatever the number of channels and taps."""
 LARGEST_JITTER = 0.25
 """Steps a sample may lie beside its place (Kadec)."""
 
@@ -86,10 +88,16 @@ def interpolate(
     row = np.minimum(phase.astype(np.int64), N_PHASES - 1)
     part = (phase - row)[:, None]
     table = kernel(cutoff)
-    taps = table[row] * (1.0 - part) + table[row + 1] * part
     first = np.clip(whole + 1, 0, len(padded) - 2 * half)
-    stretches = sliding_window_view(padded, 2 * half, axis=0)[first]
-    return np.asarray(np.matmul(stretches, taps[:, :, None])[:, :, 0])
+    stretches = sliding_window_view(padded, 2 * half, axis=0)
+    found = np.empty((len(positions), values.shape[1]))
+    n_rows = max(1, MOST_BYTES // (16 * half * values.shape[1]))
+    for start in range(0, len(positions), n_rows):
+        rows = slice(start, start + n_rows)
+        here = row[rows]
+        taps = table[here] * (1.0 - part[rows]) + table[here + 1] * part[rows]
+        found[rows] = np.matmul(stretches[first[rows]], taps[:, :, None])[:, :, 0]
+    return found
 
 
 def _reflect(values: NDArray[np.float64], n: int) -> NDArray[np.float64]:

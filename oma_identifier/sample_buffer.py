@@ -23,9 +23,10 @@ from modal_core.measurements import (
 from modal_core.window import Window
 from oma_identifier.buffer_counters import BufferCounters
 from oma_identifier.joint_track import JointTrack
-from oma_identifier.leading_clock import LeadingClock, TOGETHER_NS
+from oma_identifier.leading_clock import APART, LeadingClock, TOGETHER_NS
 from oma_identifier.one_thread import one_thread
-from oma_identifier.rate_check import refuse_rates, tells_rate
+from oma_identifier.rate_check import tells_rate
+from oma_identifier.rate_limits import refuse_rates
 from oma_identifier.segment import Segment
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.source import make_source, Source
@@ -73,6 +74,7 @@ class SampleBuffer:
         self._expected: set[str] = set()
         self._ignored: set[str] = set()
         self._met: set[str] = set()
+        self._untold: set[str] = set()
         self._segment: Segment | None = None
         self._ready: list[Window] = []
         self.n_windows = 0
@@ -121,9 +123,11 @@ class SampleBuffer:
 
     def _look(self) -> None:
         """Find out whose time leads, and give up what nobody waits for."""
-        if self._clock.look(list(self._sources.values())):
+        if self._clock.look(list(self._sources.values())) and self._segment is not None:
             self._close_segment()
             self._break('clock_jump')
+        for name in self._clock.newly_apart:
+            self.counters.note(APART, text=f'{name.split()[0]} keeps another time than the others')
         now_ns = self._clock.now_ns
         active = self._active()
         for source in self._sources.values():
@@ -143,7 +147,7 @@ class SampleBuffer:
     def finish(self) -> Iterator[Window]:
         """Yield what is left: complete windows, then a partial one."""
         for source in self._sources.values():
-            source.flush()
+            source.flush(alone=self._clock.now_ns is None)
             self._note(source, 0)
         self.joints.flush()
         self._look()
@@ -180,8 +184,8 @@ class SampleBuffer:
         if waiting is None:
             return False
         gone = self._sources.pop(waiting)
-        gone.flush()
-        self.counters.note('stamp_unconfirmed')
+        gone.flush(alone=False)
+        self.counters.collect(gone.set_aside)
         return True
 
     def _ignore(self, key: str, reason: str) -> None:
@@ -283,6 +287,9 @@ class SampleBuffer:
         if source.clock is None and source.period_ns > 0.0:
             if not tells_rate(source.stream.samples().stamp_ns, source.period_ns):
                 source.period_ns = 0.0
+                if source.name not in self._untold:
+                    self._untold.add(source.name)
+                    self.counters.note('rate_unconfirmed', text=f'{source.name}: too few samples')
 
     def _check_rates_allowed(self) -> None:
         """Refuse rates that ask for more rows than a window may have."""

@@ -11,6 +11,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, Stamped
 from oma_identifier.block_clock import BlockClock
 from oma_identifier.block_gate import BlockGate, Passed
 from oma_identifier.lattice import GridRows, make_lattice, margin_ns, on_grid
+from oma_identifier.rate_check import tells_rate
 from oma_identifier.source_stream import OrderedSamples, SourceStream
 
 RATE_CHANGE = 0.1
@@ -91,13 +92,13 @@ class Source:
         if self.clock is not None:
             self._pass(self.gate.admit(block))
 
-    def flush(self) -> None:
+    def flush(self, *, alone: bool) -> None:
         """Take in what waits, at the end of a record too short to confirm anything."""
-        passed = self.gate.flush()
+        passed = self.gate.flush(alone=alone)
         if passed.blocks:
             self.flags.add('rate_unconfirmed')
         self._pass(passed)
-        self.stream.flush()
+        self.stream.flush(alone=alone)
 
     def expire(self) -> None:
         """Drop what has waited in vain to be confirmed."""
@@ -206,7 +207,7 @@ class Source:
         inside = samples.stamp_ns[(samples.stamp_ns >= start_ns) & (samples.stamp_ns <= end_ns)]
         if len(inside) >= FEWEST_FOR_RATE:
             step = _mean_step(inside)
-            if abs(step / self.period_ns - 1.0) > RATE_CHANGE:
+            if abs(step / self.period_ns - 1.0) > RATE_CHANGE and tells_rate(inside, step):
                 self.period_ns = step
                 self.rate_changed = True
                 self._counted = None

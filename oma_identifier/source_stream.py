@@ -170,10 +170,16 @@ class SourceStream:
     def _drop(self, samples: Sequence[_Sample]) -> None:
         self.set_aside['stamp_unconfirmed'] += len(samples)
 
-    def flush(self) -> None:
-        """Go on with what is there at the end of a record too short to confirm anything."""
+    def flush(self, *, alone: bool) -> None:
+        """Go on with what is there at the end of a record too short to confirm anything.
+
+        Parameters
+        ----------
+        alone : bool
+            No other source has a time that it would have to agree with.
+        """
         run = self._suspects.longest()
-        if self.first_ns is None and run is not None:
+        if alone and self.first_ns is None and run is not None:
             self._jump(self._suspects.take(run))
         self._suspects.clear()
 

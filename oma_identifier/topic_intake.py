@@ -17,6 +17,8 @@ from modal_core.measurements import (
 from recordings.decode import decode
 
 SLICE_NS = NANOSECONDS_PER_SECOND // 5
+WILD_NS = 60 * NANOSECONDS_PER_SECOND
+"""From the middle of a batch: no batch of one poll lasts so long."""
 
 
 def in_order(measurements: Sequence[Measurement]) -> list[Measurement]:
@@ -24,16 +26,33 @@ def in_order(measurements: Sequence[Measurement]) -> list[Measurement]:
 
     The order within each topic stays.
     """
-    keyed: list[tuple[int, int, Measurement]] = []
-    reached: dict[str, int] = {}
+    by_topic: dict[str, list[Measurement]] = {}
     for measurement in measurements:
         for part in _slices(measurement):
-            source = 'joints' if isinstance(part, JointSamples) else part.source
-            stamp = part.stamp_ns if isinstance(part, SampleBlock) else int(part.stamp_ns[0])
-            reached[source] = max(stamp, reached.get(source, stamp))
-            keyed.append((reached[source], len(keyed), part))
-    keyed.sort(key=lambda item: item[:2])
-    return [part for _, _, part in keyed]
+            topic = 'joints' if isinstance(part, JointSamples) else part.source
+            by_topic.setdefault(topic, []).append(part)
+    keyed = [
+        (reached, part)
+        for parts in by_topic.values()
+        for reached, part in zip(_reached([_stamp(part) for part in parts]), parts, strict=True)
+    ]
+    keyed.sort(key=lambda item: item[0])
+    return [part for _, part in keyed]
+
+
+def _stamp(part: Measurement) -> int:
+    return part.stamp_ns if isinstance(part, SampleBlock) else int(part.stamp_ns[0])
+
+
+def _reached(stamps: Sequence[int]) -> list[int]:
+    """Return how far a topic has come at each of its stamps; single wild ones do not count."""
+    usual = sorted(stamps)[len(stamps) // 2]
+    first = next(stamp for stamp in stamps if abs(stamp - usual) <= WILD_NS)
+    reached = []
+    for stamp in stamps:
+        first = max(first, stamp) if abs(stamp - usual) <= WILD_NS else first
+        reached.append(first)
+    return reached
 
 
 def _slices(measurement: Measurement) -> list[Measurement]:

@@ -1,7 +1,6 @@
 """Serialised messages to measurements, by message type; shared by recordings and nodes."""
 
 from collections.abc import Sequence
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,9 @@ BLOCK = 'oma_msgs/msg/AccelerationBlock'
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 USABLE_TYPES = (*BODIES, BLOCK, JOINT_STATE)
 LARGEST_MESSAGE_BYTES = 16_000_000
-HIGHEST_RATE_HZ = 10_000_000.0
+LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 0.5, 10_000_000.0
 MOST_CHANNELS = 1024
+MOST_JOINTS = 256
 
 
 def decode(
@@ -90,12 +90,12 @@ def decode_block(cursor: Cursor) -> SampleBlock:
     names = cursor.texts()
     n_samples = cursor.uint32()
     values = cursor.numbers('<f4')
-    if not math.isfinite(rate) or not 0.0 < rate <= HIGHEST_RATE_HZ:
+    if not LOWEST_RATE_HZ <= rate <= HIGHEST_RATE_HZ:  # false for NaN
         raise MessageError(
             'invalid rate',
             where=f'{topic}: sample_rate_hz',
             found=rate,
-            expected=f'> 0 and <= {HIGHEST_RATE_HZ:g}',
+            expected=f'{LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g}',
         )
     if first_index >= 2**62:
         raise MessageError('invalid counter', where=f'{topic}: first_index', found=first_index)
@@ -155,8 +155,13 @@ def decode_joint_state(cursor: Cursor) -> JointSamples:
     position = _per_joint(cursor, names, 'position')
     velocity = _per_joint(cursor, names, 'velocity')
     effort = _per_joint(cursor, names, 'effort')
-    if not names:
-        raise MessageError('no joints', where=f'{topic}: name')
+    if not 0 < len(names) <= MOST_JOINTS:
+        raise MessageError(
+            'bad number of joints',
+            where=f'{topic}: name',
+            found=len(names),
+            expected=f'1 to {MOST_JOINTS}',
+        )
     if len(set(names)) != len(names):
         raise MessageError('joint named twice', where=f'{topic}: name', found=', '.join(names))
     if not np.isfinite(position).all():
