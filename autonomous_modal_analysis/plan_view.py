@@ -8,7 +8,7 @@ from rich.table import Table
 
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
-from excitation_planner.plan import ExcitationPlan
+from excitation_planner.plan import APPROACH, ExcitationPlan
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 TRAJECTORY = ('position', 'velocity', 'prediction')
@@ -27,11 +27,15 @@ def plan_json(plan: ExcitationPlan, model: FlexibleJointModel) -> Mapping[str, o
 
 def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
     """Print what a person should know before releasing a plan."""
-    pose = np.rad2deg(model.to_controller(plan.start_position)).round(2).tolist()
-    OUTPUT.print(
-        f'{plan.signal.replace("_", " ")}, {plan.duration_s:g} s from {pose} deg,'
-        f' {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz, seed {plan.seed}'
-    )
+    pose = _degrees(model, plan.start_position)
+    if plan.signal == APPROACH:
+        end = _degrees(model, plan.position[-1])
+        OUTPUT.print(f'approach, {plan.duration_s:g} s from {pose} to {end} deg')
+    else:
+        OUTPUT.print(
+            f'{plan.signal.replace("_", " ")}, {plan.duration_s:g} s from {pose} deg,'
+            f' {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz, seed {plan.seed}'
+        )
     OUTPUT.print(f'hash {plan.plan_hash}', soft_wrap=True)
     range_mm = ' x '.join(f'{1e3 * way:.2f}' for way in flange_range(plan, model))
     OUTPUT.print(f'the flange stays within {range_mm} mm (x, y, z of the base)')
@@ -40,6 +44,8 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
         f' torque projection rank {plan.torque_projection_rank}'
     )
     OUTPUT.print(_joints(plan))
+    if plan.signal == APPROACH:
+        MESSAGES.print('[yellow]note[/]: what stands in the room is not known to the planner')
     if plan.prediction is not None:
         OUTPUT.print(_modes(plan))
         for notice in plan.prediction.notices:
@@ -49,6 +55,11 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
 def flange_range(plan: ExcitationPlan, model: FlexibleJointModel) -> NDArray[np.float64]:
     """Return how far the flange goes along x, y and z of the base, (3,) [m]."""
     return np.asarray(np.ptp(model.frame_positions(plan.position)[:, -1], axis=0))
+
+
+def _degrees(model: FlexibleJointModel, serial: NDArray[np.float64]) -> list[float]:
+    angles: list[float] = (np.rad2deg(model.to_controller(serial)).round(2) + 0.0).tolist()
+    return angles
 
 
 def _joints(plan: ExcitationPlan) -> Table:

@@ -2,6 +2,7 @@
 
 from excitation_planner.limits import check_limits, Envelope, PlanLimits
 from excitation_planner.plan import (
+    APPROACH,
     BAND_LIMITED_NOISE,
     check_plan,
     ExcitationPlan,
@@ -13,6 +14,7 @@ from excitation_planner.request import PlanRequest
 from excitation_planner.trajectory import Trajectory
 
 __all__ = [
+    'APPROACH',
     'BAND_LIMITED_NOISE',
     'RANDOM_PULSES',
     'Envelope',

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.plan import ExcitationPlan, RANDOM_PULSES
+from excitation_planner.plan import ExcitationPlan, MOVES
 from excitation_planner.pulse_shape import PulseShape
 from excitation_planner.quickest_shape import fitted_shape
 from modal_core.errors import PlanError
@@ -43,7 +43,7 @@ class Move:
 
 
 def moves_of(plan: ExcitationPlan, model: FlexibleJointModel) -> tuple[Move, ...]:
-    """Return the moves of a plan of random pulses.
+    """Return the moves of a plan that is made of moves.
 
     Raises
     ------
@@ -61,12 +61,12 @@ def moves_of(plan: ExcitationPlan, model: FlexibleJointModel) -> tuple[Move, ...
     moving = np.any(plan.velocity != 0.0, axis=1).astype(int)
     starts = np.flatnonzero(np.diff(moving) == 1)
     ends = np.flatnonzero(np.diff(moving) == -1) + 1
-    if plan.signal != RANDOM_PULSES or len(starts) == 0:
+    if plan.signal not in MOVES or len(starts) == 0:
         raise PlanError(
             'has no point-to-point moves',
             where='signal',
             found=plan.signal,
-            expected=RANDOM_PULSES,
+            expected=' or '.join(MOVES),
         )
     pauses = np.append(starts[1:], plan.n_samples - 1) - ends
     return tuple(

@@ -16,7 +16,13 @@ Array = NDArray[np.float64]
 CANONICAL_HEADER = b'excitation plan 1\n'
 RANDOM_PULSES = 'random_pulses'
 BAND_LIMITED_NOISE = 'band_limited_noise'
-SIGNALS = (RANDOM_PULSES, BAND_LIMITED_NOISE)
+# One slow move to where an excitation starts.
+APPROACH = 'approach'
+SIGNALS = (RANDOM_PULSES, BAND_LIMITED_NOISE, APPROACH)
+# Of point-to-point moves, which a program of the controller can make.
+MOVES = (RANDOM_PULSES, APPROACH)
+# Predicted figures are rounded so that the last bits of a library do not reach the hash.
+SIGNIFICANT = 6
 PER_JOINT = ('start_position', 'position_range', 'peak_velocity', 'peak_acceleration')
 PER_MODE = ('mode_frequency_hz', 'mode_frequency_sensitivity', 'mode_signal_to_noise_db')
 
@@ -30,11 +36,12 @@ class ExcitationPlan:
     seed : int
         Of every random number in the plan.
     robot_name, signal : str
-        Robot; ``random_pulses`` or ``band_limited_noise``.
+        Robot; one of ``SIGNALS``.
     joint_names : tuple of str
         Serial joints, one per column.
     start_position, position_range, peak_velocity, peak_acceleration : (n_joints,) array
-        Pose the plan starts at and returns to, and the envelope [rad, rad, rad/s, rad/s²].
+        Pose the plan starts at and, but for an approach, returns to, and the envelope
+        [rad, rad, rad/s, rad/s²].
     peak_point_speed : float [m/s]
         Of the fastest point of the arm.
     duration_s : float [s]
@@ -159,6 +166,15 @@ def check_plan(plan: ExcitationPlan) -> None:
             expected=actual[:16],
             advice='the plan was changed after it was made',
         )
+
+
+def rounded(values: object) -> Array:
+    """Round to significant digits; adding zero turns -0 into 0."""
+    numbers = np.asarray(values, dtype=float)
+    with np.errstate(divide='ignore'):
+        magnitude = np.where(numbers != 0.0, np.floor(np.log10(np.abs(numbers))), 0.0)
+    scale = 10.0 ** (SIGNIFICANT - 1 - magnitude)
+    return np.asarray(np.round(numbers * scale) / scale + 0.0)
 
 
 def _check_shapes(plan: ExcitationPlan) -> None:

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.allowed_range import allowed_range, AllowedRange, largest_change
+from excitation_planner.approach import plan_approach
 from excitation_planner.band_noise import band_noise_velocity, BandNoiseSettings
 from excitation_planner.limits import check_limits, Envelope, PlanLimits
 from excitation_planner.participation import forecast, ModeForecast, ModeParticipation
-from excitation_planner.plan import BAND_LIMITED_NOISE, ExcitationPlan, sealed
+from excitation_planner.plan import APPROACH, BAND_LIMITED_NOISE, ExcitationPlan, rounded, sealed
 from excitation_planner.prediction import PlanPrediction
 from excitation_planner.pulses import pulse_velocity, PulseSettings, random_pulses
 from excitation_planner.quickest_shape import LEAST_ACCELERATION, LEAST_JERK
@@ -27,8 +28,6 @@ from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
-# Predicted figures are rounded so that the last bits of a library do not reach the hash.
-SIGNIFICANT = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +58,7 @@ class Setting:
 def plan_excitation(
     model: FlexibleJointModel, layout: SensorLayout | None, request: PlanRequest
 ) -> ExcitationPlan:
-    """Make a plan, check it against every limit and seal it.
+    """Make a plan, of an excitation or of the approach to one, check it, and seal it.
 
     Parameters
     ----------
@@ -76,6 +75,10 @@ def plan_excitation(
         An unknown joint or link, a pose outside the range, a tolerance that no range meets,
         torques that do not span space, or a limit the motion breaks; each with the numbers.
     """
+    if request.signal == APPROACH:
+        here = model.check_pose(np.array(request.approach_from, dtype=float))
+        limits = plan_limits(model, request)
+        return plan_approach(here, _start(model, request), limits, request.sample_period_s)
     setting = bring_together(model, layout, request)
     projection = torque_projection(
         joint_axes(model, setting.start), setting.weights, model.joint_names
@@ -286,16 +289,16 @@ def _sealed_plan(
             joint_names=tuple(model.joint_names),
             start_position=trajectory.position[0].copy(),
             position_range=np.ptp(trajectory.position, axis=0),
-            peak_velocity=_rounded(envelope.peak_velocity),
-            peak_acceleration=_rounded(envelope.peak_acceleration),
-            peak_point_speed=float(_rounded(envelope.peak_point_speed_m_s)),
+            peak_velocity=rounded(envelope.peak_velocity),
+            peak_acceleration=rounded(envelope.peak_acceleration),
+            peak_point_speed=float(rounded(envelope.peak_point_speed_m_s)),
             duration_s=trajectory.duration_s,
             band_low_hz=band_hz[0],
             band_high_hz=band_hz[1],
             torque_projection_rank=projection.rank,
-            mode_frequency_hz=_rounded([modes[i].frequency_hz for i in inside]),
-            mode_frequency_sensitivity=_rounded([changes[i] for i in inside]),
-            mode_signal_to_noise_db=_rounded([modes[i].signal_to_noise_db for i in inside]),
+            mode_frequency_hz=rounded([modes[i].frequency_hz for i in inside]),
+            mode_frequency_sensitivity=rounded([changes[i] for i in inside]),
+            mode_signal_to_noise_db=rounded([modes[i].signal_to_noise_db for i in inside]),
             sample_period_s=trajectory.sample_period_s,
             position=trajectory.position,
             velocity=trajectory.velocity,
@@ -357,12 +360,3 @@ def _too_wide(modes: tuple[ModeForecast, ...], changes: Array, request: PlanRequ
         expected=f'<= {100 * request.frequency_tolerance:.3g} %',
         advice='narrow the motion or raise the tolerance',
     )
-
-
-def _rounded(values: object) -> Array:
-    """Round to significant digits; adding zero turns -0 into 0."""
-    numbers = np.asarray(values, dtype=float)
-    with np.errstate(divide='ignore'):
-        magnitude = np.where(numbers != 0.0, np.floor(np.log10(np.abs(numbers))), 0.0)
-    scale = 10.0 ** (SIGNIFICANT - 1 - magnitude)
-    return np.asarray(np.round(numbers * scale) / scale + 0.0)

@@ -1,10 +1,11 @@
 r"""Write a plan as a RAPID module that an operator can read and load by hand.
 
-Two kinds of module.  A plan of random pulses becomes point-to-point moves with the numbers baked
-in; a plan of band-limited noise becomes the set-up of an EGM session in which the bridge guides
-the joints.  Angles are controller angles in degrees.  Nothing is drawn at run time.
+Two kinds of module.  A plan of moves (random pulses, or an approach) becomes point-to-point moves
+with the numbers baked in; a plan of band-limited noise becomes the set-up of an EGM session in
+which the bridge guides the joints.  Angles are controller angles in degrees.  Nothing is drawn at
+run time.
 
-Neither has an approach in it.  Before every move the module compares where the arm stands with
+No module goes to its own start.  Before every move the module compares where the arm stands with
 where that move begins, and ends without moving when they differ: it may have been started by
 hand, from anywhere, at any line.  It ends by ``EXIT``, so that run mode continuous does not begin
 it anew.
@@ -55,7 +56,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.moves import moves_of
-from excitation_planner.plan import check_plan, ExcitationPlan, RANDOM_PULSES
+from excitation_planner.plan import APPROACH, BAND_LIMITED_NOISE, check_plan, ExcitationPlan
 from excitation_planner.programmed_move import programmed_move
 from modal_core.atomic_file import write_text
 from modal_core.errors import PlanError
@@ -116,7 +117,7 @@ def rapid_module(
             where='rapid',
             found=f'{len(plan.joint_names)} axes, {name}',
         )
-    body = _pulse_module if plan.signal == RANDOM_PULSES else _guidance_module
+    body = _guidance_module if plan.signal == BAND_LIMITED_NOISE else _pulse_module
     lines = [f'MODULE {name}', *_header(plan), *body(plan, model, chosen)]
     return '\n'.join([*lines, 'ENDMODULE', ''])
 
@@ -146,8 +147,9 @@ def _header(plan: ExcitationPlan) -> list[str]:
     reach = ' '.join(f'{angle:.4f}' for angle in np.rad2deg(plan.position_range))
     speed = ' '.join(f'{value:.2f}' for value in np.rad2deg(plan.peak_velocity))
     acceleration = ' '.join(f'{value:.0f}' for value in np.rad2deg(plan.peak_acceleration))
+    what = 'Slow approach to a pose' if plan.signal == APPROACH else 'Self-excitation'
     facts = (
-        f'Self-excitation of {plan.robot_name} for operational modal analysis, made by ama plan.',
+        f'{what} of {plan.robot_name} for operational modal analysis, made by ama plan.',
         f'plan_hash {plan.plan_hash}',
         f'seed {plan.seed}, {plan.signal}, {plan.duration_s:.3f} s',
         f'excited band {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz,'

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from excitation_planner.limits import HIGHEST_PATH_HZ
-from excitation_planner.plan import BAND_LIMITED_NOISE, SIGNALS
+from excitation_planner.plan import APPROACH, BAND_LIMITED_NOISE, SIGNALS
 from modal_core.errors import SettingsError
 
 
@@ -31,10 +31,15 @@ class PlanRequest:
     seed: int = field(
         default=1, metadata={'range': (0, 2**63 - 1), 'description': 'seed of all random numbers'}
     )
-    signal: str = _plain(BAND_LIMITED_NOISE, 'random_pulses or band_limited_noise')
+    signal: str = _plain(
+        BAND_LIMITED_NOISE, 'random_pulses, band_limited_noise, or approach: one slow move'
+    )
     joints: tuple[str, ...] = _plain((), 'joints that move; empty: all')
     start_position: tuple[float, ...] = _plain(
         (), 'serial joint angles the plan starts at [rad]; empty: the first named pose'
+    )
+    approach_from: tuple[float, ...] = _plain(
+        (), 'approach: serial joint angles where the arm is now [rad]; it ends at start_position'
     )
     joint_weights: tuple[float, ...] = _plain(
         (), 'relative amplitude of each moving joint, 0..1; empty: all 1'
@@ -87,6 +92,12 @@ class PlanRequest:
         if self.signal not in SIGNALS:
             raise SettingsError(
                 'unknown signal', where='signal', found=self.signal, expected=' or '.join(SIGNALS)
+            )
+        if (self.signal == APPROACH) != bool(self.approach_from):
+            raise SettingsError(
+                'an approach, and nothing else, begins where the arm is now',
+                where='approach_from',
+                found=list(self.approach_from) or 'nothing',
             )
         for low, high in (
             ('interval_low_s', 'interval_high_s'),
@@ -168,7 +179,7 @@ class PlanRequest:
     @property
     def jerk_limited(self) -> bool:
         """False when pulses step their acceleration, as in the paper."""
-        return self.signal == BAND_LIMITED_NOISE or self.ramp_low_s > 0.0
+        return self.signal in (BAND_LIMITED_NOISE, APPROACH) or self.ramp_low_s > 0.0
 
     @classmethod
     def from_mapping(cls, data: Mapping[str, object], where: str = '') -> 'PlanRequest':

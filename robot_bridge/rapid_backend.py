@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from excitation_planner.plan import ExcitationPlan, RANDOM_PULSES
+from excitation_planner.plan import ExcitationPlan, MOVES
 from excitation_planner.rapid import module_name, rapid_module, start_tolerance_deg
 from modal_core.atomic_file import write_text
 from modal_core.errors import BridgeError, PlanError
@@ -54,11 +54,11 @@ class RapidBackend(Backend):
 
     def take(self, plan: ExcitationPlan, path: PlanPath) -> str:
         """Write the module of a plan and take the plan in hand."""
-        if plan.signal != RANDOM_PULSES:
+        if plan.signal not in MOVES:
             raise PlanError(
                 'a RAPID program cannot play this signal',
                 found=plan.signal,
-                expected=RANDOM_PULSES,
+                expected=' or '.join(MOVES),
                 advice='plan random_pulses, or use EGM guidance',
             )
         program = ReleasedProgram(

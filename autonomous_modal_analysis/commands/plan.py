@@ -30,6 +30,12 @@ def plan(
         Path | None, typer.Option(help='YAML file with any fields of a plan request.')
     ] = None,
     sensors: Annotated[str, typer.Option(help='Sensor layout of the robot.')] = 'sensors',
+    approach_from: Annotated[
+        str | None,
+        typer.Option(
+            help='Plan one slow move instead: from this pose, named or in degrees, to the start.'
+        ),
+    ] = None,
     rapid: Annotated[
         Path | None, typer.Option(help='Write the plan as a RAPID module to load by hand.')
     ] = None,
@@ -37,7 +43,8 @@ def plan(
 ) -> None:
     """Plan a random motion of all joints that keeps every limit, and forecast what it shows.
 
-    The same seed gives the same plan, and the plan's hash is what an operator releases.
+    The same seed gives the same plan, and the plan's hash is what an operator releases. A plan
+    starts at its own start pose only; --approach-from plans the way there.
     """
     from dataclasses import replace
 
@@ -57,6 +64,9 @@ def plan(
     changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if pose_deg is not None or not wish.start_position:
         changes['start_position'] = tuple(float(angle) for angle in parse_pose(arm, pose_deg))
+    if approach_from is not None:
+        here = tuple(float(angle) for angle in parse_pose(arm, approach_from))
+        changes |= {'signal': 'approach', 'approach_from': here}
     made = plan_excitation(arm, load_layout(robot, sensors), replace(wish, **changes))
     if rapid is not None:
         write_text(rapid, rapid_module(made, arm))

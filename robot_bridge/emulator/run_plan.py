@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.plan import ExcitationPlan, RANDOM_PULSES
+from excitation_planner.plan import ExcitationPlan, MOVES
 from excitation_planner.rapid import rapid_module
 from modal_core.channel import SensorLayout
 from modal_core.errors import BridgeError, SettingsError
@@ -233,7 +233,7 @@ class _Cell:
         self._task = ProgramTask(
             self.controller, options.guidance, np.random.default_rng(settings.seed + 2)
         )
-        if plan.signal == RANDOM_PULSES:
+        if plan.signal in MOVES:
             self._task.load(rapid_module(plan, model))
         self._plan = plan
 

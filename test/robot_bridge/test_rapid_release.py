@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from excitation_planner.plan import check_plan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import rapid_module, start_tolerance_deg
 from excitation_planner.request import PlanRequest
+from modal_core.errors import PlanError, SettingsError
 
 _spec = importlib.util.spec_from_file_location(
     'emulator_rapid', Path(__file__).with_name('test_emulator_rapid.py')
@@ -45,10 +47,11 @@ def peaks(model, planned_deg):
     return np.abs(speed).max(axis=0), np.abs(acceleration).max(axis=0), points.max()
 
 
-def test_thirty_programs_play_their_plans_no_harder_than_released(model, record_property):
+@pytest.mark.parametrize('n_plans', [5, pytest.param(30, marks=pytest.mark.slow)])
+def test_programs_play_their_plans_no_harder_than_released(model, n_plans, record_property):
     generator = np.random.default_rng(SEED)
     harder = []
-    for _ in range(30):
+    for _ in range(n_plans):
         plan, start = some_plan(model, generator)
         bench = Bench(model, start)
         bench.task.load(rapid_module(plan, model))
@@ -68,6 +71,53 @@ def test_thirty_programs_play_their_plans_no_harder_than_released(model, record_
     print('speed, acceleration, range, point over released:', worst)
     assert np.all(worst <= MOST_HARDER), worst
     assert np.min(harder) > 0.95
+
+
+def test_an_approach_is_a_plan_of_its_own_slow_for_every_point_of_the_arm(model):
+    generator = np.random.default_rng(SEED)
+    target = model.pose('P1')
+    # A wrist that turns alone, base and wrist, then random poses.
+    here = [np.radians([0, 45, -10, 90, -90, 170]), np.radians([80, 45, -10, 90, -90, -100])]
+    while len(here) < 6:
+        pose = np.degrees(model.to_controller(target)) + generator.uniform(-40.0, 40.0, 6)
+        if model.limits.position_violation(model.to_serial(np.radians(pose))) is None:
+            here.append(np.radians(pose))
+    for pose in here:
+        request = PlanRequest(
+            signal='approach', approach_from=tuple(model.to_serial(pose).tolist()),
+            start_position=tuple(target.tolist()), sample_period_s=0.008, band_high_hz=45.0,
+        )  # fmt: skip
+        plan = plan_excitation(model, None, request)
+        check_plan(plan)
+        bench = Bench(model, np.degrees(pose))
+        bench.task.load(rapid_module(plan, model))
+        bench.task.start()
+        bench.to_the_end(200.0)
+        planned = np.array(bench.planned)
+        speed, acceleration, point = peaks(model, planned)
+        np.testing.assert_allclose(planned[-1], np.degrees(model.to_controller(target)), atol=1e-4)
+        assert np.all(speed <= plan.peak_velocity * MOST_HARDER + 1e-9)
+        assert np.all(acceleration <= plan.peak_acceleration * MOST_HARDER + 1e-6)
+        assert point <= plan.peak_point_speed * MOST_HARDER
+        assert plan.peak_point_speed <= 0.1 * MOST_HARDER
+        assert np.degrees(speed).max() < 0.41 * 190.0
+
+
+def test_an_approach_through_the_arm_itself_or_out_of_the_box_is_refused(model):
+    target = tuple(model.pose('P1').tolist())
+    here = tuple(model.to_serial(np.radians([80, 45, -10, 90, -90, 0])).tolist())
+    with pytest.raises(PlanError, match='box'):
+        plan_excitation(model, None, PlanRequest(
+            signal='approach', approach_from=here, start_position=target,
+            box_m=(-0.5, -0.8, 0.0, 3.0, 0.8, 3.0),
+        ))  # fmt: skip
+    with pytest.raises(PlanError, match='there already'):
+        plan_excitation(model, None, PlanRequest(
+            signal='approach', approach_from=target, start_position=target,
+        ))  # fmt: skip
+    for wrong in ({'signal': 'approach'}, {'approach_from': here}):
+        with pytest.raises(SettingsError, match='approach'):
+            PlanRequest(**wrong)
 
 
 @pytest.mark.parametrize('signal', ['random_pulses', 'band_limited_noise'])
