@@ -92,6 +92,18 @@ def test_the_same_seed_gives_the_same_plan_and_another_seed_another(ama):
     assert len(first['flange_range_m']) == 3 and 0.0 < max(first['flange_range_m']) < 0.05
 
 
+def test_an_approach_has_a_preview_and_a_hash_of_its_own(ama, tmp_path):
+    way = ('plan', '--approach-from', '80,45,-10,90,-90,0', '--pose-deg', 'P1')
+    run = ama(*way, '--rapid', tmp_path / 'approach.mod', '--json')
+    assert run.returncode == 0, run.stderr
+    told = json.loads(run.stdout)
+    assert told['signal'] == 'approach' and told['start_pose_deg'][0] == pytest.approx(80.0)
+    assert told['peak_point_speed'] <= 0.11
+    assert told['plan_hash'] in (tmp_path / 'approach.mod').read_text()
+    wrong = ama('plan', '--approach-from', 'P1', '--pose-deg', 'P1')
+    assert wrong.returncode == 2 and 'there already' in wrong.stderr
+
+
 def test_the_model_has_the_published_frequencies(ama):
     run = ama('model', 'irb6660_205_190', '--pose-deg', '0,45,-10,90,-90,0', '--json')
     assert run.returncode == 0, run.stderr
