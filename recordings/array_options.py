@@ -9,6 +9,7 @@ from modal_core.errors import RecordingError, SettingsError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.yaml_file import load_yaml
 
+LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1e-3, 1e7
 FIELDS = ('sample_rate_hz', 'unit', 'channels', 'start_time_s')
 
 
@@ -21,9 +22,10 @@ class ArrayOptions:
     sample_rate_hz : float [Hz] or None
         Rate of the rows; None: from a time column.
     unit : str or None
-        Unit of the values; None: not stated.
+        Unit of the values that have none in the file; None: not stated.
     channels : tuple of str or None
-        Name of each column, time column left out; None: from the file.
+        Name of each column, or of each channel (times and counters left out), with or without
+        its unit; ``-`` leaves a column out; None: from the file.
     start_ns : int [ns]
         Time of the first row.
     """
@@ -82,7 +84,7 @@ def _rate(value: object, path: Path) -> float:
         rate = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         rate = math.nan
-    if not math.isfinite(rate) or not 1e-3 <= rate <= 1e7:
+    if not math.isfinite(rate) or not LOWEST_RATE_HZ <= rate <= HIGHEST_RATE_HZ:
         raise RecordingError(
             'bad rate', where=f'{path}: sample_rate_hz', found=value, expected='0.001 to 1e7 Hz'
         )
@@ -94,7 +96,8 @@ def _names(value: object, path: Path) -> tuple[str, ...]:
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise RecordingError('not a list', where=where, found=value, expected='a list of names')
     names = tuple(str(name).strip() for name in value)
-    if '' in names or len(set(names)) != len(names):
+    kept = [name for name in names if name != '-']
+    if '' in names or len(set(kept)) != len(kept):
         raise RecordingError(
             'names empty or repeated', where=where, found=', '.join(names), expected='unique names'
         )

@@ -7,16 +7,22 @@ import stat
 from modal_core.errors import RecordingError
 from recordings.array_options import array_options
 from recordings.array_recording import ArrayRecording
-from recordings.array_table import read_csv, read_npy
+from recordings.array_table import read_npy
 from recordings.bag_file import BagFile
 from recordings.folder import open_folder
 from recordings.mcap_file import McapFile
 from recordings.message_recording import MessageRecording
+from recordings.text_table import read_text_table
 
 Recording = MessageRecording | ArrayRecording
-ARRAY_READERS = {'.npy': read_npy, '.csv': read_csv, '.txt': read_csv}
+ARRAY_READERS = {
+    '.npy': read_npy,
+    '.csv': read_text_table,
+    '.txt': read_text_table,
+    '.tsv': read_text_table,
+}
 BAG_SUFFIXES = ('.mcap', '.db3', '.bag')
-KINDS = 'a rosbag2 folder, .mcap, .db3, .bag, .npy or .csv'
+KINDS = 'a rosbag2 folder, .mcap, .db3, .bag, .npy, .csv, .tsv or .txt'
 
 
 def open_recording(

@@ -1,0 +1,48 @@
+"""Cells of a line of text, and which of them are numbers."""
+
+from collections.abc import Sequence
+import csv
+import re
+
+from modal_core.errors import RecordingError
+from modal_core.printable import printable
+
+NUMBER = re.compile(r'[-+]?(?:\d+[.]?\d*|[.]\d+)(?:[eE][-+]?\d+)?', re.ASCII)
+MISSING = frozenset(
+    ('', 'nan', 'inf', '+inf', '-inf', 'na', 'n/a', '#n/a', 'null', 'none', '-', '--')
+)
+COMMENTS = ('#', '%', '//')
+
+
+def split(line: str, separator: str | None) -> list[str]:
+    """Return the cells of a line; separators at its end begin no cell."""
+    if separator is None:
+        return line.split()
+    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+    while len(cells) > 1 and cells[-1] == '':
+        cells.pop()
+    return cells
+
+
+def is_comment(line: str) -> bool:
+    """Tell whether a line is a remark."""
+    return line.lstrip().startswith(COMMENTS)
+
+
+def is_value(cell: str, decimal: str) -> bool:
+    """Tell whether a cell is a number, or says that there is none."""
+    if cell.lower() in MISSING:
+        return True
+    return NUMBER.fullmatch(cell.replace(decimal, '.')) is not None and (
+        decimal == '.' or '.' not in cell
+    )
+
+
+def not_a_number(where: str, cells: Sequence[str], decimal: str) -> RecordingError:
+    """Return the error that names the first cell that is no number."""
+    column = next((n for n, cell in enumerate(cells, 1) if not is_value(cell, decimal)), 1)
+    return RecordingError(
+        'not a number',
+        where=f'{where}, column {column}',
+        found=repr(printable(cells[column - 1], 40)),
+    )
