@@ -41,6 +41,7 @@ class ProgramTask:
         self._controller, self._guidance, self._random = controller, guidance, random
         self.module: Module | None = None
         self.texts: dict[str, str] = {}
+        self._beside: list[str] = []
         self.cycle = CYCLES[0]
         self._made: RapidProgram | None = None
 
@@ -52,7 +53,7 @@ class ProgramTask:
     def load(self, text: str, beside: bool = False) -> Module:
         """Load a module in place of those before; the program pointer goes to main.
 
-        Beside others, as web services load it, it replaces one of its own name only; every
+        Loaded beside others, as web services do, it leaves those that were loaded so; every
         module here has a ``main``, and a task with two of them has no program to run.
 
         Raises
@@ -63,10 +64,10 @@ class ProgramTask:
         if self.running:
             raise BridgeError('a program is running', where='T_ROB1', advice='stop it first')
         self.module = parse_module(text)
-        others = self.texts if beside else {}
         name = self.module.name
-        same = {key for key in others if key.casefold() == name.casefold()}
-        self.texts = {key: others[key] for key in others if key not in same} | {name: text}
+        kept = [other for other in self._beside if other.casefold() != name.casefold()]
+        self._beside = [*kept, name] if beside else []
+        self.texts = {other: self.texts[other] for other in kept if beside} | {name: text}
         self.reset()
         self._controller.note(f'module {self.module.name} loaded')
         return self.module
@@ -82,6 +83,7 @@ class ProgramTask:
         if self.running or name not in self.texts:
             raise BridgeError('cannot be unloaded', where='T_ROB1', found=name[:40])
         del self.texts[name]
+        self._beside = [other for other in self._beside if other != name]
         self.module = parse_module(next(iter(self.texts.values()))) if self.texts else None
         self.reset()
 
