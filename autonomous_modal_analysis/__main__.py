@@ -2,7 +2,7 @@
 
 import sys
 
-from modal_core.missing import EXIT_MISSING, explain
+from autonomous_modal_analysis.missing import EXIT_MISSING, explain
 
 
 def main() -> None:

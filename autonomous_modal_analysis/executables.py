@@ -2,8 +2,9 @@
 
 from importlib import import_module
 import sys
+from typing import NoReturn
 
-from modal_core.missing import EXIT_MISSING, explain
+from autonomous_modal_analysis.missing import EXIT_MISSING, explain, MissingError
 
 NODES = {
     'abb_emulator': 'robot_bridge.emulator.emulator_node',
@@ -41,11 +42,20 @@ def robot_bridge() -> None:
 
 def _run(name: str) -> None:
     try:
+        from autonomous_modal_analysis.ros_ready import require_ros
+
+        require_ros()
         node = import_module(NODES[name])
     except ImportError as error:
         missing = explain(error)
         if missing is None:
             raise
-        sys.stderr.write(f'{name}: {missing}\n')
-        sys.exit(EXIT_MISSING)
+        _refuse(name, missing)
+    except MissingError as error:
+        _refuse(name, error)
     node.main()
+
+
+def _refuse(name: str, error: MissingError) -> NoReturn:
+    sys.stderr.write(f'{name}: {error}\n')
+    sys.exit(EXIT_MISSING)

@@ -66,6 +66,14 @@ def differing_field(message_type: str, stored: str) -> str:
     return ''
 
 
+def message_fields() -> dict[str, tuple[str, ...]]:
+    """Return the names of the fields of each message of oma_msgs, as this version defines them."""
+    return {
+        file.stem: tuple(line.split()[1] for line in _fields(file.read_text(encoding='utf-8')))
+        for file in sorted(definitions_folder().glob('*.msg'))
+    }
+
+
 def definitions_folder() -> Path:
     """Return the folder of the oma_msgs .msg files: shipped with this room, or beside it.
 

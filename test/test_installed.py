@@ -12,8 +12,8 @@ import pytest
 
 from autonomous_modal_analysis.cell import NODES as CELL
 from autonomous_modal_analysis.executables import NODES
+from autonomous_modal_analysis.missing import ROS
 from modal_core.measurements import SampleBlock
-from modal_core.missing import ROS
 from recordings import RecordingWriter
 from recordings.encode import encode
 from test.test_package import executables, ROOMS, ROOT, setup_arguments
@@ -115,6 +115,27 @@ def test_what_needs_ros_says_what_to_install(installed, name, missing, advice):
     assert ended.returncode == 2, ended.stderr
     assert len(ended.stderr.strip().splitlines()) == 1, ended.stderr
     assert advice in ended.stderr
+
+
+@pytest.mark.parametrize('name', ['ama up', 'ama demo', 'ama replay x.mcap', *NODES])
+def test_messages_of_another_version_are_told(installed, name):
+    """As after an update of the suite alone."""
+    pytest.importorskip('rclpy')
+    program, *arguments = name.split()
+    module, function = executables()[program].split(':')
+    older = installed / DEFINITIONS / 'Mode.msg'
+    text = older.read_text()
+    older.write_text(f'{text}float64 modal_mass_kg   # added by the update\n')
+    try:
+        ended = run_installed(
+            installed,
+            f'sys.argv = {[program, *arguments]!r}\nfrom {module} import {function}\n{function}()',
+        )
+    finally:
+        older.write_text(text)
+    assert ended.returncode == 2, ended.stderr
+    assert len(ended.stderr.strip().splitlines()) == 1, ended.stderr
+    assert 'modal_mass_kg' in ended.stderr and 'pip install ./oma_msgs' in ended.stderr
 
 
 def test_a_source_tree_without_its_messages_says_so(tmp_path):

@@ -113,6 +113,9 @@ def campaign(
 
 
 def _at_the_robot(model: 'FlexibleJointModel') -> 'AbstractContextManager[Any]':
+    from autonomous_modal_analysis.ros_ready import require_ros
+
+    require_ros()
     from autonomous_modal_analysis.live_player_node import live_player
     from autonomous_modal_analysis.terminal import MESSAGES
 

@@ -30,6 +30,9 @@ def demo(
     Exit status 1 if a mode in the excited band is missed, or if its frequency is off by more than
     1 % and more than three of its own standard deviations.
     """
+    from autonomous_modal_analysis.ros_ready import require_ros
+
+    require_ros()
     from autonomous_modal_analysis.comparison import compare, show_comparison
     from autonomous_modal_analysis.demonstration import DemoSettings
     from autonomous_modal_analysis.demonstration_node import run_demo

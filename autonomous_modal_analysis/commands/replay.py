@@ -32,6 +32,9 @@ def replay(
 
     The recording keeps its own stamps, so the modes are those of `ama identify`, window by window.
     """
+    from autonomous_modal_analysis.ros_ready import require_ros
+
+    require_ros()
     from autonomous_modal_analysis.message_view_node import WindowView
     from autonomous_modal_analysis.plan_record import recorded_edge_hz
     from autonomous_modal_analysis.replay_session_node import play_only, ReplaySettings

@@ -12,9 +12,9 @@ import yaml
 
 from autonomous_modal_analysis.cell import cell_commands
 from autonomous_modal_analysis.processes import NodeProcesses
+from autonomous_modal_analysis.ros_ready import require_ros
 from autonomous_modal_analysis.terminal import MESSAGES
 from modal_core.errors import SettingsError
-from modal_core.missing import require_ros
 
 CHECK_EVERY_S = 0.5
 

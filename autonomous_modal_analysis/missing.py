@@ -48,9 +48,10 @@ def explain(error: ImportError) -> MissingError | None:
     """
     package = (error.name or '').partition('.')[0]
     if package == MESSAGES and find_spec('rclpy') is not None:
-        # In a source tree, its folder of definitions is taken for an empty package.
         return MissingError(
-            'the messages oma_msgs are not installed', found=error, advice=INSTALL_MESSAGES
+            'the messages oma_msgs of this version are not installed',
+            found=error,
+            advice=INSTALL_MESSAGES,
         )
     if package in (MESSAGES, *ROS):
         return MissingError('ROS 2 Jazzy is not installed', found=error, advice=INSTALL_ROS)
@@ -61,20 +62,3 @@ def explain(error: ImportError) -> MissingError | None:
             advice='install the suite with what it needs: pip install . in its source tree',
         )
     return None
-
-
-def require_ros() -> None:
-    """Refuse what starts nodes where they cannot run.
-
-    Raises
-    ------
-    MissingError
-        ROS or the messages are not installed.
-    """
-    for package in ('rclpy', MESSAGES):
-        spec = find_spec(package)
-        # A folder without code has no origin.
-        if spec is None or spec.origin is None:
-            missing = explain(ModuleNotFoundError(f'No module named {package!r}', name=package))
-            assert missing is not None  # noqa: S101
-            raise missing
