@@ -3,20 +3,20 @@
 import argparse
 from collections import defaultdict
 
-from benchmarks.faults.series import Finding, findings
+from benchmarks.faults.series import Finding, findings, kind_of
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--seeds', nargs=2, type=int, required=True, metavar=('FIRST', 'END'))
-    parser.add_argument('--fault', default='', help='only seeds whose faults have this name')
+    parser.add_argument('--fault', default='', help='only seeds whose fault has this in its name')
     parser.add_argument('--verbose', action='store_true', help='all that is wrong, not the first')
     arguments = parser.parse_args()
     by_fault: dict[str, list[Finding]] = defaultdict(list)
-    for each in findings(range(*arguments.seeds)):
-        if arguments.fault in each.faults:
-            by_fault[each.faults.split(' + ')[0]].append(each)
-            _print(each, most=1000 if arguments.verbose else 2)
+    seeds = [seed for seed in range(*arguments.seeds) if arguments.fault in kind_of(seed)]
+    for each in findings(seeds):
+        by_fault[each.faults.split(' + ')[0]].append(each)
+        _print(each, most=1000 if arguments.verbose else 2)
     print()
     for name, group in sorted(by_fault.items()):
         wrong = sum(bool(each.outside) for each in group)

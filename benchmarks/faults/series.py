@@ -85,6 +85,13 @@ class Finding:
         return self.cpu_s > SLOWEST * self.clean_s + SPARED_S
 
 
+def kind_of(seed: int) -> str:
+    """Return the name of the fault that a seed stands for; a second one may come to it."""
+    kinds = [*FAULTS, *WAYS]
+    number = seed % (len(kinds) + ARM_SHARE)
+    return kinds[number].__name__ if number < len(kinds) else 'arm'
+
+
 def examine(seed: int) -> Finding:
     """Run one record with and without a fault."""
     rng = np.random.default_rng(seed)
