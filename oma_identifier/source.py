@@ -12,6 +12,7 @@ from oma_identifier.block_clock import BlockClock
 from oma_identifier.block_gate import BlockGate, Passed
 from oma_identifier.lattice import GridRows, make_lattice, margin_ns, on_grid
 from oma_identifier.rate_check import tells_rate
+from oma_identifier.repeats import RepeatWatch
 from oma_identifier.source_stream import OrderedSamples, SourceStream
 
 RATE_CHANGE = 0.1
@@ -51,11 +52,13 @@ class Source:
     jitter_std_s: float = 0.0
     rate_changed: bool = False
     flags: set[str] = field(default_factory=set)
+    repeats: RepeatWatch = field(init=False)
     gate: BlockGate = field(init=False)
     _counted: tuple[int, int, int] | None = None
 
     def __post_init__(self) -> None:
-        """Count what the gate sets aside where the stream counts."""
+        """Count what the gate sets aside where the stream counts; watch all channels."""
+        self.repeats = RepeatWatch(len(self.channels))
         self.gate = BlockGate(self.set_aside)
 
     @property
@@ -170,7 +173,9 @@ class Source:
         """
         grid_ns = step_ns * np.arange(n_rows, dtype=np.float64)
         samples = self._near(start_ns, int(grid_ns[-1]), step_ns)
-        self._follow_rate(samples, start_ns, start_ns + int(grid_ns[-1]))
+        inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
+        self.repeats.add(inside.stamp_ns, inside.values)
+        self._follow_rate(inside.stamp_ns)
         lattice = make_lattice(samples, start_ns, self.period_ns, uniform=self.clock is not None)
         if lattice is None:
             return _nothing(n_rows, len(self.channels))
@@ -201,10 +206,9 @@ class Source:
         first, last = np.searchsorted(held.stamp_ns, [before, after])
         return OrderedSamples(held.stamp_ns[first:last], held.values[first:last])
 
-    def _follow_rate(self, samples: OrderedSamples, start_ns: int, end_ns: int) -> None:
+    def _follow_rate(self, inside: NDArray[np.int64]) -> None:
         if self.clock is not None:
             return
-        inside = samples.stamp_ns[(samples.stamp_ns >= start_ns) & (samples.stamp_ns <= end_ns)]
         if len(inside) >= FEWEST_FOR_RATE:
             step = _mean_step(inside)
             if abs(step / self.period_ns - 1.0) > RATE_CHANGE and tells_rate(inside, step):
@@ -286,6 +290,11 @@ def _mean_step(stamps: NDArray[np.int64]) -> float:
     typical = float(np.median(steps))
     # Stamps in whole milliseconds may alternate between 2 and 3 of them.
     return float(np.mean(steps[steps < 1.51 * typical]))
+
+
+def _between(samples: OrderedSamples, start_ns: int, end_ns: int) -> OrderedSamples:
+    first, last = np.searchsorted(samples.stamp_ns, [start_ns, end_ns])
+    return OrderedSamples(samples.stamp_ns[first:last], samples.values[first:last])
 
 
 def _nothing(n_rows: int, n_channels: int) -> GridRows:

@@ -76,6 +76,7 @@ def cut_window(
     recent = joints.between(start_ns, end_ns)
     for source in sources:
         source.stream.events.forget(segment.time_ns(rows.start + segment.hop_rows))
+        source.repeats.forget(segment.time_ns(rows.start + segment.hop_rows))
     return Window(
         index=index,
         samples=Samples(
@@ -110,10 +111,15 @@ def _qualities(
     source: Source, segment: Segment, rows: range, cut: CutRows
 ) -> list[ChannelQuality]:
     base = _source_quality(source, segment, rows, cut.lost, cut.filled)
+    repeats = source.repeats.flags(segment.time_ns(rows.start), segment.time_ns(rows.stop))
     return [
-        _channel_quality(base, channel, health, bad)
-        for channel, health, bad in zip(
-            source.channels, examine(cut.values, cut.summary), cut.bad.tolist(), strict=True
+        _channel_quality(base, channel, health, bad, repeated)
+        for channel, health, bad, repeated in zip(
+            source.channels,
+            examine(cut.values, cut.summary),
+            cut.bad.tolist(),
+            repeats,
+            strict=True,
         )
     ]
 
@@ -152,13 +158,18 @@ def _source_quality(
 
 
 def _channel_quality(
-    base: ChannelQuality, channel: Channel, health: ChannelHealth, bad: bool
+    base: ChannelQuality,
+    channel: Channel,
+    health: ChannelHealth,
+    bad: bool,
+    repeated: Sequence[str],
 ) -> ChannelQuality:
     flags = list(base.flags)
     if bad:
         flags.append('not_finite')
     if 'missing' not in flags:
-        flags += [flag for flag in health.flags if flag not in flags]
+        found = dict.fromkeys((*health.flags, *repeated))
+        flags += [flag for flag in found if flag not in flags]
     return ChannelQuality(
         name=channel.name,
         n_interpolated=base.n_interpolated,
