@@ -8,9 +8,14 @@ from rich.table import Table
 
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
-from excitation_planner.plan import APPROACH, ExcitationPlan
+from excitation_planner.plan import APPROACH, ExcitationPlan, MOVES
+from excitation_planner.programmed_move import MOST_OFF, programmed_moves
+from excitation_planner.rapid import start_tolerance_deg
+from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 
+# What a fine point takes a controller (assumed).
+FINE_POINT_S = (0.02, 0.06)
 TRAJECTORY = ('position', 'velocity', 'prediction')
 
 
@@ -44,6 +49,8 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
         f' torque projection rank {plan.torque_projection_rank}'
     )
     OUTPUT.print(_joints(plan))
+    if plan.signal in MOVES:
+        _show_program(plan, model)
     if plan.signal == APPROACH:
         MESSAGES.print('[yellow]note[/]: what stands in the room is not known to the planner')
     if plan.prediction is not None:
@@ -55,6 +62,20 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
 def flange_range(plan: ExcitationPlan, model: FlexibleJointModel) -> NDArray[np.float64]:
     """Return how far the flange goes along x, y and z of the base, (3,) [m]."""
     return np.asarray(np.ptp(model.frame_positions(plan.position)[:, -1], axis=0))
+
+
+def _show_program(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
+    """Tell what a program of the controller makes of it."""
+    try:
+        moves = programmed_moves(plan, model)
+    except PlanError as error:
+        MESSAGES.print(f'[yellow]note[/]: not for RAPID: {error}', soft_wrap=True, markup=True)
+        return
+    low_s, high_s = (plan.duration_s + len(moves) * pause_s for pause_s in FINE_POINT_S)
+    OUTPUT.print(
+        f'as a RAPID program: {len(moves)} moves in {low_s:.0f} to {high_s:.0f} s, each within'
+        f' {100 * MOST_OFF:g} % of the plan, from its start +- {start_tolerance_deg(plan):g} deg'
+    )
 
 
 def _degrees(model: FlexibleJointModel, serial: NDArray[np.float64]) -> list[float]:

@@ -52,7 +52,7 @@ def plan_approach(
     pulse = Pulse(sample_period_s, way, shape)
     velocity = pulse_velocity((pulse,), n_samples, sample_period_s)
     trajectory = Trajectory.from_velocity(start, velocity, sample_period_s)
-    return _sealed_plan(trajectory, limits.model, check_limits(trajectory, limits))
+    return _sealed_plan(trajectory, limits.model, check_limits(trajectory, limits), shape)
 
 
 def _slow_shape(start: Array, way: Array, limits: PlanLimits) -> PulseShape:
@@ -74,8 +74,11 @@ def _slow_shape(start: Array, way: Array, limits: PlanLimits) -> PulseShape:
 
 
 def _sealed_plan(
-    trajectory: Trajectory, model: FlexibleJointModel, envelope: Envelope
+    trajectory: Trajectory, model: FlexibleJointModel, envelope: Envelope, shape: PulseShape
 ) -> ExcitationPlan:
+    way = np.abs(trajectory.position[-1] - trajectory.position[0])
+    # Samples round off the corners of a pulse; who plays it does not.
+    peak_acceleration = np.maximum(envelope.peak_acceleration, way * shape.peak_acceleration)
     none = np.zeros(0)
     return sealed(
         ExcitationPlan(
@@ -86,7 +89,7 @@ def _sealed_plan(
             start_position=trajectory.position[0].copy(),
             position_range=np.ptp(trajectory.position, axis=0),
             peak_velocity=rounded(envelope.peak_velocity),
-            peak_acceleration=rounded(envelope.peak_acceleration),
+            peak_acceleration=rounded(peak_acceleration),
             peak_point_speed=float(rounded(envelope.peak_point_speed_m_s)),
             duration_s=trajectory.duration_s,
             band_low_hz=0.0,

@@ -32,6 +32,10 @@ class Move:
         Controller axes.
     shape : PulseShape
         Time course, the same for all axes.
+    unit_speed : (n_samples,) array [1/s]
+        The plan's own samples of it, from ``start_s`` on.
+    sample_period_s : float [s]
+        Between them.
     """
 
     start_s: float
@@ -40,6 +44,8 @@ class Move:
     displacement: Array
     target: Array
     shape: PulseShape
+    unit_speed: Array
+    sample_period_s: float
 
 
 def moves_of(plan: ExcitationPlan, model: FlexibleJointModel) -> tuple[Move, ...]:
@@ -98,4 +104,6 @@ def _move(
         displacement=model.to_controller(way),
         target=model.to_controller(plan.position[end]),
         shape=shape,
+        unit_speed=unit,
+        sample_period_s=period_s,
     )

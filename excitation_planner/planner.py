@@ -1,6 +1,6 @@
 """From a request to a plan: read this top to bottom and you have seen the planner."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from excitation_planner.limits import check_limits, Envelope, PlanLimits
 from excitation_planner.participation import forecast, ModeForecast, ModeParticipation
 from excitation_planner.plan import APPROACH, BAND_LIMITED_NOISE, ExcitationPlan, rounded, sealed
 from excitation_planner.prediction import PlanPrediction
-from excitation_planner.pulses import pulse_velocity, PulseSettings, random_pulses
+from excitation_planner.pulses import Pulse, pulse_velocity, PulseSettings, random_pulses
 from excitation_planner.quickest_shape import LEAST_ACCELERATION, LEAST_JERK
 from excitation_planner.request import PlanRequest
 from excitation_planner.sensitivity import actual_change
@@ -85,8 +85,11 @@ def plan_excitation(
     )
     if request.require_full_rank:
         require_full_rank(projection)
-    trajectory = draw_trajectory(setting)
+    trajectory, peak_acceleration = _draw_motion(setting)
     envelope = check_limits(trajectory, plan_limits(model, request))
+    # Samples round off the corners of a pulse; who plays it does not.
+    peaks = np.maximum(envelope.peak_acceleration, peak_acceleration)
+    envelope = replace(envelope, peak_acceleration=peaks)
     return _sealed_plan(setting, trajectory, projection, envelope)
 
 
@@ -124,9 +127,14 @@ def bring_together(
 
 def draw_trajectory(setting: Setting) -> Trajectory:
     """Draw the motion a request asks for; its randomness comes from the seed alone."""
+    return _draw_motion(setting)[0]
+
+
+def _draw_motion(setting: Setting) -> tuple[Trajectory, Array]:
+    """Return the motion, and the peak acceleration of its pulses before they were sampled."""
     request, weights = setting.request, setting.weights
     generator = np.random.default_rng(request.seed)
-    period_s = request.sample_period_s
+    period_s, peaks = request.sample_period_s, np.zeros(len(weights))
     if request.signal == BAND_LIMITED_NOISE:
         noise = BandNoiseSettings(
             acceleration_rms=request.acceleration_rms * weights,
@@ -146,8 +154,14 @@ def draw_trajectory(setting: Setting) -> Trajectory:
                 advice='lengthen the plan, shorten the pauses or narrow the range',
             )
         velocity = pulse_velocity(pulses, round(request.duration_s / period_s) + 1, period_s)
+        peaks = np.max([_peak_acceleration(pulse, setting.model) for pulse in pulses], axis=0)
     # Signals are drawn for the controller axes: those are what the drives move independently.
-    return Trajectory.from_velocity(setting.start, setting.model.to_serial(velocity), period_s)
+    serial = setting.model.to_serial(velocity)
+    return Trajectory.from_velocity(setting.start, serial, period_s), peaks
+
+
+def _peak_acceleration(pulse: Pulse, model: FlexibleJointModel) -> Array:
+    return np.asarray(np.abs(model.to_serial(pulse.displacement)) * pulse.shape.peak_acceleration)
 
 
 def pulse_settings(setting: Setting) -> PulseSettings:

@@ -55,9 +55,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.moves import moves_of
 from excitation_planner.plan import APPROACH, BAND_LIMITED_NOISE, check_plan, ExcitationPlan
-from excitation_planner.programmed_move import programmed_move
+from excitation_planner.programmed_move import programmed_moves
 from modal_core.atomic_file import write_text
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -165,7 +164,7 @@ def _header(plan: ExcitationPlan) -> list[str]:
 def _pulse_module(
     plan: ExcitationPlan, model: FlexibleJointModel, options: RapidOptions
 ) -> list[str]:
-    moves = [programmed_move(move, model) for move in moves_of(plan, model)]
+    moves = programmed_moves(plan, model)
     data = [
         *_start_data(plan, model),
         f'  LOCAL CONST num nMoves:={len(moves)};',

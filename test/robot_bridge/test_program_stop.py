@@ -6,6 +6,7 @@ from pathlib import Path
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from excitation_planner.plan import RANDOM_PULSES
@@ -123,6 +124,18 @@ def test_a_program_that_ends_in_time_needs_nobody(rig):
     rig.stream(rapid_running=False)
     assert rig.flow.state == FlowState.HOLDING
     assert 'pendant' not in rig.flow.reason
+
+
+def test_an_approach_is_released_and_followed_like_any_plan(model, tmp_path):
+    here = model.to_serial(np.radians([8.0, 45, -10, 90, -90, 20.0]))
+    approach = plan_excitation(model, None, PlanRequest(
+        signal='approach', approach_from=tuple(here.tolist()),
+        start_position=tuple(model.pose('P1').tolist()),
+    ))  # fmt: skip
+    rig = Rig(model, approach, tmp_path).running()
+    rig.stream(round(0.95 * approach.duration_s / CYCLE_S)).stream(rapid_running=False)
+    assert rig.flow.state == FlowState.HOLDING
+    assert 'Slow approach' in (tmp_path / 'plan.mod').read_text()
 
 
 def until(condition):

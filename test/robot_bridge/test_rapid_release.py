@@ -19,8 +19,8 @@ emulator_rapid = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(emulator_rapid)
 Bench, CYCLE_S, FRAME = emulator_rapid.Bench, emulator_rapid.CYCLE_S, emulator_rapid.FRAME
 SEED = 13
-# What sampling of a plan and rounding in its module may do to the peaks; measured 1.4 %.
-MOST_HARDER = 1.02
+# What rounding in a module may do to the peaks; measured: none above, range 0.003 %.
+MOST_HARDER = 1.005
 
 
 def some_plan(model, generator, duration_s=3.0, **more):
@@ -70,7 +70,7 @@ def test_programs_play_their_plans_no_harder_than_released(model, n_plans, recor
     record_property('over_released', ' '.join(f'{value:.4f}' for value in worst))
     print('speed, acceleration, range, point over released:', worst)
     assert np.all(worst <= MOST_HARDER), worst
-    assert np.min(harder) > 0.95
+    assert np.min(harder) > 0.85
 
 
 def test_an_approach_is_a_plan_of_its_own_slow_for_every_point_of_the_arm(model):
