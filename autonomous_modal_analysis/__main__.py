@@ -3,12 +3,14 @@
 import sys
 
 from autonomous_modal_analysis.missing import EXIT_MISSING, explain
+from modal_core.quiet_loading import quiet_loading
 
 
 def main() -> None:
     """Run the command line; a package that is missing is one line and exit status 2."""
     try:
-        from autonomous_modal_analysis.cli import main as run
+        with quiet_loading():
+            from autonomous_modal_analysis.cli import main as run
 
         run()
     except ImportError as error:

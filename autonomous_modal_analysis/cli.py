@@ -1,10 +1,11 @@
 """The command line `ama`."""
 
 import atexit
+from contextlib import suppress
 import gc
 import signal
 import sys
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 from rich.markup import escape
 import typer
@@ -22,6 +23,7 @@ from autonomous_modal_analysis.commands import (
     replay,
     up,
 )
+from autonomous_modal_analysis.streams import prepare_streams, silence
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
 from modal_core.errors import ModalAnalysisError
 from modal_core.version import suite_version
@@ -61,18 +63,41 @@ def main() -> None:
     for number in (signal.SIGTERM, signal.SIGHUP):
         # As an exception, so that the nodes a command has started end with it.
         signal.signal(number, lambda received, _: sys.exit(128 + received))
+    prepare_streams()
     try:
-        app()
+        _run()
     except ModalAnalysisError as error:
-        MESSAGES.print(f'[bold red]error[/]: {escape(str(error))}', soft_wrap=True)
-        sys.exit(EXIT_BAD_INPUT)
+        _complain(str(error))
     except BrokenPipeError:
-        sys.stderr.close()
+        silence(sys.stdout)
         sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(128 + signal.SIGINT)
     except OSError as error:
         # A disk that is full or a folder that may not be written to; files appear whole or not.
-        MESSAGES.print(f'[bold red]error[/]: {escape(_file_trouble(error))}', soft_wrap=True)
-        sys.exit(EXIT_BAD_INPUT)
+        _complain(_file_trouble(error))
+    finally:
+        # A signal from here on ends the process, whose result stands.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _run() -> None:
+    try:
+        app()
+    finally:
+        # What cannot be written is said here, not by the interpreter on its way out.
+        sys.stdout.flush()
+
+
+def _complain(line: str) -> NoReturn:
+    with suppress(OSError):
+        MESSAGES.print(f'[bold red]error[/]: {escape(line)}', soft_wrap=True)
+        sys.stderr.flush()
+    try:
+        sys.stdout.flush()
+    except OSError:
+        silence(sys.stdout)
+    sys.exit(EXIT_BAD_INPUT)
 
 
 def _file_trouble(error: OSError) -> str:

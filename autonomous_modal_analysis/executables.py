@@ -1,10 +1,12 @@
 """The nodes' executables: where ROS or its messages are missing, one line says what to install."""
 
+from contextlib import suppress
 from importlib import import_module
 import sys
 from typing import NoReturn
 
 from autonomous_modal_analysis.missing import EXIT_MISSING, explain, MissingError
+from modal_core.quiet_loading import quiet_loading
 
 NODES = {
     'abb_emulator': 'robot_bridge.emulator.emulator_node',
@@ -42,10 +44,11 @@ def robot_bridge() -> None:
 
 def _run(name: str) -> None:
     try:
-        from autonomous_modal_analysis.ros_ready import require_ros
+        with quiet_loading():
+            from autonomous_modal_analysis.ros_ready import require_ros
 
-        require_ros()
-        node = import_module(NODES[name])
+            require_ros()
+            node = import_module(NODES[name])
     except ImportError as error:
         missing = explain(error)
         if missing is None:
@@ -53,7 +56,8 @@ def _run(name: str) -> None:
         _refuse(name, missing)
     except MissingError as error:
         _refuse(name, error)
-    node.main()
+    with suppress(KeyboardInterrupt):
+        node.main()
 
 
 def _refuse(name: str, error: MissingError) -> NoReturn:

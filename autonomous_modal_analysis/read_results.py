@@ -1,7 +1,6 @@
 """Modes of a recording, of whatever it was kept as: the recording itself, or its modes.json."""
 
 from collections.abc import Mapping
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,15 @@ from autonomous_modal_analysis.identification import identify_recording
 from autonomous_modal_analysis.option_groups import Identifier
 from autonomous_modal_analysis.output import show_damage
 from autonomous_modal_analysis.terminal import progress_bar
-from modal_core.errors import RecordingError
+from modal_core.errors import RecordingError, SettingsError
+from modal_core.json_file import load_json
 from modal_core.mode import Mode, ModeSet
 from recordings.open_recording import open_recording
 
 RESULTS = 'modes.json'
 LARGEST_BYTES = 500_000_000
+LOWEST_HZ, HIGHEST_HZ = 1e-6, 1e7
+ROUNDING = 1e-9
 
 
 def results_file(path: Path) -> Path | None:
@@ -59,37 +61,52 @@ def read_modes(path: Path) -> ModeSet:
         It cannot be read, or is no such file.
     """
     try:
-        if path.stat().st_size > LARGEST_BYTES:
-            raise RecordingError('file too large', where=path)
-        found: Any = json.loads(path.read_text(encoding='utf-8'))
+        found: Any = load_json(path, LARGEST_BYTES)
         names = tuple(str(name) for name in found['shape_channels'])
-        modes = tuple(_mode(item) for item in found['modes'])
+        modes = tuple(_mode(item, len(names)) for item in found['modes'])
         method = str(found['settings'].get('method', 'ssi_cov'))
-    except OSError as error:
-        raise RecordingError(f'cannot be read: {error.strerror}', where=path) from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RecordingError(
-            'not the results of an identification',
-            where=path,
-            found=f'{type(error).__name__}: {error}',
-            expected='modes.json as `ama identify --out` or `--json` writes it, or a recording',
-        ) from error
-    if any(len(mode.shape) != len(names) for mode in modes):
-        raise RecordingError('shapes do not fit the channels', where=path)
-    return ModeSet(modes, names, method)
+    except SettingsError as error:
+        raise _no_results(error.where, error.what) from error
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
+        raise _no_results(path, f'{type(error).__name__}: {error}') from error
+    if len(set(names)) != len(names):
+        raise RecordingError('channel named twice', where=path)
+    return ModeSet(tuple(sorted(modes, key=lambda mode: mode.frequency_hz)), names, method)
 
 
-def _mode(item: Mapping[str, Any]) -> Mode:
-    def number(name: str) -> float:
-        return math.nan if item[name] is None else float(item[name])
+def _no_results(where: object, found: str) -> RecordingError:
+    return RecordingError(
+        'not the results of an identification',
+        where=where,
+        found=found,
+        expected='modes.json as `ama identify --out` or `--json` writes it, or a recording',
+    )
 
+
+def _mode(item: Mapping[str, Any], n_channels: int) -> Mode:
+    """Return a mode as it was written; nothing but what an identification can find is one."""
+
+    def number(name: str, low: float, high: float = math.inf, known: bool = False) -> float:
+        if item[name] is None and not known:
+            return math.nan
+        value = math.nan if isinstance(item[name], bool | str) else float(item[name])
+        if not (math.isfinite(value) and low <= value <= high):
+            raise ValueError(f'{name} {item[name]}, expected {low:g} to {high:g}')
+        return value
+
+    real, imaginary = (np.asarray(item[f'shape_{part}'], dtype=float) for part in ('real', 'imag'))
+    if real.shape != (n_channels,) or imaginary.shape != (n_channels,):
+        raise ValueError(f'no shape of {n_channels} channels')
+    shape = real + 1j * imaginary
+    if not np.isfinite(shape).all() or not shape.any():
+        raise ValueError('shape not finite, or zero')
     return Mode(
-        frequency_hz=number('frequency_hz'),
-        damping_ratio=number('damping_ratio'),
-        shape=np.asarray(item['shape_real'], dtype=float) + 1j * np.asarray(item['shape_imag']),
-        frequency_std_hz=number('frequency_std_hz'),
-        damping_ratio_std=number('damping_ratio_std'),
-        mpc=number('mpc'),
-        mpd=number('mpd'),
-        id=int(item['id']),
+        frequency_hz=number('frequency_hz', LOWEST_HZ, HIGHEST_HZ, known=True),
+        damping_ratio=number('damping_ratio', 0.0, 1.0, known=True),
+        shape=shape,
+        frequency_std_hz=number('frequency_std_hz', 0.0),
+        damping_ratio_std=number('damping_ratio_std', 0.0),
+        mpc=number('mpc', 0.0, 1.0 + ROUNDING),
+        mpd=number('mpd', 0.0, math.pi),
+        id=int(number('id', 0.0, 2.0**31, known=True)),
     )

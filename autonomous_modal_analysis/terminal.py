@@ -1,21 +1,39 @@
 """What the command line shows: results on standard output, progress and messages beside it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 import json
 import math
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.segment import Segment
 from rich.table import Table
 
 from autonomous_modal_analysis.mode_marks import mark, SCATTERED, SCATTERED_MEANS
 from modal_core.mode import Mode
+from modal_core.printable import printable
+
+
+class PlainConsole(Console):
+    """Shows what others wrote as letters: only rich's own styles steer the terminal."""
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """Yield the pieces of what is shown, steering characters in their words escaped."""
+        for piece in super().render(renderable, options):
+            if piece.control or piece.text.isprintable():
+                yield piece
+            else:
+                lines = piece.text.split('\n')
+                yield Segment('\n'.join(printable(line) for line in lines), piece.style)
+
 
 # Programs read standard output; people also look at standard error.
-OUTPUT = Console(highlight=False)
-MESSAGES = Console(stderr=True, highlight=False)
+OUTPUT = PlainConsole(highlight=False)
+MESSAGES = PlainConsole(stderr=True, highlight=False)
 
 ProgressCallback = Callable[[float], None]
 

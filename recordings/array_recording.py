@@ -76,7 +76,7 @@ class ArrayRecording:
         for first in range(0, len(self._values), step):
             self.fraction_read = min(1.0, (first + step) / len(self._values))
             piece = np.asarray(self._values[first : first + step], dtype=np.float64)
-            rows = piece[:, self._columns] * self._scale
+            rows = np.ascontiguousarray(piece[:, self._columns]) * self._scale
             pages.read(piece.nbytes)
             if self.stamp_ns is None:
                 offset = round(first * NANOSECONDS_PER_SECOND / self.sample_rate_hz)

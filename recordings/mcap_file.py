@@ -156,7 +156,10 @@ class McapFile:
             raise RecordingError('empty file', where=self.path, found='0 bytes', expected='MCAP')
         if start != MAGIC:
             raise RecordingError(
-                'not an MCAP file', where=self.path, found=repr(start), expected=repr(MAGIC)
+                'not an MCAP file',
+                where=self.path,
+                found='other first bytes',
+                expected=repr(MAGIC),
             )
         try:
             header = Header.read(_stream(head[RECORD.size :])) if head[:1] == b'\x01' else None
