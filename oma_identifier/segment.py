@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from oma_identifier.lattice import longest_filled
 from oma_identifier.source import Source
 from oma_identifier.source_rows import CutRows, SourceRows
 from oma_identifier.source_stream import REORDER_NS
@@ -84,7 +85,10 @@ class Segment:
         if newest < due_ns:
             return False
         return all(
-            source.stream.newest_ns >= due_ns + source.margin_ns(self.step_ns)
+            (
+                source.stream.newest_ns >= due_ns + source.margin_ns(self.step_ns)
+                and not source.awaits(end_ns, self.step_ns)
+            )
             or source.stream.newest_ns < newest - WAIT_NS - source.margin_ns(self.step_ns)
             for source in sources
         )
@@ -113,6 +117,7 @@ class Segment:
         self.n_rows = end
         for source in sources:
             keep = source.margin_ns(self.step_ns) + round(200 * source.period_ns)
+            keep += longest_filled(source.period_ns) * round(source.period_ns)
             source.stream.forget(self.time_ns(end) - keep)
             source.stream.sealed_ns = self.time_ns(end)
         return silent

@@ -10,8 +10,8 @@ from modal_core.channel import Channel, SensorLayout
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
 from oma_identifier.block_clock import BlockClock
 from oma_identifier.block_gate import BlockGate, Passed
-from oma_identifier.lattice import GridRows, make_lattice, margin_ns, on_grid
-from oma_identifier.rate_check import tells_rate
+from oma_identifier.lattice import GridRows, longest_filled, make_lattice, margin_ns, on_grid
+from oma_identifier.rate_check import tells_rate, typical_step
 from oma_identifier.repeats import RepeatWatch
 from oma_identifier.source_stream import OrderedSamples, SourceStream
 
@@ -203,8 +203,33 @@ class Source:
         margin = margin_ns(self.period_ns, self.cutoff(step_ns))
         before = start_ns - margin - int(40 * self.period_ns)
         after = start_ns + length_ns + self.margin_ns(step_ns)
+        before = min(before, self._before_gap(held.stamp_ns, start_ns))
+        after = max(after, self._after_gap(held.stamp_ns, start_ns + length_ns, after))
         first, last = np.searchsorted(held.stamp_ns, [before, after])
         return OrderedSamples(held.stamp_ns[first:last], held.values[first:last])
+
+    def _before_gap(self, stamp_ns: NDArray[np.int64], start_ns: int) -> int:
+        """Return where to begin so that a gap across the start has samples before it [ns]."""
+        place = int(np.searchsorted(stamp_ns, start_ns, 'right')) - 1
+        return start_ns if place < 0 else int(stamp_ns[place]) - int(40 * self.period_ns)
+
+    def _after_gap(self, stamp_ns: NDArray[np.int64], end_ns: int, after_ns: int) -> int:
+        """Return where to end so that a gap across the end has samples after it [ns]."""
+        place = int(np.searchsorted(stamp_ns, after_ns))
+        if place in (0, len(stamp_ns)) or stamp_ns[place - 1] > end_ns - self.period_ns / 2:
+            return after_ns
+        gap_ns = stamp_ns[place] - stamp_ns[place - 1]
+        if gap_ns > (longest_filled(self.period_ns) + 1.5) * self.period_ns:
+            return after_ns
+        return int(stamp_ns[place]) + int(40 * self.period_ns)
+
+    def awaits(self, end_ns: int, step_ns: float) -> bool:
+        """Tell whether a gap across the end of a stretch wants more samples behind it."""
+        stamps = self.stream.samples().stamp_ns
+        last_ns = end_ns - round(step_ns)
+        return self.stream.newest_ns < self._after_gap(
+            stamps, last_ns, last_ns + self.margin_ns(step_ns)
+        )
 
     def _follow_rate(self, inside: NDArray[np.int64]) -> None:
         if self.clock is not None:
@@ -287,7 +312,7 @@ def _channels_of_sensor(
 def _mean_step(stamps: NDArray[np.int64]) -> float:
     """Return the mean step between neighbours, gaps left out [ns]."""
     steps = np.diff(stamps)
-    typical = float(np.median(steps))
+    typical = typical_step(steps)
     # Stamps in whole milliseconds may alternate between 2 and 3 of them.
     return float(np.mean(steps[steps < 1.51 * typical]))
 
