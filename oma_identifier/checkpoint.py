@@ -39,7 +39,7 @@ def restore(data: object) -> TrackerState:
             raise TypeError('not a mapping')
         tracks = [_track(entry) for entry in data['tracks']]
         next_id = int(data['next_id'])
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise SettingsError(
             f'not a checkpoint: {error}', where='tracker state', advice='start without it'
         ) from error

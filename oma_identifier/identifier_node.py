@@ -1,7 +1,7 @@
 """The identifier as a ROS node: samples in, modal parameters out after each window."""
 
 from collections.abc import Sequence
-import json
+from dataclasses import replace
 import math
 from pathlib import Path
 from typing import Any
@@ -15,14 +15,15 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
-from modal_core.atomic_file import atomic_path, write_text
 from modal_core.errors import SettingsError
 from modal_core.measurements import Measurement
+from modal_core.printable import printable
 from modal_core.quality import ChannelQuality
 from modal_core.ros_messages import LATCHED, parameter_descriptor
 from modal_core.run_node import run_node
 from oma_identifier.analysed_band import below_edge
 from oma_identifier.cell_topics import CELL_TYPES, is_of_cell
+from oma_identifier.checkpoint_file import CheckpointFile
 from oma_identifier.excitation_watch_node import ExcitationWatch
 from oma_identifier.node_parameters import (
     load_layout_file,
@@ -57,7 +58,8 @@ DIAGNOSTICS_PERIOD_S = 1.0
 SAMPLE_DEPTH = 8000
 BLOCK_DEPTH = 1024
 FINISH_TIMEOUT_S = 60.0
-LARGEST_CHECKPOINT_BYTES = 50_000_000
+RESTARTED = 'restarted'
+"""Flag of the first window after a restart from a checkpoint; numbers run on."""
 
 
 class IdentifierNode(Node):
@@ -74,6 +76,9 @@ class IdentifierNode(Node):
             self.layout.check_links(self.robot.link_names, robot)
         self.intake = TopicIntake()
         self.problems: dict[str, str] = {}
+        checkpoint = self._value('checkpoint_file')
+        self._checkpoint = CheckpointFile(Path(checkpoint)) if checkpoint else None
+        self._restarted = False
         self.pipeline = IdentificationPipeline(
             settings_from(self._settings()), self.layout, self._load_tracker(), self.robot
         )
@@ -184,6 +189,7 @@ class IdentifierNode(Node):
 
     def _publish(self, result: WindowResult) -> None:
         base_frame = self._value('base_frame')
+        result = self._marked(result)
         self._last_result = result
         message = modal_parameters(result, base_frame, self._worker.n_skipped)
         try:
@@ -297,52 +303,55 @@ class IdentifierNode(Node):
                 self.pipeline.buffer.expect(topic)
 
     def _load_tracker(self) -> ModeTracker | None:
-        name = self._value('checkpoint_file')
-        path = Path(name)
-        if not name or not path.exists():
-            return None
         try:
-            if path.stat().st_size > LARGEST_CHECKPOINT_BYTES:
-                raise SettingsError('file too large', where=path)
-            return ModeTracker.from_json(json.loads(path.read_text(encoding='utf-8')))
-        except (OSError, ValueError, SettingsError) as error:
-            self.problems['CHECKPOINT'] = f'{path} not used: {error}'
-            self.get_logger().warning(self.problems['CHECKPOINT'])
+            return self._checkpoint.tracker() if self._checkpoint else None
+        except SettingsError as error:
+            self._distrust(self._checkpoint.path, error)
             return None
 
     def _publish_last(self) -> None:
-        """Serve the last result again: a restarted publisher has nothing for late joiners."""
-        path = self._last_file()
-        if path is None or not path.exists():
+        """Serve the last result again, and number the windows on from it."""
+        if self._checkpoint is None:
             return
         try:
-            if path.stat().st_size > LARGEST_CHECKPOINT_BYTES:
-                raise ValueError('file too large')
-            self._modal.publish(deserialize_message(path.read_bytes(), ModalParameters))
-        except (OSError, ValueError, rclpy_implementation.RCLError, RuntimeError) as error:
-            self.problems['CHECKPOINT'] = f'{path} not used: {error}'
-            self.get_logger().warning(self.problems['CHECKPOINT'])
+            kept = self._checkpoint.last_result()
+            if kept is None:
+                return
+            message = deserialize_message(kept, ModalParameters)
+            self._modal.publish(message)
+        except (ValueError, SettingsError, rclpy_implementation.RCLError, RuntimeError) as error:
+            self._distrust(self._checkpoint.last, error)
+            return
+        self.pipeline.buffer.n_windows = message.window_index + 1
+        self._restarted = True
 
-    def _last_file(self) -> Path | None:
-        name = self._value('checkpoint_file')
-        return Path(f'{name}.last') if name else None
+    def _distrust(self, path: Path, error: Exception) -> None:
+        self.problems['CHECKPOINT'] = f'{path} not used: {printable(error, 300)}'
+        self.get_logger().warning(self.problems['CHECKPOINT'])
+
+    def _marked(self, result: WindowResult) -> WindowResult:
+        """Say of the first window after a restart that it is: what lies between is not known."""
+        if not self._restarted:
+            return result
+        self._restarted = False
+        quality = replace(result.quality, flags=(*result.quality.flags, RESTARTED))
+        return replace(result, quality=quality)
 
     def _save(self, message: ModalParameters) -> None:
-        """Keep ids and the last result for the next start, each whole or not at all."""
-        name, last = self._value('checkpoint_file'), self._last_file()
-        if last is None:
+        """Keep ids and the last result for the next start."""
+        if self._checkpoint is None:
             return
         try:
-            write_text(Path(name), json.dumps(self.pipeline.tracker.to_json()))
-            with atomic_path(last) as temporary:
-                temporary.write_bytes(serialize_message(message))
+            self._checkpoint.save(self.pipeline.tracker, serialize_message(message))
             self.problems.pop('CHECKPOINT', None)
         except OSError as error:
-            self.problems['CHECKPOINT'] = f'{name} not written: {error}'
+            self.problems['CHECKPOINT'] = f'{self._checkpoint.path} not written: {error}'
 
     def destroy_node(self) -> None:
         """Stop the worker, then the node."""
         self._worker.stop(5.0)
+        if self._checkpoint is not None:
+            self._checkpoint.close()
         super().destroy_node()
 
 

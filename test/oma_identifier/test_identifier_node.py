@@ -1,5 +1,8 @@
 """The identifier node over real Fast DDS: right modes, bad messages, parameters, replay."""
 
+from pathlib import Path
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -15,8 +18,10 @@ from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
 
 from modal_core.channel import Channel
+from modal_core.errors import SettingsError
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 from modal_core.samples import Samples
+from oma_identifier.checkpoint_file import CheckpointFile
 from oma_identifier.identifier_node import IdentifierNode
 from oma_identifier.identify import identify_samples
 from oma_identifier.pipeline import IdentificationPipeline
@@ -182,9 +187,35 @@ def test_checkpoint_keeps_ids_over_a_restart(driver, tmp_path):
         if len(ids) == 2:
             assert node.results[0].window_start == node.results[-1].window_start
             assert len(node.results) == 2
+            # Numbers run on, and the first window says why there is a break before it.
+            assert node.results[1].window_index == node.results[0].window_index + 1
+            assert [list(r.data_quality.flags).count('restarted') for r in node.results] == [0, 1]
         node.close()
         node.close = lambda: None
     assert ids[0] and ids[0] == ids[1]
+
+
+def test_a_checkpoint_is_written_by_one_identifier_only(driver, tmp_path):
+    file = str(tmp_path / 'tracks.json')
+    node = driver(checkpoint_file=file)
+    line = [sys.executable, '-P', '-m', 'oma_identifier.identifier_node', '--ros-args']
+    other = [*line, '-p', f'checkpoint_file:={file}']
+    refused = subprocess.run(other, capture_output=True, text=True, timeout=60, check=False)
+    assert refused.returncode == 2 and refused.stderr.count('\n') == 1
+    assert 'used by another identifier' in refused.stderr and file in refused.stderr
+    node.close()
+    node.close = lambda: None
+    holder = 'import time, pathlib; from oma_identifier.checkpoint_file import CheckpointFile; '
+    holder += (
+        f'kept = CheckpointFile(pathlib.Path({file!r})); print(1, flush=True); time.sleep(60)'
+    )
+    killed = subprocess.Popen([sys.executable, '-c', holder], stdout=subprocess.PIPE)
+    killed.stdout.readline()
+    with pytest.raises(SettingsError, match='another identifier'):
+        CheckpointFile(Path(file))
+    killed.kill()
+    killed.wait()
+    CheckpointFile(Path(file)).close()
 
 
 def test_a_window_that_is_done_after_the_stop_is_kept(tmp_path):
