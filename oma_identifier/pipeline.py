@@ -152,11 +152,12 @@ class IdentificationPipeline:
             return self._without_modes(window, quality)
 
     def _identify(self, window: Window) -> WindowResult:
-        cleaned = self._synchronise(self._clean(window))
+        cleaned = self._clean(window)
+        check_samples(cleaned.samples)
+        cleaned = self._synchronise(cleaned)
         if self._synchronise.corrects_earlier:
             self._forget()
         samples = cleaned.samples
-        check_samples(samples)
         spectrum = self._spectra.of(samples)
         if samples.acceleration.nbytes >= LARGE_BYTES:
             give_back()

@@ -1,5 +1,6 @@
 """Spectra of all channels around the peaks of a window: where one mode outweighs all else."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ FEWEST_LINES = 9
 PROMINENCE_DB = 6.0
 """Height above both valleys: two and a half deviations of a difference of averaged powers."""
 MOST_PEAKS = 16
+CHANNELS_AT_ONCE = 8
 MOST_LINES = 400
 """A broader peak tells no more than this many lines of it."""
 TOP = 0.86
@@ -62,21 +64,38 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     Riedel and Sidorenko (1995), doi:10.1109/78.365298 (sine tapers, and their transforms as
     differences of lines).
     """
-    rows = samples.acceleration - samples.acceleration.mean(axis=0)
-    scale = rows.std(axis=0)
-    rows /= np.where(scale > 0.0, scale, np.inf)
-    half = next_fast_len(len(rows))
-    # Twice the lines: taper k is a difference of lines k above and below.
-    fine = rfft(rows.astype(np.float32), 2 * half, axis=0)
-    n_lines = int(TOP * half / 2)
-    own = np.arange(TAPERS, n_lines)
-    spectra = np.stack([fine[2 * own - k] - fine[2 * own + k] for k in range(1, TAPERS + 1)])
+    half = next_fast_len(len(samples.acceleration))
     step_hz = samples.sample_rate_hz / half
-    power = (np.abs(spectra) ** 2).mean(axis=(0, 2))
+    own = np.arange(TAPERS, int(TOP * half / 2))
+    power = np.zeros(len(own))
+    for spectra in _spectra(samples, half, own):
+        power += (np.abs(spectra) ** 2).sum(axis=(0, 2))
+    ranges = _ranges(own, power)
+    if not ranges:
+        return []
+    # Transformed once more: the spectra of all channels may not fit into memory.
+    wanted = np.concatenate([own[first:last] for first, last in ranges])
+    every = np.concatenate(list(_spectra(samples, half, wanted)), axis=2).astype(np.complex128)
+    ends = np.cumsum([last - first for first, last in ranges])
     return [
-        _peak(spectra[:, first:last], power[first:last], own[first:last] * step_hz)
-        for first, last in _ranges(own, power)
+        _peak(spectra, power[first:last], own[first:last] * step_hz)
+        for spectra, (first, last) in zip(np.split(every, ends[:-1], axis=1), ranges, strict=True)
     ]
+
+
+def _spectra(
+    samples: Samples, half: int, wanted: NDArray[np.int64]
+) -> Iterator[NDArray[np.complex64]]:
+    """Yield the wanted lines of a few channels at a time, (TAPERS, n_lines, n_channels)."""
+    for first in range(0, len(samples.channels), CHANNELS_AT_ONCE):
+        rows = samples.acceleration[:, first : first + CHANNELS_AT_ONCE]
+        rows = rows - rows.mean(axis=0)
+        scale = rows.std(axis=0)
+        rows /= np.where(scale > 0.0, scale, np.inf)
+        # Twice the lines: taper k is a difference of lines k above and below.
+        fine = rfft(rows.astype(np.float32), 2 * half, axis=0)
+        tapers = range(1, TAPERS + 1)
+        yield np.stack([fine[2 * wanted - k] - fine[2 * wanted + k] for k in tapers])
 
 
 def _ranges(line: NDArray[np.int64], power: Real) -> list[tuple[int, int]]:
@@ -114,4 +133,4 @@ def _smooth(line: NDArray[np.int64], power: Real) -> Real:
 
 def _peak(spectra: Complex, power: Real, line_hz: Real) -> Peak:
     middle = float(np.average(line_hz, weights=power))
-    return Peak(middle, line_hz - middle, spectra.astype(np.complex128))
+    return Peak(middle, line_hz - middle, spectra)
