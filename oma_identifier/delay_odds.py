@@ -36,8 +36,8 @@ ODD = 0.05
 BENDS = ((0.8, 1.0, 0.003), (0.15, 4.0, 0.03))
 """Shares of peaks, and by how much their phase bends from one side to the other: in deviations of
 that phase, and in radians beside.  In 1,450 pairs of synchronous sensors of random structures half
-were bent by 0.5 deviations, a tenth by more than 2, a hundredth by more than 5 to 24: tails of other
-modes.  The rest are no single mode (``ODD``)."""
+were bent by 0.5 deviations, a tenth by more than 2, a hundredth by more than 5 to 24, by tails of
+other modes.  The rest are no single mode (``ODD``)."""
 COHERENT = 0.3
 """Least squared coherence of a peak; noise of 11 values comes there in one of thirty-five."""
 FEWEST_FREE = 6.0

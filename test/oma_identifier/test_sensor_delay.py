@@ -122,6 +122,20 @@ def test_every_sensor_with_a_delay_of_its_own():
         assert_true_shapes(result, shapes)
 
 
+def test_a_sensor_that_no_delay_puts_in_step_is_left_out_and_named():
+    """Its filter turns every mode by an angle of its own."""
+    rng = np.random.default_rng(SEED)
+    shapes = rng.standard_normal((len(NAMES), len(FREQUENCY_HZ)))
+    turn = np.exp(1j * np.array([1.3, -1.2, 1.5, 0.9, -1.4, 1.1]))
+    turned = np.where(late(1.0)[:, None] > 0.0, shapes * turn, shapes)
+    for result in identified(one_recorder(record(rng, turned, late(0.0)))):
+        assert LATE_SENSOR not in ' '.join(result.modes.channel_names)
+        assert_true_shapes(result, shapes)
+        for channel in result.quality.channels:
+            is_late = channel.name.startswith(LATE_SENSOR)
+            assert channel.excluded == ('not_synchronous' in channel.flags) == is_late
+
+
 def test_a_clock_that_steps_between_windows_is_followed():
     rng = np.random.default_rng(SEED)
     shapes = rng.standard_normal((len(NAMES), len(FREQUENCY_HZ)))
