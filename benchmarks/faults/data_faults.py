@@ -11,6 +11,8 @@ from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 
 Fault = Callable[[np.random.Generator, Scene], Scene]
 HOUR_NS = 3_600_000_000_000
+BLOCK = 8
+"""Samples of a recorder that are lost together."""
 
 
 def _one(rng: np.random.Generator, scene: Scene, change: Callable[[Track], Track]) -> Scene:
@@ -173,7 +175,13 @@ def _kept(
 def random_loss(rng: np.random.Generator, scene: Scene) -> Scene:
     """Samples are lost one by one."""
     share = 10 ** rng.uniform(-3.0, -0.3)
-    return _kept(rng, scene, lambda track: rng.random(len(track.values)) > share)
+
+    def mask(track: Track) -> NDArray[np.bool_]:
+        # A recorder loses whole blocks.
+        rows = np.arange(len(track.values)) // (BLOCK if track.counts else 1)
+        return (rng.random(len(track.values)) > share)[rows]
+
+    return _kept(rng, scene, mask)
 
 
 def bursts_lost(rng: np.random.Generator, scene: Scene) -> Scene:
@@ -206,17 +214,22 @@ def dropout(rng: np.random.Generator, scene: Scene) -> Scene:
 def every_nth(rng: np.random.Generator, scene: Scene) -> Scene:
     """Only every second to fourth sample arrives."""
     step = int(rng.integers(2, 5))
-    return _kept(rng, scene, lambda track: np.arange(len(track.values)) % step == 0)
+    return _one(rng, scene, lambda track: _thinned(track, step, 0))
 
 
 def rate_change(rng: np.random.Generator, scene: Scene) -> Scene:
     """From one moment on only every second sample arrives, of all sensors."""
     since = rng.uniform(0.2, 0.8)
     for place, track in enumerate(scene.tracks):
-        rows = np.arange(len(track.values))
-        keep = (rows < since * len(rows)) | (rows % 2 == 0)
-        scene = scene.with_track(place, track.taken(keep))
+        scene = scene.with_track(place, _thinned(track, 2, int(since * len(track.values))))
     return scene
+
+
+def _thinned(track: Track, step: int, since: int) -> Track:
+    """Keep every ``step``-th sample from a row on; a recorder counts those it sends."""
+    rows = np.arange(len(track.values))
+    kept = track.taken((rows < since) | (rows % step == 0))
+    return replace(kept, counter=np.arange(len(kept.values)))
 
 
 def repeats(rng: np.random.Generator, scene: Scene) -> Scene:

@@ -26,8 +26,8 @@ TWO_AT_ONCE = 0.15
 SLOWEST = 2.0
 SPARED_S = 0.5
 """Processor time that no record is too short to need: the first use of each path costs it."""
-LONGEST_S = 60
-"""Wall-clock time after which a run counts as hanging; without a fault it takes a second."""
+LONGEST_S = 30
+"""Processor time after which a run counts as hanging; without a fault it takes a second."""
 MOST_BYTES = 4 << 30
 """Address space of a run."""
 BY_CHANCE = 0.0027
@@ -99,7 +99,7 @@ def examine(seed: int) -> Finding:
     if number >= len(FAULTS) + len(WAYS):
         return _examine_arm(seed, rng)
     scene = random_scene(rng)
-    signal.alarm(LONGEST_S)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
     clean = run(measurements(scene))
     chosen = [FAULTS[number]] if number < len(FAULTS) else []
     way = WAYS[number - len(FAULTS)] if not chosen else None
@@ -108,11 +108,11 @@ def examine(seed: int) -> Finding:
     faulty = scene
     for fault in chosen:
         faulty = fault(rng, faulty)
-    signal.alarm(LONGEST_S)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
     notes = Notes()
     outcome = run(way(rng, faulty, notes) if way else measurements(faulty))
     outcome.flags |= notes
-    signal.alarm(0)
+    signal.setitimer(signal.ITIMER_PROF, 0)
     control, published = judge(clean, scene, set()), judge(outcome, faulty, clean.flags)
     return Finding(
         seed=seed,
@@ -136,12 +136,12 @@ def _examine_arm(seed: int, rng: np.random.Generator) -> Finding:
     """Run an arm into a fault; whatever it does that it may not is wrong."""
     fault = ARM_FAULTS[int(rng.integers(len(ARM_FAULTS)))]
     crash, end, wrong = '', '', []
-    signal.alarm(LONGEST_S)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
     try:
         end, wrong = arm_run(rng, fault)
     except Exception as error:  # noqa: BLE001 - any crash is a finding
         crash = f'{type(error).__name__}: {error}'
-    signal.alarm(0)
+    signal.setitimer(signal.ITIMER_PROF, 0)
     return Finding(
         seed=seed, faults=f'arm: {fault.__name__}', outside=tuple(wrong), crash=crash, refusal=end
     )
@@ -162,7 +162,7 @@ def findings(seeds: Sequence[int]) -> Iterator[Finding]:
 def _bound() -> None:
     """Let a run that hangs or takes all memory be a finding and no end of the series."""
     resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
-    signal.signal(signal.SIGALRM, _too_long)
+    signal.signal(signal.SIGPROF, _too_long)
 
 
 def _too_long(_: int, __: FrameType | None) -> None:
