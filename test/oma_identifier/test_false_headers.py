@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from autonomous_modal_analysis.identification import identify_recording
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 from oma_identifier.joint_track import JointTrack
 from oma_identifier.sample_buffer import SampleBuffer
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.topic_intake import in_order
+from recordings import open_recording, RecordingWriter
+from recordings.encode import encode
 
 START = 1_700_000_000_000_000_000
 HOUR = 3600 * 10**9
@@ -290,3 +293,36 @@ def test_a_wild_stamp_does_not_spoil_the_order_of_a_late_poll():
     one[0] = replace(one[0], stamp_ns=one[0].stamp_ns + HOUR)
     ordered = [stamp_of(m) for m in in_order([*one, *other]) if stamp_of(m) < START + HOUR]
     assert np.diff(ordered).min() >= -20_000_000
+
+
+def test_a_recording_with_false_headers_is_identified_as_if_they_were_not_there(tmp_path):
+    time_s = np.arange(30 * 200) / 200.0
+    rng = np.random.default_rng(SEED)
+    tone = np.convolve(rng.normal(size=len(time_s) + 400), _ring(12.0, 0.02), 'valid')
+    values = tone[: len(time_s), None] * [1.0, -0.6, 0.3] + 0.01 * rng.normal(size=(6000, 3))
+    names = ('b0', 'b1', 'b2')
+    messages = []
+    for first in range(0, 6000, 20):
+        stamp = START + round(first * 5e6)
+        block = SampleBlock('/b', stamp, first, 200.0, names, values[first : first + 20])
+        messages += encode(block, '/b')
+    evil = SampleBlock('/evil', START + 10**9, 0, 1e7, ('e',), np.ones((1000, 1)))
+    wild = replace(sensor('/imu', 10.0, 1.0)[0], stamp_ns=np.array([START + HOUR]))
+    found = []
+    for number, extra in enumerate(([], [*encode(evil, '/evil'), *encode(wild, '/imu')])):
+        path = tmp_path / f'{number}.mcap'
+        with RecordingWriter(path) as writer:
+            for place, raw in enumerate([*messages[:40], *extra, *messages[40:]]):
+                writer.write(raw.topic, raw.message_type, START + place * 10**8, raw.data)
+        settings = IdentificationSettings(window_s=15.0)
+        found.append(identify_recording(open_recording(path), settings).identification)
+    clean, spoilt = found
+    assert len(spoilt.windows) == len(clean.windows) >= 2
+    assert [m.frequency_hz for m in spoilt.modes] == [m.frequency_hz for m in clean.modes]
+    assert abs(spoilt.modes.frequency_hz[0] - 12.0) < 0.2
+
+
+def _ring(frequency_hz, damping_ratio):
+    time_s = np.arange(400) / 200.0
+    omega = 2.0 * np.pi * frequency_hz
+    return np.exp(-damping_ratio * omega * time_s) * np.cos(omega * time_s)
