@@ -30,7 +30,7 @@ def encoding_of(path: Path) -> str:
     marked = next((name for mark, name in MARKS if head.startswith(mark)), None)
     for name in (marked,) if marked else _likely(head):
         try:
-            text = codecs.getincrementaldecoder(name)().decode(head)
+            text = codecs.getincrementaldecoder(name)().decode(head, len(head) < HEAD_BYTES)
         except UnicodeDecodeError:
             continue
         if all(letter >= ' ' or letter in LINES for letter in text) and '\x7f' not in text:

@@ -29,16 +29,19 @@ def read_text_table(path: Path) -> ArrayTable:
         raise RecordingError(
             'file too large', where=path, found=size, expected=f'at most {LARGEST_BYTES} bytes'
         )
-    layout = text_layout(path)
-    if layout.n_columns > MOST_COLUMNS:
-        raise RecordingError(
-            'too many columns', where=path, found=layout.n_columns, expected=f'<= {MOST_COLUMNS}'
-        )
     try:
+        layout = text_layout(path)
+        if layout.n_columns > MOST_COLUMNS:
+            raise RecordingError(
+                'too many columns',
+                where=path,
+                found=layout.n_columns,
+                expected=f'<= {MOST_COLUMNS}',
+            )
         values = np.concatenate(list(_pieces(path, layout)))
     except UnicodeDecodeError as error:
         raise RecordingError(
-            'not a text file', where=path, expected=f'{layout.encoding} throughout'
+            'not a text file', where=path, expected='one encoding throughout'
         ) from error
     if len(values) < 2:
         raise RecordingError(

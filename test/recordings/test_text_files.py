@@ -231,3 +231,38 @@ def test_a_time_among_the_columns_of_a_binary_array_is_asked_for(tmp_path):
         open_recording(path, sample_rate_hz=RATE_HZ)
     (tmp_path / 'array.npy.yaml').write_text('channels: ["time [s]", a, b]\nunit: g\n')
     assert open_recording(path).sample_rate_hz == pytest.approx(RATE_HZ)
+
+
+SCRAPS = (
+    b';', b'"', b'\n', b'\0', b'nan', b'1e999', b'9' * 400, b'\t', b'#', b'sep=;\n', b'[g]', b'(ms)',
+    b'2024-13-45 25:61:00', b'00:00:00', b'\xff', b'-', b'sample rate: 0 Hz\n', b'fs=1e400\n',
+)  # fmt: skip
+
+
+@pytest.mark.filterwarnings('error')
+def test_damaged_text_is_read_or_refused_never_more(tmp_path):
+    rng = np.random.default_rng(SEED)
+    texts = [*READ.values(), *(text for text, _ in ASKED.values())]
+    for number in range(400):
+        text = texts[rng.integers(len(texts))]
+        data = bytearray(text if isinstance(text, bytes) else text.encode())
+        for _ in range(rng.choice([1, 3, 30])):
+            place = rng.integers(min(len(data), rng.choice([60, 10_000])))
+            cut = rng.choice([0, 1, 40])
+            data[place : place + cut] = SCRAPS[rng.integers(len(SCRAPS))] if cut < 40 else b''
+            data = data or bytearray(b'1')
+        path = put(tmp_path, bytes(data))
+        try:
+            open_recording(path, sample_rate_hz=RATE_HZ if number % 2 else None).info()
+        except RecordingError as error:
+            line = str(error)
+            assert line.isprintable() and len(line) < 3000, f'seed {SEED}, number {number}'
+
+
+def test_a_line_that_never_ends_and_a_million_columns_are_refused(tmp_path):
+    for text, words in (
+        (b'1' * 5_000_000, 'line too long'),
+        (b'1,' * 300_000 + b'\n' + b'1,' * 300_000 + b'\n', 'too many columns'),
+    ):
+        with pytest.raises(RecordingError, match=words):
+            open_recording(put(tmp_path, text), sample_rate_hz=RATE_HZ)
