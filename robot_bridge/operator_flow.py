@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from modal_core.errors import BridgeError
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.egm_messages import MCI_RUNNING
+from robot_bridge.following_check import FollowingCheck
 from robot_bridge.pace_check import PaceCheck
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.plan_player import PlanPlayer, PlayerSettings, Reference
@@ -60,7 +61,7 @@ class FlowSettings:
     start_tolerance_deg : float [deg]
         Largest distance of any axis from the start pose at ``start``.
     max_following_error_deg : float [deg]
-        Largest distance of the measured from the wanted axis angle.
+        Largest distance of the measured from the wanted axis angle; what the plan allows is less.
     dry_run : bool
         Go through everything and send nothing.
     player : PlayerSettings
@@ -103,6 +104,7 @@ class OperatorFlow:
         self.on_change: Callable[[FlowState, str], None] = lambda *_: None
         self._lock = threading.RLock()
         self._player: PlanPlayer | None = None
+        self._following: FollowingCheck | None = None
         self._hold: Array | None = None
         self._override = 1.0
         self._heard_s = -math.inf
@@ -199,6 +201,7 @@ class OperatorFlow:
                         f'{self.settings.start_tolerance_deg:g} deg',
                     )
             self._player = PlanPlayer(path, hold, self.settings.player)
+            self._follow_plan(path, hold, feedback)
             self._player.override_target = self._override
             self._enter(FlowState.RUNNING, 'started by the operator')
 
@@ -309,7 +312,7 @@ class OperatorFlow:
                     self._player = None
                 self._hold = np.array(feedback.planned_deg)
             reference = self._reference(judgement.n_steps)
-            self._watch_following(feedback)
+            self._watch_following(reference.position_deg, feedback, judgement.n_steps, now_s)
             return None if self.settings.dry_run or self.muted else reference
 
     def poll(self, now_s: float) -> None:
@@ -422,13 +425,22 @@ class OperatorFlow:
             if blocked:
                 self.abort(blocked)
 
-    def _watch_following(self, feedback: RobotFeedback) -> None:
-        if self.state != FlowState.RUNNING or self._hold is None or self.settings.dry_run:
+    def _follow_plan(
+        self, path: PlanPath, hold: Array, feedback: RobotFeedback, own: bool = True
+    ) -> None:
+        settings = self.settings
+        largest_deg = settings.max_following_error_deg
+        self._following = FollowingCheck(path, hold, feedback, settings.cycle_s, largest_deg, own)
+
+    def _watch_following(
+        self, reference_deg: Array, feedback: RobotFeedback, n_steps: int, now_s: float
+    ) -> None:
+        following = self._following
+        if self.state != FlowState.RUNNING or following is None or self.settings.dry_run:
             return
-        error = np.abs(np.array(feedback.joints_deg) - self._hold)
-        if error.max() > self.settings.max_following_error_deg:
-            axis = int(np.argmax(error))
-            self.abort(f'axis {axis + 1} is {error[axis]:.2f} deg away from where it should be')
+        fault = following.fault(reference_deg, feedback, n_steps, now_s)
+        if fault:
+            self.abort(fault)
 
     def _pulled_away(self, feedback: RobotFeedback) -> bool:
         """Tell whether the controller stands elsewhere: asking it to come back is no hold."""

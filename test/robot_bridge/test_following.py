@@ -1,0 +1,227 @@
+"""An axis that does not do as it is asked is noticed at once, and none that does is suspected."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.egm_messages import MCI_RUNNING
+from robot_bridge.emulator.guidance_law import GuidanceLaw, GuidanceSettings
+from robot_bridge.emulator.servo import Servo, ServoSettings
+from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.plan_path import PlanPath
+from robot_bridge.session_check import Judgement, Verdict
+
+CYCLE_S = 0.004032
+RATE_HZ = 2.0 / CYCLE_S
+GUIDANCE = GuidanceSettings(
+    low_pass_hz=100.0,
+    max_speed_deviation_deg_s=30.0,
+    window_low_deg=(-1e-3,) * 6,
+    window_high_deg=(1e-3,) * 6,
+    condition_time_s=1e6,
+)
+
+
+class Arm:
+    """The law and drives of the emulated controller behind a flow, on a clock of their own."""
+
+    def __init__(self, path, servo=None, guidance=GUIDANCE, spoil=lambda arm, joints: joints):
+        settings = FlowSettings(dry_run=False, heartbeat_timeout_s=0.0, link_timeout_s=0.25)
+        self.flow, self.path, self.spoil = OperatorFlow(settings), path, spoil
+        self.law = GuidanceLaw(guidance, path.start_deg, CYCLE_S)
+        self.servo = Servo(servo or ServoSettings(), path.start_deg, 1.0 / RATE_HZ)
+        self.seqno, self.now, self.past, self.queue = 0, 0.0, [], []
+        self.stamp = lambda us: us
+        self.run(100)
+        self.flow.offer(path)
+        self.flow.start(self.now, self.flow.arm(path.plan_hash, 5.0, self.now))
+
+    def cycle(self):
+        """Advance the controller, which reads one queued reply, and return what it says."""
+        if self.queue:
+            reply = self.queue.pop(0)
+            self.law.refer(reply.position_deg, reply.speed_deg_s)
+        before = self.law.position_deg
+        after = self.law.step()
+        self.servo.advance(before + np.array([[0.5], [1.0]]) * (after - before))
+        joints = tuple(self.servo.measured_deg(0.0).tolist())
+        self.past.append(joints)
+        self.now += CYCLE_S
+        self.seqno += 1
+        return RobotFeedback(
+            seqno=self.seqno - 1, tm_ms=round(1e3 * self.now),
+            joints_deg=tuple(self.spoil(self, joints)), planned_deg=tuple(after.tolist()),
+            time_us=self.stamp(round(1e6 * self.now)), motors_on=True, mci_state=MCI_RUNNING,
+            rapid_running=True, converged=False,
+        )  # fmt: skip
+
+    def answer(self, feedback):
+        verdict = Verdict.ACCEPT if feedback.seqno else Verdict.NEW_SESSION
+        self.queue.append(self.flow.on_feedback(feedback, Judgement(verdict), self.now))
+
+    def run(self, cycles):
+        for _ in range(cycles):
+            self.answer(self.cycle())
+        return self
+
+    def stall(self, cycles):
+        """Let the bridge stand still for some cycles, and then answer all of them at once."""
+        for feedback in [self.cycle() for _ in range(cycles)]:
+            self.answer(feedback)
+        return self
+
+
+def path_of(plan, model):
+    return PlanPath.from_trajectory(plan.plan_hash, plan.trajectory, model.to_controller)
+
+
+@pytest.fixture(scope='module')
+def path(plan, model):
+    return path_of(plan, model)
+
+
+HEALTHY = {
+    'as it is': {},
+    'slow drives': {'servo': ServoSettings(bandwidth_hz=10.0, dead_time_s=0.06)},
+    'ringing drives': {'servo': ServoSettings(damping_ratio=0.3)},
+    'friction': {'servo': ServoSettings(friction_deg_s2=100.0)},
+    'coarse encoders': {'servo': ServoSettings(encoder_counts=256)},
+    'default filter': {'guidance': replace(GUIDANCE, low_pass_hz=20.0)},
+    'stiff law': {'guidance': replace(GUIDANCE, gain_1_s=20.0)},
+}
+
+
+@pytest.mark.parametrize('override', [1.0, 0.3, 0.05])
+@pytest.mark.parametrize('name', HEALTHY)
+def test_an_arm_that_follows_is_never_suspected(path, name, override):
+    arm = Arm(path, **HEALTHY[name])
+    arm.flow.set_speed_override(override)
+    arm.run(round(path.duration_s / CYCLE_S) + 10)
+    assert arm.flow.state == FlowState.HOLDING, arm.flow.reason
+
+
+def test_droop_and_noise_and_a_live_override_are_no_fault(path):
+    random = np.random.default_rng(11)
+    droop = np.array([0.0, 0.02, -0.02, 0.01, 0.0, 0.01])
+
+    def spoil(arm, joints):
+        return np.array(joints) + droop + 2e-4 * random.standard_normal(6)
+
+    arm = Arm(path, spoil=spoil)
+    for override in (0.5, 1.0, 0.2, 0.0, 1.0):
+        arm.flow.set_speed_override(override)
+        arm.run(290)
+    arm.run(200)
+    assert arm.flow.state == FlowState.HOLDING, arm.flow.reason
+
+
+@pytest.mark.parametrize('signal', ['random_pulses', 'band_limited_noise'])
+@pytest.mark.parametrize('seed', [2, 3])
+def test_other_plans_are_followed_too(model, signal, seed):
+    from excitation_planner.planner import plan_excitation
+    from excitation_planner.request import PlanRequest
+    from structural_model.robot_files import load_layout
+
+    start = tuple(model.pose('P3').tolist())
+    request = PlanRequest(seed=seed, signal=signal, duration_s=8.0, start_position=start)
+    plan = plan_excitation(model, load_layout('irb6660_205_190', 'sensors'), request)
+    arm = Arm(path_of(plan, model)).run(2100)
+    assert arm.flow.state == FlowState.HOLDING, arm.flow.reason
+
+
+def frozen(begin, axes):
+    def spoil(arm, joints):
+        joints = np.array(joints)
+        if arm.seqno > begin:
+            joints[axes] = np.array(arm.past[begin])[axes]
+        return joints
+
+    return spoil
+
+
+def after(begin, change):
+    return lambda arm, joints: change(arm, np.array(joints)) if arm.seqno > begin else joints
+
+
+def noisy(begin):
+    """Frozen, but for noise that looks alive."""
+    random = np.random.default_rng(5)
+    kept = frozen(begin, slice(None))
+    return lambda arm, joints: kept(arm, joints) + 1e-3 * random.standard_normal(6)
+
+
+def jump(begin, axis, size_deg):
+    def change(arm, joints):
+        joints[axis] += size_deg
+        return joints
+
+    return after(begin, change)
+
+
+FAULTS = {
+    'frozen': lambda begin: frozen(begin, slice(None)),
+    'one axis frozen': lambda begin: frozen(begin, [2]),
+    'frozen under noise': noisy,
+    'an old stretch': lambda begin: after(begin, lambda arm, _: np.array(arm.past[-150])),
+    'turned round': lambda begin: after(
+        begin, lambda arm, joints: 2.0 * arm.path.start_deg - joints
+    ),
+    'jump of 0.5 deg': lambda begin: jump(begin, 0, 0.5),
+    'jump of 0.1 deg': lambda begin: jump(begin, 3, -0.1),
+    'creeps away': lambda begin: after(
+        begin, lambda arm, joints: joints + 2e-3 * (arm.seqno - begin)
+    ),
+    'ten times as far': lambda begin: after(
+        begin, lambda arm, joints: arm.path.start_deg + 10.0 * (joints - arm.path.start_deg)
+    ),
+}
+
+
+@pytest.mark.parametrize('name', FAULTS)
+def test_an_axis_that_does_not_follow_stops_the_motion_within_0_6_s(path, name):
+    # Seed 1907: the moment within the motion, after its ramp-in.
+    begin = 100 + int(np.random.default_rng(1907).integers(400, 900))
+    arm = Arm(path, spoil=FAULTS[name](begin)).run(begin - 100)
+    assert arm.flow.state == FlowState.RUNNING, arm.flow.reason
+    arm.run(round(0.6 / CYCLE_S))
+    assert arm.flow.state == FlowState.ABORTED
+    assert 'axis' in arm.flow.reason
+    place = arm.law.position_deg
+    arm.run(200)
+    assert np.abs(arm.law.position_deg - place).max() < 0.05
+
+
+def test_a_frozen_feedback_is_called_so(path):
+    arm = Arm(path, spoil=frozen(720, slice(None))).run(600 + round(0.6 / CYCLE_S))
+    assert arm.flow.state == FlowState.ABORTED
+    assert 'frozen' in arm.flow.reason or 'correlation' in arm.flow.reason
+
+
+def test_a_clock_that_ran_and_stands_stops_the_motion(path):
+    arm = Arm(path).run(500)
+    stopped_us = round(1e6 * arm.now)
+    arm.stamp = lambda _: stopped_us
+    arm.run(round(0.15 / CYCLE_S))
+    assert arm.flow.state == FlowState.ABORTED
+    assert 'time' in arm.flow.reason
+
+
+def test_a_machine_that_is_not_punctual_is_no_fault_of_the_arm(path):
+    # Seed 3: every now and then the bridge stands still, and the controller runs on meanwhile.
+    random, arm = np.random.default_rng(3), Arm(path)
+    while arm.flow.state == FlowState.RUNNING:
+        arm.run(int(random.integers(1, 200)))
+        arm.stall(int(random.integers(1, 40)))
+    assert arm.flow.state == FlowState.HOLDING, arm.flow.reason
+
+
+def test_a_frozen_feedback_is_noticed_on_such_a_machine_too(path):
+    random, arm = np.random.default_rng(4), Arm(path)
+    arm.run(300).stall(15).run(50).stall(10).run(200)
+    assert arm.flow.state == FlowState.RUNNING, arm.flow.reason
+    arm.spoil = frozen(arm.seqno, slice(None))
+    for _ in range(20):
+        arm.run(10).stall(int(random.integers(1, 5)))
+    assert arm.flow.state == FlowState.ABORTED
