@@ -15,6 +15,7 @@ from autonomous_modal_analysis.processes import NodeCommand, NodeProcesses
 from autonomous_modal_analysis.recorder_node import RecorderNode
 from autonomous_modal_analysis.spinning_node import own_domain, ros_context, spinning
 from autonomous_modal_analysis.terminal import MESSAGES, ProgressCallback
+from excitation_planner.rapid import session_s
 from modal_core.errors import RecordingError
 from oma_msgs.msg import AccelerationBlock, ExcitationPlan, ModalParameters
 
@@ -107,6 +108,10 @@ def _commands(settings: DemoSettings, port: int) -> tuple[NodeCommand, ...]:
                 'seed': settings.seed,
                 # Emulator and bridge share this machine with everything else.
                 'guidance.comm_timeout_s': 2.0,
+                # Of any robot's plan, which is not known yet.
+                'guidance.max_speed_deviation_deg_s': 30.0,
+                'guidance.max_position_deviation_deg': 5.0,
+                'guidance.condition_time_s': session_s(settings.excitation_s) + START_UP_S,
             },
             'robot_bridge': {
                 'robot': settings.robot,

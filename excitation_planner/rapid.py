@@ -63,6 +63,7 @@ from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
 COMM_TIMEOUT_S = 0.1
+SESSION_SPARE_S = 30.0
 # How near to the beginning of a move an axis must stand [deg]: at most this, and a twentieth of
 # the plan's own range, but not less than what encoders and a hand at the pendant can tell apart.
 NEAR_DEG, NEAREST_DEG, PART_OF_RANGE = 0.05, 0.02, 0.05
@@ -130,6 +131,11 @@ def start_tolerance_deg(plan: ExcitationPlan) -> float:
     """Return how far any axis may stand from the beginning of a move of the plan [deg]."""
     part = PART_OF_RANGE * float(np.rad2deg(np.max(plan.position_range)))
     return min(max(part, NEAREST_DEG), NEAR_DEG)
+
+
+def session_s(duration_s: float) -> float:
+    """Return how long an exported guidance session waits for its motion [s]: its CondTime."""
+    return float(round(duration_s + SESSION_SPARE_S))
 
 
 def write_rapid(
@@ -206,6 +212,7 @@ def _guidance_module(
     plan: ExcitationPlan, model: FlexibleJointModel, options: RapidOptions
 ) -> list[str]:
     axis = np.rad2deg(model.to_controller(plan.position))
+    longest_s = session_s(plan.duration_s)
     speed = np.rad2deg(np.max(np.abs(model.to_controller(plan.velocity))))
     deviation = max(0.2, 1.5 * float(np.max(np.abs(axis - axis[0]))))
     axes = ''.join(f'\\J{number}:=converged' for number in range(1, 7))
@@ -224,7 +231,7 @@ def _guidance_module(
         f'    EGMActJoint egmGuide{axes}\\LpFilter:={options.low_pass_hz:g}\\SampleRate:=4'
         f'\\MaxPosDeviation:={deviation:.3f}\\MaxSpeedDeviation:={max(1.0, 1.5 * speed):.2f};',
         '    CheckPlace;',
-        f'    EGMRunJoint egmGuide,EGM_STOP_HOLD{selected}\\CondTime:={plan.duration_s + 30:.0f}'
+        f'    EGMRunJoint egmGuide,EGM_STOP_HOLD{selected}\\CondTime:={longest_s:g}'
         '\\RampInTime:=0.5\\RampOutTime:=0.5;',
     ]
     reset = ['    EGMReset egmGuide;']

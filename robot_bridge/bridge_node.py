@@ -53,6 +53,7 @@ class BridgeNode(LifecycleNode):
         self.configure_error: ModalAnalysisError | None = None
         self.bridge: Bridge | None = None
         self._plan: PlanMessage | None = None
+        self._waiting_plan: PlanMessage | None = None
         self.names = NameWatch(self)
         self._clash, self._to_activate = '', False
         self.joints = JointPublisher(self)
@@ -62,6 +63,7 @@ class BridgeNode(LifecycleNode):
         self.desk = OperatorDesk(self, lambda: self.bridge, self._publish_state, quick)
         topic = 'excitation_planner/excitation_plan'
         self.create_subscription(PlanMessage, topic, self._on_plan, LATCHED, callback_group=plans)
+        self.create_timer(1.0, self._take_plan, callback_group=plans)
         watch = MutuallyExclusiveCallbackGroup()
         self.create_timer(WATCH_S, self._watch_names, callback_group=watch)
         self.create_timer(0.1, self._publish_state, callback_group=quick)
@@ -191,16 +193,26 @@ class BridgeNode(LifecycleNode):
         self.joints.hear(feedback, receipt_ns, bridge.flow.reference_deg if playing else None)
 
     def _on_plan(self, message: PlanMessage) -> None:
-        self._plan, bridge = message, self.bridge
-        if bridge is None:
+        self._plan = self._waiting_plan = message
+        self._take_plan()
+
+    def _take_plan(self) -> None:
+        """Take the plan that came last; one that comes while another is played waits for its end.
+
+        Not even looked at before: that work would be in the way of the replies.
+        """
+        bridge, message = self.bridge, self._waiting_plan
+        if bridge is None or message is None or bridge.flow.busy:
             return
+        self._waiting_plan = None
         try:
-            # Before the plan is looked at: that work would be in the way of the replies.
-            bridge.flow.check_free()
             told = bridge.take(plan_from_message(message))
             self.plan_error = ''
             self.get_logger().info(told)
         except ModalAnalysisError as error:
+            if bridge.flow.busy:  # started just now
+                self._waiting_plan = message
+                return
             self.plan_error = str(error)
             self.get_logger().error(f'plan refused: {error}')
 

@@ -3,6 +3,7 @@
 import time
 
 from excitation_planner.plan import ExcitationPlan
+from excitation_planner.rapid import session_s
 from modal_core.errors import PlanError
 from robot_bridge.backend import Backend
 from robot_bridge.egm_feedback import RobotFeedback
@@ -52,7 +53,7 @@ class GuidanceBackend(Backend):
                 found=f'{path.duration_s:.1f} s, of which {ramp_s:.1f} s of ramp-in',
                 advice='plan band_limited_noise or a longer plan, or use RAPID',
             )
-        self.flow.offer(path)
+        self.flow.offer(path, session_s(path.duration_s))
         return f'plan {plan.plan_hash[:12]} checked, waiting to be armed'
 
     def answer(

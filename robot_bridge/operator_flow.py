@@ -103,6 +103,7 @@ class OperatorFlow:
         self.release = Release()
         self.on_change: Callable[[FlowState, str], None] = lambda *_: None
         self._lock = threading.RLock()
+        self._longest_arm_s = LONGEST_ARM_S
         self._player: PlanPlayer | None = None
         self._following: FollowingCheck | None = None
         self._hold: Array | None = None
@@ -112,8 +113,15 @@ class OperatorFlow:
 
     # -- the operator --------------------------------------------------------------------------
 
-    def offer(self, path: PlanPath) -> None:
+    def offer(self, path: PlanPath, longest_arm_s: float = LONGEST_ARM_S) -> None:
         """Take a plan in hand; a release ends unless it was of this very plan, by its hash.
+
+        Parameters
+        ----------
+        path : PlanPath
+            The plan.
+        longest_arm_s : float [s]
+            Longest release of it.
 
         Raises
         ------
@@ -123,6 +131,7 @@ class OperatorFlow:
         with self._lock:
             self.check_free()
             before, self.path = self.path, path
+            self._longest_arm_s = min(longest_arm_s, LONGEST_ARM_S)
             released = self.state == FlowState.ARMED
             if released and before is not None and before.plan_hash == path.plan_hash:
                 return  # a late or repeated delivery of what the operator released
@@ -137,7 +146,7 @@ class OperatorFlow:
         BridgeError
             The arm is moving.
         """
-        if self.state in (FlowState.RUNNING, FlowState.STOPPING):
+        if self.busy:
             raise BridgeError('a plan cannot be changed while it is played')
 
     def arm(self, plan_hash: str, timeout_s: float, now_s: float) -> str:
@@ -158,9 +167,9 @@ class OperatorFlow:
                     found=plan_hash[:16] or 'nothing',
                     expected=self.path.plan_hash[:16],
                 )
-            if not 0.0 < timeout_s <= LONGEST_ARM_S:
+            if not 0.0 < timeout_s <= self._longest_arm_s:
                 raise BridgeError(
-                    'bad timeout_s', found=timeout_s, expected=f'0..{LONGEST_ARM_S:g} s'
+                    'bad timeout_s', found=timeout_s, expected=f'0..{self._longest_arm_s:g} s'
                 )
             if not self.active:
                 raise BridgeError('the bridge is not active', advice='activate it first')
@@ -301,7 +310,7 @@ class OperatorFlow:
             self._watch(now_s)
             before, self.feedback, self._heard_s = self.feedback, feedback, now_s
             self._pace.add(feedback, begins=judgement.verdict == Verdict.NEW_SESSION)
-            self._watch_controller(feedback, judgement)
+            self._watch_controller(before, feedback, judgement)
             if self.state == FlowState.DISCONNECTED:
                 self._enter(FlowState.IDLE, 'the controller is heard')
             fresh = before is None or judgement.verdict == Verdict.NEW_SESSION
@@ -330,6 +339,11 @@ class OperatorFlow:
         """A plan is played or the motion is slowing down."""
         player = self._player
         return player is not None and not player.at_rest
+
+    @property
+    def busy(self) -> bool:
+        """No other plan can be taken: one is played, or slowing down."""
+        return self.state in (FlowState.RUNNING, FlowState.STOPPING) or self.moving
 
     @property
     def playing(self) -> bool:
@@ -413,7 +427,9 @@ class OperatorFlow:
                 'no heartbeat of the operator', expected='>= 10 Hz, with the token of the release'
             )
 
-    def _watch_controller(self, feedback: RobotFeedback, judgement: Judgement) -> None:
+    def _watch_controller(
+        self, before: RobotFeedback | None, feedback: RobotFeedback, judgement: Judgement
+    ) -> None:
         if self.state not in (FlowState.RUNNING, FlowState.ARMED):
             return
         if judgement.verdict == Verdict.NEW_SESSION:
@@ -424,6 +440,11 @@ class OperatorFlow:
             blocked = _not_ready(feedback)
             if blocked:
                 self.abort(blocked)
+        elif self.state == FlowState.ARMED and not self.settings.dry_run:
+            ran = before is not None and before.mci_state == MCI_RUNNING
+            if ran and feedback.mci_state != MCI_RUNNING:
+                name = feedback.mci_name
+                self._enter(FlowState.IDLE, f'the release has ended: the EGM session is {name}')
 
     def _follow_plan(
         self, path: PlanPath, hold: Array, feedback: RobotFeedback, own: bool = True

@@ -246,7 +246,16 @@ class Controller:
         return bool(np.max(np.abs(self.planned_deg - target_deg)) < AT_TARGET_DEG)
 
     def move(self, target_deg: Array, limits: MoveLimits) -> None:
-        """Begin a move from where the axes are commanded (MoveAbsJ)."""
+        """Begin a move from where the axes are commanded (MoveAbsJ).
+
+        Raises
+        ------
+        BridgeError
+            The target is out of range; nothing moves.
+        """
+        outside = self._supervision.outside(target_deg)
+        if outside:
+            raise BridgeError(f'target out of range: {outside}')
         tool_mm_s = limits.tool_speed_mm_s
         if not self.automatic:
             tool_mm_s = min(tool_mm_s, 1e3 * self.settings.manual_speed_m_s)

@@ -54,6 +54,18 @@ class Supervision:
                 return f'{name} {int(np.argmax(wrong)) + 1} at its range'
         return ''
 
+    def outside(self, angles_deg: Array) -> str:
+        """Return which axis a place would leave outside its range."""
+        pairs = zip(
+            self._ranges, (angles_deg, self._model.axes.to_serial(angles_deg)), strict=True
+        )
+        for (name, low, high), angles in pairs:
+            wrong = (angles < low - RANGE_SLACK_DEG) | (angles > high + RANGE_SLACK_DEG)
+            if wrong.any():
+                axis = int(np.argmax(wrong))
+                return f'{name} {axis + 1} at {angles[axis]:.3f} deg'
+        return ''
+
     def speed_fault(self, before: Array, after: Array, tool_speed_m_s: float) -> str:
         """Return what is too fast: an axis, or the flange beyond its limit [m/s]."""
         speed = np.abs(after - before) / self._cycle_s

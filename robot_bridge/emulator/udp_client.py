@@ -12,7 +12,9 @@ LARGEST_BYTES = 4096
 
 
 class UdpClient:
-    """Sends to the sensor and queues what comes back, first in first out.
+    """Sends to the sensor and queues what comes back from there, first in first out.
+
+    A datagram of another host, or of another port of that host, is ignored and counted.
 
     Parameters
     ----------
@@ -37,7 +39,7 @@ class UdpClient:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.bind((local_address, 0))
-            self._host = socket.gethostbyname(remote[0])
+            self._peer = (socket.gethostbyname(remote[0]), remote[1])
         except OSError as error:
             self._socket.close()
             raise BridgeError(f'cannot be reached: {error.strerror}', where=remote) from error
@@ -67,7 +69,7 @@ class UdpClient:
                 break
             except OSError:
                 continue
-            if address[0] != self._host:
+            if address != self._peer:
                 self.n_foreign += 1
                 continue
             self.n_received += 1

@@ -233,3 +233,18 @@ def test_wildcard_addresses_are_refused():
     for address in ('0.0.0.0', '', '::'):
         with pytest.raises(BridgeError, match='one interface'):
             EgmLink(address, 0, check, lambda *_: None, lambda _: None, lambda _: None)
+
+
+def test_the_controller_listens_to_one_port_of_the_sensor_only(loop):
+    from robot_bridge.egm_command import encode_sensor
+
+    loop.run(100)
+    port = loop.controller.client._socket.getsockname()
+    away = (loop.start_deg + 3.0).tolist()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(('127.0.0.1', 0))
+        for number in range(100):
+            other.sendto(encode_sensor(number, number, away, [5.0] * 6), port)
+            loop.run(1)
+    assert np.abs(np.array(loop.planned) - loop.start_deg).max() < 1e-9
+    assert loop.controller.client.n_foreign >= 99

@@ -281,3 +281,20 @@ def test_every_cut_of_an_exported_module_is_refused_in_one_line(pulses, model):
         with pytest.raises(BridgeError) as caught:
             parse_module(text[:place])
         assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize(('axis', 'angle_deg'), [(0, 181.0), (2, 130.0), (2, -60.0)])
+def test_a_target_out_of_range_is_refused_before_anything_moves(
+    pulses, model, bench, start_deg, axis, angle_deg
+):
+    target = start_deg.copy()
+    target[axis] = angle_deg
+    head, mark, rest = rapid_module(pulses, model).partition('aTarget{')
+    first, begin, others = rest.partition('\n')
+    _, end, last = others.partition('],')
+    row = '    [' + ','.join(f'{angle:.5f}' for angle in target)
+    bench.task.load(head + mark + first + begin + row + end + last)
+    bench.task.start()
+    bench.to_the_end()
+    assert any('out of range' in event for event in bench.controller.events)
+    assert np.ptp(np.array(bench.planned), axis=0).max() == 0.0

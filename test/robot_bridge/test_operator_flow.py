@@ -273,7 +273,7 @@ def test_override_outside_its_range_is_refused(fraction):
         Rig().flow.set_speed_override(fraction)
 
 
-@pytest.mark.parametrize('period_s', [0.024, 0.002])
+@pytest.mark.parametrize('period_s', [0.024, 0.002, 0.0048, 0.0042, 0.0039])
 def test_start_is_refused_when_the_controller_has_another_period(period_s):
     rig = Rig()
     for n_cycles in range(120):
@@ -388,4 +388,34 @@ def test_the_beats_of_an_earlier_release_do_not_count_for_the_next():
     rig.beating = False
     rig.flow.heartbeat(rig.now, old)
     with pytest.raises(BridgeError, match='heartbeat'):
+        rig.start()
+
+
+@pytest.mark.parametrize('timeout_s', [61.0, 300.0])
+def test_no_release_is_longer_than_the_exported_session(timeout_s):
+    rig = Rig().run(3)
+    backend = GuidanceBackend('emulator', rig.flow)
+    path = sweep(duration_s=30.0)
+    backend.take(replace_plan(path), path)
+    with pytest.raises(BridgeError, match='timeout_s'):
+        rig.arm(timeout_s)
+    rig.arm(60.0)
+    assert rig.flow.state == FlowState.ARMED
+
+
+def replace_plan(path):
+    """Stand in for a plan where only its hash is told."""
+    from types import SimpleNamespace
+
+    return SimpleNamespace(plan_hash=path.plan_hash)
+
+
+def test_a_release_ends_with_the_session_it_was_given_in():
+    rig = Rig().run(3)
+    rig.flow.offer(sweep())
+    rig.arm()
+    rig.run(2, mci_state=MCI_STOPPED, rapid_running=False)
+    assert rig.flow.state == FlowState.IDLE
+    rig.run(5)  # the program is started again
+    with pytest.raises(BridgeError, match='not armed'):
         rig.start()
