@@ -176,7 +176,8 @@ class FollowingCheck:
         rows = self._rows[self._end - n_rows : self._end]
         for axis in range(rows.shape[2]):
             asked, got = rows[:, 0, axis], rows[n_lag:, 1, axis]
-            if np.ptp(asked[:-n_lag]) < self._least(axis, LEAST_CORRELATED_DEG):
+            # Where the answer falls into the window, whatever its delay.
+            if np.ptp(asked[n_lag:-n_lag]) < self._least(axis, LEAST_CORRELATED_DEG):
                 continue
             likeness = _correlation(asked, got)
             if likeness < LEAST_CORRELATION:

@@ -9,6 +9,7 @@ from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.egm_messages import MCI_RUNNING
 from robot_bridge.emulator.guidance_law import GuidanceLaw, GuidanceSettings
 from robot_bridge.emulator.servo import Servo, ServoSettings
+from robot_bridge.following_check import FollowingCheck
 from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.session_check import Judgement, Verdict
@@ -225,3 +226,39 @@ def test_a_frozen_feedback_is_noticed_on_such_a_machine_too(path):
     for _ in range(20):
         arm.run(10).stall(int(random.integers(1, 5)))
     assert arm.flow.state == FlowState.ABORTED
+
+
+@pytest.mark.parametrize('servo', [{}, {'bandwidth_hz': 10.0, 'dead_time_s': 0.06}])
+@pytest.mark.parametrize('seed', [1, 2])
+@pytest.mark.parametrize('spoiled', [False, True])
+def test_a_program_of_the_controller_is_followed_by_its_own_plan(model, servo, seed, spoiled):
+    from excitation_planner.planner import plan_excitation
+    from excitation_planner.request import PlanRequest
+    from structural_model.robot_files import load_layout
+
+    start = tuple(model.pose('P1').tolist())
+    request = PlanRequest(seed=seed, signal='random_pulses', duration_s=12.0, start_position=start)
+    path = path_of(
+        plan_excitation(model, load_layout('irb6660_205_190', 'sensors'), request), model
+    )
+    drives = Servo(ServoSettings(**servo), path.start_deg, 1.0 / RATE_HZ)
+    still = RobotFeedback(
+        seqno=0, tm_ms=0, joints_deg=tuple(path.start_deg), planned_deg=tuple(path.start_deg),
+        time_us=0, motors_on=True, mci_state=MCI_RUNNING, rapid_running=True, converged=False,
+    )  # fmt: skip
+    check = FollowingCheck(path, path.start_deg, still, CYCLE_S, 2.0, own=False)
+    n_cycles, faults, before = round(path.duration_s / CYCLE_S), [], path.start_deg
+    for number in range(1, n_cycles):
+        planned = path.position(number * CYCLE_S)
+        drives.advance(before + np.array([[0.5], [1.0]]) * (planned - before))
+        before = planned
+        joints = still.joints_deg
+        if not (spoiled and number > n_cycles // 2):
+            joints = tuple(drives.measured_deg(0.0).tolist())
+        still = replace(still, joints_deg=joints, time_us=4032 * number)
+        faults.append(check.fault(planned, still, 1, 0.0))
+    found = [number for number, fault in enumerate(faults) if fault]
+    if not spoiled:
+        assert not found, faults[found[0]]
+    else:
+        assert n_cycles // 2 <= found[0] < n_cycles // 2 + 1.5 / CYCLE_S
