@@ -109,7 +109,11 @@ class Synchroniser:
                 delay.is_odd and sensor in self._held and self._held[sensor].is_in_doubt
                 for sensor, delay in fresh.items()
             )
-            self._held = fresh
+            # Of a sensor that this window does not tell of, what is held still holds.
+            self._held = {
+                sensor: self._held.get(sensor, delay) if delay.is_in_doubt else delay
+                for sensor, delay in fresh.items()
+            }
 
 
 def _say_the_same(fresh: Mapping[str, SensorDelay], held: Mapping[str, SensorDelay]) -> bool:

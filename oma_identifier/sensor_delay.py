@@ -80,7 +80,7 @@ class _Alignment:
         """Return the delays, beginning with the sensor that sees most (0), or the next (1)."""
         names = sorted(self._columns, key=lambda name: -float(np.log(self._power[name]).sum()))
         in_step = [names.pop(first)]
-        found = {in_step[0]: SensorDelay(std_s=0.0)}
+        found = {in_step[0]: SensorDelay(std_s=0.0, log_odds=-math.inf)}
         while names:
             tried = {name: self._compare(name, in_step) for name in names}
             found |= tried
