@@ -12,7 +12,7 @@ from modal_core.yaml_file import load_yaml
 RecordingPath = Annotated[
     Path,
     typer.Argument(
-        help='rosbag2 folder, .mcap, .db3, ROS 1 .bag, or an array as .npy or .csv.',
+        help='rosbag2 folder, .mcap, .db3, ROS 1 .bag, or an array as .npy, .csv, .tsv or .txt.',
         show_default=False,
     ),
 ]
@@ -33,7 +33,11 @@ Unit = Annotated[
     typer.Option('--unit', help='Unit of a plain array: m/s^2, g, mg, ...; else m/s^2.'),
 ]
 Channels = Annotated[
-    str | None, typer.Option('--channels', help="Names of a plain array's columns: a,b,c.")
+    str | None,
+    typer.Option(
+        '--channels',
+        help="Names of a plain array's columns: a,b,c; with units: time [ms],a [g]; - for none.",
+    ),
 ]
 WindowLength = Annotated[
     float, typer.Option('--window-s', help='Length of one window in seconds.')

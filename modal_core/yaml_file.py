@@ -50,23 +50,25 @@ def load_yaml(path: Path) -> dict[str, object]:
     return data
 
 
-def parse_yaml(text: str, where: object) -> object:
+def parse_yaml(text: str, where: object, largest: int = LARGEST_FILE_BYTES) -> object:
     """Return what YAML text holds.
 
     Parameters
     ----------
     text : str
-        At most ``LARGEST_FILE_BYTES`` characters.
+        The text.
     where : object
-        What to call the text in errors; none of it is repeated there.
+        What to call it in errors; none of it is repeated there.
+    largest : int
+        Characters it may have.
 
     Raises
     ------
     SettingsError
         It is too long, not YAML, nested too deeply, or uses aliases.
     """
-    if len(text) > LARGEST_FILE_BYTES:
-        raise SettingsError('too long', where=where, expected=f'<= {LARGEST_FILE_BYTES} bytes')
+    if len(text) > largest:
+        raise SettingsError('too long', where=where, expected=f'<= {largest} letters')
     try:
         for _ in _bounded(text, where):
             pass

@@ -4,10 +4,15 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 import re
 
-from modal_core.errors import RecordingError
+from modal_core.errors import RecordingError, SettingsError
+from modal_core.small_file import read_text
+from modal_core.yaml_file import parse_yaml
 from recordings.bag_file import BagFile
 from recordings.mcap_file import McapFile
 from recordings.raw_message import MessageFile, RawMessage, TopicEntry
+
+LARGEST_METADATA_BYTES = 4_000_000
+"""A thousand topics, or ten thousand files."""
 
 
 class FileSequence:
@@ -73,12 +78,23 @@ def open_folder(path: Path) -> MessageFile:
             break
         return _open_parts(parts, kind)
     if whole:
+        _check_metadata(path / 'metadata.yaml')
         return BagFile(path)
     raise RecordingError(
         'no recording in this folder',
         where=path,
         expected='metadata.yaml with .mcap or .db3 files',
     )
+
+
+def _check_metadata(path: Path) -> None:
+    """Refuse metadata that would keep the reader of bags busy for hours."""
+    try:
+        parse_yaml(read_text(path, LARGEST_METADATA_BYTES), path, LARGEST_METADATA_BYTES)
+    except SettingsError as error:
+        raise RecordingError(
+            error.what, where=error.where, found=error.found, expected=error.expected
+        ) from error
 
 
 def _open_parts(parts: Sequence[Path], kind: type[McapFile] | type[BagFile]) -> FileSequence:

@@ -150,3 +150,12 @@ def test_folders_that_take_no_files_leave_nothing_half_written(recording, tmp_pa
         done = ama('identify', recording, '--window-s', 20, '--out', out)
         assert done.returncode == 2 and b'Traceback' not in done.stderr, done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ['file']
+
+
+@pytest.mark.parametrize('nested', [20_000, 900])
+def test_metadata_of_brackets_is_refused(tmp_path, nested):
+    (tmp_path / 'metadata.yaml').write_text('a: ' + '[' * nested + ']' * nested)
+    (tmp_path / 'x.db3').write_bytes(b'SQLite format 3\x00' + bytes(1000))
+    done = ama('info', tmp_path)
+    assert done.returncode == 2 and done.stderr.count(b'\n') == 1
+    assert b'nested too deeply' in done.stderr

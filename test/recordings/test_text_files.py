@@ -234,8 +234,9 @@ def test_a_time_among_the_columns_of_a_binary_array_is_asked_for(tmp_path):
 
 
 SCRAPS = (
-    b';', b'"', b'\n', b'\0', b'nan', b'1e999', b'9' * 400, b'\t', b'#', b'sep=;\n', b'[g]', b'(ms)',
-    b'2024-13-45 25:61:00', b'00:00:00', b'\xff', b'-', b'sample rate: 0 Hz\n', b'fs=1e400\n',
+    b';', b'"', b'\n', b'\0', b'nan', b'1e999', b'9' * 400, b'\t', b'#', b'sep=;\n', b'[g]',
+    b'(ms)', b'2024-13-45 25:61:00', b'00:00:00', b'\xff', b'-', b'fs=1e400\n',
+    b'sample rate: 0 Hz\n',
 )  # fmt: skip
 
 
