@@ -18,6 +18,9 @@ FEWEST = 3
 LEAST_SPAN_S, ENOUGH_SPAN_S = 0.2, 1.0
 """Hosts stamp blocks up to 0.1 s late (`block_clock.LARGEST_ERROR_NS`): shorter spans tell no
 rate; over a second few blocks tell one."""
+LARGEST_STEP_S = 0.25
+"""Beside the length of a block: what a host's stamps may be off, with room; longer gaps than that
+split a record (`lattice.LONGEST_FILLED_S`)."""
 CONTRADICTION_S = 2.0
 LARGEST_FACTOR = 2.5
 """Declared rate over that of the stamps, or the other way round.  Smaller errors are named by the
@@ -159,7 +162,8 @@ def _follows(last: SampleBlock, block: SampleBlock) -> bool:
         return False
     counted_s = (block.first_index - last.first_index) / block.sample_rate_hz
     passed_s = (block.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
-    return abs(passed_s - counted_s) * NANOSECONDS_PER_SECOND <= FORWARD_NS
+    length_s = len(last.acceleration) / last.sample_rate_hz
+    return abs(passed_s - counted_s) <= LARGEST_STEP_S + length_s
 
 
 def _put_right(
