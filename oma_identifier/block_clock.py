@@ -14,7 +14,14 @@ LARGEST_STEP_NS = 2 * NANOSECONDS_PER_SECOND
 SLEW_S = 20.0
 REMEMBERED_BLOCKS = 256
 SETTLED_S = 2.0
+FEWEST_BLOCKS = 8
 RATE_TOLERANCE = 0.02
+"""Share by which stamps of a few seconds must differ from the declared rate."""
+CRYSTAL_ERROR = 1e-3
+"""No crystal is so far off, nor a host's clock that is kept by others (200 to 500 ppm)."""
+OUT_OF_SCATTER = 8.0
+"""Standard deviations of the stamps about their own line by which they have run away from the
+count before another rate is proved; a step of the host's clock amounts to six of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +63,7 @@ class BlockClock:
         self._recent: deque[int] = deque(maxlen=REMEMBERED_BLOCKS)
         self._start = (0, 0)
         self._newest = (0, 0)
+        self._sums = np.zeros((3, 3))
 
     def times(self, block: SampleBlock) -> BlockTimes:
         """Return the times of a block's samples."""
@@ -79,6 +87,7 @@ class BlockClock:
         self._recent.append(block.first_index)
         if block.first_index > self._newest[0]:
             self._newest = (block.first_index, block.stamp_ns)
+            self._note(block)
         return BlockTimes(stamps, restarted=restarted)
 
     @property
@@ -92,7 +101,25 @@ class BlockClock:
     @property
     def is_wrong(self) -> bool:
         """The declared rate contradicts the stamps: the counter alone is followed."""
-        return abs(self.measured_rate_hz / self.sample_rate_hz - 1.0) > RATE_TOLERANCE
+        off = abs(self.measured_rate_hz / self.sample_rate_hz - 1.0)
+        return off > RATE_TOLERANCE or self._runs_away()
+
+    def _note(self, block: SampleBlock) -> None:
+        """Sum up how the stamps depart from the declared rate [s]."""
+        counted = (block.first_index - self._start[0]) / self.sample_rate_hz
+        beside = (block.stamp_ns - self._start[1]) * 1e-9 - counted
+        row = np.array([1.0, counted, beside])
+        self._sums += np.outer(row, row)
+
+    def _runs_away(self) -> bool:
+        count, span_s = self._sums[0, 0], (self._newest[1] - self._start[1]) * 1e-9
+        if count < FEWEST_BLOCKS or span_s < SETTLED_S:
+            return False
+        mean = self._sums[0] / count
+        spread = self._sums[1:, 1:] / count - np.outer(mean[1:], mean[1:])
+        slope = spread[0, 1] / spread[0, 0]
+        scatter = math.sqrt(max(0.0, spread[1, 1] - slope * spread[0, 1]))
+        return abs(slope) > CRYSTAL_ERROR and abs(slope) * span_s > OUT_OF_SCATTER * scatter
 
     def _begin(self, block: SampleBlock) -> None:
         jump_ns = abs(self._error(block)) if self._anchor else math.inf
@@ -100,6 +127,7 @@ class BlockClock:
         # Small steps happen when the declared rate is wrong; then the count goes on.
         if jump_ns > LARGEST_STEP_NS or block.first_index <= self._newest[0]:
             self._start = self._newest = (block.first_index, block.stamp_ns)
+            self._sums = np.zeros((3, 3))
 
     def _is_repeat(self, block: SampleBlock) -> bool:
         near = 0 <= self._newest[0] - block.first_index < self.sample_rate_hz

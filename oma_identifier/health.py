@@ -21,7 +21,15 @@ FEW_SAMPLES = 1024
 """Enough to tell a coherence of 0.98 from one of chance."""
 NOISE_STRETCHES, NOISE_ROWS = 4, 256
 MEDIAN_OF_GAUSSIAN = 0.6745
-EXCLUDING = ('lost', 'not_finite', 'flatline', 'clipping', 'sample_and_hold', 'missing')
+EXCLUDING = (
+    'lost',
+    'not_finite',
+    'flatline',
+    'clipping',
+    'sample_and_hold',
+    'clock_unknown',
+    'missing',
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from oma_identifier.coarse_stamps import TICK_REACH
 from oma_identifier.resample import (
     AR_ORDER,
     fill_gaps,
@@ -97,7 +98,12 @@ def margin_ns(period_ns: float, cutoff: float) -> int:
 
 
 def make_lattice(
-    samples: OrderedSamples, reference_ns: int, period_ns: float, *, uniform: bool
+    samples: OrderedSamples,
+    reference_ns: int,
+    period_ns: float,
+    *,
+    uniform: bool,
+    tick_ns: int = 0,
 ) -> Lattice | None:
     """Place samples on a lattice.
 
@@ -111,6 +117,8 @@ def make_lattice(
         Step to expect.
     uniform : bool
         The source counts its samples: stamps are exact.
+    tick_ns : int [ns]
+        Stamps are whole multiples of it.
 
     Returns
     -------
@@ -146,7 +154,9 @@ def make_lattice(
         missing[row] = False
         lost = _long_runs(missing, longest_filled(slope))
         values, bad = (_in_place(each, row, n_places) for each in (values, bad))
-    as_is = uniform or jitter < SMALLEST_JITTER or np.abs(offsets).max() > LARGEST_JITTER
+    # Stamps that spread over no more than their tick are those of even samples.
+    even = np.ptp(offsets) * slope <= TICK_REACH * tick_ns
+    as_is = uniform or even or jitter < SMALLEST_JITTER or np.abs(offsets).max() > LARGEST_JITTER
     if missing.any():
         values = _fill(values, missing, lost)
     if not as_is:

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from oma_identifier.coarse_stamps import is_coarse
 
 LEAST_COVERED_NS = NANOSECONDS_PER_SECOND // 50
 """Time that regular steps must cover before they tell a rate: 20 steps at 1 kHz, one at 50 Hz."""
@@ -24,6 +25,8 @@ def tells_rate(stamp_ns: NDArray[np.int64], period_ns: float) -> bool:
     period_ns : float [ns]
         The step that was found.
     """
+    if is_coarse(stamp_ns):
+        return bool(stamp_ns[-1] - stamp_ns[0] >= LEAST_COVERED_NS)
     steps = np.diff(stamp_ns)
     regular = steps[(steps > 0.5 * period_ns) & (steps < 1.51 * period_ns)]
     return bool(regular.sum() >= LEAST_COVERED_NS)

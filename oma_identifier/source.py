@@ -10,6 +10,7 @@ from modal_core.channel import Channel, SensorLayout
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
 from oma_identifier.block_clock import BlockClock
 from oma_identifier.block_gate import BlockGate, Passed
+from oma_identifier.coarse_stamps import count, is_coarse, tick_of
 from oma_identifier.lattice import GridRows, longest_filled, make_lattice, margin_ns, on_grid
 from oma_identifier.rate_check import tells_rate, typical_step
 from oma_identifier.repeats import RepeatWatch
@@ -39,6 +40,8 @@ class Source:
         For a source that counts its samples.
     period_ns : float [ns]
         Step between samples; 0 until it is known.
+    unclear_ns : list of int [ns]
+        Starts of stretches whose stamps do not tell when the samples were taken.
     jitter_std_s, phase : float
         Of the newest stretch: scatter of the stamps [s], lattice beside the grid [steps].
     """
@@ -51,10 +54,12 @@ class Source:
     period_ns: float = 0.0
     jitter_std_s: float = 0.0
     rate_changed: bool = False
+    unclear_ns: list[int] = field(default_factory=list)
     flags: set[str] = field(default_factory=set)
     repeats: RepeatWatch = field(init=False)
     gate: BlockGate = field(init=False)
     _counted: tuple[int, int, int] | None = None
+    _reach_ns: int = 0
 
     def __post_init__(self) -> None:
         """Count what the gate sets aside where the stream counts; watch all channels."""
@@ -155,9 +160,10 @@ class Source:
         stamps = self.stream.samples().stamp_ns
         if len(stamps) >= 4:
             # Of the first second only: how much more has arrived must not matter.
-            self.period_ns = _mean_step(
-                stamps[: max(4, int(np.searchsorted(stamps, stamps[0] + LEARN_NS)))]
-            )
+            stamps = stamps[: max(4, int(np.searchsorted(stamps, stamps[0] + LEARN_NS)))]
+            counted = count(stamps) if is_coarse(stamps) else None
+            self._reach_ns = 2 * int(counted.reach_ns) if counted else 0
+            self.period_ns = counted.period_ns if counted else _mean_step(stamps)
 
     def on_grid(self, start_ns: int, n_rows: int, step_ns: float) -> GridRows:
         """Return the samples at ``n_rows`` times of the common grid.
@@ -172,15 +178,24 @@ class Source:
             Step of the grid.
         """
         grid_ns = step_ns * np.arange(n_rows, dtype=np.float64)
-        samples = self._near(start_ns, int(grid_ns[-1]), step_ns)
+        held = self._near(start_ns, int(grid_ns[-1]), step_ns)
+        samples = self._timed(held, start_ns)
         inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
         self.repeats.add(inside.stamp_ns, inside.values)
         self._follow_rate(inside.stamp_ns)
-        lattice = make_lattice(samples, start_ns, self.period_ns, uniform=self.clock is not None)
+        uniform = self.clock is not None or samples is not held
+        tick_ns = 0 if uniform else tick_of(samples.stamp_ns)
+        lattice = make_lattice(samples, start_ns, self.period_ns, uniform=uniform, tick_ns=tick_ns)
         if lattice is None:
             return _nothing(n_rows, len(self.channels))
         self.jitter_std_s = lattice.jitter_std_s
         return on_grid(lattice, grid_ns, self.cutoff(step_ns))
+
+    def forget(self, before_ns: int) -> None:
+        """Drop what was found before a time."""
+        self.stream.events.forget(before_ns)
+        self.repeats.forget(before_ns)
+        self.unclear_ns = [start for start in self.unclear_ns if start >= before_ns]
 
     def cutoff(self, step_ns: float) -> float:
         """Return the pass band on a grid, as a share of the source's own."""
@@ -194,14 +209,32 @@ class Source:
             same = abs(self.period_ns / step_ns - 1.0) < 1e-9
             if same:
                 return int(self.period_ns)
-        return margin_ns(self.period_ns, self.cutoff(step_ns))
+        return margin_ns(self.period_ns, self.cutoff(step_ns)) + self._reach_ns
+
+    def _timed(self, held: OrderedSamples, start_ns: int) -> OrderedSamples:
+        """Return samples at strictly increasing times; those no stamps tell are noted."""
+        if self.clock is not None:
+            return held
+        if not is_coarse(held.stamp_ns):
+            apart = np.diff(held.stamp_ns, prepend=-1) != 0
+            return (
+                held if apart.all() else OrderedSamples(held.stamp_ns[apart], held.values[apart])
+            )
+        self.flags.add('coarse_stamps')
+        counted = count(held.stamp_ns)
+        if counted is None or not counted.is_sure:
+            self.unclear_ns.append(start_ns)
+        if counted is None:
+            return OrderedSamples(held.stamp_ns[:0], held.values[:0])
+        self.period_ns = counted.period_ns
+        return OrderedSamples(counted.stamp_ns, held.values)
 
     def _near(self, start_ns: int, length_ns: int, step_ns: float) -> OrderedSamples:
         held = self.stream.samples()
         # Not one sample more to the right than was waited for: how many more have arrived by
         # chance must not matter.
         margin = margin_ns(self.period_ns, self.cutoff(step_ns))
-        before = start_ns - margin - int(40 * self.period_ns)
+        before = start_ns - margin - self._reach_ns - int(40 * self.period_ns)
         after = start_ns + length_ns + self.margin_ns(step_ns)
         before = min(before, self._before_gap(held.stamp_ns, start_ns))
         after = max(after, self._after_gap(held.stamp_ns, start_ns + length_ns, after))

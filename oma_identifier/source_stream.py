@@ -207,7 +207,7 @@ class SourceStream:
             if not self._sorted:
                 order = np.argsort(stamps, kind='stable')
                 stamps, values = stamps[order], values[order]
-                repeats = np.flatnonzero(np.diff(stamps) == 0) + 1
+                repeats = _repeats(stamps, values)
                 self.events.duplicates += stamps[repeats].tolist()
                 stamps, values = np.delete(stamps, repeats), np.delete(values, repeats, axis=0)
                 self._sorted = True
@@ -245,6 +245,21 @@ def _is_near(last: _Sample, sample: _Sample) -> bool:
 
 def _size(sample: _Sample) -> int:
     return sample.row.nbytes
+
+
+def _repeats(stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the rows that came before, stamp and values; a stamp alone may serve for several."""
+    repeats = []
+    shared = np.flatnonzero(np.diff(stamp_ns) == 0) + 1
+    for group in np.split(shared, np.flatnonzero(np.diff(shared) > 1) + 1):
+        if len(group):
+            seen = {values[group[0] - 1].tobytes()}
+            for row in group.tolist():
+                sent = values[row].tobytes()
+                if sent in seen:
+                    repeats.append(row)
+                seen.add(sent)
+    return np.array(repeats, dtype=np.int64)
 
 
 def _is_steady(stamp_ns: NDArray[np.int64]) -> bool:

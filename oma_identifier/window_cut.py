@@ -10,7 +10,6 @@ from modal_core.channel import Channel, SensorLayout
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
-from oma_identifier.block_clock import RATE_TOLERANCE
 from oma_identifier.health import ChannelHealth, compare, examine, EXCLUDING
 from oma_identifier.joint_track import JointTrack, pose_of
 from oma_identifier.segment import Segment
@@ -75,8 +74,7 @@ def cut_window(
     start_ns, end_ns = segment.time_ns(rows.start), segment.time_ns(rows.stop)
     recent = joints.between(start_ns, end_ns)
     for source in sources:
-        source.stream.events.forget(segment.time_ns(rows.start + segment.hop_rows))
-        source.repeats.forget(segment.time_ns(rows.start + segment.hop_rows))
+        source.forget(segment.time_ns(rows.start + segment.hop_rows))
     return Window(
         index=index,
         samples=Samples(
@@ -134,6 +132,8 @@ def _source_quality(
     start_ns, end_ns = segment.time_ns(rows.start), segment.time_ns(rows.stop)
     share = segment.step_ns / source.period_ns if source.period_ns else 1.0
     flags = sorted(source.flags)
+    if any(start_ns <= stretch < end_ns for stretch in source.unclear_ns):
+        flags.append('clock_unknown')
     if lost.all():
         flags.append('missing')
     elif lost.any():
@@ -241,9 +241,9 @@ def _wrong_rate(sources: Sequence[Source]) -> str:
         if source.clock is None:
             continue
         declared, measured = source.clock.sample_rate_hz, source.measured_rate_hz
-        if abs(measured / declared - 1.0) > RATE_TOLERANCE:
+        if source.clock.is_wrong:
             return (
                 f'{source.name.split()[0]} declares {declared:g} Hz '
-                f'but its stamps say {measured:.4g} Hz'
+                f'but its stamps say {measured:.5g} Hz'
             )
     return ''
