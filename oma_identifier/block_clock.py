@@ -119,7 +119,7 @@ class BlockClock:
         spread = self._sums[1:, 1:] / count - np.outer(mean[1:], mean[1:])
         slope = spread[0, 1] / spread[0, 0]
         scatter = math.sqrt(max(0.0, spread[1, 1] - slope * spread[0, 1]))
-        return abs(slope) > CRYSTAL_ERROR and abs(slope) * span_s > OUT_OF_SCATTER * scatter
+        return bool(abs(slope) > max(CRYSTAL_ERROR, OUT_OF_SCATTER * scatter / span_s))
 
     def _begin(self, block: SampleBlock) -> None:
         jump_ns = abs(self._error(block)) if self._anchor else math.inf

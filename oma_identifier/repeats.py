@@ -97,8 +97,7 @@ class RepeatWatch:
                 self._find_flat(int(column), still[:, column], held[:, column], times)
         first, last = int(times[n_before]), int(times[-1])
         self._parts.append(_Part(first, last, len(times) - n_before, n_held, n_small))
-        for column in [column for column in self._open if not still[-1, column]]:
-            del self._open[column]
+        self._open = {key: run for key, run in self._open.items() if still[-1, key]}
 
     def _counts(self, column: int, new: Real) -> tuple[list[int], list[int]]:
         """Return the rows of a channel that were held, and those of small changes, by kind."""

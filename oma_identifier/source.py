@@ -161,7 +161,10 @@ class Source:
         if len(stamps) >= 4:
             # Of the first second only: how much more has arrived must not matter.
             stamps = stamps[: max(4, int(np.searchsorted(stamps, stamps[0] + LEARN_NS)))]
-            counted = count(stamps) if is_coarse(stamps) else None
+            coarse = is_coarse(stamps)
+            counted = count(stamps) if coarse else None
+            if coarse and counted is None:
+                return
             self._reach_ns = 2 * int(counted.reach_ns) if counted else 0
             self.period_ns = counted.period_ns if counted else _mean_step(stamps)
 
