@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.lateness import Lateness
 from robot_bridge.plan_path import PlanPath
 
 Array = NDArray[np.float64]
@@ -25,9 +26,6 @@ LEAST_MOTION_DEG, MOTION_OF_REACH, MOTION_OF_STEPS = 0.01, 0.1, 5.0
 WINDOW_S, EVERY_S = 0.5, 0.1
 LEAST_CORRELATION = 0.6
 LEAST_CORRELATED_DEG = 0.02
-LONGEST_STALL_S = 0.5
-PUNCTUAL_S = 0.02
-STALL_MEMORY_S = 1.0
 CLOCK_S = 0.1
 
 
@@ -47,8 +45,9 @@ class FollowingCheck:
         Period of the controller.
     largest_deg : float [deg]
         Tolerance in any case.
-    own : bool
-        The reference is ours and comes with the plan's speed; else the controller's own.
+    lateness : Lateness or None
+        Of the session, when the reference is ours and comes with the plan's speed; None when it is
+        the controller's own.
     """
 
     def __init__(
@@ -58,29 +57,26 @@ class FollowingCheck:
         feedback: RobotFeedback,
         cycle_s: float,
         largest_deg: float,
-        own: bool = True,
+        lateness: Lateness | None = None,
     ) -> None:
         position, speed = path.coefficients[-1], path.coefficients[-2]
         self._reach = np.abs(position - position[0]).max(axis=0)
         self._speed = np.abs(speed).max(axis=0)
-        self._cycle_s, self._largest, self._own = cycle_s, largest_deg, own
+        self._cycle_s, self._largest, self._lateness = cycle_s, largest_deg, lateness
         self._n_window = round(WINDOW_S / cycle_s)
         self._n_every = max(1, round(EVERY_S / cycle_s))
         measured = np.array(feedback.joints_deg)
         self._offset = measured - hold_deg
-        n_rows = self._n_window + self._n_lag(LONGEST_STALL_S) + 1
+        n_rows = self._n_window + self._n_lag(lateness.longest_s if lateness else 0.0) + 1
         # Reference and feedback, twice as long as needed so that it is seldom moved.
         self._rows = np.tile(np.stack([np.asarray(hold_deg, float), measured]), (2 * n_rows, 1, 1))
         self._end = n_rows
         self._still = np.zeros(len(measured), int)
         self._quantum = np.full(len(measured), np.inf)
-        self._n_cycles = self._stalled_at = 0
-        self._late_s, self._peak_s = 0.0, -np.inf
+        self._n_cycles = self._next = 0
         self._time_us, self._n_standing, self._clock_ran = feedback.time_us, 0, False
 
-    def fault(
-        self, reference_deg: Array, feedback: RobotFeedback, n_steps: int, now_s: float
-    ) -> str:
+    def fault(self, reference_deg: Array, feedback: RobotFeedback, n_steps: int) -> str:
         """Take one cycle; return what is wrong, empty when nothing is.
 
         Parameters
@@ -91,14 +87,11 @@ class FollowingCheck:
             What the controller said in it.
         n_steps : int
             Cycles since the one before.
-        now_s : float [s]
-            Host time.
         """
         measured = np.array(feedback.joints_deg)
         step = np.abs(measured - self._rows[self._end - 1, 1])
         self._still = np.where(step > 0.0, 0, self._still + n_steps)
         self._quantum = np.where(step > 0.0, np.minimum(step, self._quantum), self._quantum)
-        self._watch_lateness(n_steps, now_s)
         for _ in range(n_steps):
             self._append(reference_deg, measured)
         return (
@@ -121,19 +114,9 @@ class FollowingCheck:
     def _n_lag(self, late_s: float) -> int:
         return round((LONGEST_LAG_S + late_s) / self._cycle_s)
 
-    def _watch_lateness(self, n_steps: int, now_s: float) -> None:
-        """Note how long the controller may have run on: packets that come in a burst."""
-        if not self._own:
-            return
-        ahead_s = now_s - (self._n_cycles + n_steps) * self._cycle_s
-        # The peak fades, so that a cycle that is a little shorter than believed is no lateness.
-        self._peak_s = max(ahead_s, self._peak_s)
-        behind_s = self._peak_s - ahead_s
-        self._peak_s -= behind_s * n_steps * self._cycle_s / STALL_MEMORY_S
-        late_s = max(behind_s, (n_steps - 1) * self._cycle_s)
-        self._late_s = min(max(self._late_s, late_s), LONGEST_STALL_S)
-        if late_s > PUNCTUAL_S:
-            self._stalled_at = self._n_cycles + n_steps
+    @property
+    def _late_s(self) -> float:
+        return self._lateness.worst_s if self._lateness else 0.0
 
     def _standing_clock(self, feedback: RobotFeedback, n_steps: int) -> str:
         runs = feedback.time_us != self._time_us
@@ -144,7 +127,7 @@ class FollowingCheck:
         return 'the time of its feedback stands still' if stands else ''
 
     def _jump(self, step: Array, n_steps: int) -> str:
-        if not self._own:
+        if self._lateness is None:
             return ''
         most = FASTEST_OF_PLAN * self._speed * n_steps * self._cycle_s + STEP_SLACK_DEG
         return _named(step > most, step, 'jumped by {:.3f} deg')
@@ -168,11 +151,12 @@ class FollowingCheck:
 
     def _unlike(self) -> str:
         """Compare the last half second, once in a while and when every reply was in time."""
-        n_lag = self._n_lag(0.0)
+        n_lag = self._n_lag(self._late_s)
         n_rows = self._n_window + n_lag
-        quiet = self._n_cycles - self._stalled_at > n_rows
-        if self._n_cycles % self._n_every or not quiet:
+        calm = self._lateness is None or self._lateness.n_calm >= n_rows
+        if self._n_cycles < self._next or not calm or 2 * n_lag > self._n_window:
             return ''
+        self._next = self._n_cycles + self._n_every
         rows = self._rows[self._end - n_rows : self._end]
         for axis in range(rows.shape[2]):
             asked, got = rows[:, 0, axis], rows[n_lag:, 1, axis]

@@ -22,6 +22,7 @@ from modal_core.errors import BridgeError
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.egm_messages import MCI_RUNNING
 from robot_bridge.following_check import FollowingCheck
+from robot_bridge.lateness import Lateness
 from robot_bridge.pace_check import PaceCheck
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.plan_player import PlanPlayer, PlayerSettings, Reference
@@ -110,6 +111,7 @@ class OperatorFlow:
         self._override = 1.0
         self._heard_s = -math.inf
         self._pace = PaceCheck(settings.cycle_s)
+        self._lateness = Lateness(settings.cycle_s, settings.link_timeout_s)
 
     # -- the operator --------------------------------------------------------------------------
 
@@ -210,7 +212,7 @@ class OperatorFlow:
                         f'{self.settings.start_tolerance_deg:g} deg',
                     )
             self._player = PlanPlayer(path, hold, self.settings.player)
-            self._follow_plan(path, hold, feedback)
+            self._follow_plan(path, hold, feedback, self._lateness)
             self._player.override_target = self._override
             self._enter(FlowState.RUNNING, 'started by the operator')
 
@@ -309,7 +311,9 @@ class OperatorFlow:
             # Not poll(): a late packet must still find the silence before it.
             self._watch(now_s)
             before, self.feedback, self._heard_s = self.feedback, feedback, now_s
-            self._pace.add(feedback, begins=judgement.verdict == Verdict.NEW_SESSION)
+            begins = judgement.verdict == Verdict.NEW_SESSION
+            self._pace.add(feedback, begins=begins)
+            self._lateness.add(judgement.n_steps, now_s, begins=begins)
             self._watch_controller(before, feedback, judgement)
             if self.state == FlowState.DISCONNECTED:
                 self._enter(FlowState.IDLE, 'the controller is heard')
@@ -321,7 +325,7 @@ class OperatorFlow:
                     self._player = None
                 self._hold = np.array(feedback.planned_deg)
             reference = self._reference(judgement.n_steps)
-            self._watch_following(reference.position_deg, feedback, judgement.n_steps, now_s)
+            self._watch_following(reference.position_deg, feedback, judgement.n_steps)
             return None if self.settings.dry_run or self.muted else reference
 
     def poll(self, now_s: float) -> None:
@@ -447,19 +451,22 @@ class OperatorFlow:
                 self._enter(FlowState.IDLE, f'the release has ended: the EGM session is {name}')
 
     def _follow_plan(
-        self, path: PlanPath, hold: Array, feedback: RobotFeedback, own: bool = True
+        self,
+        path: PlanPath,
+        hold: Array,
+        feedback: RobotFeedback,
+        lateness: Lateness | None = None,
     ) -> None:
-        settings = self.settings
-        largest_deg = settings.max_following_error_deg
-        self._following = FollowingCheck(path, hold, feedback, settings.cycle_s, largest_deg, own)
+        cycle_s, largest_deg = self.settings.cycle_s, self.settings.max_following_error_deg
+        self._following = FollowingCheck(path, hold, feedback, cycle_s, largest_deg, lateness)
 
     def _watch_following(
-        self, reference_deg: Array, feedback: RobotFeedback, n_steps: int, now_s: float
+        self, reference_deg: Array, feedback: RobotFeedback, n_steps: int
     ) -> None:
         following = self._following
         if self.state != FlowState.RUNNING or following is None or self.settings.dry_run:
             return
-        fault = following.fault(reference_deg, feedback, n_steps, now_s)
+        fault = following.fault(reference_deg, feedback, n_steps)
         if fault:
             self.abort(fault)
 

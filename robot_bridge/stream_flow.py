@@ -117,7 +117,7 @@ class StreamFlow(OperatorFlow):
                 self.abort(f'the program began with axis {axis} away from the start of the plan')
                 return
             self._began_s = now_s
-            self._follow_plan(path, np.array(feedback.planned_deg), feedback, own=False)
+            self._follow_plan(path, np.array(feedback.planned_deg), feedback)
             self._enter(FlowState.RUNNING, 'the program is running')
         elif judgement.verdict == Verdict.NEW_SESSION:
             self.abort(f'the session began anew: {judgement.reason}')
@@ -127,7 +127,7 @@ class StreamFlow(OperatorFlow):
             self._end('the program has stopped')
         else:
             planned_deg = np.array(feedback.planned_deg)
-            self._watch_following(planned_deg, feedback, judgement.n_steps, now_s)
+            self._watch_following(planned_deg, feedback, judgement.n_steps)
         self._streamed_s = now_s - self._began_s
 
     def _watch(self, now_s: float) -> None:

@@ -185,6 +185,33 @@ def test_a_plan_is_played_as_planned_and_every_reply_is_strict(ready, message, p
     np.testing.assert_allclose(last, peer.joints_deg, atol=1e-6)
 
 
+def test_a_plan_that_comes_during_a_run_waits_for_its_end_and_its_own_release(rig, model, message):
+    from excitation_planner.planner import plan_excitation
+    from excitation_planner.request import PlanRequest
+    from excitation_planner.ros_messages import plan_to_message
+    from structural_model.robot_files import load_layout
+
+    request = PlanRequest(
+        seed=2, signal='band_limited_noise', duration_s=6.0,
+        start_position=tuple(model.pose('P1').tolist()),
+    )  # fmt: skip
+    layout = load_layout('irb6660_205_190', 'sensors')
+    other = plan_to_message(plan_excitation(model, layout, request))
+    operator = rig.running(message).operator
+    seen, n_codes = len(operator.states), len(operator.codes('bridge'))
+    operator.plans.publish(other)
+    operator.until(lambda: operator.last.state != RUNNING, 'end')
+    operator.until(lambda: operator.last.plan_hash == other.plan_hash, 'the other plan')
+    during = [state for state in operator.states[seen:] if state.plan_hash == message.plan_hash]
+    assert {state.state for state in during} == {RUNNING, HOLDING}
+    assert not any('REFUSED' in code for code in operator.codes('bridge')[n_codes:])
+    assert operator.last.state == IDLE
+    assert 'not armed' in operator.start().message
+    rig.drift_to(rig.start_deg)
+    assert operator.arm(other.plan_hash).accepted
+    assert operator.start().success
+
+
 def test_abort_stops_latches_and_reset_moves_nothing(rig, message, record_property):
     operator = rig.running(message).operator
     assert operator.abort().success
@@ -397,30 +424,3 @@ def test_dry_run_goes_through_everything_and_sends_nothing(
     finally:
         here.peer.close()
         here.process.stop()
-
-
-def test_a_plan_that_comes_during_a_run_waits_for_its_end_and_its_own_release(rig, model, message):
-    from excitation_planner.planner import plan_excitation
-    from excitation_planner.request import PlanRequest
-    from excitation_planner.ros_messages import plan_to_message
-    from structural_model.robot_files import load_layout
-
-    request = PlanRequest(
-        seed=2, signal='band_limited_noise', duration_s=6.0,
-        start_position=tuple(model.pose('P1').tolist()),
-    )  # fmt: skip
-    layout = load_layout('irb6660_205_190', 'sensors')
-    other = plan_to_message(plan_excitation(model, layout, request))
-    operator = rig.running(message).operator
-    seen, n_codes = len(operator.states), len(operator.codes('bridge'))
-    operator.plans.publish(other)
-    operator.until(lambda: operator.last.state != RUNNING, 'end')
-    operator.until(lambda: operator.last.plan_hash == other.plan_hash, 'the other plan')
-    during = [state for state in operator.states[seen:] if state.plan_hash == message.plan_hash]
-    assert {state.state for state in during} == {RUNNING, HOLDING}
-    assert not any('REFUSED' in code for code in operator.codes('bridge')[n_codes:])
-    assert operator.last.state == IDLE
-    assert 'not armed' in operator.start().message
-    rig.drift_to(rig.start_deg)
-    assert operator.arm(other.plan_hash).accepted
-    assert operator.start().success
