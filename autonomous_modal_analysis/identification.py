@@ -12,7 +12,7 @@ from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
 from modal_core.window import Window
 from oma_identifier.analysed_band import analysed_band, below_edge
-from oma_identifier.identify import NO_MODE
+from oma_identifier.identify import NO_MODE, ONLY_LINES
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
 from oma_identifier.robot_motion import RobotMotion
@@ -151,6 +151,6 @@ def _check_windows(
             advice='give a shorter --window-s',
         )
     if not any(window.quality.identifiable or len(window.modes) for window in windows):
-        reasons = {window.quality.reason for window in windows} - {NO_MODE}
+        reasons = {window.quality.reason for window in windows} - {NO_MODE, ONLY_LINES}
         if reasons:
             raise IdentificationError('; '.join(sorted(reasons)), where=path)

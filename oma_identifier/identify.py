@@ -18,6 +18,7 @@ from oma_identifier.band_stream import BandCovariance, BandStream
 from oma_identifier.bands import Band, plan_bands
 from oma_identifier.condition import Decimation
 from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
+from oma_identifier.line_evidence import LineEvidence
 from oma_identifier.line_removal import without_lines
 from oma_identifier.new_modes import NewModeTest, without_doubtful
 from oma_identifier.one_thread import one_thread
@@ -40,6 +41,7 @@ SAME_LINE = 0.003
 TOO_CERTAIN = 0.7
 """Blur in multiples of the least that a mode under random forces can have."""
 NO_MODE = 'no mode stands out from the noise'
+ONLY_LINES = 'only harmonics: no mode stands out beside them'
 LineTest = Callable[[float], Line | None]
 Adopt = Callable[[Samples, ModeSet, ModeSet], Adopted]
 
@@ -93,8 +95,11 @@ def identify_samples(
         sources = _sources(samples, settings, progress)
         test_line, peaks = line_tester(samples), SpectralPeaks(samples)
         found = identify_bands(sources, samples.channels, settings, test_line, never, peaks)
+        evidence = line_evidence(samples, found)
+        found = without_explained(found, evidence)
         if settings.refines:
             found = refine_found(samples, found, sources, settings)
+            found = without_explained(found, evidence)
         highest_hz = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)[0].high_hz
         spectrum = singular_value_spectrum(samples, highest_hz)
     return WindowResult(
@@ -231,7 +236,27 @@ def explain(quality: DataQuality, found: Identified) -> DataQuality:
     """Return the quality with the reason why there is no mode, when there is none."""
     if len(found.modes) or not quality.identifiable:
         return quality
-    return replace(quality, identifiable=False, reason=NO_MODE)
+    reason = ONLY_LINES if len(found.harmonics) else NO_MODE
+    return replace(quality, identifiable=False, reason=reason)
+
+
+def line_evidence(samples: Samples, found: Identified) -> LineEvidence | None:
+    """Return what tells the modes found in samples from the leakage of lines."""
+    return LineEvidence.of(samples, tuple(found.harmonics.frequency_hz), found.modes)
+
+
+def without_explained(found: Identified, evidence: LineEvidence | None) -> Identified:
+    """Return what was found without the modes that lines explain."""
+    if evidence is None:
+        return found
+    kept = [index for index, mode in enumerate(found.modes) if not evidence.explains(mode)]
+    if len(kept) == len(found.modes):
+        return found
+    modes = replace(found.modes, modes=tuple(found.modes.modes[index] for index in kept))
+    poles = _renumbered(found.poles, tuple(kept))
+    status = poles.status.copy()
+    status[(found.poles.mode_id > 0) & (poles.mode_id == 0)] = PoleStatus.HARMONIC
+    return replace(found, modes=modes, poles=replace(poles, status=status))
 
 
 def identify_bands(

@@ -21,6 +21,7 @@ from oma_identifier.bands import plan_bands
 from oma_identifier.fdd import efdd, fdd
 from oma_identifier.harmonics import CHANCE, line_at, SUSPECT_DAMPING
 from oma_identifier.identify import check_samples, harmonic, identify_samples, no_poles
+from oma_identifier.line_evidence import LineEvidence
 from oma_identifier.one_thread import one_thread
 from oma_identifier.robot_signals import never, PeakTest
 from oma_identifier.settings import IdentificationSettings, METHODS
@@ -102,7 +103,8 @@ def identify_by(
         if method in SOLVERS:
             suspects = _undamped(poles)
         lines = _lines(samples, modes, suspects)
-        return _without_lines(modes, poles, lines, explains)
+        evidence = LineEvidence.of(samples, [line.frequency_hz for line in lines], modes)
+        return _without_lines(modes, poles, lines, explains, evidence)
 
 
 def _undamped(poles: PoleTable) -> NDArray[np.float64]:
@@ -124,9 +126,14 @@ def _lines(samples: Samples, modes: ModeSet, suspects_hz: NDArray[np.float64]) -
 
 
 def _without_lines(
-    modes: ModeSet, poles: PoleTable, lines: tuple[Mode, ...], explains: PeakTest
+    modes: ModeSet,
+    poles: PoleTable,
+    lines: tuple[Mode, ...],
+    explains: PeakTest,
+    evidence: LineEvidence | None,
 ) -> MethodResult:
     """Sort out what is no mode of the structure, and number the poles' modes anew."""
+    spectral = modes.method in SPECTRAL
     kept: list[Mode] = []
     rank = np.zeros(len(modes) + 1, dtype=np.int64)
     for number, mode in enumerate(modes, start=1):
@@ -134,6 +141,7 @@ def _without_lines(
         is_line = not mode.damping_ratio > SHARP and any(
             abs(line.frequency_hz / mode.frequency_hz - 1.0) < SHARP for line in lines
         )
+        is_line |= evidence is not None and evidence.explains(mode, anywhere=spectral)
         width_hz = mode.frequency_hz * np.nan_to_num(mode.damping_ratio)
         if not is_line and not explains(mode.frequency_hz, width_hz, mode.shape):
             kept.append(mode)

@@ -31,9 +31,11 @@ from oma_identifier.identify import (
     explain,
     Identified,
     identify_bands,
+    line_evidence,
     no_poles,
     refine_found,
     with_lines,
+    without_explained,
 )
 from oma_identifier.in_step import Synchroniser
 from oma_identifier.kept_record import KeptRecord
@@ -173,9 +175,14 @@ class IdentificationPipeline:
             cleaned.explains,
             SpectralPeaks(samples),
         )
-        found = with_lines(found, cleaned.lines)
+        # Where hops are short a search for lines that nobody suspects would cost too much.
+        looks = self.settings.refines or len(found.harmonics)
+        evidence = line_evidence(samples, found) if looks else None
+        found = with_lines(without_explained(found, evidence), cleaned.lines)
         window = replace(window, quality=with_flags(window.quality, cleaned))
-        self._record.add(samples, found, spectrum, window.quality, cleaned.explains, self._newest)
+        self._record.add(
+            samples, found, spectrum, window.quality, cleaned.explains, self._newest, evidence
+        )
         self._newest.release()
         if samples.acceleration.nbytes >= LARGE_BYTES:
             give_back()
@@ -183,6 +190,7 @@ class IdentificationPipeline:
             found = refine_found(
                 samples, found, sources, self.settings, cleaned.explains, self._adopt
             )
+            found = without_explained(found, evidence)
         self.last_tracked = self.tracker.update(found.modes, window.pose)
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
 

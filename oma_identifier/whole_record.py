@@ -15,7 +15,9 @@ from oma_identifier.identify import (
     Identified,
     identify_bands,
     with_lines,
+    without_explained,
 )
+from oma_identifier.line_evidence import LineEvidence
 from oma_identifier.output_covariance import WhenFull
 from oma_identifier.record_streams import RecordStreams
 from oma_identifier.result import WindowResult
@@ -37,6 +39,7 @@ class _Stretch:
     spectrum: SingularValueSpectrum
     n_windows: int = 0
     explains: PeakTest = never
+    evidence: LineEvidence | None = None
 
 
 @dataclass(slots=True)
@@ -71,8 +74,9 @@ class WholeRecord:
         quality: DataQuality,
         explains: PeakTest = never,
         ahead: RecordStreams | None = None,
+        evidence: LineEvidence | None = None,
     ) -> None:
-        """Add one identified window, and the streams it was identified from."""
+        """Add one identified window, the streams it was identified from, and what its lines do."""
         if self._n_windows == 0:
             self._start_ns = samples.start_ns
         self._end_ns = samples.end_ns
@@ -82,6 +86,9 @@ class WholeRecord:
         stretch.streams.add(samples, ahead)
         stretch.streams.release()
         stretch.explains = explains
+        if stretch.evidence is not None:
+            evidence = stretch.evidence.joined(evidence)
+        stretch.evidence = evidence
         stretch.spectrum = _mean(stretch.spectrum, spectrum, stretch.n_windows)
         self._quality = _joined(self._quality, quality)
         for mode in found.harmonics:
@@ -148,6 +155,7 @@ class WholeRecord:
             self._line,
             longest.explains,
         )
+        found = without_explained(found, longest.evidence)
         found = with_lines(found, self._removed(found.harmonics))
         return WindowResult(
             index=-1,
