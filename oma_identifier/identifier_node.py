@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-import math
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +17,13 @@ from visualization_msgs.msg import MarkerArray
 from modal_core.errors import SettingsError
 from modal_core.measurements import Measurement
 from modal_core.printable import printable
-from modal_core.quality import ChannelQuality
 from modal_core.ros_messages import LATCHED, parameter_descriptor
 from modal_core.run_node import run_node
 from oma_identifier.analysed_band import below_edge
 from oma_identifier.cell_topics import CELL_TYPES, is_of_cell
 from oma_identifier.checkpoint_file import CheckpointFile
 from oma_identifier.excitation_watch_node import ExcitationWatch
+from oma_identifier.findings import quality_findings
 from oma_identifier.node_parameters import (
     load_layout_file,
     NodeParameter,
@@ -35,7 +34,6 @@ from oma_identifier.node_parameters import (
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.polled_topic_node import PolledGroup, PolledTopic
 from oma_identifier.result import WindowResult
-from oma_identifier.rigid_motion import LATE
 from oma_identifier.robot_motion import load_robot_motion
 from oma_identifier.ros_messages import (
     MESSAGE_CLASSES,
@@ -229,15 +227,7 @@ class IdentifierNode(Node):
         if result is not None and not result.quality.identifiable:
             found.append(('NOT_IDENTIFIABLE', result.quality.reason))
         if result is not None:
-            excluded = [c for c in result.quality.channels if c.excluded]
-            for channel in excluded:
-                flags = ', '.join(channel.flags)
-                found.append(('CHANNEL_EXCLUDED', f'{channel.name}: {flags}'))
-            found += [
-                ('NOT_SYNCHRONOUS', f'{c.name}: {_lag(c)}')
-                for c in result.quality.channels
-                if LATE in c.flags
-            ]
+            found += quality_findings(result.quality)
         full_names = [
             f'{namespace.rstrip("/")}/{name}'
             for name, namespace in self.get_node_names_and_namespaces()
@@ -366,12 +356,6 @@ def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
     return parameter_descriptor(
         parameter.description, parameter.default, span, parameter.read_only
     )
-
-
-def _lag(channel: ChannelQuality) -> str:
-    if math.isnan(channel.lag_s):
-        return 'no delay puts it in step with the others'
-    return f'{1e3 * channel.lag_s:.2f} ± {1e3 * channel.lag_std_s:.2f} ms'
 
 
 def main(args: Sequence[str] | None = None) -> None:

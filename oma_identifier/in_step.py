@@ -4,7 +4,7 @@ A delay turns normal modes into complex ones and hides correlation from the subs
 it is put right in the samples, before anything is identified from them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import math
 
@@ -16,12 +16,14 @@ from modal_core.indicators import mpc, mpd, normalise
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.samples import Samples
+from oma_identifier.coherence import check_coherence, Coherence
 from oma_identifier.delay_odds import SensorDelay
 from oma_identifier.resample import HALF_WIDTH, interpolate
 from oma_identifier.rigid_motion import LATE
 from oma_identifier.robot_signals import Cleaned, never
 from oma_identifier.sensor_delay import sensor_delays
 from oma_identifier.sensor_lag import Lag
+from oma_identifier.sensor_peaks import Columns, sensor_peaks
 
 LARGEST_PHASE_RAD = math.radians(10.0)
 """Largest error of a phase, at three deviations of the delay, that a shape is published with."""
@@ -52,6 +54,7 @@ class Synchroniser:
     def __init__(self) -> None:
         self.corrects_earlier = False
         self._held: dict[str, SensorDelay] = {}
+        self._coherence = Coherence()
         self._of: tuple[tuple[Channel, ...], float] = ((), 0.0)
         self._middle_ns = 0
 
@@ -59,22 +62,25 @@ class Synchroniser:
         """Return a window in step; the very same one where its sensors are.
 
         A channel that was moved says by how much (``delay_s``); sensors that no delay puts in step
-        are left out.  What joint states prove of a sensor is used where the responses, which tell
-        more exactly, do not prove anything.
+        are left out, and so is one that shows another motion than all others.  What joint states
+        prove of a sensor is used where the responses, which tell more exactly, do not prove
+        anything.
         """
         channels = cleaned.samples.channels
         self._look(cleaned.samples)
         late = {s: d for s, d in self._held.items() if d.is_odd}
         delay_s = np.array([self._delay_s(c, cleaned.lags) for c in channels])
         kept = np.array([self._is_kept(channel) for channel in channels])
+        apart = self._coherence.flags
         if not delay_s.any() and kept.all():
-            return cleaned
+            flags = {**apart, **cleaned.channel_flags}
+            return replace(cleaned, channel_flags=flags) if apart else cleaned
         own = {c.name: late[sensor_of(c)] for c in channels if sensor_of(c) in late}
         lags = {n: Lag(d.seconds, d.std_s) if d.is_known else UNKNOWN for n, d in own.items()}
         return _in_step(
             replace(
                 cleaned,
-                channel_flags={**dict.fromkeys(own, LATE), **cleaned.channel_flags},
+                channel_flags={**apart, **dict.fromkeys(own, LATE), **cleaned.channel_flags},
                 lags={**lags, **cleaned.lags},
                 left_out=tuple(c.name for c, k in zip(channels, kept, strict=True) if not k),
             ),
@@ -83,8 +89,10 @@ class Synchroniser:
         )
 
     def _is_kept(self, channel: Channel) -> bool:
-        held = self._held.get(sensor_of(channel))
-        return held is None or not held.is_odd or _aligns(held)
+        sensor = sensor_of(channel)
+        held = self._held.get(sensor)
+        late = held is not None and held.is_odd and not _aligns(held)
+        return not late and sensor not in self._coherence.left_out
 
     def _delay_s(self, channel: Channel, lags: Mapping[str, Lag]) -> float:
         held = self._held.get(sensor_of(channel))
@@ -98,12 +106,18 @@ class Synchroniser:
         grid = samples.channels, samples.sample_rate_hz
         if grid != self._of:
             self._of, self._held, self._middle_ns = grid, {}, 0
+            self._coherence = Coherence()
         elif samples.start_ns < self._middle_ns:
             return
         self._middle_ns = (samples.start_ns + samples.end_ns) // 2
         if samples.duration_s < SHORTEST_S:
             return
-        fresh = sensor_delays(samples, [sensor_of(channel) for channel in samples.channels])
+        columns = _columns(samples.channels)
+        peaks = sensor_peaks(samples) if len(columns) > 1 else []
+        fresh = sensor_delays(peaks, columns)
+        late = {name for name, delay in fresh.items() if delay.is_odd}
+        on_time = {name: own for name, own in columns.items() if name not in late}
+        self._coherence = check_coherence(samples, peaks, on_time)
         if not _say_the_same(fresh, self._held):
             self.corrects_earlier = any(
                 delay.is_odd and sensor in self._held and self._held[sensor].is_in_doubt
@@ -114,6 +128,14 @@ class Synchroniser:
                 sensor: self._held.get(sensor, delay) if delay.is_in_doubt else delay
                 for sensor, delay in fresh.items()
             }
+
+
+def _columns(channels: Sequence[Channel]) -> Columns:
+    sensors = [sensor_of(channel) for channel in channels]
+    return {
+        name: np.flatnonzero([other == name for other in sensors])
+        for name in dict.fromkeys(sensors)
+    }
 
 
 def _say_the_same(fresh: Mapping[str, SensorDelay], held: Mapping[str, SensorDelay]) -> bool:

@@ -8,27 +8,23 @@ from collections.abc import Sequence
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from modal_core.samples import Samples
 from oma_identifier.delay_odds import delay_of, SensorDelay, view_at
-from oma_identifier.sensor_peaks import Peak, sensor_peaks
+from oma_identifier.sensor_peaks import Columns, Peak
 
 MOST_BEGINNINGS = 4
 """Sensors that are tried to begin with, where some are late: it may be the first that is."""
 
-Columns = dict[str, NDArray[np.int64]]
 
-
-def sensor_delays(samples: Samples, sensors: Sequence[str]) -> dict[str, SensorDelay]:
+def sensor_delays(peaks: list[Peak], columns: Columns) -> dict[str, SensorDelay]:
     """Return how late each sensor is against the others.
 
     Parameters
     ----------
-    samples : Samples
-        Of all sensors, each by its own stamps.
-    sensors : sequence of str
-        The sensor of each channel: what shares a clock.
+    peaks : list of Peak
+        Of the samples of all sensors, each by its own stamps.
+    columns : mapping of str to int array
+        Channels of each sensor: what shares a clock.
 
     Returns
     -------
@@ -36,13 +32,10 @@ def sensor_delays(samples: Samples, sensors: Sequence[str]) -> dict[str, SensorD
         By sensor, against the one that leaves the fewest in doubt: of most others, where they are
         in step.  Empty when there is but one.
     """
-    names = list(dict.fromkeys(sensors))
-    if len(names) < 2:
+    if len(columns) < 2:
         return {}
-    columns = {name: np.flatnonzero([other == name for other in sensors]) for name in names}
-    peaks = sensor_peaks(samples)
     if not peaks:
-        return {name: SensorDelay() for name in names}
+        return {name: SensorDelay() for name in columns}
     best: dict[str, SensorDelay] = {}
     least = math.inf
     for first in range(min(MOST_BEGINNINGS, len(columns))):

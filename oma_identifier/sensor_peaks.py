@@ -1,6 +1,6 @@
 """Spectra of all channels around the peaks of a window: where one mode outweighs all else."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,8 @@ MOST_LINES = 400
 TOP = 0.86
 """Share of the band up to where samples are shifted without error."""
 
+Columns = Mapping[str, NDArray[np.int64]]
+"""Channels by sensor: what shares a clock."""
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

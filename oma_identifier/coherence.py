@@ -1,0 +1,147 @@
+"""Sensors that do not show the motion the others show: their clock slips, or they hear else.
+
+Where one mode outweighs all else, what one sensor reads is a combination of what the others read.
+It is not where its clock drifts or steps within the window, where it sends old samples, images
+of what lies above half its rate, or its own noise.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.samples import Samples
+from oma_identifier.health import noise_rms
+from oma_identifier.sensor_peaks import Columns, Peak
+
+INCOHERENT = 'incoherent'
+LONE_PEAK = 'lone_peak'
+NO_RESPONSE = 'no_response'
+RANK = 3
+"""Modes that overlap at a peak."""
+LEAST_COHERENCE = 0.8
+"""Share of a sensor's power at a peak, noise left out, that the others explain."""
+ABOVE_NOISE = 4.0
+"""Power of a peak over that of the noise, from where on it is looked at."""
+ALIKE = 0.2
+"""Power over the others', both in shares of their variance, of a peak that both show."""
+LONE = 10.0
+"""The same of a peak that one sensor alone shows, when the others explain nothing of it."""
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Coherence:
+    """What the sensors of a window have in common.
+
+    Parameters
+    ----------
+    left_out : frozenset of str
+        Sensors that most others contradict.
+    flags : dict of str to str
+        What was found, by channel.
+    """
+
+    left_out: frozenset[str] = frozenset()
+    flags: dict[str, str] = field(default_factory=dict)
+
+
+def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Coherence:
+    """Compare each sensor with all others.
+
+    Parameters
+    ----------
+    samples : Samples
+        Of all sensors.
+    peaks : list of Peak
+        Of these samples.
+    columns : mapping of str to int array
+        Channels of each sensor.
+    """
+    floor = _floor(samples)
+    names = samples.channel_names
+    flags = {names[place]: NO_RESPONSE for place in _without_response(peaks, floor)}
+    left = dict(columns)
+    out: list[str] = []
+    while len(left) > 1:
+        worst = {name: _worst(name, left, peaks, floor) for name in left}
+        name = min(worst, key=lambda each: worst[each])
+        if worst[name] >= LEAST_COHERENCE:
+            break
+        out.append(name)
+        flags |= {names[place]: INCOHERENT for place in left[name]}
+        if len(left) == 2:
+            # Of two that contradict each other nobody knows which one is right.
+            other = next(each for each in left if each != name)
+            flags |= {names[place]: INCOHERENT for place in left[other]}
+            out.pop()
+            break
+        del left[name]
+    for name, own in left.items():
+        if _stands_alone(name, left, peaks, floor):
+            flags |= {names[place]: LONE_PEAK for place in own if names[place] not in flags}
+    return Coherence(frozenset(out), flags)
+
+
+def _floor(samples: Samples) -> Real:
+    """Return the power of each channel's noise in a line of the peaks' spectra, at most."""
+    rows = samples.acceleration
+    share = noise_rms(rows) ** 2 / np.maximum(rows.var(axis=0), 1e-300)
+    # A line of a taper is a difference of two lines of a transform.
+    return np.asarray(2.0 * len(rows) * share)
+
+
+def _without_response(peaks: list[Peak], floor: Real) -> list[int]:
+    """Return the channels that show no peak above their noise."""
+    if not peaks:
+        return []
+    power = np.array([np.mean(np.abs(peak.spectra) ** 2, axis=(0, 1)) for peak in peaks])
+    return np.flatnonzero((power < ABOVE_NOISE * floor).all(axis=0)).tolist()
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """One peak as a sensor and the others see it: power in shares of variance, and coherence."""
+
+    own: float
+    others: float
+    coherence: float
+
+
+def _views(name: str, columns: Columns, peaks: list[Peak], floor: Real) -> list[_View]:
+    own = columns[name]
+    others = np.concatenate([each for other, each in columns.items() if other != name])
+    seen = [_view(peak, own, others, floor) for peak in peaks]
+    return [view for view in seen if view is not None]
+
+
+def _view(
+    peak: Peak, own: NDArray[np.int64], others: NDArray[np.int64], floor: Real
+) -> _View | None:
+    """Return None where a sensor's noise hides the peak."""
+    mine = peak.spectra[:, :, own].reshape(-1, len(own))
+    beside = peak.spectra[:, :, others].reshape(-1, len(others))
+    total = float(np.sum(np.abs(mine) ** 2))
+    noise = float(len(mine) * floor[own].sum())
+    rank = min(RANK, len(others), int(peak.n_free) // 4)
+    if total < ABOVE_NOISE * noise or rank < 1:
+        return None
+    basis = np.linalg.svd(beside, full_matrices=False)[0][:, :rank]
+    rest = total - float(np.sum(np.abs(basis.conj().T @ mine) ** 2))
+    # Chance explains its share of what is not common.
+    rest *= peak.n_free / (peak.n_free - rank)
+    power = float(np.mean(np.abs(beside) ** 2))
+    return _View(total / mine.size, power, 1.0 - max(0.0, rest - noise) / (total - noise))
+
+
+def _worst(name: str, columns: Columns, peaks: list[Peak], floor: Real) -> float:
+    """Return the least coherence of the peaks that a sensor and the others both show."""
+    views = _views(name, columns, peaks, floor)
+    return min((v.coherence for v in views if v.own > ALIKE * v.others), default=1.0)
+
+
+def _stands_alone(name: str, columns: Columns, peaks: list[Peak], floor: Real) -> bool:
+    views = _views(name, columns, peaks, floor) if len(columns) > 1 else []
+    return any(v.own > LONE * v.others and v.coherence < 0.5 for v in views)
