@@ -18,6 +18,8 @@ REORDER_NS = NANOSECONDS_PER_SECOND
 """Samples this late are still put in place."""
 FORWARD_NS = 2 * NANOSECONDS_PER_SECOND
 """A stamp further ahead than this must be confirmed by the next ones."""
+AT_ONCE = 1024
+"""Samples looked at one by one before the rest is looked at as a whole again."""
 
 
 @dataclass
@@ -114,11 +116,18 @@ class SourceStream:
         confirmed : bool
             Others agree with these stamps already.
         """
-        if len(stamp_ns) == 0:
-            return
+        n_taken = 0
+        while n_taken < len(stamp_ns):
+            n_taken += self._take(stamp_ns[n_taken:], values[n_taken:], confirmed=confirmed)
+            confirmed = False
+
+    def _take(
+        self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64], *, confirmed: bool
+    ) -> int:
+        """Take in the first of some samples; returns how many of them."""
         if self.jumped:
             self.jumped.append(OrderedSamples(stamp_ns, values))
-            return
+            return len(stamp_ns)
         ahead = int(stamp_ns[0]) - self.newest_ns
         if confirmed and (self.first_ns is None or ahead > FORWARD_NS):
             self._begin(stamp_ns, values)
@@ -127,7 +136,8 @@ class SourceStream:
         elif not self._suspects and 0 < ahead <= FORWARD_NS and _is_steady(stamp_ns):
             self._accept(stamp_ns, values)
         else:
-            self._add_one_by_one(stamp_ns, values)
+            return self._take_one_by_one(stamp_ns[:AT_ONCE], values[:AT_ONCE])
+        return len(stamp_ns)
 
     def _begin(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Begin, or go on after a jump forwards."""
@@ -135,7 +145,7 @@ class SourceStream:
         self.newest_ns = self.first_ns - 1
         self.add(stamp_ns, values)
 
-    def _add_one_by_one(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    def _take_one_by_one(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> int:
         accepted: list[int] = []
         for row, stamp in enumerate(stamp_ns.tolist()):
             ahead = stamp - self.newest_ns
@@ -144,8 +154,7 @@ class SourceStream:
                 if run.n_items >= CONFIRM:
                     self._keep(stamp_ns[accepted], values[accepted])
                     self._jump(self._suspects.take(run))
-                    self.add(stamp_ns[row + 1 :], values[row + 1 :])
-                    return
+                    return row + 1
             elif ahead > 0:
                 self._suspects.clear()
                 self.newest_ns = stamp
@@ -159,6 +168,7 @@ class SourceStream:
                 self._sorted = False
                 accepted.append(row)
         self._keep(stamp_ns[accepted], values[accepted])
+        return len(stamp_ns)
 
     def _jump(self, confirmed: Sequence[_Sample]) -> None:
         """Go on with samples that confirm one another."""

@@ -9,6 +9,7 @@ from modal_core.channel import SensorLayout
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 from oma_identifier.sample_buffer import SampleBuffer
 from oma_identifier.settings import IdentificationSettings
+from oma_identifier.source_stream import SourceStream
 
 START = 1_700_000_000_000_000_000
 SETTINGS = IdentificationSettings(window_s=4.0, hop_s=2.0)
@@ -281,3 +282,15 @@ def test_memory_is_bounded_by_the_window():
         assert source.stream.n_pending < 2500
         rows = sum(s.n_held for s in buffer._segment.rows.values()) if buffer._segment else 0
         assert rows <= 7000
+
+
+@pytest.mark.parametrize('size', [1, 12, 100_000])
+def test_bursts_of_samples_far_apart_are_taken_however_many(size):
+    """A logger that is triggered: twelve samples every three seconds, a thousand times."""
+    burst_s = 3.0 * np.arange(1000)[:, None] + 0.01 * np.arange(12)
+    sent = samples(burst_s.ravel())
+    stream = SourceStream(3)
+    for part in pieces(sent, size):
+        stream.add(part.stamp_ns, part.acceleration)
+    np.testing.assert_array_equal(stream.samples().stamp_ns, sent.stamp_ns)
+    assert not stream.set_aside
