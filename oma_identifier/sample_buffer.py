@@ -84,10 +84,9 @@ class SampleBuffer:
     def channels(self) -> tuple[Channel, ...]:
         """All channels that are expected or have been seen."""
         expected = self.layout.channels if self.layout else ()
-        return (
-            *expected,
-            *(channel for channel in self._seen.values() if channel not in expected),
-        )
+        # A copy: whoever asks from another thread must not meet a change half-way.
+        seen = list(self._seen.values())
+        return (*expected, *(channel for channel in seen if channel not in expected))
 
     def expect(self, source: str) -> None:
         """Wait a little for a source that is known to exist before the first window begins."""

@@ -80,6 +80,10 @@ class IdentificationWorker:
             except (ModalAnalysisError, ArithmeticError, ValueError) as error:
                 # numpy's LinAlgError is a ValueError; one bad window must not end the node.
                 self._on_error(f'window {job.window.index}: {error}')
+            except (MemoryError, RuntimeError, LookupError, TypeError, OSError) as error:
+                # A thread that ends would leave the node alive and without results for good.
+                said = f'{type(error).__name__}: {error}'
+                self._on_error(f'window {job.window.index} failed: {said}')
             finally:
                 self.n_done += 1
                 with self._idle:

@@ -4,6 +4,7 @@ import threading
 import time
 
 import numpy as np
+import pytest
 
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError
@@ -73,3 +74,21 @@ def test_stop_drops_what_waits():
     threading.Timer(0.2, pipeline.gate.set).start()
     worker.stop(10.0)
     assert published == [0]
+
+
+@pytest.mark.parametrize('error', [MemoryError('4 GiB'), RuntimeError('changed'), KeyError('a')])
+def test_whatever_a_window_ends_with_the_next_one_is_identified(error):
+    published, failed = [], []
+
+    class Failing:
+        def identify(self, window):
+            if window.index == 0:
+                raise error
+            return window.index
+
+    worker = IdentificationWorker(published.append, failed.append)
+    for index in (0, 1):
+        worker.submit(Job(Failing(), window(index)))
+    assert worker.wait_idle(10.0)
+    assert published == [1] and type(error).__name__ in failed[0]
+    worker.stop(5.0)
