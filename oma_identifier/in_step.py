@@ -56,7 +56,7 @@ class Synchroniser:
         self._held: dict[str, SensorDelay] = {}
         self._coherence = Coherence()
         self._of: tuple[tuple[Channel, ...], float] = ((), 0.0)
-        self._middle_ns = 0
+        self._start_ns = self._middle_ns = 0
 
     def __call__(self, cleaned: Cleaned) -> Cleaned:
         """Return a window in step; the very same one where its sensors are.
@@ -101,14 +101,15 @@ class Synchroniser:
         return lags[channel.name].behind_s if channel.name in lags else 0.0
 
     def _look(self, samples: Samples) -> None:
-        """Estimate the delays anew when half a window is new."""
+        """Estimate the delays anew when half a window is new, or the clock was set back."""
         self.corrects_earlier = False
         grid = samples.channels, samples.sample_rate_hz
         if grid != self._of:
-            self._of, self._held, self._middle_ns = grid, {}, 0
+            self._of, self._held = grid, {}
             self._coherence = Coherence()
-        elif samples.start_ns < self._middle_ns:
+        elif self._start_ns <= samples.start_ns < self._middle_ns:
             return
+        self._start_ns = samples.start_ns
         self._middle_ns = (samples.start_ns + samples.end_ns) // 2
         if samples.duration_s < SHORTEST_S:
             return

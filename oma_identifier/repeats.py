@@ -165,6 +165,13 @@ class RepeatWatch:
         self._parts = [part for part in self._parts if part.end_ns >= before_ns]
         self._flat = {key: end for key, end in self._flat.items() if end >= before_ns}
 
+    def restart(self, first_ns: int) -> None:
+        """Go on at an earlier time, to which nothing found at a later one belongs."""
+        self._tail, self._tail_ns = self._tail[:0], self._tail_ns[:0]
+        self._parts = [part for part in self._parts if part.end_ns < first_ns]
+        self._flat = {key: end for key, end in self._flat.items() if end < first_ns}
+        self._open = {}
+
 
 def _per_column(true: NDArray[np.bool_]) -> NDArray[np.int64]:
     n_columns = true.shape[1]

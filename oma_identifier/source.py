@@ -144,6 +144,9 @@ class Source:
     def restart(self) -> None:
         """Go on with what came after the clock jumped back."""
         later = self.stream.jumped
+        first_ns = int(later[0].stamp_ns[0]) if later else 0
+        self.repeats.restart(first_ns)
+        self.unclear_ns = [start for start in self.unclear_ns if start < first_ns]
         events = self.stream.events
         self.stream = SourceStream(len(self.channels), self.set_aside)
         self.stream.events = events

@@ -7,6 +7,7 @@ from scipy.signal import lfilter
 from modal_core.measurements import SampleBlock, StampedSamples
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.repeats import RepeatWatch
+from oma_identifier.sample_buffer import SampleBuffer
 from oma_identifier.settings import IdentificationSettings
 
 START, RATE_HZ, SEED = 1_700_000_000_000_000_000, 200.0, 5
@@ -101,6 +102,23 @@ def test_a_channel_that_freezes_takes_no_part(n_still):
     result = identify(values)[0]
     flags = [channel.flags for channel in result.quality.channels]
     assert flags[4] == ('flatline',) and not any(flags[:4] + flags[5:])
+
+
+def test_a_clock_that_is_set_back_does_not_bring_back_what_was_found():
+    """A channel freezes just before its clock is set back; it is healthy when that time returns."""
+    values = responses(np.random.default_rng(SEED), 3, n=6000)
+    frozen = values[:4440].copy()
+    frozen[4020:4180, 1] = frozen[4020, 1]
+    stamps = START + np.round(np.arange(len(values)) / RATE_HZ * 1e9).astype(np.int64)
+    buffer = SampleBuffer(IdentificationSettings(window_s=5.0, hop_s=5.0))
+    windows = []
+    for sent in (frozen, values):
+        for first in range(0, len(sent), 100):
+            rows = slice(first, min(first + 100, len(sent)))
+            buffer.add(StampedSamples('/imu', 'link', stamps[rows], sent[rows]))
+            windows += buffer.windows()
+    assert len(windows) == 4 + 5 and 'clock_jump' in windows[4].quality.flags
+    assert not any('flatline' in c.flags for w in windows for c in w.quality.channels)
 
 
 def test_healthy_channels_repeat_by_chance():

@@ -151,6 +151,19 @@ def test_a_clock_that_steps_between_windows_is_followed():
         assert_true_shapes(result, shapes)
 
 
+def test_a_clock_that_is_set_back_does_not_hide_delays():
+    """Delays are looked for in every record, also in one of an earlier time than the last."""
+    rng = np.random.default_rng(SEED)
+    shapes = rng.standard_normal((len(NAMES), len(FREQUENCY_HZ)))
+    clean, synchronise = RobotSignals(None), Synchroniser()
+    before = replace(record(rng, shapes, late(0.0), duration_s=60.0), start_ns=4 * 10**12)
+    after = replace(record(rng, shapes, late(0.02), duration_s=60.0), start_ns=10**12)
+    assert not synchronise(clean(Window(0, before))).lags
+    lags = synchronise(clean(Window(1, after))).lags
+    assert {name for name in lags if name.startswith(LATE_SENSOR)} == set(NAMES[4:6])
+    assert lags[NAMES[4]].seconds == pytest.approx(0.02, abs=3e-4)
+
+
 @pytest.mark.parametrize('imaginary', [0.0, 0.3])
 def test_synchronous_sensors_of_random_structures_are_left_alone(imaginary):
     """Bit for bit: the very same samples go on, whatever the structure is like."""
