@@ -55,7 +55,7 @@ def streaming(full: bool, store: Path | None) -> Iterator[Line]:
 def faults(full: bool, store: Path | None) -> Iterator[Line]:
     from benchmarks.faults.series import rows
 
-    return rows(500 if full else 120)
+    return rows(500)
 
 
 GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {

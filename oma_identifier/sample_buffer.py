@@ -336,15 +336,20 @@ class SampleBuffer:
         self._cut_windows()
         resume_ns = segment.time_ns(resume if not silent[-1] else first_row + len(silent))
         self._close_segment()
+        self._resume(resume_ns)
+        self._break('gap')
+
+    def _resume(self, resume_ns: int) -> None:
+        """Let the next segment begin at a time, and not with what the last one has used."""
         for source in self._sources.values():
             source.stream.forget(resume_ns - round(source.period_ns / 2))
-        self._break('gap')
 
     def _check_rates(self) -> bool:
         segment = self._segment
         if segment is not None and segment.reference.rate_changed:
             segment.reference.rate_changed = False
             self._close_segment()
+            self._resume(segment.time_ns(segment.n_rows))
             self._break('rate_change')
         return True
 

@@ -294,3 +294,18 @@ def test_bursts_of_samples_far_apart_are_taken_however_many(size):
         stream.add(part.stamp_ns, part.acceleration)
     np.testing.assert_array_equal(stream.samples().stamp_ns, sent.stamp_ns)
     assert not stream.set_aside
+
+
+@pytest.mark.parametrize('since_s', [17.3, 20.0, 24.7])
+def test_sensors_that_go_on_at_half_their_rate_end_a_segment_once(since_s):
+    time_s = np.arange(0.0, 48.0, 1.0 / 128.0)
+    rows = np.arange(len(time_s))
+    kept = time_s[(time_s < since_s) | (rows % 2 == 0)]
+    sensors = [samples(kept + 0.001 * place, f'/imu/{place}') for place in range(2)]
+    parts = [part for pair in zip(*(pieces(s, 40) for s in sensors), strict=True) for part in pair]
+    settings = IdentificationSettings(window_s=20.0, hop_s=10.0)
+    buffer, windows = run(parts, settings)
+    starts = [window.samples.start_ns for window in windows]
+    assert starts == sorted(set(starts))
+    assert buffer.counters.reasons['rate_change'] <= 2
+    assert windows[-1].samples.sample_rate_hz == pytest.approx(64.0, rel=1e-3)
