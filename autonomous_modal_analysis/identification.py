@@ -19,6 +19,18 @@ from oma_identifier.robot_motion import RobotMotion
 from oma_identifier.settings import IdentificationSettings
 from recordings.open_recording import Recording
 
+UNUSED = {
+    'stamp_unconfirmed': 'their stamps agree with nothing else',
+    'rate_unconfirmed': 'stamps and counters confirm no rate',
+    'rate_refused': 'stamps and counters contradict the rate',
+    'clock_apart': 'they keep another time than the others',
+    'channel_sent_twice': 'another topic sends channels of the same names',
+    'too_many_sources': 'too many sources',
+    'overload': 'one source ran too far ahead of the others',
+    'joints_unconfirmed': 'stamps of joint states that agree with nothing else',
+}
+"""Why messages take no part, by the code of the buffer."""
+
 
 @dataclass(frozen=True, slots=True)
 class IdentifiedRecording:
@@ -97,7 +109,7 @@ def identify_recording(
             settings=settings,
             band=analysed_band(mode(rates_hz), math.inf, asked, settings),
             harmonics=whole.harmonics,
-            damage=recording.damage(),
+            damage=(*recording.damage(), *_unused(pipeline)),
         ),
         whole=whole,
     )
@@ -128,6 +140,16 @@ def _check_band(window: Window, settings: IdentificationSettings) -> None:
         )
 
 
+def _unused(pipeline: IdentificationPipeline) -> tuple[str, ...]:
+    """Return what was read and not used, one statement each."""
+    counters = pipeline.buffer.counters
+    return tuple(
+        counters.texts.get(reason, f'{counters.reasons[reason]} messages not used: {words}')
+        for reason, words in UNUSED.items()
+        if reason in counters.reasons
+    )
+
+
 def _check_windows(
     windows: Sequence[IdentifiedWindow], pipeline: IdentificationPipeline, recording: Recording
 ) -> None:
@@ -141,6 +163,10 @@ def _check_windows(
     texts = pipeline.buffer.counters.texts
     if not windows and texts:
         raise IdentificationError('; '.join(texts.values()), where=path)
+    if not windows and (lost := (*recording.damage(), *_unused(pipeline))):
+        raise IdentificationError(f'nothing to identify: {"; ".join(lost)}', where=path)
+    if not windows and not pipeline.buffer.channels:
+        raise IdentificationError('no accelerations in the recording', where=path)
     if not windows:
         info = recording.info()
         raise IdentificationError(

@@ -87,7 +87,7 @@ class Identification:
         Where modes were looked for in the whole recording; single windows reach down to thirty
         periods at most.
     damage : tuple of str
-        What of the recording could not be read, one statement each.
+        What of the recording could not be read or was not used, one statement each.
     """
 
     modes: ModeSet

@@ -18,6 +18,8 @@ FEWEST = 3
 LEAST_SPAN_S, ENOUGH_SPAN_S = 0.2, 1.0
 """Hosts stamp blocks up to 0.1 s late (`block_clock.LARGEST_ERROR_NS`): shorter spans tell no
 rate; over a second few blocks tell one."""
+LONGEST_WAIT_S = 30.0
+"""That others wait for blocks to be confirmed, however long these claim to be."""
 LARGEST_STEP_S = 0.25
 """Beside the length of a block: what a host's stamps may be off, with room; longer gaps than that
 split a record (`lattice.LONGEST_FILLED_S`)."""
@@ -63,6 +65,16 @@ class BlockGate:
     def is_waiting(self) -> bool:
         """Whether nothing has passed, but something is there."""
         return self._newest is None and len(self._waiting) > 0
+
+    @property
+    def awaited_s(self) -> float:
+        """Time within which the blocks that wait will have been confirmed, if ever [s]."""
+        run = self._waiting.longest()
+        if run is None:
+            return 0.0
+        length_s = len(run.first.acceleration) / run.first.sample_rate_hz
+        # As many as tell a rate, and others may be a block ahead.
+        return min(LONGEST_WAIT_S, (FEWEST + 1) * length_s)
 
     def admit(self, block: SampleBlock) -> Passed:
         """Return the blocks that pass now that this one has come."""

@@ -123,13 +123,13 @@ def refine(
         (index for index, mode in enumerate(modes) if _refinable(mode)),
         key=lambda index: modes.modes[index].frequency_hz,
     )
-    if not order:
-        outcomes = (Outcome.OUT_OF_BAND,) * len(modes)
-        return Refinement(
-            modes, outcomes, np.full(len(modes), np.nan), refined=(None,) * len(modes)
-        )
     with one_thread():
         return _refine_ordered(samples, modes, order, harmonics, resting, foregoing)
+
+
+def _unrefined(modes: ModeSet) -> Refinement:
+    outcomes = (Outcome.OUT_OF_BAND,) * len(modes)
+    return Refinement(modes, outcomes, np.full(len(modes), np.nan), refined=(None,) * len(modes))
 
 
 def _refinable(mode: Mode) -> bool:
@@ -145,6 +145,8 @@ def _refine_ordered(
     foregoing: Foregoing | None,
 ) -> Refinement:
     """Fit the groups of modes, twice, and judge each mode."""
+    if not order:  # from the start, or since the fits have taken out the last one
+        return _unrefined(modes)
     alive = moving_channels(samples)
     spectra = spectra_of(samples, alive)
     usable = usable_lines(spectra, harmonics or ())

@@ -75,6 +75,7 @@ class SampleBuffer:
         self._ignored: set[str] = set()
         self._met: set[str] = set()
         self._untold: set[str] = set()
+        self._idle: set[str] = set()
         self._segment: Segment | None = None
         self._ready: list[Window] = []
         self.n_windows = 0
@@ -128,12 +129,15 @@ class SampleBuffer:
         for name in self._clock.newly_apart:
             self.counters.note(APART, text=f'{name.split()[0]} keeps another time than the others')
         now_ns = self._clock.now_ns
-        active = self._active()
+        active = {source.name for source in self._active()}
+        idle = {one.name for one in self._sources.values() if one.stream.n_pending} - active
         for source in self._sources.values():
             source.expire()
-            if source not in active:
+            # What has just come may be the first of a source, and long.
+            if source.name in idle & self._idle:
                 source.stream.forget(source.stream.newest_ns - 2 * TOGETHER_NS)
             self.counters.collect(source.set_aside)
+        self._idle = idle
         if now_ns is not None:
             self.joints.expire(now_ns)
         self.counters.collect(self._joints_aside)
@@ -149,6 +153,7 @@ class SampleBuffer:
             source.flush(alone=self._clock.now_ns is None)
             self._note(source, 0)
         self.joints.flush()
+        self._idle.clear()
         self._look()
         self._work(closing=True)
         self._close_segment()
@@ -159,13 +164,10 @@ class SampleBuffer:
         yield from self.windows()
 
     def _source_of(self, measurement: StampedSamples | SampleBlock) -> Source | None:
-        key = measurement.source
-        if isinstance(measurement, SampleBlock):
-            # Several recorders may share a topic; their channels tell them apart.
-            key = f'{key} {" ".join(measurement.channel_names)}'
+        key = self._key_of(measurement)
         source = self._sources.get(key)
         if source is not None or key in self._ignored:
-            return source
+            return source if source is not None and source.sends(measurement) else None
         source = make_source(measurement, self.layout)
         if source is not None:
             source.name = key
@@ -174,6 +176,21 @@ class SampleBuffer:
                 return source
         self._ignore(key, 'not_in_layout' if source is None else 'too_many_sources')
         return None
+
+    def _key_of(self, measurement: StampedSamples | SampleBlock) -> str:
+        """Return what a source is known by: several may share a topic.
+
+        Channels tell recorders apart, in whatever order they come; frames tell sensors apart.
+        """
+        topic = key = measurement.source
+        if isinstance(measurement, SampleBlock):
+            key = f'{topic} {" ".join(measurement.channel_names)}'
+            if key not in self._sources:
+                same = (n for n, one in self._sources.items() if one.sends(measurement))
+                return next((name for name in same if name.split()[0] == topic), key)
+        elif key in self._sources and not self._sources[key].sends(measurement):
+            key = f'{topic} frame {measurement.frame_id}'
+        return key
 
     def _has_room(self) -> bool:
         """Make room for another source: one that nothing confirmed goes first."""
@@ -187,24 +204,23 @@ class SampleBuffer:
         self.counters.collect(gone.set_aside)
         return True
 
-    def _ignore(self, key: str, reason: str) -> None:
+    def _ignore(self, key: str, reason: str, text: str = '') -> None:
         self.counters.n_rejected += 1
-        self.counters.note(reason)
+        self.counters.note(reason, text=text)
         if len(self._ignored) < MOST_SOURCES:
             self._ignored.add(key)
 
     def _meet(self) -> None:
         """Take in the channels of sources whose messages are confirmed, each channel once."""
         for key, source in list(self._sources.items()):
-            names = {channel.name for channel in source.channels}
+            names = source.names
             if source.stream.first_ns is None or key in self._met:
                 continue
-            if any(
-                names & {channel.name for channel in self._sources[met].channels}
-                for met in self._met
-            ):
+            twice = [met for met in self._met if names & self._sources[met].names]
+            if twice:
                 del self._sources[key]
-                self._ignore(key, 'channel_sent_twice')
+                text = f'{key} is not used: {twice[0]} sends channels of the same names'
+                self._ignore(key, 'channel_sent_twice', text)
                 continue
             self._met.add(key)
             self._seen.update({channel.name: channel for channel in source.channels})
@@ -232,8 +248,13 @@ class SampleBuffer:
         first = min(start for start, _ in spans.values())
         held_ns = max(end for _, end in spans.values()) - first
         silent = self._expected - {name.split()[0] for name in spans}
-        waiting = any(source.is_waiting for source in self._sources.values())
-        if not closing and held_ns < (EXPECT_NS if silent or waiting else START_NS):
+        waiting = [source for source in self._sources.values() if source.is_waiting]
+        least_ns = max(
+            EXPECT_NS if silent or waiting else START_NS,
+            *(round(one.gate.awaited_s * NANOSECONDS_PER_SECOND) for one in waiting),
+            0,
+        )
+        if not closing and held_ns < least_ns:
             return False
         together = [source for source in begun if spans[source.name][0] - first <= START_NS]
         for source in begun:

@@ -1,7 +1,7 @@
 """One sensor or recorder: its channels, its samples in order, and its place on the grid."""
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,9 @@ class Source:
         One per column that is used.
     columns : slice or tuple of int
         Columns of the samples that are used.
+    sent : tuple of str
+        What tells sources of one topic apart: names of all columns of a block, in the order of the
+        first; frame id of a sensor.
     stream : SourceStream
         Its samples in order.
     clock : BlockClock or None
@@ -49,6 +52,7 @@ class Source:
     name: str
     channels: tuple[Channel, ...]
     columns: slice | tuple[int, ...]
+    sent: tuple[str, ...]
     stream: SourceStream
     clock: BlockClock | None = None
     period_ns: float = 0.0
@@ -72,6 +76,11 @@ class Source:
         return self.stream.set_aside
 
     @property
+    def names(self) -> set[str]:
+        """Names of the channels."""
+        return {channel.name for channel in self.channels}
+
+    @property
     def is_waiting(self) -> bool:
         """Whether messages came, but none that others confirm."""
         return self.stream.first_ns is None and (self.gate.is_waiting or self.stream.is_waiting)
@@ -91,12 +100,22 @@ class Source:
         first, last, n_steps = self._counted
         return n_steps * NANOSECONDS_PER_SECOND / (last - first)
 
+    def sends(self, measurement: StampedSamples | SampleBlock) -> bool:
+        """Tell whether a measurement of the same topic is of this source."""
+        sent = _sent(measurement)
+        same = sent == self.sent or (len(sent) == len(self.sent) and set(sent) == set(self.sent))
+        return same and (self.clock is not None) == isinstance(measurement, SampleBlock)
+
     def add_stamped(self, samples: StampedSamples) -> None:
         """Take in per-sample messages."""
         self.stream.add(samples.stamp_ns, samples.acceleration[:, self.columns])
 
     def add_block(self, block: SampleBlock) -> None:
-        """Take in a block, when others confirm it."""
+        """Take in a block, when others confirm it; its columns may come in any order."""
+        if block.channel_names != self.sent:
+            order = [block.channel_names.index(name) for name in self.sent]
+            values = block.acceleration[:, order]
+            block = replace(block, channel_names=self.sent, acceleration=values)
         if self.clock is not None:
             self._pass(self.gate.admit(block))
 
@@ -314,12 +333,19 @@ def make_source(
         name=measurement.source,
         channels=channels,
         columns=slice(None) if len(columns) == len(given) else columns,
+        sent=_sent(measurement),
         stream=SourceStream(len(channels)),
         clock=clock,
     )
     if clock is not None:
         source.period_ns = NANOSECONDS_PER_SECOND / clock.sample_rate_hz
     return source
+
+
+def _sent(measurement: StampedSamples | SampleBlock) -> tuple[str, ...]:
+    if isinstance(measurement, SampleBlock):
+        return measurement.channel_names
+    return (measurement.frame_id,)
 
 
 def _channel_of_block(name: str, layout: SensorLayout | None) -> Channel | None:

@@ -359,3 +359,31 @@ def test_noise_of_each_channel_is_told_from_the_motion_it_leads(n_channels, n_mo
     assert np.all(np.isfinite(noise_scale(many @ many.T, n_lines)))
     # Nor do channels that repeat others.
     assert np.all(np.isfinite(noise_scale(np.tile(parts[:4] @ parts[:4].T, (4, 4)), n_lines)))
+
+
+@pytest.mark.parametrize('seed', [73, 80, 89])
+def test_the_only_mode_may_be_superfluous(seed):
+    """A wrong mode beside one the fit finds itself, under knocks: nothing is left to refine."""
+    generator = np.random.default_rng(seed)
+    n_channels = int(generator.integers(4, 13))
+    plant = Plant(
+        np.array([20.0]),
+        np.array([0.02]),
+        generator.standard_normal((n_channels, 1)),
+        np.array([[1.0]]),
+    )
+    samples = simulate(plant, generator, 40.0, RATE_HZ)
+    values = samples.acceleration.copy()
+    if generator.random() < 0.7:
+        for _ in range(4):
+            place = generator.integers(len(values)), generator.integers(n_channels)
+            values[place] += 10 ** generator.uniform(1, 6) * values.std()
+    hz, damping = 20.0 + generator.uniform(-0.6, 0.6), 10 ** generator.uniform(-3, -1)
+    shape = plant.shapes[:, 0] + 10 ** generator.uniform(-2, 1) * generator.standard_normal(
+        n_channels
+    )
+    wrong = Mode(float(hz), float(damping), shape.astype(complex), 0.05, 0.005)
+    samples = replace(samples, acceleration=values)
+    result = refine(samples, ModeSet((wrong,), samples.channel_names))
+    assert result.outcomes == (Outcome.SUPERFLUOUS,), f'seed {seed}'
+    assert result.modes.modes == (wrong,) and result.refined == (None,)
