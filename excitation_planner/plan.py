@@ -23,6 +23,9 @@ SIGNALS = (RANDOM_PULSES, BAND_LIMITED_NOISE, APPROACH)
 MOVES = (RANDOM_PULSES, APPROACH)
 # Predicted figures are rounded so that the last bits of a library do not reach the hash.
 SIGNIFICANT = 6
+# No arm turns so far [rad] or so fast [rad/s], and no plan is sampled so densely or coarsely.
+LARGEST = 1e4
+SHORTEST_PERIOD_S, LONGEST_PERIOD_S = 1e-5, 10.0
 PER_JOINT = ('start_position', 'position_range', 'peak_velocity', 'peak_acceleration')
 PER_MODE = ('mode_frequency_hz', 'mode_frequency_sensitivity', 'mode_signal_to_noise_db')
 
@@ -200,8 +203,17 @@ def _check_shapes(plan: ExcitationPlan) -> None:
     for name in scalars:
         if not math.isfinite(getattr(plan, name)):
             raise PlanError('not finite', where=name)
-    if not plan.sample_period_s > 0.0:
-        raise PlanError('not positive', where='sample_period_s', found=plan.sample_period_s)
+    if not SHORTEST_PERIOD_S <= plan.sample_period_s <= LONGEST_PERIOD_S:
+        raise PlanError(
+            'out of range',
+            where='sample_period_s',
+            found=plan.sample_period_s,
+            expected=f'{SHORTEST_PERIOD_S:g} s..{LONGEST_PERIOD_S:g} s',
+        )
+    for name in ('position', 'velocity'):
+        largest = float(np.max(np.abs(getattr(plan, name))))
+        if largest > LARGEST:
+            raise PlanError('out of range', where=name, found=largest, expected=f'<= {LARGEST:g}')
 
 
 def _encoded(value: object) -> bytes:

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from excitation_planner.limits import check_limits, PlanLimits
+from excitation_planner.limits import check_limits, Envelope, PlanLimits
 from excitation_planner.plan import ExcitationPlan
 from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backends import make_backend
@@ -20,6 +20,8 @@ from robot_bridge.session_check import Judgement, SessionCheck, SessionLimits
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 SPEED_SLACK = 1.2
+# Stated peaks have six digits; another machine's libraries may differ in the last bits.
+ROUNDED, TINY = 1e-4, 1e-9
 LAST_REPLIES_S = 0.2
 STANDSTILL_CYCLES = 5
 Hear = Callable[[RobotFeedback, int], None]
@@ -90,7 +92,8 @@ class Bridge:
         Raises
         ------
         ModalAnalysisError
-            It is for another robot, breaks a limit, or the arm is moving.
+            It is for another robot, breaks a limit, goes beyond what it states of itself, or the
+            arm is moving.
         """
         model = self.model
         if plan.robot_name != model.robot_name:
@@ -105,6 +108,7 @@ class Bridge:
             guided=self.backend.guides,
         )
         envelope = check_limits(plan.trajectory, limits)
+        _check_stated(plan, envelope)
         path = PlanPath.from_trajectory(plan.plan_hash, plan.trajectory, model.to_controller)
         told, worst = self.backend.take(plan, path), envelope.worst
         return (
@@ -171,3 +175,24 @@ class Bridge:
         if self.log is not None:
             self.log.add_event(time.time_ns(), f'{state.name}: {reason}')
         self._on_change(state, reason)
+
+
+def _check_stated(plan: ExcitationPlan, envelope: Envelope) -> None:
+    """Refuse a plan that does more than it says: what it says is what a person releases."""
+    for name, found in (
+        ('peak_point_speed', envelope.peak_point_speed_m_s),
+        ('peak_velocity', envelope.peak_velocity),
+        ('peak_acceleration', envelope.peak_acceleration),
+        ('position_range', np.ptp(plan.position, axis=0)),
+    ):
+        stated, found = np.atleast_1d(getattr(plan, name)), np.atleast_1d(found)
+        beyond = found > stated * (1.0 + ROUNDED) + TINY
+        if beyond.any():
+            joint = int(np.argmax(beyond))
+            raise PlanError(
+                'plan goes beyond what it states',
+                where=name,
+                found=f'{found[joint]:.6g}',
+                expected=f'<= {stated[joint]:.6g}',
+                advice='plan again; the planner must know the arm as the bridge does',
+            )

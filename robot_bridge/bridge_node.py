@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock, ClockType
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.logging import get_logging_directory
@@ -63,11 +64,16 @@ class BridgeNode(LifecycleNode):
         self.desk = OperatorDesk(self, lambda: self.bridge, self._publish_state, quick)
         topic = 'excitation_planner/excitation_plan'
         self.create_subscription(PlanMessage, topic, self._on_plan, LATCHED, callback_group=plans)
-        self.create_timer(1.0, self._take_plan, callback_group=plans)
         watch = MutuallyExclusiveCallbackGroup()
-        self.create_timer(WATCH_S, self._watch_names, callback_group=watch)
-        self.create_timer(0.1, self._publish_state, callback_group=quick)
-        self.create_timer(1.0, self._publish_diagnostics, callback_group=quick)
+        # Whatever /clock says or does not say: the arm moves in the time of this machine.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        for period_s, action, group in (
+            (1.0, self._take_plan, plans),
+            (WATCH_S, self._watch_names, watch),
+            (0.1, self._publish_state, quick),
+            (1.0, self._publish_diagnostics, quick),
+        ):
+            self.create_timer(period_s, action, callback_group=group, clock=steady)
         self.add_on_set_parameters_callback(self._accept)
         self.add_post_set_parameters_callback(self._take_parameters)
         # As it comes, a transition that is not possible now ends the process.

@@ -211,9 +211,8 @@ class OperatorFlow:
                         expected=f'{path.start_deg[axis]:.3f} +- '
                         f'{self.settings.start_tolerance_deg:g} deg',
                     )
-            self._player = PlanPlayer(path, hold, self.settings.player)
+            self._player = PlanPlayer(path, hold, self.settings.player, self._override)
             self._follow_plan(path, hold, feedback, self._lateness)
-            self._player.override_target = self._override
             self._enter(FlowState.RUNNING, 'started by the operator')
 
     def abort(self, reason: str) -> None:
@@ -317,13 +316,13 @@ class OperatorFlow:
             self._watch_controller(before, feedback, judgement)
             if self.state == FlowState.DISCONNECTED:
                 self._enter(FlowState.IDLE, 'the controller is heard')
-            fresh = before is None or judgement.verdict == Verdict.NEW_SESSION
-            fresh = fresh or self._pulled_away(feedback)
-            if fresh or feedback.mci_state != MCI_RUNNING or self._hold is None:
+            if self._is_elsewhere(before, feedback, judgement):
                 # Whatever the controller holds is what we ask for: no jump when guidance begins.
                 if not self.settings.dry_run or self._player is None:
                     self._player = None
                 self._hold = np.array(feedback.planned_deg)
+                if not self._agrees(feedback):
+                    return None
             reference = self._reference(judgement.n_steps)
             self._watch_following(reference.position_deg, feedback, judgement.n_steps)
             return None if self.settings.dry_run or self.muted else reference
@@ -469,6 +468,23 @@ class OperatorFlow:
         fault = following.fault(reference_deg, feedback, n_steps)
         if fault:
             self.abort(fault)
+
+    def _is_elsewhere(
+        self, before: RobotFeedback | None, feedback: RobotFeedback, judgement: Judgement
+    ) -> bool:
+        """Tell whether the controller does not stand where it was asked to last.
+
+        What it held while it was not guided counts until the first packet that says it is.
+        """
+        fresh = before is None or judgement.verdict == Verdict.NEW_SESSION
+        pulled = self._pulled_away(feedback)
+        guided = before is not None and {before.mci_state, feedback.mci_state} == {MCI_RUNNING}
+        return fresh or pulled or not guided or self._hold is None
+
+    def _agrees(self, feedback: RobotFeedback) -> bool:
+        """Tell whether what the controller holds may be true: where the arm stands."""
+        error = np.abs(np.array(feedback.planned_deg) - np.array(feedback.joints_deg))
+        return bool(error.max() <= self.settings.max_following_error_deg)
 
     def _pulled_away(self, feedback: RobotFeedback) -> bool:
         """Tell whether the controller stands elsewhere: asking it to come back is no hold."""

@@ -67,9 +67,17 @@ class PlanPlayer:
         Where the arm is held now; any small distance to the path's start is closed in the ramp-in.
     settings : PlayerSettings
         Ramps.
+    override : float
+        Speed override it begins with, 0..1.
     """
 
-    def __init__(self, path: PlanPath, hold_deg: Array, settings: PlayerSettings) -> None:
+    def __init__(
+        self,
+        path: PlanPath,
+        hold_deg: Array,
+        settings: PlayerSettings,
+        override: float = 1.0,
+    ) -> None:
         self._path = path
         gain_rate = GAIN_SHARE * path.quickest_1_s
         self._override_rate = min(settings.override_rate_per_s, gain_rate)
@@ -79,9 +87,8 @@ class PlanPlayer:
         self._time_s = 0.0
         self._played_s = 0.0
         self._pace = 1.0
-        self._override = 1.0
+        self._override = self.override_target = override
         self._stopping = False
-        self.override_target = 1.0
         self._position = np.array(hold_deg, float)
 
     @property

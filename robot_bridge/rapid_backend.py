@@ -102,7 +102,7 @@ class RapidBackend(Backend):
         try:
             control.load(program)
             self._check_wanted()
-            control.run(program)
+            control.run(program, self._check_wanted)
             # Aborted while it was being started: the stop may have come before the start.
             self._check_wanted()
         except BridgeError as error:

@@ -1,6 +1,6 @@
 """Robot Web Services 1.0: load a program into the controller, start it, stop it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 from urllib.parse import quote
@@ -43,7 +43,7 @@ class ProgramControl(Protocol):
     def load(self, program: ReleasedProgram) -> None:
         """Load a program and go to its beginning; nothing runs yet."""
 
-    def run(self, program: ReleasedProgram) -> None:
+    def run(self, program: ReleasedProgram, check_wanted: Callable[[], None]) -> None:
         """Run what was loaded, once, if it is this and the arm stands at its start."""
 
     def stop(self) -> None:
@@ -106,8 +106,17 @@ class RwsClient:
             self._web.post(f'{TASKS}/{TASK}?action=loadmod', load)
             self._web.post(f'{EXECUTION}?action=resetpp', {})
 
-    def run(self, program: ReleasedProgram) -> None:
+    def run(
+        self, program: ReleasedProgram, check_wanted: Callable[[], None] = lambda: None
+    ) -> None:
         """Run what was loaded, once, if it is this and the arm stands at its start.
+
+        Parameters
+        ----------
+        program : ReleasedProgram
+            What must be loaded.
+        check_wanted : callable
+            Raises when it is not wanted any more; asked last, since every answer may be slow.
 
         Raises
         ------
@@ -118,6 +127,7 @@ class RwsClient:
             check_ready(self._web)
             check_loaded(self._web, program)
             check_place(self._web, program)
+            check_wanted()
             self._web.post(f'{EXECUTION}?action=start', START)
         check_once(self._web)
 

@@ -1,14 +1,21 @@
-"""Which packets belong to the session: one peer, rising numbers, no jumps."""
+"""Which packets belong to the session: one peer, rising numbers, no jumps.
+
+A packet that contradicts the ones before it is set aside until the next one goes on from it: one
+that was damaged or forged neither moves the reference nor makes the ones after it look old.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from robot_bridge.egm_feedback import RobotFeedback
+from robot_bridge.egm_feedback import Joints, RobotFeedback
 
 Address = tuple[str, int]
 UINT32 = 1 << 32
+# More cycles than this in one step are believed only if the controller's clock moved with them.
+FEW_CYCLES = 4
+MILLISECONDS = 1000.0
 
 
 class Verdict(Enum):
@@ -55,7 +62,8 @@ class SessionLimits:
     jump_slack_deg : float [deg]
         Added to the largest believable step: noise, rounding.
     silence_s : float [s]
-        After this long without a packet a session that starts again is believed.
+        After this long without a packet a session that starts again is believed; packets are not
+        delayed by more.
     controller_address : str
         The only host that is listened to; empty takes the first one that speaks.
     """
@@ -81,6 +89,7 @@ class SessionCheck:
         self.counts: Counter[str] = Counter()
         self.peer: Address | None = None
         self._last: RobotFeedback | None = None
+        self._doubted: RobotFeedback | None = None
         self._heard_s = 0.0
 
     def sender(self, address: Address, now_s: float) -> Judgement:
@@ -98,9 +107,15 @@ class SessionCheck:
     def feedback(self, feedback: RobotFeedback, address: Address, now_s: float) -> Judgement:
         """Judge a decoded packet and, when it is accepted, remember it."""
         judgement = self._compare(feedback, address, now_s)
-        if judgement.verdict in (Verdict.ACCEPT, Verdict.NEW_SESSION):
-            self._last, self.peer, self._heard_s = feedback, address, now_s
-            self.counts['missed_cycles'] += judgement.n_steps - 1
+        if judgement.verdict not in (Verdict.ACCEPT, Verdict.NEW_SESSION):
+            return judgement
+        doubt, confirmed = self._doubt(feedback, judgement, now_s), self._goes_on(feedback)
+        self._doubted = feedback if doubt and not confirmed else None
+        if self._doubted is not None:
+            alarming = doubt == 'joint_jump'
+            return self._refuse(Verdict.ALARM if alarming else Verdict.IGNORE, doubt)
+        self._last, self.peer, self._heard_s = feedback, address, now_s
+        self.counts['missed_cycles'] += judgement.n_steps - 1
         return judgement
 
     def refuse_content(self) -> Judgement:
@@ -128,14 +143,56 @@ class SessionCheck:
             return self._refuse(Verdict.IGNORE, code)
         if (feedback.tm_ms - last.tm_ms) % UINT32 > UINT32 // 2:
             return self._refuse(Verdict.IGNORE, 'time_runs_back')
-        reach = n_steps * self.limits.cycle_s
-        for axis, speed in enumerate(self.limits.max_speed_deg_s):
-            step = abs(feedback.joints_deg[axis] - last.joints_deg[axis])
-            if step > speed * reach + self.limits.jump_slack_deg:
-                # Remembered all the same: the axis may really be there now.
-                self._last, self._heard_s = feedback, now_s
-                return self._refuse(Verdict.ALARM, 'joint_jump')
         return Judgement(Verdict.ACCEPT, n_steps=n_steps)
+
+    def _doubt(self, feedback: RobotFeedback, judgement: Judgement, now_s: float) -> str:
+        """Return what a packet alone is not believed; empty when nothing is."""
+        last = self._last
+        if last is None:
+            return ''
+        passed_s = now_s - self._heard_s
+        begins = judgement.verdict == Verdict.NEW_SESSION
+        if not begins and self._is_ahead(feedback, last, passed_s):
+            return 'ahead'
+        reach_s = judgement.n_steps * self.limits.cycle_s + (passed_s if begins else 0.0)
+        if self._jumps(feedback.joints_deg, last.joints_deg, reach_s):
+            return 'joint_jump'
+        jumps = self._jumps(feedback.planned_deg, last.planned_deg, reach_s)
+        return 'planned_jump' if jumps else ''
+
+    def _is_ahead(self, feedback: RobotFeedback, last: RobotFeedback, passed_s: float) -> bool:
+        """Tell whether number or clock ran on without the time for it, or without the other."""
+        longest_s = passed_s + self.limits.silence_s
+        counted_s = (feedback.seqno - last.seqno) % UINT32 * self.limits.cycle_s
+        clock_s = (feedback.tm_ms - last.tm_ms) % UINT32 / MILLISECONDS
+        if max(counted_s, clock_s) > longest_s:
+            return True
+        # Half: whether the period is the expected one is asked at the start.
+        return counted_s > FEW_CYCLES * self.limits.cycle_s and 0.0 < clock_s < 0.5 * counted_s
+
+    def _goes_on(self, feedback: RobotFeedback) -> bool:
+        """Tell whether a packet is the next after the one that was set aside."""
+        doubted = self._doubted
+        if doubted is None:
+            return False
+        n_steps = (feedback.seqno - doubted.seqno) % UINT32
+        clock_s = (feedback.tm_ms - doubted.tm_ms) % UINT32 / MILLISECONDS
+        if not (0 < n_steps <= FEW_CYCLES and clock_s <= self.limits.silence_s):
+            return False
+        reach_s = n_steps * self.limits.cycle_s
+        return not (
+            self._jumps(feedback.joints_deg, doubted.joints_deg, reach_s)
+            or self._jumps(feedback.planned_deg, doubted.planned_deg, reach_s)
+        )
+
+    def _jumps(self, now_deg: Joints, before_deg: Joints, reach_s: float) -> bool:
+        slack_deg = self.limits.jump_slack_deg
+        return any(
+            abs(now - before) > speed * reach_s + slack_deg
+            for now, before, speed in zip(
+                now_deg, before_deg, self.limits.max_speed_deg_s, strict=True
+            )
+        )
 
     def _refuse(self, verdict: Verdict, reason: str) -> Judgement:
         self.counts[reason] += 1

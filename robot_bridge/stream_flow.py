@@ -20,6 +20,8 @@ LONGEST_STOP_S = 10.0
 PENDANT = 'use the pendant: the bridge has no way to stop the program'
 # Moves of a real controller are not exactly as long as planned.
 SHORTEST_PART = 0.9
+# A fine point is reached but for the digits of the module.
+END_DEG = 0.01
 
 
 class StreamFlow(OperatorFlow):
@@ -148,11 +150,18 @@ class StreamFlow(OperatorFlow):
                 self.abort('the program was not started in time')
 
     def _end(self, reason: str) -> None:
-        """Take the stream's end for the program's end when it is about time for it."""
-        if self.progress >= SHORTEST_PART:
+        """Take the stream's end for the program's end when it is about time, and at its end."""
+        if self.progress >= SHORTEST_PART and self._at_the_end():
             self._enter(FlowState.HOLDING, 'the program is at its end')
         else:
             self.abort(reason)
+
+    def _at_the_end(self) -> bool:
+        """Tell whether the controller holds where the plan ends."""
+        path, hold = self.path, self._hold
+        if path is None or hold is None:
+            return False
+        return bool(np.abs(hold - path.position(path.duration_s)).max() <= END_DEG)
 
     def _may_arm(self) -> bool:
         return super()._may_arm() or self.state == FlowState.DISCONNECTED

@@ -5,10 +5,11 @@ References
 ABB Robot Web Services 1.0 for RobotWare 6 (IRC5).
 """
 
-from http.client import HTTPException, HTTPMessage
+from http.client import HTTPException, HTTPMessage, HTTPResponse
 from http.cookiejar import CookieJar
 import json
 import re
+import time
 from typing import IO
 from urllib.error import HTTPError
 from urllib.parse import urlencode
@@ -24,7 +25,7 @@ from urllib.request import (
 
 from modal_core.errors import BridgeError
 
-LARGEST_ANSWER_BYTES = 10_000_000
+LARGEST_ANSWER_BYTES, PIECE_BYTES = 10_000_000, 65_536
 HOST = re.compile(r'[A-Za-z0-9._-]+(:[0-9]{1,5})?')
 UNAUTHORISED = 401
 NOT_TWO = (
@@ -108,8 +109,9 @@ class WebServices:
         kind = 'text/plain' if method == 'PUT' else 'application/x-www-form-urlencoded'
         request.add_header('Content-Type', kind)
         try:
+            until_s = time.monotonic() + self._timeout_s
             with self._opener.open(request, timeout=self._timeout_s) as answer:
-                return bytes(answer.read(LARGEST_ANSWER_BYTES))
+                return _content(answer, until_s)
         except HTTPError as error:
             detail = error.read(2000).decode(errors='replace')
             asks_for = error.headers.get('WWW-Authenticate', '').lower()
@@ -133,6 +135,18 @@ class WebServices:
             raise BridgeError(
                 f'the controller cannot be reached: {reason}', where=self._base
             ) from error
+
+
+def _content(answer: HTTPResponse, until_s: float) -> bytes:
+    """Return what comes until a time: the time-out of a socket is that of each piece alone."""
+    content = bytearray()
+    while piece := answer.read1(PIECE_BYTES):
+        content += piece
+        if time.monotonic() > until_s:
+            raise TimeoutError('timed out')
+        if len(content) > LARGEST_ANSWER_BYTES:
+            raise OSError(f'an answer of more than {LARGEST_ANSWER_BYTES} bytes')
+    return bytes(content)
 
 
 class _NoRedirection(HTTPRedirectHandler):

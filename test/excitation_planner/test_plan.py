@@ -80,6 +80,27 @@ def test_position_that_is_not_the_integral_of_velocity_is_refused(plan):
         check_plan(sealed(replace(plan, position=position)))
 
 
+@pytest.mark.parametrize(
+    'change',
+    [
+        {'sample_period_s': 1e308, 'duration_s': 1e308},
+        {'sample_period_s': 5e-324, 'duration_s': 0.0},
+        {'sample_period_s': 0.0},
+        {'sample_period_s': -0.004},
+        {'velocity': 1e308},
+        {'position': 1e308},
+        {'velocity': np.nan},
+    ],
+)
+def test_numbers_of_no_machine_are_refused_before_anything_is_made_of_them(plan, change):
+    for name in {'position', 'velocity'} & set(change):
+        table = getattr(plan, name).copy()
+        table[len(table) // 2] = change[name]
+        change = {name: table}
+    with pytest.raises(PlanError, match=r'out of range|not finite'):
+        check_plan(sealed(replace(plan, **change)))
+
+
 def test_default_plan_moves_a_hundredth_of_a_degree_and_fills_the_band(plan):
     rms = np.rad2deg(np.std(plan.position, axis=0))
     assert np.all((rms > 0.005) & (rms < 0.1)), rms

@@ -12,9 +12,9 @@ CALM = {'link_timeout_s': 2.0, 'heartbeat_timeout_s': 2.0, 'dry_run': False}
 class Cell:
     """A bridge with a controller of its own."""
 
-    def __init__(self, rig, number):
+    def __init__(self, rig, number, **parameters):
         self.port = rig.drivers.free_port()
-        self.bridge = rig.processes('robot_bridge', port=self.port, **CALM)
+        self.bridge = rig.processes('robot_bridge', port=self.port, **CALM, **parameters)
         self.peer = rig.peers.StrictPeer(rig.start_deg, ('127.0.0.1', self.port), patience_s=0.2)
         self.peer.start()
         self.number = number
@@ -33,8 +33,8 @@ class Rig:
         self.drivers, self.processes, self.peers = drivers, processes, peers
         self.start_deg, self.operator, self.cells = start_deg, operator, []
 
-    def cell(self):
-        self.cells.append(Cell(self, len(self.cells)))
+    def cell(self, **parameters):
+        self.cells.append(Cell(self, len(self.cells), **parameters))
         return self.cells[-1]
 
     def connected(self, cell):
@@ -171,3 +171,14 @@ def test_robots_in_their_own_namespaces_stand_side_by_side(rig, drivers, domain)
         assert states[-1].controller == f'127.0.0.1:{port}'
         assert 'another node' not in states[-1].reason
         assert 'not active' not in states[-1].reason
+
+
+def test_names_are_watched_and_states_told_whatever_the_ros_clock_does(rig):
+    """Nobody publishes /clock: by its time nothing would ever be due."""
+    first = rig.cell(use_sim_time=True)
+    operator = rig.connected(first)
+    rig.cell()
+    operator.until(
+        lambda: any(state.controller == first.controller and 'another node' in state.reason
+                    for state in operator.states[-20:]), 'clash',
+    )  # fmt: skip

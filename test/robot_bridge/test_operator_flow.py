@@ -419,3 +419,39 @@ def test_a_release_ends_with_the_session_it_was_given_in():
     rig.run(5)  # the program is started again
     with pytest.raises(BridgeError, match='not armed'):
         rig.start()
+
+
+@pytest.mark.parametrize('begins', [True, False])
+@pytest.mark.parametrize('mci', [MCI_RUNNING, MCI_STOPPED])
+def test_a_place_the_arm_does_not_stand_at_is_never_asked_for(begins, mci):
+    """One packet claims that the controller holds 90,000 deg; nothing is released."""
+    rig = Rig().run(0 if begins else 5)
+    away = replace(READY, seqno=rig.feedback.seqno, planned_deg=(9e4,) * 6, mci_state=mci)
+    verdict = Verdict.NEW_SESSION if begins else Verdict.ACCEPT
+    assert rig.flow.on_feedback(away, Judgement(verdict), rig.now + CYCLE_S) is None
+    rig.feedback = replace(READY, seqno=away.seqno + 1)
+    rig.now += CYCLE_S
+    rig.run(50)
+    assert set(rig.positions) == {(10.0,) * 6}
+
+
+def test_what_is_held_is_where_guidance_began_not_where_one_packet_said_before():
+    rig = Rig().run(5)
+    rig.now += CYCLE_S
+    said = replace(rig.feedback, planned_deg=(11.9,) + (10.0,) * 5, mci_state=MCI_STOPPED)
+    rig.flow.on_feedback(said, Judgement(Verdict.ACCEPT), rig.now)
+    rig.run(50)
+    assert set(rig.positions) == {(10.0,) * 6}
+
+
+@pytest.mark.parametrize('fraction', [0.0, 0.1, 0.5])
+def test_a_speed_override_set_before_the_start_holds_from_the_start(fraction):
+    """A plan that begins at once: 0.5 deg at 5 Hz from its first second on."""
+    rig, path = Rig().run(3), sweep(duration_s=2.0)
+    rig.flow.set_speed_override(fraction)
+    rig.flow.offer(path)
+    rig.arm().start().run(600)
+    assert rig.flow.state == FlowState.HOLDING
+    reach = np.abs(np.array(rig.positions) - 10.0).max()
+    asked = np.abs(path.coefficients[-1] - 10.0).max()
+    assert reach <= fraction * asked + 1e-9

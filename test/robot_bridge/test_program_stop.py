@@ -126,6 +126,21 @@ def test_a_program_that_ends_in_time_needs_nobody(rig):
     assert 'pendant' not in rig.flow.reason
 
 
+@pytest.mark.parametrize('how', ['the stream falls silent', 'the program stops'])
+def test_a_stream_that_ends_before_the_arm_is_at_the_end_of_the_plan_stops_the_program(
+    model, plan, tmp_path, web, how
+):
+    """In the last tenth of a plan of minutes an arm moves for long, with nobody who holds."""
+    controller = web()
+    rig = Rig(model, plan, tmp_path, controller.address).running()
+    rig.stream(round(0.95 * plan.duration_s / CYCLE_S))
+    away = tuple(angle + 0.02 for angle in rig.feedback.joints_deg)
+    rig.stream(rapid_running='silent' in how, joints_deg=away, planned_deg=away)
+    rig.wait(0.1)
+    assert rig.flow.state == FlowState.ABORTED
+    until(lambda: controller.posts()[-1:] == ['stop'])
+
+
 def test_an_approach_is_released_and_followed_like_any_plan(model, tmp_path):
     here = model.to_serial(np.radians([8.0, 45, -10, 90, -90, 20.0]))
     approach = plan_excitation(model, None, PlanRequest(
@@ -133,7 +148,9 @@ def test_an_approach_is_released_and_followed_like_any_plan(model, tmp_path):
         start_position=tuple(model.pose('P1').tolist()),
     ))  # fmt: skip
     rig = Rig(model, approach, tmp_path).running()
-    rig.stream(round(0.95 * approach.duration_s / CYCLE_S)).stream(rapid_running=False)
+    end = tuple(np.degrees(model.to_controller(model.pose('P1'))).tolist())
+    rig.stream(round(0.95 * approach.duration_s / CYCLE_S))
+    rig.stream(rapid_running=False, joints_deg=end, planned_deg=end)
     assert rig.flow.state == FlowState.HOLDING
     assert 'Slow approach' in (tmp_path / 'plan.mod').read_text()
 
@@ -220,7 +237,9 @@ def test_a_start_that_is_refused_touches_nothing_and_keeps_the_release(
     assert controller.posts() == []
 
 
-@pytest.mark.parametrize('hold', ['loadmod', 'resetpp', 'action=start'])
+@pytest.mark.parametrize(
+    'hold', ['loadmod', 'resetpp', 'module-text', '/pcp', 'jointtarget', 'action=start']
+)
 def test_an_abort_while_it_is_being_started_leaves_it_stopped(model, plan, tmp_path, web, hold):
     controller = web(hold=hold)
     rig = Rig(model, plan, tmp_path, controller.address).armed()

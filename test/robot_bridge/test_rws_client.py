@@ -1,5 +1,6 @@
 """The client of the controller's web services: what it asks, what it refuses, what it hides."""
 
+import contextlib
 from dataclasses import replace
 import importlib.util
 from pathlib import Path
@@ -320,6 +321,28 @@ def test_an_unreachable_controller_is_one_line():
     with pytest.raises(BridgeError, match='cannot be reached') as caught:
         RwsClient(f'127.0.0.1:{port}', USER, PASSWORD).stop()
     assert PASSWORD not in str(caught.value)
+
+
+@pytest.mark.parametrize('content', [b' ', b' ' * 1_000_000], ids=['slow', 'endless'])
+def test_an_answer_that_does_not_end_is_no_answer(content):
+    """Each piece comes in time, all of them never: 0.3 s are given, one piece takes 0.05 s."""
+    closing = threading.Event()
+    with socket.create_server(('127.0.0.1', 0)) as server:
+
+        def serve():
+            peer, _ = server.accept()
+            with peer, contextlib.suppress(OSError):
+                peer.sendall(b'HTTP/1.1 200 OK\r\nContent-Length: 999999999\r\n\r\n')
+                while not closing.wait(0.05):
+                    peer.sendall(content)
+
+        serving = threading.Thread(target=serve, daemon=True)
+        serving.start()
+        client = RwsClient(f'127.0.0.1:{server.getsockname()[1]}', USER, PASSWORD, 0.3)
+        with pytest.raises(BridgeError, match='cannot be reached'):
+            client.check_automatic()
+        closing.set()
+        serving.join(10.0)
 
 
 def test_the_password_comes_from_the_file_then_the_environment_then_the_shipped_one(

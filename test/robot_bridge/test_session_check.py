@@ -100,3 +100,40 @@ def test_any_rate_and_a_clock_of_whole_milliseconds_are_taken(check, step_ms):
     for number in range(1, 20):
         packet = replace(FIRST, seqno=10 + number, tm_ms=1000 + step_ms * number)
         assert check.feedback(packet, HOME, 0.004 * number).verdict == Verdict.ACCEPT
+
+
+AWAY = (90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+DAMAGED = {
+    'place held': {'planned_deg': AWAY},
+    'place measured': {'joints_deg': AWAY},
+    'both': {'planned_deg': AWAY, 'joints_deg': AWAY},
+    'number far on': {'seqno': 10 + 2**30},
+    'number a little on': {'seqno': 10 + 33},
+    'clock far on': {'tm_ms': 1000 + 2**30},
+    'clock a second on': {'tm_ms': 2000},
+    'number and clock': {'seqno': 10 + 250, 'tm_ms': 2008},
+}
+
+
+@pytest.mark.parametrize('kind', DAMAGED)
+def test_one_damaged_packet_is_set_aside_and_makes_the_next_ones_no_less_true(check, kind):
+    check.feedback(after(1), HOME, 0.004)
+    damaged = replace(after(2), **DAMAGED[kind])
+    judgement = check.feedback(damaged, HOME, 0.008)
+    assert judgement.verdict in (Verdict.IGNORE, Verdict.ALARM)
+    for number in range(3, 8):
+        found = check.feedback(after(number), HOME, 0.004 * number)
+        assert (found.verdict, found.n_steps) == (Verdict.ACCEPT, 2 if number == 3 else 1)
+
+
+@pytest.mark.parametrize('kind', ['place held', 'number far on', 'clock far on'])
+def test_what_the_next_packet_goes_on_from_is_believed(check, kind):
+    changed = replace(after(1), **DAMAGED[kind])
+    assert check.feedback(changed, HOME, 0.004).verdict == Verdict.IGNORE
+    following = replace(changed, seqno=changed.seqno + 1, tm_ms=changed.tm_ms + 4)
+    assert check.feedback(following, HOME, 0.008).verdict == Verdict.ACCEPT
+
+
+def test_a_bridge_that_stood_still_believes_the_controller_that_went_on(check):
+    late = replace(after(750), joints_deg=AWAY, planned_deg=AWAY)
+    assert check.feedback(late, HOME, 3.02).verdict == Verdict.ACCEPT
