@@ -25,9 +25,11 @@ from urllib.request import (
 
 from modal_core.errors import BridgeError
 
-LARGEST_ANSWER_BYTES, PIECE_BYTES = 10_000_000, 65_536
+LARGEST_ANSWER_BYTES, PIECE_BYTES, MOST_DETAIL_BYTES = 10_000_000, 65_536, 2000
 HOST = re.compile(r'[A-Za-z0-9._-]+(:[0-9]{1,5})?')
 UNAUTHORISED = 401
+# What reading states out of anything at all may end in; brackets without end in the last.
+UNEXPECTED = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
 NOT_TWO = (
     'Robot Web Services 2.0 of RobotWare 7 are not supported: leave rws_address empty, and load'
     ' and start the module at the pendant'
@@ -88,7 +90,7 @@ class WebServices:
         try:
             states = json.loads(answer)['_embedded']['_state']
             return [{str(key): str(item) for key, item in state.items()} for state in states]
-        except (ValueError, LookupError, TypeError, AttributeError) as error:
+        except UNEXPECTED as error:
             raise BridgeError('unexpected answer of the controller', where=path) from error
 
     def expect(self, path: str, field: str, expected: str) -> None:
@@ -113,7 +115,7 @@ class WebServices:
             with self._opener.open(request, timeout=self._timeout_s) as answer:
                 return _content(answer, until_s)
         except HTTPError as error:
-            detail = error.read(2000).decode(errors='replace')
+            detail = _detail(error)
             asks_for = error.headers.get('WWW-Authenticate', '').lower()
             if 300 <= error.code < 400 or asks_for.startswith('basic'):
                 raise BridgeError(
@@ -130,11 +132,19 @@ class WebServices:
                 where=self._base,
                 found=f'{error.code} {detail}'.strip(),
             ) from error
-        except (OSError, HTTPException, ValueError) as error:
+        except (OSError, HTTPException, ValueError, LookupError) as error:
             reason = getattr(error, 'reason', None) or error
             raise BridgeError(
                 f'the controller cannot be reached: {reason}', where=self._base
             ) from error
+
+
+def _detail(error: HTTPError) -> str:
+    """Return what a refusal says, as far as it comes at once."""
+    try:
+        return error.read1(MOST_DETAIL_BYTES).decode(errors='replace')
+    except (OSError, HTTPException, ValueError):
+        return ''
 
 
 def _content(answer: HTTPResponse, until_s: float) -> bytes:

@@ -6,6 +6,7 @@ import importlib.util
 from pathlib import Path
 import socket
 import threading
+import time
 from urllib.parse import quote
 
 import numpy as np
@@ -323,26 +324,60 @@ def test_an_unreachable_controller_is_one_line():
     assert PASSWORD not in str(caught.value)
 
 
-@pytest.mark.parametrize('content', [b' ', b' ' * 1_000_000], ids=['slow', 'endless'])
-def test_an_answer_that_does_not_end_is_no_answer(content):
-    """Each piece comes in time, all of them never: 0.3 s are given, one piece takes 0.05 s."""
+@contextlib.contextmanager
+def raw_controller(begin, then=b''):
+    """Answer every request with these bytes, and with others every 0.05 s after them."""
     closing = threading.Event()
+
+    def answer(peer):
+        with peer, contextlib.suppress(OSError):
+            peer.recv(65536)
+            peer.sendall(begin)
+            while not closing.wait(0.05):
+                peer.sendall(then)
+
+    def serve(server):
+        with contextlib.suppress(OSError):
+            while True:
+                threading.Thread(target=answer, args=server.accept()[:1], daemon=True).start()
+
     with socket.create_server(('127.0.0.1', 0)) as server:
-
-        def serve():
-            peer, _ = server.accept()
-            with peer, contextlib.suppress(OSError):
-                peer.sendall(b'HTTP/1.1 200 OK\r\nContent-Length: 999999999\r\n\r\n')
-                while not closing.wait(0.05):
-                    peer.sendall(content)
-
-        serving = threading.Thread(target=serve, daemon=True)
-        serving.start()
-        client = RwsClient(f'127.0.0.1:{server.getsockname()[1]}', USER, PASSWORD, 0.3)
-        with pytest.raises(BridgeError, match='cannot be reached'):
-            client.check_automatic()
+        threading.Thread(target=serve, args=(server,), daemon=True).start()
+        yield f'127.0.0.1:{server.getsockname()[1]}'
         closing.set()
-        serving.join(10.0)
+
+
+def http(status, length, content=b'', header=''):
+    head = f'HTTP/1.1 {status} any\r\nContent-Length: {length}\r\n{header}\r\n'
+    return head.encode() + content
+
+
+ENDLESS = {
+    'a blank now and then': (http(200, 999_999_999), b' '),
+    'megabytes': (http(200, 999_999_999), b' ' * 1_000_000),
+    'nothing': (b'', b''),
+    'a refusal without its text': (http(503, 100), b''),
+    'a refusal cut in its text': (http(503, 100, b'no'), b''),
+    'brackets': (http(200, 1_000_000, b'[' * 1_000_000), b''),
+    'a list': (http(200, 2, b'[]'), b''),
+    'a picture': (http(200, 4, b'\x89PNG', 'Content-Type: image/png\r\n'), b''),
+    'a challenge without realm': (http(401, 0, header='WWW-Authenticate: Digest realm=\r\n'), b''),
+    'elsewhere': (http(302, 0, header='Location: http://127.0.0.1:1/\r\n'), b''),
+    'no http': (b'\x00\xff\r\n\r\n', b''),
+}
+
+
+@pytest.mark.parametrize('kind', ENDLESS)
+def test_whatever_web_services_answer_is_refused_in_time_and_in_one_line(kind):
+    """0.3 s are given for an answer: each piece comes in time, all of them never."""
+    with raw_controller(*ENDLESS[kind]) as address:
+        client = RwsClient(address, USER, PASSWORD, 0.3)
+        began_s = time.monotonic()
+        for ask in (client.check_automatic, lambda: client.check(PROGRAM)):
+            with pytest.raises(BridgeError) as caught:
+                ask()
+            assert '\n' not in str(caught.value) and PASSWORD not in str(caught.value)
+        assert time.monotonic() - began_s < 5.0
 
 
 def test_the_password_comes_from_the_file_then_the_environment_then_the_shipped_one(
