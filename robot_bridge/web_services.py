@@ -142,7 +142,7 @@ class WebServices:
 def _detail(error: HTTPError) -> str:
     """Return what a refusal says, as far as it comes at once."""
     try:
-        return error.read1(MOST_DETAIL_BYTES).decode(errors='replace')
+        return bytes(error.read1(MOST_DETAIL_BYTES)).decode(errors='replace')
     except (OSError, HTTPException, ValueError):
         return ''
 
