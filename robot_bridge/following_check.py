@@ -92,7 +92,8 @@ class FollowingCheck:
         step = np.abs(measured - self._rows[self._end - 1, 1])
         self._still = np.where(step > 0.0, 0, self._still + n_steps)
         self._quantum = np.where(step > 0.0, np.minimum(step, self._quantum), self._quantum)
-        for _ in range(n_steps):
+        # A program's stream may skip any number: no more rows than are ever looked at.
+        for _ in range(min(n_steps, len(self._rows) // 2)):
             self._append(reference_deg, measured)
         return (
             self._standing_clock(feedback, n_steps)

@@ -1,6 +1,7 @@
 """An axis that does not do as it is asked is noticed at once, and none that does is suspected."""
 
 from dataclasses import replace
+import threading
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from robot_bridge.following_check import FollowingCheck
 from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.session_check import Judgement, Verdict
+from robot_bridge.stream_flow import StreamFlow
 
 CYCLE_S = 0.004032
 RATE_HZ = 2.0 / CYCLE_S
@@ -264,3 +266,27 @@ def test_a_program_of_the_controller_is_followed_by_its_own_plan(model, servo, s
         assert not found, faults[found[0]]
     else:
         assert n_cycles // 2 <= found[0] < n_cycles // 2 + 1.5 / CYCLE_S
+
+
+def test_a_packet_that_skips_a_thousand_million_numbers_holds_nobody_up(path):
+    """What has begun with it ends at once: aborts wait for the same lock."""
+    start = tuple(path.start_deg.tolist())
+    told = RobotFeedback(
+        seqno=0, tm_ms=0, joints_deg=start, planned_deg=start, time_us=0, motors_on=True,
+        mci_state=MCI_RUNNING, rapid_running=True, converged=False,
+    )  # fmt: skip
+    flow = StreamFlow(FlowSettings(dry_run=False, heartbeat_timeout_s=0.0))
+    flow.offer(path)
+    flow.start(0.0, flow.arm(path.plan_hash, 5.0, 0.0))
+    flow.on_feedback(told, Judgement(Verdict.NEW_SESSION), 0.001)
+    later = replace(told, seqno=2**30, tm_ms=4, time_us=4000)
+    asked = threading.Thread(
+        target=flow.on_feedback,
+        args=(later, Judgement(Verdict.ACCEPT, n_steps=2**30), 0.005),
+        daemon=True,
+    )
+    asked.start()
+    asked.join(10.0)
+    assert not asked.is_alive()
+    flow.abort('by the operator')
+    assert flow.state == FlowState.ABORTED
