@@ -116,3 +116,15 @@ def test_damped_and_close_modes_are_coherent(structure):
         channels = tuple(Channel(name=name) for name in NAMES)
         cleaned = looked_at(Samples(samples.acceleration, RATE_HZ, channels))
         assert 'incoherent' not in cleaned.channel_flags.values(), f'seed {SEED}, {seed}'
+
+
+@pytest.mark.parametrize('n_channels', [2, 3])
+def test_a_few_channels_contradict_nobody(structure, n_channels):
+    """Two channels cannot tell overlapping modes apart: healthy ones need not be coherent."""
+    for seed in range(8):
+        rng = np.random.default_rng((SEED, 300 + seed))
+        plant = structure(FREQUENCY_HZ, DAMPING, n_channels=n_channels, seed=seed)
+        samples = plant.simulate(rng, 60.0, RATE_HZ, 0.05)
+        channels = tuple(Channel(name=f'c{number}') for number in range(n_channels))
+        cleaned = looked_at(Samples(samples.acceleration, RATE_HZ, channels))
+        assert not cleaned.channel_flags and not cleaned.left_out, f'seed {SEED}, {seed}'
