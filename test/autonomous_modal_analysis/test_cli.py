@@ -134,6 +134,11 @@ def test_every_command_explains_itself(ama, command):
     assert 'Usage' in run.stdout
 
 
+def test_units_in_brackets_are_shown_in_the_help(ama):
+    words = ama('info', '--help').stdout.replace('│', ' ').split()
+    assert '[ms],a' in words and '[g];' in words
+
+
 def test_two_readings_of_a_wrong_pose(ama):
     run = ama('model', 'irb6660_205_190', '--pose-deg', '0,45')
     assert run.returncode == 2
