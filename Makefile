@@ -15,7 +15,7 @@ help:
 	@echo 'make demo    set up and run the whole loop on the emulated arm'
 	@echo 'make test    set up and run all tests'
 	@echo 'make lint    ruff and mypy'
-	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours'
+	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours, BENCH=faults for random faults'
 	@echo 'make reproduce   compute the findings of the paper anew (about five minutes)'
 	@echo 'make gap-matrix   hide effects in an independent arm and see what is named (an hour)'
 	@echo 'make clean   remove what was set up'
