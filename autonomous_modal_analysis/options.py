@@ -36,7 +36,8 @@ Channels = Annotated[
     str | None,
     typer.Option(
         '--channels',
-        help="Names of a plain array's columns: a,b,c; with units: time \\[ms],a \\[g]; - for none.",
+        help="Names of a plain array's columns: a,b,c; with units: time \\[ms],a \\[g]; - for "
+        'none.',
     ),
 ]
 WindowLength = Annotated[
