@@ -15,7 +15,6 @@ from oma_identifier.health import noise_rms
 from oma_identifier.sensor_peaks import Columns, Peak
 
 INCOHERENT = 'incoherent'
-LONE_PEAK = 'lone_peak'
 NO_RESPONSE = 'no_response'
 RANK = 3
 """Modes that overlap at a peak.  Fewer other channels cannot tell so many apart: of two healthy
@@ -28,9 +27,9 @@ whose clock drifted, all 267, of those with images of higher frequencies 94 % of
 ABOVE_NOISE = 4.0
 """Power of a peak over that of the noise, from where on it is looked at."""
 ALIKE = 0.2
-"""Power over the others', both in shares of their variance, of a peak that both show."""
-LONE = 10.0
-"""The same of a peak that one sensor alone shows, when the others explain nothing of it."""
+"""Power over the others', both in shares of their variance, from where on a peak is compared.  One
+that a sensor shows alone may be an image of what lies above half its rate, or a part of its own
+that rattles: the two cannot be told apart, and neither is a mode of the structure."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -69,10 +68,8 @@ def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Co
     flags = {names[place]: NO_RESPONSE for place in _without_response(peaks, floor)}
     left = dict(columns)
     out: list[str] = []
-    views: dict[str, list[_View]] = {}
     while len(left) > 1:
-        views = {name: _views(name, left, peaks, floor) for name in left}
-        worst = {name: _worst(views[name]) for name in left}
+        worst = {name: _worst(name, left, peaks, floor) for name in left}
         name = min(worst, key=lambda each: worst[each])
         if worst[name] >= LEAST_COHERENCE:
             break
@@ -85,9 +82,6 @@ def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Co
             out.pop()
             break
         del left[name]
-    for name, own in left.items():
-        if len(left) > 1 and _stands_alone(views[name]):
-            flags |= {names[place]: LONE_PEAK for place in own if names[place] not in flags}
     return Coherence(frozenset(out), flags)
 
 
@@ -142,10 +136,7 @@ def _view(
     return _View(total / mine.size, power, 1.0 - max(0.0, rest - noise) / (total - noise))
 
 
-def _worst(views: list[_View]) -> float:
-    """Return the least coherence of the peaks that a sensor and the others both show."""
+def _worst(name: str, columns: Columns, peaks: list[Peak], floor: Real) -> float:
+    """Return the least coherence of the peaks that a sensor shows, beside the others or alone."""
+    views = _views(name, columns, peaks, floor)
     return min((v.coherence for v in views if v.own > ALIKE * v.others), default=1.0)
-
-
-def _stands_alone(views: list[_View]) -> bool:
-    return any(v.own > LONE * v.others and v.coherence < 0.5 for v in views)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from modal_core.channel import Channel
 from modal_core.indicators import mac
@@ -96,6 +97,19 @@ def test_a_channel_that_hears_only_its_own_noise_is_named(record):
     cleaned = looked_at(Samples(values, RATE_HZ, samples.channels))
     assert cleaned.channel_flags == {'wrist.y': 'no_response'}
     assert not cleaned.left_out
+
+
+def test_a_sensor_with_a_peak_of_its_own_is_left_out(record):
+    """Its bracket rattles: nobody else shows it, and an image would look the same."""
+    _, samples = record(5)
+    values = samples.acceleration.copy()
+    turn, r = 2.0 * np.pi * 43.0 / RATE_HZ, 0.98
+    force = np.random.default_rng((SEED, 55)).standard_normal(len(values))
+    rattle = lfilter([1.0], [1.0, -2.0 * r * np.cos(turn), r * r], force)
+    values[:, 9:] += rattle[:, None] / rattle.std() * values[:, 9:].std(axis=0)
+    cleaned = looked_at(Samples(values, RATE_HZ, samples.channels))
+    assert flags_of(cleaned) == {'tool': 'incoherent'}, f'seed {SEED}'
+    assert set(cleaned.left_out) == {'tool.x', 'tool.y', 'tool.z'}
 
 
 @pytest.mark.parametrize('noise', [0.003, 0.1, 1.0])

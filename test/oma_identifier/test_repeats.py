@@ -105,7 +105,7 @@ def test_a_channel_that_freezes_takes_no_part(n_still):
 
 
 def test_a_clock_that_is_set_back_does_not_bring_back_what_was_found():
-    """A channel freezes just before the clock is set back, and is healthy when that time returns."""
+    """A channel freezes just before the clock is set back; it is healthy at that time again."""
     values = responses(np.random.default_rng(SEED), 3, n=6000)
     frozen = values[:4440].copy()
     frozen[4020:4180, 1] = frozen[4020, 1]
