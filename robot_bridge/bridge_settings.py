@@ -17,6 +17,8 @@ MEGABYTE = 1_000_000
 EMULATED_LINK_TIMEOUT_S = 0.25
 REAL_LINK_CYCLES = 3
 MOST_MISSED_OF_REAL = 25
+# From the last beat or packet to standstill; what is shipped takes 0.18 s.
+LONGEST_STOP_OF_REAL_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,6 +219,15 @@ def _check_watchdogs(values: Mapping[str, Any]) -> None:
             found='0 s',
             expected='more than 0 s, 0.13 s for a heartbeat of 10 Hz',
         )
+    for name in ('heartbeat_timeout_s', 'link_timeout_s'):
+        stop_s = values[name] + values['stop_ramp_s']
+        if stop_s > LONGEST_STOP_OF_REAL_S:
+            raise BridgeError(
+                'a real arm would go on for too long',
+                where=f'{name} + stop_ramp_s',
+                found=f'{stop_s:g} s',
+                expected=f'at most {LONGEST_STOP_OF_REAL_S:g} s',
+            )
     if values['most_missed_cycles'] > MOST_MISSED_OF_REAL:
         raise BridgeError(
             'too many for a real arm',

@@ -1,6 +1,7 @@
 """RAPID: the plan runs as a program of the controller, and the bridge only listens."""
 
 from pathlib import Path
+import time
 
 from excitation_planner.plan import ExcitationPlan, MOVES
 from excitation_planner.rapid import module_name, rapid_module, start_tolerance_deg
@@ -16,6 +17,8 @@ from robot_bridge.rws_client import ProgramControl
 from robot_bridge.session_check import Judgement
 from robot_bridge.stream_flow import StreamFlow
 from structural_model.flexible_joint_model import FlexibleJointModel
+
+STOP_AGAIN_S = 0.1
 
 
 class RapidBackend(Backend):
@@ -49,6 +52,7 @@ class RapidBackend(Backend):
         super().__init__(name, flow)
         self._model, self._path, self._control = model, path, control
         self._programs: dict[str, ReleasedProgram] = {}
+        self._being_started = False
         if control is not None and not flow.settings.dry_run:
             flow.stop_program = self._stop
 
@@ -102,7 +106,11 @@ class RapidBackend(Backend):
         try:
             control.load(program)
             self._check_wanted()
-            control.run(program, self._check_wanted)
+            self._being_started = True
+            try:
+                control.run(program, self._check_wanted)
+            finally:
+                self._being_started = False
             # Aborted while it was being started: the stop may have come before the start.
             self._check_wanted()
         except BridgeError as error:
@@ -115,8 +123,13 @@ class RapidBackend(Backend):
             raise BridgeError(f'aborted: {self.flow.reason}')
 
     def _stop(self) -> None:
+        """Stop the program; while START is under way again and again: it may act any moment."""
+        if self._control is None:
+            return
         try:
-            if self._control is not None:
+            self._control.stop()
+            while self._being_started:
+                time.sleep(STOP_AGAIN_S)
                 self._control.stop()
         except BridgeError as error:
             self.flow.note(f'NOT STOPPED, use the pendant: {error}')

@@ -45,7 +45,14 @@ def test_a_real_controller_has_a_watchdog_of_three_cycles_and_a_log(real):
 
 
 @pytest.mark.parametrize(
-    'loose', [{'heartbeat_timeout_s': 0.0}, {'most_missed_cycles': 200}], ids=['beat', 'cycles']
+    'loose',
+    [
+        {'heartbeat_timeout_s': 0.0},
+        {'heartbeat_timeout_s': 0.6},
+        {'link_timeout_s': 10.0},
+        {'stop_ramp_s': 2.0},
+        {'most_missed_cycles': 200},
+    ],
 )
 def test_a_real_arm_is_not_moved_without_its_watchdogs(loose):
     for real in ({'backend': 'abb_egm'}, {'backend': 'abb_rapid'}):
