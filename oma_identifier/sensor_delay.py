@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from oma_identifier.delay_odds import delay_of, SensorDelay, view_at
+from oma_identifier.delay_odds import delay_of, SensorDelay
+from oma_identifier.peak_view import view_at
 from oma_identifier.sensor_peaks import Columns, Peak
 
 MOST_BEGINNINGS = 4
