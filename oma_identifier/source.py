@@ -14,6 +14,7 @@ from oma_identifier.coarse_stamps import count, is_coarse, tick_of
 from oma_identifier.lattice import GridRows, longest_filled, make_lattice, margin_ns, on_grid
 from oma_identifier.rate_check import tells_rate, typical_step
 from oma_identifier.repeats import RepeatWatch
+from oma_identifier.source_channels import channels_of
 from oma_identifier.source_stream import OrderedSamples, SourceStream
 
 RATE_CHANGE = 0.1
@@ -318,13 +319,10 @@ def make_source(
     measurement: StampedSamples | SampleBlock, layout: SensorLayout | None
 ) -> Source | None:
     """Return a new source for a measurement; None when the layout knows none of its channels."""
+    clock = None
     if isinstance(measurement, SampleBlock):
-        names = measurement.channel_names
         clock = BlockClock(measurement.sample_rate_hz)
-        given = [_channel_of_block(name, layout) for name in names]
-    else:
-        clock = None
-        given = _channels_of_sensor(measurement, layout)
+    given = channels_of(measurement, layout)
     columns = tuple(index for index, channel in enumerate(given) if channel is not None)
     channels = tuple(channel for channel in given if channel is not None)
     if not channels:
@@ -346,32 +344,6 @@ def _sent(measurement: StampedSamples | SampleBlock) -> tuple[str, ...]:
     if isinstance(measurement, SampleBlock):
         return measurement.channel_names
     return (measurement.frame_id,)
-
-
-def _channel_of_block(name: str, layout: SensorLayout | None) -> Channel | None:
-    if layout is None:
-        return Channel(name=name)
-    return next((channel for channel in layout.channels if channel.name == name), None)
-
-
-def _channels_of_sensor(
-    samples: StampedSamples, layout: SensorLayout | None
-) -> list[Channel | None]:
-    if samples.channel_names:
-        return [_channel_of_block(name, layout) for name in samples.channel_names]
-    plain = samples.source.strip('/')
-    axes = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
-    if layout is None:
-        return [
-            Channel(name=f'{plain}.{axis}', frame_id=samples.frame_id, direction=direction)
-            for axis, direction in axes.items()
-        ]
-    for sensor in layout:
-        topic = sensor.topic.strip('/')
-        if topic and (plain == topic or plain.endswith(f'/{topic}')):
-            by_axis = dict(zip(sensor.axes, sensor.channels(), strict=True))
-            return [by_axis.get(axis) for axis in axes]
-    return [None, None, None]
 
 
 def _mean_step(stamps: NDArray[np.int64]) -> float:
