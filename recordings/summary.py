@@ -89,8 +89,10 @@ def summarise(
             reason = 'not selected'
         tally = tallies.pop(entry.name, None)
         topics.append(_summary(entry, tally, reason, refused.get(entry.name, 0)))
+    types = {entry.name: entry.message_type for entry in entries}
     for source, tally in tallies.items():
-        entry = TopicEntry(source, tally.message_type, n_messages=tally.n_samples)
+        message_type = types.get(source.split()[0], tally.message_type)
+        entry = TopicEntry(source, message_type, n_messages=tally.n_samples)
         topics.append(_summary(entry, tally, '', 0))
     timed = [topic for topic in topics if topic.usable and topic.n_samples]
     return RecordingInfo(
@@ -118,8 +120,16 @@ def _count(tallies: dict[str, _Tally], measurement: Measurement) -> None:
         )
         _count_stamps(tally, measurement.stamp_ns)
     else:
-        tally = tallies.setdefault(measurement.source, _Tally('block'))
-        _count_block(tally, measurement)
+        _count_block(_tally_of(tallies, measurement), measurement)
+
+
+def _tally_of(tallies: dict[str, _Tally], block: SampleBlock) -> _Tally:
+    """Return the tally of a recorder: channels tell those of one topic apart."""
+    first = tallies.setdefault(block.source, _Tally('block', channels=block.channel_names))
+    if set(first.channels) == set(block.channel_names):
+        return first
+    names = ' '.join(sorted(block.channel_names))
+    return tallies.setdefault(f'{block.source} {names}', _Tally('block'))
 
 
 def _count_stamps(tally: _Tally, stamps: NDArray[np.int64]) -> None:

@@ -81,3 +81,18 @@ def test_a_recording_without_usable_samples_is_not_called_too_short(tmp_path, me
     with pytest.raises(IdentificationError, match=words) as caught:
         identified(tmp_path / 'none.mcap', measurements())
     assert 'too short' not in str(caught.value)
+
+
+def test_two_recorders_of_one_topic_are_told_apart(tmp_path):
+    """Their stamps in turn are the times of neither."""
+    first, second = blocks('/one'), blocks('/one', ('d', 'e'), seed=4)
+    late = [replace(block, stamp_ns=block.stamp_ns + 1_300_000) for block in second]
+    writer = RecordingWriter(tmp_path / 'two.mcap')
+    for block in in_turn(first, late):
+        for raw in encode(block, '/one'):
+            writer.write(raw.topic, raw.message_type, raw.log_time_ns, raw.data)
+    topics = open_recording(writer.close()).info().topics
+    assert [topic.channels for topic in topics] == [('a', 'b', 'c'), ('d', 'e')]
+    for topic in topics:
+        assert topic.measured_rate_hz == pytest.approx(RATE_HZ, rel=1e-6)
+        assert (topic.n_messages, topic.n_samples, topic.gaps) == (60, 1200, ())
