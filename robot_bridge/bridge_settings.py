@@ -186,7 +186,8 @@ def _backend(values: Mapping[str, Any]) -> BackendSettings:
         rws_address=values['rws_address'],
         rws_user=values['rws_user'],
     )
-    if is_real(chosen) and not values['dry_run']:
+    # An unknown backend is refused by name later on.
+    if chosen.name in BACKENDS and is_real(chosen) and not values['dry_run']:
         _check_watchdogs(values)
     link_timeout_s = values['link_timeout_s']
     if link_timeout_s == 0.0:

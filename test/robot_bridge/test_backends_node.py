@@ -14,6 +14,7 @@ import pytest
 pytestmark = pytest.mark.node
 DISCONNECTED, IDLE, ARMED, RUNNING, HOLDING, ABORTED = 0, 1, 2, 3, 5, 6
 CALM = {'link_timeout_s': 2.0, 'heartbeat_timeout_s': 2.0, 'dry_run': False}
+REAL = {'link_timeout_s': 0.4, 'heartbeat_timeout_s': 0.4}  # as calm as a real arm may be
 
 
 @pytest.fixture
@@ -106,12 +107,14 @@ def test_guidance_of_a_real_arm_must_be_enabled(bridge, drivers, domain, operato
         {'backend': 'abb_egm'},
         {'backend': 'emulator', 'controller_address': '192.168.125.1'},
     ):
-        process = drivers.NodeProcess('robot_bridge', domain, port=port, **{**CALM, **parameters})
+        process = drivers.NodeProcess(
+            'robot_bridge', domain, port=port, **{**CALM, **REAL, **parameters}
+        )
         said = process.process.communicate(timeout=60.0)[1]
         assert process.process.returncode == 2, said
         assert 'guidance is not enabled' in said
         assert len(said.strip().splitlines()) == 1
-    bridge(backend='abb_egm', guidance_enabled=True)
+    bridge(backend='abb_egm', guidance_enabled=True, **REAL)
     assert operator.last.backend == 'abb_egm'
 
 
@@ -145,7 +148,7 @@ def test_rapid_follows_the_program_and_answers_nothing(
     bridge, peer, operator, message, pulses, tmp_path, start_deg
 ):
     path = tmp_path / 'plan.mod'
-    bridge(backend='abb_rapid', rapid_file=str(path))
+    bridge(backend='abb_rapid', rapid_file=str(path), **REAL)
     operator.plans.publish(message)
     operator.until(
         lambda: any('PLAN_REFUSED' in code for code in operator.codes('bridge')), 'refusal'
