@@ -250,8 +250,15 @@ def without_explained(found: Identified, evidence: LineEvidence | None) -> Ident
     if evidence is None:
         return found
     kept = [index for index, mode in enumerate(found.modes) if not evidence.explains(mode)]
-    if len(kept) == len(found.modes):
-        return found
+    return found if len(kept) == len(found.modes) else _kept(found, kept)
+
+
+def without_modes(found: Identified) -> Identified:
+    """Return what was found as if lines explained all of its modes."""
+    return _kept(found, [])
+
+
+def _kept(found: Identified, kept: Sequence[int]) -> Identified:
     modes = replace(found.modes, modes=tuple(found.modes.modes[index] for index in kept))
     poles = _renumbered(found.poles, tuple(kept))
     status = poles.status.copy()

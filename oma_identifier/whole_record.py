@@ -16,6 +16,7 @@ from oma_identifier.identify import (
     identify_bands,
     with_lines,
     without_explained,
+    without_modes,
 )
 from oma_identifier.line_evidence import LineEvidence
 from oma_identifier.output_covariance import WhenFull
@@ -38,6 +39,7 @@ class _Stretch:
     samples: Samples
     spectrum: SingularValueSpectrum
     n_windows: int = 0
+    n_only_lines: int = 0
     explains: PeakTest = never
     evidence: LineEvidence | None = None
 
@@ -83,6 +85,7 @@ class WholeRecord:
         self._n_windows += 1
         stretch = self._stretch(samples, spectrum)
         stretch.n_windows += 1
+        stretch.n_only_lines += len(found.harmonics) > 0 and len(found.modes) == 0
         stretch.streams.add(samples, ahead)
         stretch.streams.release()
         stretch.explains = explains
@@ -156,6 +159,10 @@ class WholeRecord:
             longest.explains,
         )
         found = without_explained(found, longest.evidence)
+        if 2 * longest.n_only_lines > longest.n_windows:
+            # What lines leave behind of their modulation adds up over a record, and most windows
+            # have nothing else: a mode would have shown in them.
+            found = without_modes(found)
         found = with_lines(found, self._removed(found.harmonics))
         return WindowResult(
             index=-1,
