@@ -171,9 +171,8 @@ def reduce_band(
     Channels are scaled to equal noise.  With more channels than modes, what other modes contribute
     is projected out; otherwise they become tails of the model.
     """
-    parts, n_lines = spectra.parts(lines), len(lines)
-    frequency = spectra.frequency_hz[lines]
-    plain = parts @ parts.T / n_lines
+    n_lines, frequency = len(lines), spectra.frequency_hz[lines]
+    plain = sum(parts @ parts.T for _, parts in spectra.parts(lines)) / n_lines
     many = len(plain) > FEW_CHANNELS
     scale = noise_scale(plain, n_lines) if many else unexplained_scale(plain)
     shapes = _unit(start.shapes * scale[:, None])
@@ -194,10 +193,9 @@ def reduce_band(
         kept = min(kept, max(len(group), min(strong, most)) + len(parted.tails) + 1)
         basis = free @ directions[:, ::-1][:, :kept]
     included = [*group, *parted.tails]
-    in_basis = (scale[:, None] * basis).T @ parts
-    reduced = in_basis.view(complex).T
+    reduced = spectra.combined(scale[:, None] * basis, lines).T
     n_noise = (free.shape[1] - kept) * n_lines
-    rest = n_lines * np.trace(covariance) - np.sum(in_basis**2)
+    rest = n_lines * np.trace(covariance) - np.sum(np.abs(reduced) ** 2)
     noise = float(rest / n_noise) if n_noise else 0.3
     within = [m for m in others if frequency[0] < start.frequency_hz[m] < frequency[-1]]
     data = averages_from(

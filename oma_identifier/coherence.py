@@ -16,6 +16,7 @@ from oma_identifier.sensor_peaks import Columns, Peak
 
 INCOHERENT = 'incoherent'
 NO_RESPONSE = 'no_response'
+ROWS_AT_ONCE = 4096
 RANK = 3
 """Modes that overlap at a peak.  Fewer other channels cannot tell so many apart: of two healthy
 channels two of three pairs came below ``LEAST_COHERENCE``, hence nothing is said of them."""
@@ -90,9 +91,17 @@ def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Co
 def _floor(samples: Samples) -> Real:
     """Return the power of each channel's noise in a line of the peaks' spectra, at most."""
     rows = samples.acceleration
-    share = noise_rms(rows) ** 2 / np.maximum(rows.var(axis=0), 1e-300)
+    share = noise_rms(rows) ** 2 / np.maximum(_variance(rows), 1e-300)
     # A line of a taper is a difference of two lines of a transform.
     return np.asarray(2.0 * len(rows) * share)
+
+
+def _variance(rows: Real) -> Real:
+    """Return the variance of each column, without a copy of all of them."""
+    mean, total = rows.mean(axis=0), np.zeros(rows.shape[1])
+    for first in range(0, len(rows), ROWS_AT_ONCE):
+        total += np.sum((rows[first : first + ROWS_AT_ONCE] - mean) ** 2, axis=0)
+    return np.asarray(total / len(rows))
 
 
 def _without_response(peaks: list[Peak], floor: Real) -> list[int]:

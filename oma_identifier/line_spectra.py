@@ -1,6 +1,6 @@
 """Discrete Fourier transforms of all channels of a stretch, and which lines of them to use."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ HIGHEST_SHARE = 0.435
 """Of the sample rate: above, anti-aliasing filters shape the spectrum."""
 LINE_REACH = 4
 """Frequencies left out on both sides of a harmonic."""
-CHANNELS_AT_ONCE = 8
+CHANNELS_AT_ONCE, VALUES_AT_ONCE = 4, 1 << 18
 FEW_ROWS = 64
 
 
@@ -42,13 +42,27 @@ class Spectra:
         """Distance of neighbouring frequencies [Hz]."""
         return float(self.frequency_hz[1])
 
-    def parts(self, lines: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Return real and imaginary parts in turn, (n_channels, 2 n_lines).
+    def parts(self, lines: NDArray[np.intp]) -> Iterator[tuple[slice, NDArray[np.float64]]]:
+        """Yield some lines at a time: which of them, and their real and imaginary parts in turn.
 
-        What is real costs half as much on them as on complex values; sums over many lines need
-        double precision.
+        Each (n_channels, 2 n_lines).  What is real costs half as much on them as on complex
+        values; sums over many lines need double precision.
         """
-        return self.at(lines).astype(np.complex128).view(np.float64)
+        for here in self.stretches(len(lines)):
+            yield here, self.at(lines[here]).astype(np.complex128).view(np.float64)
+
+    def combined(
+        self, weights: NDArray[np.float64], lines: NDArray[np.intp]
+    ) -> NDArray[np.complex128]:
+        """Return combinations of the channels, (n_channels, n) weights, as (n, n_lines)."""
+        found = [weights.T @ parts for _, parts in self.parts(lines)]
+        return np.concatenate(found, axis=1).view(np.complex128)
+
+    def stretches(self, n_lines: int) -> Iterator[slice]:
+        """Yield so many lines in stretches: what is made of all channels may not be large."""
+        at_once = max(1, VALUES_AT_ONCE // len(self.values))
+        for first in range(0, n_lines, at_once):
+            yield slice(first, min(first + at_once, n_lines))
 
     def at(self, lines: NDArray[np.intp]) -> NDArray[np.complex64]:
         """Return the values at some lines, not copied where no line is left out between."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import LayoutError
+from modal_core.free_memory import give_back, LARGE_BYTES
 from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
@@ -149,6 +150,8 @@ def _refine_ordered(
         return _unrefined(modes)
     alive = moving_channels(samples)
     spectra = spectra_of(samples, alive)
+    if spectra.values.nbytes >= LARGE_BYTES:
+        give_back()
     usable = usable_lines(spectra, harmonics or ())
     given = [modes.modes[index] for index in order]
     start = StartModes(

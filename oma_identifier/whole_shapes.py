@@ -112,9 +112,8 @@ def _outside(
     n_own = len(group)
     others = [mode for mode in range(len(now.frequency_hz)) if mode not in group]
     n_reduced = band.basis.shape[1]
-    parts = spectra.parts(band.lines)
     kept = np.concatenate([band.basis, band.blocked], axis=1) * band.scale[:, None]
-    reduced, blocked = np.split((kept.T @ parts).view(complex), [n_reduced])
+    reduced, blocked = np.split(spectra.combined(kept, band.lines), [n_reduced])
     motion = expected_motion(band.data, fit.model, reduced)
     beside = _Beside.of(band, now.shapes[:, others])
     # Across the shapes of all others there is nothing but the modes of the band, and noise.
@@ -122,7 +121,7 @@ def _outside(
     across = np.eye(len(known)) - known @ known.conj().T
     moment = motion @ motion.conj().T
     inverse = np.linalg.pinv(moment, hermitian=True)
-    rest = across @ (band.scale[:, None] * _products(parts, motion)) @ inverse
+    rest = across @ (band.scale[:, None] * _products(spectra, band, motion)) @ inverse
     noise = _noise(band, fit, rest, moment)
     deviation = np.sqrt(0.5 * noise * np.diag(inverse).real[:n_own])
     half = deviation[:, None, None] * across
@@ -143,13 +142,17 @@ def _outside(
     return _Outside(shapes, scatter, np.broadcast_to(shapes, (n_own, *shapes.shape)))
 
 
-def _products(parts: Real, motion: Complex) -> Complex:
+def _products(spectra: Spectra, band: ReducedBand, motion: Complex) -> Complex:
     """Return the products of all channels with the complex conjugate motions, summed.
 
     Two real products of matrices: half as much work as a complex one.
     """
-    real = parts @ motion.view(np.float64).T
-    return np.asarray(real + 1j * (parts @ (1j * motion).view(np.float64).T))
+    total = np.zeros((len(spectra.values), len(motion)), dtype=complex)
+    for here, parts in spectra.parts(band.lines):
+        own = np.ascontiguousarray(motion[:, here])
+        total += parts @ own.view(np.float64).T
+        total += 1j * (parts @ (1j * own).view(np.float64).T)
+    return total
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,7 +103,7 @@ def _check_rate(
 def _time_s(path: Path, table: ArrayTable, columns: ArrayColumns) -> NDArray[np.float64] | None:
     """Return the time of every row, of two columns their sum where one refines the other."""
     found: list[NDArray[np.float64]] = [
-        np.asarray(table.values[:, column], dtype=np.float64) * (factor or 1.0)
+        table.column(column) * (factor or 1.0)
         for column, factor in zip(columns.times, columns.time_factors, strict=True)
     ]
     for time_s in found:
@@ -125,7 +125,7 @@ def _counted_s(
     """Return times from a counter that left rows out; None where it counts every one."""
     if columns.counter is None:
         return None
-    count = np.asarray(table.values[:, columns.counter], dtype=np.float64)
+    count = table.column(columns.counter)
     steps = np.diff(count)
     step = float(np.median(steps))
     if step <= 0.0 or (steps < 0.0).any() or not (steps > 1.5 * step).any():

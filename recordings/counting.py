@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.read_pages import ReadPages
+
 FEWEST_ROWS = 50
 """Vibration that rose through so many rows would have half a period of their length or more: it
 could not be identified from them.  Noise rises through 50 rows once in 50! = 3e64."""
@@ -24,9 +26,10 @@ def counts_up(column: NDArray[np.generic]) -> bool:
     """
     if len(column) < FEWEST_ROWS:
         return False
-    n_rises = 0
+    n_rises, pages = 0, ReadPages.behind(column)
     for first in range(0, len(column) - 1, PIECE_ROWS):
         part = np.asarray(column[first : first + PIECE_ROWS + 1], dtype=np.float64)
+        pages.read(len(part) * abs(column.strides[0]))
         steps = np.diff(part)
         if not np.isfinite(steps).all() or (steps < 0.0).any():
             return _is_even(np.asarray(column[:PIECE_ROWS], dtype=np.float64))

@@ -8,12 +8,15 @@ from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
 from recordings.array_table import ArrayTable, MOST_COLUMNS
+from recordings.spooled import spooled
 from recordings.text_cells import is_comment, not_a_number
 from recordings.text_layout import LONGEST_LINE, text_layout, TextLayout
 from recordings.time_text import is_time_text, seconds_of
 
 LARGEST_BYTES = 4_000_000_000
-PIECE_LETTERS = 1 << 22
+PIECE_LETTERS = 1 << 20
+IN_MEMORY_BYTES = 16_000_000
+"""Of text, whose numbers take about as much; those of larger files are mapped."""
 
 
 def read_text_table(path: Path) -> ArrayTable:
@@ -38,7 +41,12 @@ def read_text_table(path: Path) -> ArrayTable:
                 found=layout.n_columns,
                 expected=f'<= {MOST_COLUMNS}',
             )
-        values = np.concatenate(list(_pieces(path, layout)))
+        pieces = _pieces(path, layout)
+        values = (
+            np.concatenate(list(pieces))
+            if size <= IN_MEMORY_BYTES
+            else spooled(path, pieces, layout.n_columns)
+        )
     except UnicodeDecodeError as error:
         raise RecordingError(
             'not a text file', where=path, expected='one encoding throughout'

@@ -1,5 +1,6 @@
 """Memory of offline identification: what a window needs, however long the record is."""
 
+import io
 from pathlib import Path
 import subprocess
 import sys
@@ -58,7 +59,18 @@ def write_npy(path, values):
     np.save(path, values)
 
 
-WRITERS = {'.mcap': write_mcap, '.npy': write_npy}
+def write_csv(path, values):
+    # What takes long is to write numbers: the same minutes again and again.
+    names = ','.join(f'c{index}' for index in range(N_CHANNELS))
+    part = io.StringIO()
+    np.savetxt(part, values[: SHORT_S * RATE_HZ], fmt='%.4e', delimiter=',')
+    with path.open('w') as file:
+        file.write(f'{names}\n')
+        for _ in range(0, len(values), SHORT_S * RATE_HZ):
+            file.write(part.getvalue())
+
+
+WRITERS = {'.mcap': write_mcap, '.npy': write_npy, '.csv': write_csv}
 
 
 @pytest.mark.slow
