@@ -172,7 +172,8 @@ def reduce_band(
     is projected out; otherwise they become tails of the model.
     """
     n_lines, frequency = len(lines), spectra.frequency_hz[lines]
-    plain = sum(parts @ parts.T for _, parts in spectra.parts(lines)) / n_lines
+    products = (parts @ parts.T for _, parts in spectra.parts(lines))
+    plain: Real = np.asarray(sum(products)) / n_lines
     many = len(plain) > FEW_CHANNELS
     scale = noise_scale(plain, n_lines) if many else unexplained_scale(plain)
     shapes = _unit(start.shapes * scale[:, None])

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from modal_core.samples import Samples
 from oma_identifier.health import noise_rms
@@ -17,6 +18,8 @@ from oma_identifier.sensor_peaks import Columns, Peak
 INCOHERENT = 'incoherent'
 NO_RESPONSE = 'no_response'
 ROWS_AT_ONCE = 4096
+ROUNDING = 1e-13
+"""Share of the strongest direction's power that is none of its own."""
 RANK = 3
 """Modes that overlap at a peak.  Fewer other channels cannot tell so many apart: of two healthy
 channels two of three pairs came below ``LEAST_COHERENCE``, hence nothing is said of them."""
@@ -70,10 +73,10 @@ def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Co
     floor = _floor(samples)
     names = samples.channel_names
     flags = {names[place]: NO_RESPONSE for place in _without_response(peaks, floor)}
-    left = dict(columns)
+    left, shown = dict(columns), [_Shown.at(peak) for peak in peaks]
     out: list[str] = []
     while len(left) > 1:
-        worst = {name: _worst(name, left, peaks, floor) for name in left}
+        worst = {name: _worst(name, left, shown, floor) for name in left}
         name = min(worst, key=lambda each: worst[each])
         if worst[name] >= LEAST_COHERENCE:
             break
@@ -113,6 +116,39 @@ def _without_response(peaks: list[Peak], floor: Real) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True)
+class _Shown:
+    """What all channels show of one peak.
+
+    Parameters
+    ----------
+    products : (n_channels, n_channels) complex array
+        Sums over all lines of the channels' conjugate values times one another.
+    n_values : int
+        Of each channel.
+    n_free : float
+        Independent ones among them.
+    """
+
+    products: Complex
+    n_values: int
+    n_free: float
+
+    @classmethod
+    def at(cls, peak: Peak) -> '_Shown':
+        values = peak.spectra.reshape(-1, peak.spectra.shape[2])
+        return cls(values.conj().T @ values, len(values), peak.n_free)
+
+    def explained(self, own: NDArray[np.int64], others: NDArray[np.int64]) -> float:
+        """Return the power of some channels along the strongest directions of others."""
+        among = self.products[np.ix_(others, others)]
+        strongest = (len(others) - RANK, len(others) - 1)
+        power, weights = eigh(among, subset_by_index=strongest)
+        along = np.sum(np.abs(weights.conj().T @ self.products[np.ix_(others, own)]) ** 2, axis=1)
+        real = power > ROUNDING * power[-1]
+        return float(np.sum(along[real] / power[real]))
+
+
+@dataclass(frozen=True, slots=True)
 class _View:
     """One peak as a sensor and the others see it: power in shares of variance, and coherence."""
 
@@ -121,7 +157,7 @@ class _View:
     coherence: float
 
 
-def _views(name: str, columns: Columns, peaks: list[Peak], floor: Real) -> list[_View]:
+def _views(name: str, columns: Columns, peaks: list[_Shown], floor: Real) -> list[_View]:
     own = columns[name]
     others = np.concatenate([each for other, each in columns.items() if other != name])
     seen = [_view(peak, own, others, floor) for peak in peaks]
@@ -129,25 +165,24 @@ def _views(name: str, columns: Columns, peaks: list[Peak], floor: Real) -> list[
 
 
 def _view(
-    peak: Peak, own: NDArray[np.int64], others: NDArray[np.int64], floor: Real
+    peak: _Shown, own: NDArray[np.int64], others: NDArray[np.int64], floor: Real
 ) -> _View | None:
     """Return None where a sensor's noise hides the peak, or the others are too few to tell."""
-    mine = peak.spectra[:, :, own].reshape(-1, len(own))
-    beside = peak.spectra[:, :, others].reshape(-1, len(others))
-    total = float(np.sum(np.abs(mine) ** 2))
-    noise = float(len(mine) * floor[own].sum())
+    each = np.diag(peak.products).real
+    total = float(each[own].sum())
+    noise = float(peak.n_values * floor[own].sum())
     enough = min(len(others), int(peak.n_free) // 4) >= RANK
     if total < ABOVE_NOISE * noise or not enough:
         return None
-    basis = np.linalg.svd(beside, full_matrices=False)[0][:, :RANK]
-    rest = total - float(np.sum(np.abs(basis.conj().T @ mine) ** 2))
+    rest = total - peak.explained(own, others)
     # Chance explains its share of what is not common.
     rest *= peak.n_free / (peak.n_free - RANK)
-    power = float(np.mean(np.abs(beside) ** 2))
-    return _View(total / mine.size, power, 1.0 - max(0.0, rest - noise) / (total - noise))
+    power = float(each[others].mean()) / peak.n_values
+    coherence = 1.0 - max(0.0, rest - noise) / (total - noise)
+    return _View(total / (peak.n_values * len(own)), power, coherence)
 
 
-def _worst(name: str, columns: Columns, peaks: list[Peak], floor: Real) -> float:
+def _worst(name: str, columns: Columns, peaks: list[_Shown], floor: Real) -> float:
     """Return the least coherence of the peaks that a sensor shows, beside the others or alone."""
     views = _views(name, columns, peaks, floor)
     return min((v.coherence for v in views if v.own > ALIKE * v.others), default=1.0)

@@ -52,7 +52,7 @@ def _written(path: Path) -> IO[bytes]:
 
 
 def _write(path: Path, file: IO[bytes], piece: NDArray[np.float64]) -> None:
-    left = memoryview(np.ascontiguousarray(piece, dtype=np.float64)).cast('B')
+    left = memoryview(piece.astype(np.float64, copy=False).tobytes())
     try:
         while left:
             left = left[file.write(left) :]

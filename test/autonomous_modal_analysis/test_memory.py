@@ -7,10 +7,13 @@ import sys
 
 import numpy as np
 import pytest
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Rosbag2Writer
 from scipy.signal import lfilter
 
 from modal_core.measurements import SampleBlock
 from recordings.encode import encode
+from recordings.schemas import definition
 from recordings.writer import RecordingWriter
 
 RATE_HZ, N_CHANNELS = 1000, 20
@@ -44,15 +47,19 @@ def samples(duration_s: int) -> np.ndarray:
     return (np.transpose(motion) @ shapes + noise).astype(np.float32)
 
 
-def write_mcap(path, values):
+def messages(values):
     names = tuple(f'c{index}' for index in range(N_CHANNELS))
+    for first in range(0, len(values), 100):
+        stamp_ns = 10**18 + first * (10**9 // RATE_HZ)
+        part = values[first : first + 100]
+        block = SampleBlock('/blocks', stamp_ns, first, float(RATE_HZ), names, part)
+        yield from encode(block, '/blocks')
+
+
+def write_mcap(path, values):
     with RecordingWriter(path) as writer:
-        for first in range(0, len(values), 100):
-            stamp_ns = 10**18 + first * (10**9 // RATE_HZ)
-            part = values[first : first + 100]
-            block = SampleBlock('/blocks', stamp_ns, first, float(RATE_HZ), names, part)
-            for message in encode(block, '/blocks'):
-                writer.write('/blocks', message.message_type, message.log_time_ns, message.data)
+        for message in messages(values):
+            writer.write('/blocks', message.message_type, message.log_time_ns, message.data)
 
 
 def write_npy(path, values):
@@ -70,7 +77,21 @@ def write_csv(path, values):
             file.write(part.getvalue())
 
 
-WRITERS = {'.mcap': write_mcap, '.npy': write_npy, '.csv': write_csv}
+def write_db3(path, values):
+    folder, connection = path.with_suffix(''), None
+    with Rosbag2Writer(folder, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        for message in messages(values):
+            connection = connection or writer.add_connection(
+                '/blocks',
+                message.message_type,
+                msgdef=definition(message.message_type),
+                rihs01=f'RIHS01_{0:064}',
+            )
+            writer.write(connection, message.log_time_ns, message.data)
+    next(folder.glob('*.db3')).rename(path)
+
+
+WRITERS = {'.mcap': write_mcap, '.db3': write_db3, '.npy': write_npy, '.csv': write_csv}
 
 
 @pytest.mark.slow
@@ -81,7 +102,7 @@ def test_memory_does_not_grow_with_the_record(tmp_path, suffix):
     for duration_s in (SHORT_S, LONG_S):
         path = tmp_path / f'{duration_s}{suffix}'
         WRITERS[suffix](path, samples(duration_s))
-        rate = [] if suffix == '.mcap' else ['--sample-rate-hz', str(RATE_HZ)]
+        rate = [] if suffix in ('.mcap', '.db3') else ['--sample-rate-hz', str(RATE_HZ)]
         done = subprocess.run(
             [sys.executable, '-c', CHILD, str(path), *rate],
             capture_output=True,
