@@ -5,8 +5,6 @@ modes, what is left after projecting out all listed shapes shows where an unlist
 and the channels there show its shape.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +15,7 @@ MOST_UNLISTED = 4
 STANDS_OUT = 10.0
 """Largest over median singular value of the residual spectrum, as powers."""
 LINES = 8
+VALUES_AT_ONCE = 1 << 21
 ASSUMED_DAMPING = 0.02
 SHAPE_ERROR = 0.02
 """Share of the power at a listed mode's peak that an error of its shape may leave."""
@@ -30,7 +29,7 @@ def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]
     lines = np.flatnonzero(usable)
     values = spectra.at(lines)
     parts = [values[:, here] for here in spectra.stretches(len(lines))]
-    plain = _products(parts).astype(complex) / len(lines)
+    plain = _products(values).astype(complex) / len(lines)
     power = np.diag(plain).real
     frequency, damping, shapes = start.frequency_hz, start.damping_ratio, start.shapes
     scale = 1.0 / np.sqrt(power)
@@ -64,6 +63,8 @@ def with_unlisted(spectra: Spectra, start: StartModes, usable: NDArray[np.bool_]
     return StartModes(frequency, damping, shapes)
 
 
-def _products(parts: Sequence[NDArray[np.complex64]]) -> NDArray[np.complex64]:
+def _products(values: NDArray[np.complex64]) -> NDArray[np.complex64]:
     """Return the products of the channels' conjugate values with one another, summed."""
+    at_once = VALUES_AT_ONCE // len(values)
+    parts = (values[:, i : i + at_once] for i in range(0, values.shape[1], at_once))
     return np.asarray(sum(part.conj() @ part.T for part in parts))
