@@ -61,6 +61,13 @@ def test_sines_are_no_modes(case):
         assert result.quality.reason == ONLY_LINES
 
 
+def test_what_modulation_leaves_over_a_record_is_no_mode():
+    lines_hz = 1.3 * np.arange(1, 5)
+    *_, whole = through_pipeline(sines(34, 50.0, 182.0, lines_hz, -80.0, 2, 0.03), 50.0)
+    assert len(whole.modes) == 0, whole.modes.frequency_hz
+    assert len(whole.harmonics) > 0
+
+
 @pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd', 'fdd'])
 def test_no_method_makes_modes_of_strong_sines(structure, method):
     like = structure((9.0,), (0.02,), n_channels=4).simulate(np.random.default_rng(1), 60.0, 200.0)
