@@ -3,6 +3,7 @@
 import math
 
 from modal_core.quality import ChannelQuality, DataQuality
+from oma_identifier.flagged import channels_by_flag, named
 from oma_identifier.rigid_motion import LATE
 
 ORDINARY = ('partial', 'rigid_motion_removed', 'drive_lines')
@@ -24,17 +25,9 @@ def quality_findings(quality: DataQuality) -> list[tuple[str, str]]:
             found.append(('CHANNEL_EXCLUDED', f'{channel.name}: {", ".join(channel.flags)}'))
         if LATE in channel.flags:
             found.append((LATE.upper(), f'{channel.name}: {_delay(channel)}'))
-    by_flag: dict[str, list[str]] = {}
-    for channel in quality.channels:
-        for flag in channel.flags:
-            by_flag.setdefault(flag, []).append(channel.name)
+    by_flag = channels_by_flag(quality.channels)
     by_flag.pop(LATE, None)
-    return found + [(flag.upper(), _named(names)) for flag, names in by_flag.items()]
-
-
-def _named(names: list[str]) -> str:
-    more = len(names) - MOST_NAMED
-    return ', '.join(names[:MOST_NAMED]) + (f' and {more} more' if more > 0 else '')
+    return found + [(flag.upper(), named(names, MOST_NAMED)) for flag, names in by_flag.items()]
 
 
 def _delay(channel: ChannelQuality) -> str:

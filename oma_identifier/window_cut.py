@@ -10,6 +10,7 @@ from modal_core.channel import Channel, SensorLayout
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
+from oma_identifier.flagged import channels_by_flag, named
 from oma_identifier.health import ChannelHealth, compare, examine, EXCLUDING
 from oma_identifier.joint_track import JointTrack, pose_of
 from oma_identifier.segment import Segment
@@ -188,15 +189,10 @@ def _channel_quality(
 
 def _why_excluded(channels: Sequence[ChannelQuality]) -> str:
     """Name channels by what is wrong with them."""
-    by_flag: dict[str, list[str]] = {}
-    for quality in channels:
-        for flag in quality.flags:
-            if flag in EXCLUDING:
-                by_flag.setdefault(flag, []).append(quality.name)
     return '; '.join(
-        f'{flag} in {", ".join(names[:MOST_NAMED])}'
-        + (f' and {len(names) - MOST_NAMED} more' if len(names) > MOST_NAMED else '')
-        for flag, names in by_flag.items()
+        f'{flag} in {named(names, MOST_NAMED)}'
+        for flag, names in channels_by_flag(channels).items()
+        if flag in EXCLUDING
     )
 
 
