@@ -9,6 +9,7 @@ from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks, peak_widths
 
+from modal_core.free_memory import LARGE_BYTES
 from modal_core.samples import Samples
 
 TAPERS = 3
@@ -70,14 +71,21 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     step_hz = samples.sample_rate_hz / half
     own = np.arange(TAPERS, int(TOP * half / 2))
     power = np.zeros(len(own))
+    fits = 8 * TAPERS * len(own) * len(samples.channels) < LARGE_BYTES
+    held = []
     for spectra in _spectra(samples, half, own):
         power += (np.abs(spectra) ** 2).sum(axis=(0, 2))
+        held += [spectra] if fits else []
     ranges = _ranges(own, power)
     if not ranges:
         return []
-    # Transformed once more: the spectra of all channels may not fit into memory.
     wanted = np.concatenate([own[first:last] for first, last in ranges])
-    every = np.concatenate(list(_spectra(samples, half, wanted)), axis=2).astype(np.complex128)
+    if fits:
+        parts = [spectra[:, wanted - own[0]] for spectra in held]
+    else:
+        # Transformed once more, rather than spectra of all channels in memory.
+        parts = list(_spectra(samples, half, wanted))
+    every = np.concatenate(parts, axis=2).astype(np.complex128)
     ends = np.cumsum([last - first for first, last in ranges])
     return [
         _peak(spectra, power[first:last], own[first:last] * step_hz)
