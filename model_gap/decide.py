@@ -18,7 +18,7 @@ from model_gap.joint_vector import in_words
 from model_gap.reach import joint_shares
 from model_gap.search import Candidate, Search
 
-# Set by healthy campaigns (benchmarks/gap_matrix.py --calibrate): see docs/model_gap_measured.md.
+# Set by healthy campaigns (benchmarks/gap_matrix.py --calibrate): see docs/measured/model_gap.md.
 EVIDENCE_BETWEEN = 8.0
 # Times χ of the held-out records without the effect.
 MOST_WORSE = 1.03

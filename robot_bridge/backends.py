@@ -81,7 +81,7 @@ def make_backend(settings: BackendSettings, model: FlexibleJointModel) -> Backen
         raise BridgeError(
             'guidance is not enabled',
             where=name,
-            advice='read docs/abb.md, then set guidance_enabled true, or use method rapid',
+            advice='read docs/reference/abb.md, then set guidance_enabled true, or method rapid',
         )
     fast = settings.point_speed_m_s > REDUCED_SPEED_M_S
     if real and fast and control is None:

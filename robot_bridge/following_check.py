@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 # Users report up to 80 ms; dead time of 60 ms and a servo of 10 Hz make 86 ms and a cycle.
 LONGEST_LAG_S = 0.12
 # Encoders, droop and friction leave some hundredths; overshoot and what the servo does not follow
-# leave parts of the motion.  See docs/abb.md for the largest seen on emulated arms.
+# leave parts of the motion.  See docs/reference/abb.md for the largest seen on emulated arms.
 SLACK_DEG, SLACK_OF_REACH = 0.03, 0.5
 STEP_SLACK_DEG, FASTEST_OF_PLAN = 0.02, 2.0
 # What a reference must have moved before it is asked whether the axis did.

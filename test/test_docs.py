@@ -19,7 +19,7 @@ def fields(path: Path) -> list[str]:
 
 @pytest.mark.parametrize('path', INTERFACES, ids=lambda path: path.stem)
 def test_every_field_of_a_message_is_documented(path):
-    text = (ROOT / 'docs' / 'topics.md').read_text()
+    text = (ROOT / 'docs' / 'reference' / 'topics.md').read_text()
     assert path.stem in text
     for field in fields(path):
         assert f'`{field}`' in text, f'{path.name}: {field}'
@@ -44,7 +44,7 @@ def test_every_interface_is_built():
 
 
 def test_links_between_documents_lead_somewhere():
-    for page in [ROOT / 'README.md', *sorted((ROOT / 'docs').glob('*.md'))]:
+    for page in [ROOT / 'README.md', *sorted((ROOT / 'docs').rglob('*.md'))]:
         for target in re.findall(r'\]\(([^)#]+)', page.read_text()):
             if not target.startswith(('http', 'mailto')):
                 assert (page.parent / target).exists(), f'{page.name}: {target}'
@@ -60,7 +60,7 @@ def test_only_rooms_that_exist_are_named_in_the_readme():
 def test_every_fault_has_a_test_that_exists():
     rows = [
         line
-        for line in (ROOT / 'docs' / 'faults.md').read_text().splitlines()
+        for line in (ROOT / 'docs' / 'reference' / 'faults.md').read_text().splitlines()
         if line.startswith('|') and not line.startswith(('| fault', '|---'))
     ]
     for row in rows:
@@ -70,7 +70,7 @@ def test_every_fault_has_a_test_that_exists():
             assert f'def {test}(' in (ROOT / file).read_text(), f'{file}::{test}'
 
 
-GAP_PAGE = ROOT / 'docs' / 'first_gap.md'
+GAP_PAGE = ROOT / 'docs' / 'tutorial' / 'first_gap.md'
 
 
 @pytest.mark.parametrize(

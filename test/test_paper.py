@@ -1,4 +1,4 @@
-"""The paper's findings on short settings: real computations, what docs/paper.md claims in kind."""
+"""The paper's findings on short settings: real computations, what the page on it claims."""
 
 import sys
 
