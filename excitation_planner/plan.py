@@ -26,6 +26,12 @@ SIGNIFICANT = 6
 # No arm turns so far [rad] or so fast [rad/s], and no plan is sampled so densely or coarsely.
 LARGEST = 1e4
 SHORTEST_PERIOD_S, LONGEST_PERIOD_S = 1e-5, 10.0
+# Ten of the identifier's windows of a minute at one pose, and all the while a person holds to run;
+# who wants more makes several plans.  A sample for every 4 ms cycle of the controller: a denser
+# plan would not be sent denser.  Checking such a plan takes 13 s of one core, 0.09 ms a sample
+# whatever the length (measured from 7,500 to 150,001 samples, six axes).
+LONGEST_S = 600.0
+MOST_SAMPLES = 150_001
 PER_JOINT = ('start_position', 'position_range', 'peak_velocity', 'peak_acceleration')
 PER_MODE = ('mode_frequency_hz', 'mode_frequency_sensitivity', 'mode_signal_to_noise_db')
 
@@ -130,16 +136,45 @@ def sealed(plan: ExcitationPlan) -> ExcitationPlan:
     return replace(plan, plan_hash=plan_hash(plan))
 
 
+def check_size(n_samples: int, sample_period_s: float) -> None:
+    """Refuse a plan that is too long, before anything is made of it.
+
+    Raises
+    ------
+    PlanError
+        Too many samples, or samples for too long a time.
+    """
+    if n_samples > MOST_SAMPLES:
+        raise PlanError(
+            'too long',
+            where='n_samples',
+            found=n_samples,
+            expected=f'<= {MOST_SAMPLES}',
+            advice='plan several shorter motions',
+        )
+    # A whole number of periods ends a rounding error away from it.
+    duration_s = (n_samples - 1) * sample_period_s
+    if duration_s > LONGEST_S * (1.0 + 1e-9):
+        raise PlanError(
+            'too long',
+            where='duration_s',
+            found=f'{duration_s:.6g} s',
+            expected=f'<= {LONGEST_S:g} s',
+            advice='plan several shorter motions',
+        )
+
+
 def check_plan(plan: ExcitationPlan) -> None:
     """Refuse a plan that contradicts itself; for plans that come from elsewhere.
 
     Raises
     ------
     PlanError
-        Naming the field: wrong length, not finite, unknown signal, position and velocity that
-        disagree, not at rest at the ends, or a hash that is not the plan's.
+        Naming the field: too long, wrong length, not finite, unknown signal, position and
+        velocity that disagree, not at rest at the ends, or a hash that is not the plan's.
     """
     _check_shapes(plan)
+    check_size(plan.n_samples, plan.sample_period_s)
     trajectory = plan.trajectory
     if plan.velocity[0].any() or plan.velocity[-1].any():
         raise PlanError('not at rest at its ends', where='velocity')

@@ -6,7 +6,13 @@ import math
 from typing import Any
 
 from excitation_planner.limits import HIGHEST_PATH_HZ
-from excitation_planner.plan import APPROACH, BAND_LIMITED_NOISE, SIGNALS
+from excitation_planner.plan import (
+    APPROACH,
+    BAND_LIMITED_NOISE,
+    LONGEST_S,
+    MOST_SAMPLES,
+    SIGNALS,
+)
 from modal_core.errors import SettingsError
 
 
@@ -44,7 +50,7 @@ class PlanRequest:
     joint_weights: tuple[float, ...] = _plain(
         (), 'relative amplitude of each moving joint, 0..1; empty: all 1'
     )
-    duration_s: float = _number(30.0, 2.0, 3600.0, 'length of the trajectory [s]')
+    duration_s: float = _number(30.0, 2.0, LONGEST_S, 'length of the trajectory [s]')
     sample_period_s: float = _number(0.004, 0.001, 0.02, 'spacing of the trajectory [s]')
     band_low_hz: float = _number(5.0, 0.5, 100.0, 'lowest frequency of interest [Hz]')
     band_high_hz: float = _number(60.0, 1.0, 500.0, 'highest frequency of interest [Hz]')
@@ -113,8 +119,20 @@ class PlanRequest:
                     found=getattr(self, low),
                     expected=f'<= {getattr(self, high)}',
                 )
+        self._check_samples()
         self._check_path()
         self._check_lists()
+
+    def _check_samples(self) -> None:
+        """Refuse more samples than a plan may have."""
+        longest_s = (MOST_SAMPLES - 1) * self.sample_period_s
+        if self.duration_s > longest_s:
+            raise SettingsError(
+                'too many samples',
+                where='duration_s',
+                found=f'{self.duration_s:g} s',
+                expected=f'<= {longest_s:g} s at sample_period_s {self.sample_period_s:g}',
+            )
 
     def _check_path(self) -> None:
         """Refuse a band the way to the robot cannot carry."""

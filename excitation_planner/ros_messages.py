@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from excitation_planner.plan import check_plan, ExcitationPlan
+from excitation_planner.plan import check_plan, check_size, ExcitationPlan
 from modal_core.errors import MessageError, PlanError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode, ModeSet
@@ -37,8 +37,6 @@ ARRAYS = (
 )
 TABLES = ('position', 'velocity')
 MOST_JOINTS = 64
-# An hour at 1 kHz.
-MOST_SAMPLES = 3_600_001
 MOST_MODES = 500
 
 
@@ -65,11 +63,14 @@ def plan_from_message(message: PlanMessage) -> ExcitationPlan:
     n_joints, n_samples = len(message.joint_names), message.n_samples
     for name, found, most in (
         ('joint_names', n_joints, MOST_JOINTS),
-        ('n_samples', n_samples, MOST_SAMPLES),
         ('mode_frequency_hz', len(message.mode_frequency_hz), MOST_MODES),
     ):
         if found > most:
             raise MessageError('too long', where=name, found=found, expected=f'<= {most}')
+    try:
+        check_size(n_samples, message.sample_period_s)
+    except PlanError as error:
+        raise _refused(error) from error
     for name in TABLES:
         found = len(getattr(message, name))
         if found != n_joints * n_samples:
@@ -91,13 +92,7 @@ def plan_from_message(message: PlanMessage) -> ExcitationPlan:
     try:
         check_plan(plan)
     except PlanError as error:
-        raise MessageError(
-            error.what,
-            where=f'ExcitationPlan.{error.where}',
-            found=error.found,
-            expected=error.expected,
-            advice=error.advice,
-        ) from error
+        raise _refused(error) from error
     return plan
 
 
@@ -160,6 +155,16 @@ def modes_from_message(message: ModalParameters) -> ModeSet:
             )
     ordered = sorted(modes, key=lambda mode: mode.frequency_hz)
     return ModeSet(tuple(ordered), tuple(message.channel_names), message.method)
+
+
+def _refused(error: PlanError) -> MessageError:
+    return MessageError(
+        error.what,
+        where=f'ExcitationPlan.{error.where}',
+        found=error.found,
+        expected=error.expected,
+        advice=error.advice,
+    )
 
 
 def _numbers(values: object) -> NDArray[np.float64]:

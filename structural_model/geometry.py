@@ -225,11 +225,12 @@ class RobotGeometry:
             Serial joint motion.
         """
         self._check_shapes()
-        motion = self.kinematics.motion(q, qd)
+        motion = self.kinematics.motion(q, qd, accelerations=False)
+        spins = np.linalg.norm(motion.spin, axis=2)
         speeds = np.stack(
             [
                 np.linalg.norm(point_velocity(motion, joint, place), axis=1)
-                + radius * np.linalg.norm(motion.spin[:, joint], axis=1)
+                + radius * spins[:, joint]
                 for _, joint, place, radius in self._balls
             ],
             axis=1,

@@ -51,7 +51,12 @@ class RigidKinematics:
         self.prismatic = [False, *(joint.prismatic for joint in robot.joints)]
 
     def motion(
-        self, q: ArrayLike, qd: ArrayLike | None = None, qdd: ArrayLike | None = None
+        self,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        *,
+        accelerations: bool = True,
     ) -> Motion:
         """Return the motion of every joint frame.
 
@@ -59,6 +64,8 @@ class RigidKinematics:
         ----------
         q, qd, qdd : (n, n_joints) array [rad], [rad/s], [rad/s²]
             Serial joint motion; rates default to zero.
+        accelerations : bool
+            False leaves ``acceleration`` and ``spin_rate`` zero: half of the work.
         """
         angle = np.atleast_2d(np.asarray(q, dtype=float))
         rate = np.zeros_like(angle) if qd is None else np.atleast_2d(np.asarray(qd, dtype=float))
@@ -72,10 +79,20 @@ class RigidKinematics:
             },
         )
         for joint in range(1, size):
-            self._step(motion, joint, angle[:, joint - 1], rate[:, joint - 1], rise[:, joint - 1])
+            own = [part[:, joint - 1] for part in (angle, rate, rise)]
+            self._step(motion, joint, *own, accelerations=accelerations)
         return motion
 
-    def _step(self, motion: Motion, joint: int, angle: Array, rate: Array, rise: Array) -> None:
+    def _step(
+        self,
+        motion: Motion,
+        joint: int,
+        angle: Array,
+        rate: Array,
+        rise: Array,
+        *,
+        accelerations: bool,
+    ) -> None:
         parent = self.parents[joint]
         turn, shift = self.origins[joint]
         frame = motion.rotation[:, parent] @ turn
@@ -93,8 +110,10 @@ class RigidKinematics:
         motion.rotation[:, joint] = rotation
         motion.position[:, joint] = motion.position[:, parent] + arm
         motion.spin[:, joint] = spin + own_spin
-        motion.spin_rate[:, joint] = spin_rate + own_rate + np.cross(spin, own_spin)
         motion.velocity[:, joint] = motion.velocity[:, parent] + np.cross(spin, arm) + slide
+        if not accelerations:
+            return
+        motion.spin_rate[:, joint] = spin_rate + own_rate + np.cross(spin, own_spin)
         motion.acceleration[:, joint] = (
             motion.acceleration[:, parent]
             + np.cross(spin_rate, arm)

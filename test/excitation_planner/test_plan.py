@@ -101,6 +101,32 @@ def test_numbers_of_no_machine_are_refused_before_anything_is_made_of_them(plan,
         check_plan(sealed(replace(plan, **change)))
 
 
+def long_plan(plan, n_samples, period_s):
+    """Return a plan that stands still for as many samples."""
+    position = np.broadcast_to(plan.position[0], (n_samples, plan.position.shape[1])).copy()
+    return sealed(
+        replace(
+            plan, position=position, velocity=np.zeros_like(position), sample_period_s=period_s,
+            duration_s=(n_samples - 1) * period_s,
+        )
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ('n_samples', 'period_s', 'field'),
+    [(1_000_000, 0.004, 'n_samples'), (150_002, 0.001, 'n_samples'),
+     (150_001, 0.00401, 'duration_s'), (1000, 1.0, 'duration_s')],
+)  # fmt: skip
+def test_a_plan_beyond_what_is_played_in_one_go_is_refused(plan, n_samples, period_s, field):
+    with pytest.raises(PlanError, match=f'{field}: too long'):
+        check_plan(long_plan(plan, n_samples, period_s))
+
+
+@pytest.mark.parametrize(('n_samples', 'period_s'), [(150_001, 0.004), (601, 1.0)])
+def test_the_longest_plan_is_taken(plan, n_samples, period_s):
+    check_plan(long_plan(plan, n_samples, period_s))
+
+
 def test_default_plan_moves_a_hundredth_of_a_degree_and_fills_the_band(plan):
     rms = np.rad2deg(np.std(plan.position, axis=0))
     assert np.all((rms > 0.005) & (rms < 0.1)), rms
@@ -147,7 +173,8 @@ def test_impossible_requests_say_why_in_one_line(robot, layout, change, error, w
     [
         ({'band_high_hz': 90.0}, ['90 Hz', '60 Hz']),
         ({'duration_s': float('nan')}, ['duration_s']),
-        ({'duration_s': 1e9}, ['duration_s', '3600']),
+        ({'duration_s': 1e9}, ['duration_s', '600']),
+        ({'duration_s': 200.0, 'sample_period_s': 0.001}, ['duration_s', '<= 150 s', '0.001']),
         ({'seed': -1}, ['seed']),
         ({'seed': True}, ['seed']),
         ({'signal': 'sweep'}, ['sweep', 'random_pulses']),

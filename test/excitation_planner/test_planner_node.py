@@ -155,6 +155,9 @@ def test_tampered_messages_are_refused_by_field(cell):
     message = here.plans[0]
     for field, value, word in (
         ('n_samples', message.n_samples + 1, 'position'),
+        # Before anything is made of as many numbers.
+        ('n_samples', 1_000_000, 'n_samples: too long'),
+        ('sample_period_s', 1.0, 'duration_s: too long'),
         ('peak_point_speed', 0.5, 'plan_hash'),
         ('joint_names', ['a'] * 1000, 'joint_names'),
         ('signal', 'sweep', 'signal'),

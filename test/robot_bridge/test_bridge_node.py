@@ -1,5 +1,6 @@
 """The bridge as a process, against a controller that shares no code with it."""
 
+from array import array
 import socket
 import time
 
@@ -124,6 +125,31 @@ def test_nothing_starts_without_plan_arm_hash_and_time(ready, message):
     refused = operator.start()
     assert not refused.success and 'timed out' in refused.message
     assert not ready.speeds().any()
+
+
+def test_a_plan_without_measure_is_refused_before_it_is_checked(ready, message):
+    from oma_msgs.msg import ExcitationPlan
+
+    operator = ready.operator
+    operator.offer(message)
+    for n_samples, period_s, word in ((160_000, 0.004, 'n_samples'), (20_000, 0.2, 'duration_s')):
+        still = array('d', bytes(8 * 6 * n_samples))
+        operator.diagnostics.clear()
+        operator.plans.publish(
+            ExcitationPlan(
+                joint_names=message.joint_names, robot_name=message.robot_name,
+                signal=message.signal, sample_period_s=period_s, n_samples=n_samples,
+                position=still, velocity=still,
+            )
+        )  # fmt: skip
+        operator.until(
+            lambda word=word: any(
+                f'PLAN_REFUSED ExcitationPlan.{word}: too long' in text
+                for text in operator.codes('robot_bridge')
+            ),
+            'refusal',
+        )
+    assert operator.last.plan_hash == message.plan_hash
 
 
 def test_start_is_refused_without_heartbeat(ready, message):
