@@ -4,17 +4,18 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'autonomous_modal_analysis'
 ROOMS = (
+    'abb_emulator',
     'autonomous_modal_analysis',
     'excitation_planner',
     'modal_core',
+    'modal_recordings',
     'model_gap',
     'oma_identifier',
-    'recordings',
     'robot_bridge',
     'structural_model',
 )
 # The message definitions a recording is read with, copied into the wheel from their one source.
-DEFINITIONS = 'recordings.oma_msgs_definitions'
+DEFINITIONS = 'modal_recordings.oma_msgs_definitions'
 
 
 def shared_files(folder):

@@ -35,9 +35,9 @@ def run(*arguments: str, expected: int = 0) -> str:
 
 def without_ros() -> None:
     """What needs no ROS works; what needs it says in one line what to install."""
-    import recordings
+    import modal_recordings
 
-    assert 'site-packages' in recordings.__file__, recordings.__file__
+    assert 'site-packages' in modal_recordings.__file__, modal_recordings.__file__
     assert run('ama', '--version').split()[1] == version('autonomous_modal_analysis')
     write_blocks(Path('blocks.mcap'))
     identify_blocks()
@@ -76,8 +76,8 @@ def write_blocks(path: Path) -> None:
     from scipy.signal import lfilter
 
     from modal_core.measurements import SampleBlock
-    from recordings import RecordingWriter
-    from recordings.encode import encode
+    from modal_recordings import RecordingWriter
+    from modal_recordings.encode import encode
 
     rng = np.random.default_rng(SEED)
     n_samples = int(RATE_HZ * LENGTH_S)

@@ -18,8 +18,8 @@ from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.yaml_file import load_yaml
-from recordings.message_recording import MessageRecording
-from recordings.open_recording import open_recording
+from modal_recordings.message_recording import MessageRecording
+from modal_recordings.open_recording import open_recording
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 CAMPAIGN, SENSORS = 'campaign.yaml', 'sensors.yaml'

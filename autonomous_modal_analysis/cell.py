@@ -9,10 +9,10 @@ from modal_core.share import share_path
 
 # node name, module, parameter file; the order is the order they start in
 NODES = (
-    ('abb_emulator', 'robot_bridge.emulator.emulator_node', 'emulator.yaml'),
+    ('abb_emulator', 'abb_emulator.emulator_node', 'emulator.yaml'),
     ('robot_bridge', 'robot_bridge.bridge_node', 'bridge.yaml'),
     ('excitation_planner', 'excitation_planner.planner_node', 'planner.yaml'),
-    ('oma_identifier', 'oma_identifier.identifier_node', 'identifier.yaml'),
+    ('oma_identifier', 'oma_identifier.node.identifier_node', 'identifier.yaml'),
 )
 
 

@@ -9,7 +9,7 @@ from rich.table import Table
 from autonomous_modal_analysis.results import mode_json, plain
 from autonomous_modal_analysis.terminal import OUTPUT, with_deviation
 from modal_core.mode import Mode
-from oma_identifier.comparison import Comparison, ModeChange
+from oma_identifier.compare import Comparison, ModeChange
 
 HEADINGS = (
     'first Hz',

@@ -14,8 +14,8 @@ from autonomous_modal_analysis.output import write_results
 from autonomous_modal_analysis.report import match_truth, TrueMode
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, with_deviation
 from modal_core.mode import ModeSet
+from modal_recordings.open_recording import open_recording
 from oma_identifier.settings import IdentificationSettings
-from recordings.open_recording import open_recording
 from structural_model.robot_files import load_layout, load_robot
 
 LARGEST_ERROR = 0.01

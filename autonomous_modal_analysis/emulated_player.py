@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from abb_emulator.run_plan import ArmOptions, run_plan, START_NS
 from autonomous_modal_analysis.plan_record import plan_message
 from excitation_planner.plan import ExcitationPlan
-from robot_bridge.emulator.run_plan import ArmOptions, run_plan, START_NS
 
 
 class EmulatedPlayer:

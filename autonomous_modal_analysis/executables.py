@@ -9,9 +9,9 @@ from autonomous_modal_analysis.missing import EXIT_MISSING, explain, MissingErro
 from modal_core.quiet_loading import quiet_loading
 
 NODES = {
-    'abb_emulator': 'robot_bridge.emulator.emulator_node',
+    'abb_emulator': 'abb_emulator.emulator_node',
     'excitation_planner': 'excitation_planner.planner_node',
-    'oma_identifier': 'oma_identifier.identifier_node',
+    'oma_identifier': 'oma_identifier.node.identifier_node',
     'replay': 'robot_bridge.replay_node',
     'robot_bridge': 'robot_bridge.bridge_node',
 }

@@ -11,13 +11,13 @@ from autonomous_modal_analysis.terminal import ProgressCallback
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
 from modal_core.window import Window
-from oma_identifier.analysed_band import analysed_band, below_edge
+from modal_recordings.open_recording import Recording
+from oma_identifier.covariance import analysed_band, below_edge
 from oma_identifier.identify import NO_MODE, ONLY_LINES
+from oma_identifier.motion import RobotMotion
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
-from oma_identifier.robot_motion import RobotMotion
 from oma_identifier.settings import IdentificationSettings
-from recordings.open_recording import Recording
 
 UNUSED = {
     'stamp_unconfirmed': 'their stamps agree with nothing else',
@@ -60,7 +60,7 @@ def identify_recording(
     Parameters
     ----------
     recording : Recording
-        From :func:`recordings.open_recording.open_recording`.
+        From :func:`modal_recordings.open_recording.open_recording`.
     settings : IdentificationSettings
         The defaults need no knob.  Without an upper end of the band, that of the excitation is
         taken from a plan in the recording.

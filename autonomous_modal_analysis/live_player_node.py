@@ -23,10 +23,10 @@ from excitation_planner.plan import ExcitationPlan
 from excitation_planner.ros_messages import plan_to_message
 from modal_core.errors import BridgeError
 from modal_core.ros_messages import LATCHED
-from oma_identifier.ros_messages import MESSAGE_CLASSES
+from modal_recordings.decode import JOINT_STATE
+from oma_identifier.node.ros_messages import MESSAGE_CLASSES
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
-from recordings.decode import JOINT_STATE
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 POLL_S = 0.05

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.mode import Mode
-from oma_identifier.track import relative_std, SAME_POSE_RAD
+from oma_identifier.tracking import relative_std, SAME_POSE_RAD
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.results import IdentifiedWindow

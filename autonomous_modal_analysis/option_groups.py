@@ -27,8 +27,8 @@ from autonomous_modal_analysis.options import (
 from modal_core.channel import SensorLayout
 
 if TYPE_CHECKING:
+    from modal_recordings.open_recording import Recording
     from oma_identifier.settings import IdentificationSettings
-    from recordings.open_recording import Recording
     from structural_model.flexible_joint_model import FlexibleJointModel
 
 
@@ -50,7 +50,7 @@ class Source:
         RecordingError
             It cannot be read.
         """
-        from recordings.open_recording import open_recording
+        from modal_recordings.open_recording import open_recording
 
         return open_recording(
             self.recording,

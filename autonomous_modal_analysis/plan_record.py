@@ -6,11 +6,11 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from oma_identifier.analysed_band import sharp_edge_hz
-from recordings.message_recording import MessageRecording
-from recordings.open_recording import Recording
-from recordings.raw_message import RawMessage
-from recordings.schemas import differing_field, typestore
+from modal_recordings.message_recording import MessageRecording
+from modal_recordings.open_recording import Recording
+from modal_recordings.raw_message import RawMessage
+from modal_recordings.schemas import differing_field, typestore
+from oma_identifier.covariance import sharp_edge_hz
 
 if TYPE_CHECKING:
     # The planner brings the robot's model with it, which reading a recording does without.

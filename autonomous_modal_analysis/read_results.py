@@ -14,7 +14,7 @@ from autonomous_modal_analysis.terminal import progress_bar
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.mode import Mode, ModeSet
-from recordings.open_recording import open_recording
+from modal_recordings.open_recording import open_recording
 
 RESULTS = 'modes.json'
 LARGEST_BYTES = 500_000_000

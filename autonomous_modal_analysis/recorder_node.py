@@ -12,9 +12,9 @@ from rclpy.node import Node
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from oma_identifier.polled_topic_node import PolledGroup, PolledTopic
-from recordings.raw_message import RawMessage
-from recordings.writer import RecordingWriter
+from modal_recordings.raw_message import RawMessage
+from modal_recordings.writer import RecordingWriter
+from oma_identifier.node.polled_topic_node import PolledGroup, PolledTopic
 
 DEPTH = 8000
 POLL_S = 0.05

@@ -95,7 +95,7 @@ def replay(
     environment = own_domain()
     identifier = NodeCommand(
         name=IDENTIFIER,
-        module='oma_identifier.identifier_node',
+        module='oma_identifier.node.identifier_node',
         parameter_file=parameter_file(IDENTIFIER),
         parameters=settings.identifier_parameters,
     )

@@ -18,7 +18,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode, ModeSet
 from modal_core.quality import DataQuality
 from modal_core.window import Pose
-from oma_identifier.analysed_band import AnalysedBand
+from oma_identifier.covariance import AnalysedBand
 
 CSV_COLUMNS = (
     'window',

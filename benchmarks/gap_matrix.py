@@ -31,11 +31,10 @@ from modal_core.atomic_file import write_text  # noqa: E402
 from modal_core.channel import Sensor, SensorLayout  # noqa: E402
 from modal_core.share import share_path  # noqa: E402
 from modal_core.side_by_side import processor_time_s  # noqa: E402
-from model_gap.adequacy import adequacy  # noqa: E402
-from model_gap.campaign import Campaign, GapRecord  # noqa: E402
+from model_gap.campaign import at_times, Campaign, GapRecord  # noqa: E402
+from model_gap.decide.adequacy import adequacy  # noqa: E402
 from model_gap.find_gap import find_gap  # noqa: E402
 from model_gap.gap_json import found_effects  # noqa: E402
-from model_gap.resample import at_times  # noqa: E402
 from structural_model import load_robot  # noqa: E402
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')

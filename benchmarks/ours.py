@@ -19,8 +19,8 @@ def idle() -> Call:
 
 def ssi_cov(n_references: int) -> Call:
     """The block Hankel matrix of the peer, edges of the record included: equal poles."""
-    from oma_identifier.hankel_gram import HankelGram
-    from oma_identifier.ssi_data import poles_of_projection
+    from oma_identifier.covariance import HankelGram
+    from oma_identifier.subspace import poles_of_projection
 
     def call(rows: NDArray[np.float64], rate_hz: float) -> Found:
         references = rows[:, reference_channels(n_references)]
@@ -34,9 +34,15 @@ def ssi_cov(n_references: int) -> Call:
 
 def ssi_cov_std(which: str) -> Call:
     """Poles of all orders, step 1, with 6 references; σ of `all`, of one a `mode`, of `none`."""
-    from oma_identifier.output_covariance import CovarianceAccumulator
-    from oma_identifier.ssi_cov import factorise, MultiOrder, poles_of_orders
-    from oma_identifier.uncertainty import deviation_from, influence, PoleSensitivity
+    from oma_identifier.covariance import CovarianceAccumulator
+    from oma_identifier.subspace import (
+        deviation_from,
+        factorise,
+        influence,
+        MultiOrder,
+        poles_of_orders,
+        PoleSensitivity,
+    )
 
     def call(rows: NDArray[np.float64], rate_hz: float) -> Found:
         block = len(rows) // N_BLOCKS
@@ -85,7 +91,7 @@ def _one_a_mode(
 
 
 def ssi_data(n_references: int) -> Call:
-    from oma_identifier.ssi_data import ssi_data as solve
+    from oma_identifier.subspace.ssi_data import ssi_data as solve
 
     def call(rows: NDArray[np.float64], rate_hz: float) -> Found:
         poles = solve(rows, reference_channels(n_references), BLOCK_ROWS, ORDERS)
@@ -96,7 +102,7 @@ def ssi_data(n_references: int) -> Call:
 
 def plscf_poles(highest: int) -> Call:
     """All channels as references, like the peer, up to its order."""
-    from oma_identifier.plscf import plscf
+    from oma_identifier.methods.plscf import plscf
 
     def call(rows: NDArray[np.float64], rate_hz: float) -> Found:
         poles = plscf(rows, np.arange(rows.shape[1]), 512, range(2, highest + 1))

@@ -13,14 +13,11 @@ from benchmarks.scatter import match
 from benchmarks.table import Line
 from modal_core.mode import Mode
 from modal_core.samples import Samples
-from oma_identifier.band_stream import BandStream
-from oma_identifier.bands import plan_bands
-from oma_identifier.condition import Decimation
+from oma_identifier.covariance import Decimation, plan_bands, WhenFull
 from oma_identifier.identify import identify_samples
-from oma_identifier.output_covariance import WhenFull
-from oma_identifier.selection import select_in_band
+from oma_identifier.selection import identify_band, select_in_band
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.ssi_poles import identify_band
+from oma_identifier.subspace import BandStream
 
 FIRST_SEED = 72000
 LINES = ((24.0, 0.5), (48.0, 0.25), (72.0, 0.12))

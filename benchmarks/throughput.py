@@ -12,14 +12,13 @@ from autonomous_modal_analysis.identification import identify_recording
 from benchmarks.plant import chain_plant, simulate
 from benchmarks.table import Line
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
-from oma_identifier.sample_buffer import SampleBuffer
+from modal_recordings.cdr import IMU
+from modal_recordings.decode import BLOCK
+from modal_recordings.encode import encode
+from modal_recordings.open_recording import open_recording
+from modal_recordings.writer import RecordingWriter
+from oma_identifier.intake import SampleBuffer, TopicIntake
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.topic_intake import TopicIntake
-from recordings.cdr import IMU
-from recordings.decode import BLOCK
-from recordings.encode import encode
-from recordings.open_recording import open_recording
-from recordings.writer import RecordingWriter
 
 START_NS = 1_700_000_000 * NANOSECONDS_PER_SECOND
 N_IMUS, IMU_HZ, BLOCK_HZ, N_CHANNELS = 6, 1000, 4096, 42

@@ -8,12 +8,11 @@ from threadpoolctl import threadpool_limits
 
 from modal_core.errors import ModelError
 from model_gap.campaign import Campaign
-from model_gap.decide import decide, Decision, Verdict
+from model_gap.decide import decide, Decision, gap_fraction, locate, noise_floor, Verdict, Where
+from model_gap.fit import split
 from model_gap.hypothesis import Hypothesis
-from model_gap.locate import gap_fraction, locate, noise_floor, Where
+from model_gap.predict import compile_laws
 from model_gap.search import Search, SearchSettings
-from model_gap.split import split
-from model_gap.step_torque import compile_laws
 from structural_model import FlexibleJointModel
 
 

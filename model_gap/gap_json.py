@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from modal_core.atomic_file import write_text
-from model_gap.comparison.as_json import comparison_mapping
-from model_gap.comparison.compare import Comparison
+from model_gap.comparison import Comparison, comparison_mapping
 from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
-from model_gap.hypothesis import Hypothesis
-from model_gap.known_effects import known_effects
+from model_gap.hypothesis import Hypothesis, known_effects
 from model_gap.search import Candidate
 from structural_model.spec import KnownEffect
 

@@ -10,7 +10,7 @@ import tempfile
 from model_gap.comparison import Comparison
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import write_gap_json
-from model_gap.report.page import write_report
+from model_gap.report import write_report
 from model_gap.updated_model import write_updated_model
 
 FOUND, REPORT = 'gap.json', 'report.html'

@@ -10,7 +10,7 @@ from modal_core.atomic_file import atomic_path, write_text
 from modal_core.channel import SensorLayout
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects
-from model_gap.known_effects import corrected_layout
+from model_gap.hypothesis import corrected_layout
 from structural_model import FlexibleJointModel
 from structural_model.robot_writer import model_mapping
 from structural_model.spec import KnownEffect

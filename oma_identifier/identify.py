@@ -13,28 +13,32 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
-from oma_identifier.adopt import adopt_refined, Adopted
-from oma_identifier.band_stream import BandCovariance, BandStream
-from oma_identifier.bands import Band, plan_bands
-from oma_identifier.condition import Decimation
-from oma_identifier.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
-from oma_identifier.line_evidence import LineEvidence
-from oma_identifier.line_removal import without_lines
-from oma_identifier.new_modes import NewModeTest, without_doubtful
+from oma_identifier.covariance import Band, Decimation, plan_bands, WhenFull
+from oma_identifier.motion import never, PeakTest
 from oma_identifier.one_thread import one_thread
-from oma_identifier.output_covariance import WhenFull
-from oma_identifier.peaks import SpectralPeaks
+from oma_identifier.refinement import adopt_refined, Adopted
 from oma_identifier.result import WindowResult
-from oma_identifier.robot_signals import never, PeakTest
 from oma_identifier.selection import (
     BandSelection,
-    select_in_band,
+    BandSelector,
+    NewModeTest,
     SelectedPole,
+    without_doubtful,
     without_repeats,
 )
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.spectrum import singular_value_spectrum
-from oma_identifier.ssi_poles import identify_band
+from oma_identifier.spectra import (
+    CHANCE,
+    CHANCE_SHARP,
+    Line,
+    line_at,
+    LineEvidence,
+    singular_value_spectrum,
+    SpectralPeaks,
+    SUSPECT_DAMPING,
+    without_lines,
+)
+from oma_identifier.subspace import BandCovariance, BandStream
 
 FEW_ROWS = 1000
 SAME_LINE = 0.003
@@ -91,14 +95,17 @@ def identify_samples(
     """
     settings = settings or IdentificationSettings()
     check_samples(samples)
+    selector = BandSelector()
     with one_thread():
         sources = _sources(samples, settings, progress)
         test_line, peaks = line_tester(samples), SpectralPeaks(samples)
-        found = identify_bands(sources, samples.channels, settings, test_line, never, peaks)
+        found = identify_bands(
+            sources, samples.channels, settings, test_line, never, peaks, selector
+        )
         evidence = line_evidence(samples, found)
         found = without_explained(found, evidence)
         if settings.refines:
-            found = refine_found(samples, found, sources, settings)
+            found = refine_found(samples, found, sources, settings, selector=selector)
             found = without_explained(found, evidence)
         highest_hz = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)[0].high_hz
         spectrum = singular_value_spectrum(samples, highest_hz)
@@ -160,6 +167,7 @@ def refine_found(
     settings: IdentificationSettings,
     explains: PeakTest = never,
     adopt: Adopt = adopt_refined,
+    selector: BandSelector | None = None,
 ) -> Identified:
     """Return what was found more precisely, at more cost.
 
@@ -180,6 +188,8 @@ def refine_found(
         As for :func:`identify_bands`.
     adopt : callable
         Refines the modes of samples with lines.
+    selector : BandSelector or None
+        As for :func:`identify_bands`.
     """
     if len(found.harmonics):
         lines_hz = found.harmonics.frequency_hz
@@ -193,7 +203,9 @@ def refine_found(
             for source in sources
         ]
         test_line, peaks = line_tester(samples, found.harmonics), SpectralPeaks(samples)
-        again = identify_bands(freed, samples.channels, settings, test_line, explains, peaks)
+        again = identify_bands(
+            freed, samples.channels, settings, test_line, explains, peaks, selector
+        )
         found = replace(
             again, harmonics=found.harmonics, poles=_with_images(again.poles, found.poles)
         )
@@ -273,6 +285,7 @@ def identify_bands(
     test_line: LineTest,
     explains: PeakTest = never,
     peaks: SpectralPeaks | None = None,
+    selector: BandSelector | None = None,
 ) -> Identified:
     """Solve every band, select the modes and sort out the harmonics.
 
@@ -290,12 +303,14 @@ def identify_bands(
         Tells a peak that motion of the robot explains from a mode.
     peaks : SpectralPeaks or None
         Of the samples behind the covariances, where they are at hand.
+    selector : BandSelector or None
+        Knows what it selected before from the same covariances; None: nothing.
     """
-    selections = []
-    for source in sources:
-        selection = None if source is None else _selection(source, settings, peaks)
-        if selection is not None:
-            selections.append(selection)
+    selector = selector or BandSelector()
+    selected = (
+        selector.select(source, settings, peaks) for source in sources if source is not None
+    )
+    selections = [selection for selection in selected if selection is not None]
     names = tuple(channel.name for channel in channels)
     poles = without_repeats([pole for each in selections for pole in each.selected])
     lines = _lines(selections, poles, test_line)
@@ -310,17 +325,6 @@ def identify_bands(
     modes = ModeSet(tuple(_mode(pole) for pole in kept), names, settings.method)
     harmonics = ModeSet(tuple(harmonic(line) for line in lines), names, settings.method)
     return Identified(modes, harmonics, _table(selections, kept, lines, len(names)))
-
-
-def _selection(
-    source: BandCovariance, settings: IdentificationSettings, peaks: SpectralPeaks | None
-) -> BandSelection | None:
-    """Select the modes of one band; covariances that were solved before are not solved again."""
-    if settings not in source.solved:
-        band = identify_band(source, settings)
-        selected = None if band is None else select_in_band(band, settings, peaks)
-        source.solved[settings] = selected
-    return source.solved[settings]
 
 
 def _lines(

@@ -24,8 +24,7 @@ from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
-from oma_identifier.adopt import Adoption
-from oma_identifier.harmonics import line_at
+from oma_identifier.covariance import WhenFull
 from oma_identifier.identify import (
     check_samples,
     explain,
@@ -37,32 +36,34 @@ from oma_identifier.identify import (
     with_lines,
     without_explained,
 )
-from oma_identifier.in_step import Synchroniser
-from oma_identifier.kept_record import KeptRecord
-from oma_identifier.known_inputs import split_inputs, with_inputs
-from oma_identifier.methods import identify_by
-from oma_identifier.one_thread import one_thread
-from oma_identifier.output_covariance import WhenFull
-from oma_identifier.peaks import SpectralPeaks
-from oma_identifier.record_streams import RecordStreams
-from oma_identifier.result import WindowResult
-from oma_identifier.robot_motion import RobotMotion
-from oma_identifier.robot_signals import (
+from oma_identifier.intake import SampleBuffer
+from oma_identifier.methods import identify_by, KeptRecord
+from oma_identifier.motion import (
     Cleaned,
     never,
     PeakTest,
+    RobotMotion,
     RobotSignals,
+    split_inputs,
     with_flags,
+    with_inputs,
 )
-from oma_identifier.sample_buffer import SampleBuffer
+from oma_identifier.one_thread import one_thread
+from oma_identifier.refinement import Adoption
+from oma_identifier.result import WindowResult
+from oma_identifier.selection import BandSelector
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.spectrum import (
+from oma_identifier.spectra import (
     empty_spectrum,
+    line_at,
     REFRESHED,
     singular_value_spectrum,
     SingularValueSpectrum,
     SlidingSpectrum,
+    SpectralPeaks,
 )
+from oma_identifier.subspace import RecordStreams
+from oma_identifier.synchrony import Synchroniser
 from oma_identifier.tracking import ModeTracker, TrackedModes
 from oma_identifier.whole_record import WholeRecord
 
@@ -105,6 +106,7 @@ class IdentificationPipeline:
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
         self._adopt = Adoption()
+        self._selector = BandSelector()
         refreshed = 1.0 if only_whole else REFRESHED
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz, refreshed)
         method = self.settings.method
@@ -174,6 +176,7 @@ class IdentificationPipeline:
             lambda frequency_hz: line_at(samples, frequency_hz),
             cleaned.explains,
             SpectralPeaks(samples),
+            self._selector,
         )
         # Where hops are short a search for lines that nobody suspects would cost too much.
         looks = self.settings.refines or len(found.harmonics)
@@ -188,7 +191,13 @@ class IdentificationPipeline:
             give_back()
         if self.settings.refines:
             found = refine_found(
-                samples, found, sources, self.settings, cleaned.explains, self._adopt
+                samples,
+                found,
+                sources,
+                self.settings,
+                cleaned.explains,
+                self._adopt,
+                self._selector,
             )
             found = without_explained(found, evidence)
         self.last_tracked = self.tracker.update(found.modes, window.pose)

@@ -6,7 +6,7 @@ from modal_core.mode import ModeSet
 from modal_core.poles import PoleTable
 from modal_core.quality import DataQuality
 from modal_core.window import Pose
-from oma_identifier.spectrum import SingularValueSpectrum
+from oma_identifier.spectra import SingularValueSpectrum
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from modal_core.errors import IdentificationError
 from modal_core.mode import Mode, ModeSet
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
-from oma_identifier.harmonics import Line
+from oma_identifier.covariance import WhenFull
 from oma_identifier.identify import (
     explain,
     harmonic,
@@ -18,13 +18,11 @@ from oma_identifier.identify import (
     without_explained,
     without_modes,
 )
-from oma_identifier.line_evidence import LineEvidence
-from oma_identifier.output_covariance import WhenFull
-from oma_identifier.record_streams import RecordStreams
+from oma_identifier.motion import never, PeakTest
 from oma_identifier.result import WindowResult
-from oma_identifier.robot_signals import never, PeakTest
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.spectrum import SingularValueSpectrum
+from oma_identifier.spectra import Line, LineEvidence, SingularValueSpectrum
+from oma_identifier.subspace import RecordStreams
 
 SAME_LINE = 0.003
 MOST_STRETCHES = 4

@@ -10,9 +10,9 @@ import time
 from google.protobuf import descriptor_pb2
 
 from modal_core.errors import RecordingError
-from recordings import RecordingWriter
-from recordings.bridge_events import EVENT_TOPIC, EVENT_TYPE
-from recordings.encode import ENCAPSULATION
+from modal_recordings import RecordingWriter
+from modal_recordings.bridge_events import EVENT_TOPIC, EVENT_TYPE
+from modal_recordings.encode import ENCAPSULATION
 from robot_bridge.egm_link import Packet
 from robot_bridge.egm_messages import file_descriptor, PACKAGE
 

@@ -6,10 +6,10 @@ import re
 
 from modal_core.errors import SettingsError
 from modal_core.measurements import JointSamples, Measurement, NANOSECONDS_PER_SECOND, SampleBlock
-from recordings.array_recording import ArrayRecording
-from recordings.encode import encode
-from recordings.open_recording import Recording
-from recordings.raw_message import RawMessage
+from modal_recordings.array_recording import ArrayRecording
+from modal_recordings.encode import encode
+from modal_recordings.open_recording import Recording
+from modal_recordings.raw_message import RawMessage
 
 LARGEST_BLOCK_BYTES = 64_000
 BLOCK_TOPIC, JOINT_TOPIC = 'acceleration_block', '/joint_states'

@@ -18,8 +18,8 @@ from std_srvs.srv import SetBool, Trigger
 from modal_core.errors import ModalAnalysisError, RecordingError
 from modal_core.ros_messages import LATCHED, parameter_descriptor, stamp
 from modal_core.run_node import RCLError, run_node
+from modal_recordings.open_recording import open_recording, Recording
 from oma_msgs.msg import BridgeState
-from recordings.open_recording import open_recording, Recording
 from robot_bridge.operator_flow import FlowState
 from robot_bridge.playback import DueMessage, parse_remap, Playback, PlaybackSettings
 

@@ -92,7 +92,7 @@ def test_commands_of_the_first_gap_have_these_options(line):
 def test_arm_of_the_first_gap_is_one_the_emulator_takes():
     import yaml
 
-    from robot_bridge.emulator.run_plan import ArmOptions
+    from abb_emulator.run_plan import ArmOptions
 
     text = GAP_PAGE.read_text()
     block = text.split('```yaml\n')[1].split('```')[0]

@@ -14,11 +14,11 @@ from autonomous_modal_analysis.cell import NODES as CELL
 from autonomous_modal_analysis.executables import NODES
 from autonomous_modal_analysis.missing import ROS
 from modal_core.measurements import SampleBlock
-from recordings import RecordingWriter
-from recordings.encode import encode
+from modal_recordings import RecordingWriter
+from modal_recordings.encode import encode
 from test.test_package import executables, ROOMS, ROOT, setup_arguments
 
-DEFINITIONS = 'recordings/oma_msgs_definitions'
+DEFINITIONS = 'modal_recordings/oma_msgs_definitions'
 # Modules whose distribution, or package of ROS, has another name.
 DISTRIBUTIONS = {
     'coal': 'pin',
@@ -82,7 +82,7 @@ def test_an_install_reads_blocks(installed, messages, tmp_path):
             writer.write(message.topic, message.message_type, message.log_time_ns, message.data)
     code = (
         'import recordings\n'
-        f'assert recordings.__file__.startswith({str(installed)!r})\n'
+        f'assert modal_recordings.__file__.startswith({str(installed)!r})\n'
         'recording = recordings.open_recording(sys.argv[1])\n'
         'print(sum(part.acceleration.sum() for part in recording.measurements()))'
     )

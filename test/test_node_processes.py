@@ -15,10 +15,10 @@ pytest.importorskip('oma_msgs')
 pytestmark = pytest.mark.node
 
 MODULES = {
-    'oma_identifier': 'oma_identifier.identifier_node',
+    'oma_identifier': 'oma_identifier.node.identifier_node',
     'excitation_planner': 'excitation_planner.planner_node',
     'robot_bridge': 'robot_bridge.bridge_node',
-    'abb_emulator': 'robot_bridge.emulator.emulator_node',
+    'abb_emulator': 'abb_emulator.emulator_node',
     'replay': 'robot_bridge.replay_node',
 }
 

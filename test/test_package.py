@@ -12,11 +12,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = (
     'modal_core',
-    'recordings',
+    'modal_recordings',
     'oma_identifier',
     'structural_model',
     'excitation_planner',
     'robot_bridge',
+    'abb_emulator',
     'model_gap',
     'autonomous_modal_analysis',
 )
@@ -119,14 +120,26 @@ for name in {modules!r}:
 def test_arrows_between_rooms_point_one_way():
     allowed = {
         'modal_core': set(),
-        'recordings': {'modal_core'},
-        'oma_identifier': {'modal_core', 'recordings'},
+        'modal_recordings': {'modal_core'},
+        'oma_identifier': {'modal_core', 'modal_recordings'},
         'structural_model': {'modal_core'},
         'excitation_planner': {'modal_core', 'structural_model'},
-        'robot_bridge': {'modal_core', 'recordings', 'structural_model', 'excitation_planner'},
+        'robot_bridge': {
+            'modal_core',
+            'modal_recordings',
+            'structural_model',
+            'excitation_planner',
+        },
+        'abb_emulator': {
+            'modal_core',
+            'modal_recordings',
+            'structural_model',
+            'excitation_planner',
+            'robot_bridge',
+        },
         'model_gap': {
             'modal_core',
-            'recordings',
+            'modal_recordings',
             'structural_model',
             'oma_identifier',
             'excitation_planner',
@@ -134,13 +147,86 @@ def test_arrows_between_rooms_point_one_way():
     }
     for room, may in allowed.items():
         for path in (ROOT / room).rglob('*.py'):
-            for node in ast.walk(ast.parse(path.read_text())):
-                names = []
-                if isinstance(node, ast.Import):
-                    names = [alias.name for alias in node.names]
-                elif isinstance(node, ast.ImportFrom) and node.module:
-                    names = [node.module]
-                for name in names:
-                    other = name.split('.')[0]
-                    if other in ROOMS and other != room:
-                        assert other in may, f'{path.relative_to(ROOT)} imports {name}'
+            for name in imported(path):
+                other = name.split('.')[0]
+                if other in ROOMS and other != room:
+                    assert other in may, f'{path.relative_to(ROOT)} imports {name}'
+
+
+def imported(path: Path) -> list[str]:
+    """Return the full names of what a file imports, wherever in it."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names += [f'{node.module}.{alias.name}' for alias in node.names]
+    return names
+
+
+FOLDED = ('oma_identifier', 'model_gap')
+"""Rooms whose folders show the method."""
+
+
+def folder_of(room: str, parts: tuple[str, ...]) -> str:
+    """Return the folder of a module in a room, or the module itself where it lies flat."""
+    return parts[0] if (ROOT / room / parts[0]).is_dir() else f'{parts[0]}.py'
+
+
+def arrows_inside(room: str) -> dict[str, set[str]]:
+    """Return which folders (and flat files) of a room import which others."""
+    arrows: dict[str, set[str]] = {}
+    for path in (ROOT / room).rglob('*.py'):
+        here = path.relative_to(ROOT / room)
+        if here == Path('__init__.py'):
+            continue
+        mine = folder_of(room, here.with_suffix('').parts)
+        others = arrows.setdefault(mine, set())
+        for name in imported(path):
+            of, *parts = name.split('.')
+            if of == room and folder_of(room, tuple(parts)) != mine:
+                others.add(folder_of(room, tuple(parts)))
+    return arrows
+
+
+@pytest.mark.parametrize('room', FOLDED)
+def test_arrows_inside_a_room_make_no_circle(room):
+    arrows = arrows_inside(room)
+    while arrows:
+        ends = {name for name, others in arrows.items() if not others & set(arrows)}
+        assert ends, f'{room}: {sorted(arrows)} import one another in a circle'
+        arrows = {name: others for name, others in arrows.items() if name not in ends}
+
+
+@pytest.mark.parametrize('room', FOLDED)
+def test_folders_are_entered_by_their_doors(room):
+    """Other folders import what a folder's ``__init__.py`` lists, and nothing behind it."""
+    for path in (file for each in ROOMS for file in (ROOT / each).rglob('*.py')):
+        for name in imported(path):
+            of, *parts = name.split('.')
+            folder = ROOT / room / parts[0] if of == room and parts else None
+            if folder is None or not folder.is_dir() or path.is_relative_to(folder):
+                continue
+            if parts[1].endswith(('_node', 'ros_messages')):
+                continue  # middleware: a door that imported it would ask ROS of everyone
+            assert parts[1] in doors(folder), f'{path.relative_to(ROOT)} imports {name}'
+
+
+def doors(folder: Path) -> list[str]:
+    """Return the public names of a folder."""
+    for node in ast.parse((folder / '__init__.py').read_text()).body:
+        if isinstance(node, ast.Assign) and node.targets[0].id == '__all__':
+            return ast.literal_eval(node.value)
+    return []
+
+
+@pytest.mark.parametrize('room', FOLDED)
+def test_at_most_twelve_files_lie_flat(room):
+    assert len(list((ROOT / room).glob('*.py'))) <= 12
+
+
+@pytest.mark.parametrize('room', FOLDED)
+def test_every_folder_says_what_comes_in_and_what_goes_out(room):
+    for door in (ROOT / room).glob('*/__init__.py'):
+        text = ast.get_docstring(ast.parse(door.read_text())) or ''
+        assert 'n come' in text and 'out go' in text, door.relative_to(ROOT)

@@ -67,6 +67,7 @@ def campaign(
     from contextlib import nullcontext
     from dataclasses import replace
 
+    from abb_emulator.run_plan import ArmOptions
     from autonomous_modal_analysis.campaign_plan import (
         CampaignWish,
         check_all,
@@ -80,7 +81,6 @@ def campaign(
     from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, progress_bar
     from excitation_planner.request import PlanRequest
     from modal_core.yaml_file import load_yaml
-    from robot_bridge.emulator.run_plan import ArmOptions
     from structural_model.robot_files import load_layout, load_robot
 
     model, layout = load_robot(robot), load_layout(robot, sensors)

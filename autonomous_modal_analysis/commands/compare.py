@@ -31,7 +31,7 @@ def compare(
     from autonomous_modal_analysis.change_view import changes_json, show_changes
     from autonomous_modal_analysis.read_results import modes_of
     from autonomous_modal_analysis.terminal import print_json
-    from oma_identifier.comparison import compare as paired
+    from oma_identifier.compare import compare as paired
 
     found = paired(modes_of(first, identifier), modes_of(second, identifier))
     if json:

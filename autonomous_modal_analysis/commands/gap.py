@@ -38,11 +38,11 @@ def gap(
 
     from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
     from modal_core.side_by_side import processor_time_s
+    from model_gap.campaign import campaign_layout, read_campaign
     from model_gap.comparison import compare
     from model_gap.find_gap import find_gap
     from model_gap.gap_json import gap_mapping
-    from model_gap.read_campaign import campaign_layout, read_campaign
-    from model_gap.report.words import summary_lines
+    from model_gap.report import summary_lines
     from model_gap.result_folder import ResultFolder
     from structural_model import load_robot
 

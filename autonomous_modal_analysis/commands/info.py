@@ -8,7 +8,7 @@ from autonomous_modal_analysis.option_groups import grouped, Source
 from autonomous_modal_analysis.options import Json
 
 if TYPE_CHECKING:
-    from recordings.info import TopicSummary
+    from modal_recordings.info import TopicSummary
 
 MOST_NAMED = 3
 
@@ -28,8 +28,8 @@ def info(source: Source, json: Json = False) -> None:
 
     from autonomous_modal_analysis.results import plain
     from autonomous_modal_analysis.terminal import OUTPUT, print_json
-    from recordings.bridge_events import last_events
-    from recordings.message_recording import MessageRecording
+    from modal_recordings.bridge_events import last_events
+    from modal_recordings.message_recording import MessageRecording
 
     recording = source.open(to_look=True)
     found = recording.info()

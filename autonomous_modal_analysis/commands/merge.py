@@ -39,7 +39,7 @@ def merge(
     from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT, print_json
     from modal_core.channel import Channel
     from modal_core.errors import SettingsError
-    from oma_identifier.merging import merge_modes, shared_channels
+    from oma_identifier.compare import merge_modes, shared_channels
 
     if len(setups) < 2:
         raise SettingsError('nothing to merge', found=len(setups), expected='two set-ups or more')

@@ -41,7 +41,7 @@ def replay(
     from autonomous_modal_analysis.replay_session_node import replay as run
     from autonomous_modal_analysis.terminal import MESSAGES, print_json, progress_bar
     from modal_core.errors import SettingsError
-    from oma_identifier.analysed_band import below_edge
+    from oma_identifier.covariance import below_edge
 
     # Opened and built here too: what is wrong is said before any node starts.
     recording = source.open()

@@ -9,7 +9,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.poles import PoleStatus
 from modal_core.quality import ChannelQuality, DataQuality
-from oma_identifier.analysed_band import AnalysedBand
+from oma_identifier.covariance import AnalysedBand
 
 STATUS_WORDS = {
     PoleStatus.KEPT: 'belongs to a mode',

@@ -9,10 +9,10 @@ import numpy as np
 
 from benchmarks.faults.scene import measurements, Scene, START_NS
 from modal_core.measurements import Measurement, SampleBlock
-from oma_identifier.topic_intake import TopicIntake
-from recordings.encode import encode
-from recordings.open_recording import open_recording
-from recordings.writer import RecordingWriter
+from modal_recordings.encode import encode
+from modal_recordings.open_recording import open_recording
+from modal_recordings.writer import RecordingWriter
+from oma_identifier.intake import TopicIntake
 
 Way = Callable[[np.random.Generator, Scene, 'Notes'], Iterator[Measurement]]
 

@@ -31,7 +31,7 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.samples import Samples
 from oma_identifier.methods import identify_by
-from oma_identifier.spectrum import SingularValueSpectrum
+from oma_identifier.spectra import SingularValueSpectrum
 from structural_model import load_layout
 
 SEED = 2025

@@ -12,12 +12,11 @@ from scipy.optimize import linear_sum_assignment
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from model_gap.campaign import GapRecord
+from model_gap.cell import Nuisance, Setup
 from model_gap.comparison.identified import identified_modes
+from model_gap.fit import pose_groups
 from model_gap.hypothesis import Hypothesis
-from model_gap.nuisance import Nuisance
 from model_gap.search import Search
-from model_gap.setup import Setup
-from model_gap.split import pose_groups
 from structural_model import FlexibleJointModel
 
 Array = NDArray[np.float64]

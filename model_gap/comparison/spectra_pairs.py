@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from model_gap.campaign import BAND_EDGES_HZ, Complex, RecordSpectra
 from model_gap.hypothesis import Hypothesis
 from model_gap.search import Search
-from model_gap.spectra import BAND_EDGES_HZ, Complex, RecordSpectra
 
 
 @dataclass(frozen=True)

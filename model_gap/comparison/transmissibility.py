@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model_gap.campaign import Complex
 from model_gap.comparison.spectra_pairs import SpectraPair, used_bands
-from model_gap.spectra import Complex
 
 # Neighbouring Hann bins share information: independent ones per bin.
 INDEPENDENT = 0.67

@@ -1,4 +1,8 @@
-"""The catalogue: one file per effect, one explicit list."""
+"""The catalogue of physical effects: one file per effect, one explicit list.
+
+In comes a robot model; out go its variants with an effect at a place and of a size.  An effect
+changes masses, springs and dampers, adds a law of a joint, a line, or a fault of a sensor.
+"""
 
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.base_compliance import BaseCompliance
@@ -10,9 +14,10 @@ from model_gap.effects.joint_damping import JointDamping
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.link_flexibility import LinkFlexibility
 from model_gap.effects.payload import Payload
+from model_gap.effects.places import arm_mass, moving_links
 from model_gap.effects.rod_spring import RodSpring
 from model_gap.effects.sensor_axis_swap import SensorAxisSwap
-from model_gap.effects.sensor_delay import SensorDelay
+from model_gap.effects.sensor_delay import delay_step, SensorDelay
 from model_gap.effects.sensor_gain import SensorGain
 from model_gap.effects.sensor_mass import SensorMass
 from model_gap.effects.sensor_mount_resonance import SensorMountResonance
@@ -49,4 +54,12 @@ CATALOGUE: tuple[type[Effect], ...] = (
     SensorMass,
 )
 
-__all__ = ['CATALOGUE', 'Effect', 'EffectParameter', 'Scene']
+__all__ = [
+    'CATALOGUE',
+    'Effect',
+    'EffectParameter',
+    'Scene',
+    'arm_mass',
+    'delay_step',
+    'moving_links',
+]

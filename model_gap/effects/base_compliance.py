@@ -6,10 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from model_gap.cell import Nuisance, Setup
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest
-from model_gap.nuisance import Nuisance
-from model_gap.setup import Setup
 from structural_model.spec import Spring
 
 SIDEWAYS, ROCKING = (0, 1), (3, 4)

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from model_gap.cell import Setup
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.sensor_delay import delay_step
-from model_gap.setup import Setup
 
 
 class CommandDelay(Effect):

@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
+from model_gap.cell import BETWEEN_LINKS, JointForce, marked, Setup
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.joint_vector import BETWEEN_LINKS, marked
 from model_gap.laws import FrictionLaw, JointFrictionLaw
-from model_gap.setup import JointForce, Setup
 
 WHOLE_JOINT = 'whole joint'
 # Of the joint's own compliance.  What gives way more is a lossy spring rather than friction.

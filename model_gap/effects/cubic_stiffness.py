@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
+from model_gap.cell import JointForce, Setup
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.laws import CubicLaw
-from model_gap.setup import JointForce, Setup
 
 
 class CubicStiffness(Effect):

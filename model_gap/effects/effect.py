@@ -8,9 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.joint_vector import BETWEEN_LINKS, is_coupled, marked
-from model_gap.nuisance import Nuisance
-from model_gap.setup import Ripple, Setup
+from model_gap.cell import BETWEEN_LINKS, is_coupled, marked, Nuisance, Ripple, Setup
 from structural_model import FlexibleJointModel
 
 FEW_STARTS = 4

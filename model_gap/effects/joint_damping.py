@@ -5,9 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from model_gap.cell import change_drive, Nuisance, Setup
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.nuisance import change_drive, Nuisance
-from model_gap.setup import Setup
 from structural_model.spec import Spring
 
 

@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
+from model_gap.cell import Nuisance, Setup
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, body_of, centre, moving_links, Place, unused_name
-from model_gap.nuisance import Nuisance
-from model_gap.setup import Setup
 from structural_model.spec import MassSpec
 
 

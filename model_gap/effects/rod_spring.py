@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from model_gap.cell import Setup
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest, unused_name
-from model_gap.setup import Setup
 from structural_model.spec import RodSpec, Spring
 
 

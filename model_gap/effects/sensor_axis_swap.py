@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from model_gap.cell import Setup
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.sensor_effect import axes_of, mixing_step, SensorEffect
-from model_gap.setup import Setup
 
 
 class SensorAxisSwap(SensorEffect):

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from model_gap.campaign import Complex
+from model_gap.cell import Filter, Setup
 from model_gap.effects.effect import Effect, Scene
-from model_gap.setup import Filter, Setup
-from model_gap.spectra import Complex
 
 
 class SensorEffect(Effect):

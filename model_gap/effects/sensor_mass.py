@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
+from model_gap.cell import Setup
 from model_gap.effects.effect import EffectParameter, Scene
 from model_gap.effects.places import unused_name
 from model_gap.effects.sensor_effect import SensorEffect
-from model_gap.setup import Setup
 from structural_model.spec import MassSpec
 
 

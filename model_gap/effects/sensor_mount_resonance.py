@@ -6,10 +6,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from model_gap.campaign import Complex
+from model_gap.cell import Filter, Setup
 from model_gap.effects.effect import DetailedEffect, EffectParameter, Scene
 from model_gap.effects.sensor_effect import AxisEffect
-from model_gap.setup import Filter, Setup
-from model_gap.spectra import Complex
 
 
 class SensorMountResonance(DetailedEffect, AxisEffect):

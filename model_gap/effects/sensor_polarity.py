@@ -3,10 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
+from model_gap.cell import gain_step, Setup
 from model_gap.effects.effect import EffectParameter, Scene
 from model_gap.effects.sensor_effect import AxisEffect
-from model_gap.nuisance import gain_step
-from model_gap.setup import Setup
 
 
 class SensorPolarity(AxisEffect):

@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from model_gap.cell import Setup
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.sensor_effect import mixing_step, SensorEffect
-from model_gap.setup import Setup
 
 
 class SensorRotation(SensorEffect):

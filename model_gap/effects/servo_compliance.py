@@ -6,10 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from model_gap.campaign import Complex
+from model_gap.cell import change_joint, Filter, Setup
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.nuisance import change_joint
-from model_gap.setup import Filter, Setup
-from model_gap.spectra import Complex
 from structural_model.spec import JointSpec, Spring
 
 

@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
+from model_gap.cell import marked, Setup, Tone
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.joint_vector import marked
-from model_gap.setup import Setup, Tone
 
 FORCE = 'force'
 ORDERS = ', orders '

@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from model_gap.cell import Ripple, Setup
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.setup import Ripple, Setup
 
 
 class TransmissionError(Effect):

@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from modal_core.channel import AXES
+from model_gap.cell import Setup
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, centre, moving_links, turned, unused_name
-from model_gap.setup import Setup
 from structural_model.spec import AbsorberSpec, Spring
 
 

@@ -11,16 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.atomic_file import write_text
-from model_gap.comparison.compare import compare, Comparison
-from model_gap.comparison.spectra_pairs import SpectraPair, used_bands
-from model_gap.comparison.transmissibility import SensorBand
+from model_gap.campaign import record_spectra
+from model_gap.comparison import compare, Comparison, SensorBand, SpectraPair, used_bands
 from model_gap.decide import EVIDENCE_BETWEEN
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects, gap_mapping
 from model_gap.report.arm_picture import arm_picture
 from model_gap.report.drawing import gap_bars, gap_map, spectra_plot
 from model_gap.report.words import effect_words, headline, percent
-from model_gap.spectra import record_spectra
 
 HERE = Path(__file__).parent
 SMOOTHING_HZ = 0.3

@@ -10,8 +10,8 @@ import pytest
 
 from autonomous_modal_analysis import cli
 from modal_core.measurements import StampedSamples
-from recordings import RecordingWriter
-from recordings.encode import encode
+from modal_recordings import RecordingWriter
+from modal_recordings.encode import encode
 
 RATE = ('--sample-rate-hz', '100', '--unit', 'm/s^2')
 SEED = 1

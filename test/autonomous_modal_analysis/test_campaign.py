@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
+from abb_emulator.run_plan import ArmOptions
 from autonomous_modal_analysis.campaign_plan import CampaignWish, DEFAULTS, planned_recordings
 from autonomous_modal_analysis.campaign_poses import choose_poses
 from autonomous_modal_analysis.campaign_recording import (
@@ -16,8 +17,7 @@ from autonomous_modal_analysis.campaign_recording import (
 from autonomous_modal_analysis.emulated_player import EmulatedPlayer
 from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError, SettingsError
-from model_gap.read_campaign import read_campaign
-from robot_bridge.emulator.run_plan import ArmOptions
+from model_gap.campaign.read_campaign import read_campaign
 from structural_model import load_layout, load_robot
 
 ROBOT = 'irb6660_205_190'

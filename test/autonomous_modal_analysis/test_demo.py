@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from recordings import open_recording
+from modal_recordings import open_recording
 
 pytestmark = [pytest.mark.node, pytest.mark.slow]
 

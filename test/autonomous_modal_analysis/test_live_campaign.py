@@ -18,8 +18,8 @@ from autonomous_modal_analysis.cell import cell_commands
 from autonomous_modal_analysis.operator_node import OperatorNode
 from autonomous_modal_analysis.processes import NodeProcesses
 from autonomous_modal_analysis.spinning_node import own_domain, ros_context, spinning
+from modal_recordings import open_recording
 from oma_msgs.msg import BridgeState
-from recordings import open_recording
 
 pytestmark = [pytest.mark.node, pytest.mark.slow]
 AMA = Path(sys.executable).with_name('ama')

@@ -12,9 +12,9 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from scipy.signal import lfilter
 
 from modal_core.measurements import SampleBlock
-from recordings.encode import encode
-from recordings.schemas import definition
-from recordings.writer import RecordingWriter
+from modal_recordings.encode import encode
+from modal_recordings.schemas import definition
+from modal_recordings.writer import RecordingWriter
 
 RATE_HZ, N_CHANNELS = 1000, 20
 SHORT_S, LONG_S = 120, 480

@@ -5,13 +5,13 @@ import sys
 
 import pytest
 
+from abb_emulator.run_plan import ArmOptions, run_plan
 from autonomous_modal_analysis import cli
 from autonomous_modal_analysis.campaign_plan import CampaignWish, DEFAULTS, planned_recordings
 from autonomous_modal_analysis.emulated_player import EmulatedPlayer
 from autonomous_modal_analysis.plan_record import recorded_edge_hz
 from excitation_planner.request import PlanRequest
-from recordings import open_recording
-from robot_bridge.emulator.run_plan import ArmOptions, run_plan
+from modal_recordings import open_recording
 from structural_model import load_layout, load_robot
 
 ROBOT, SENSORS = 'irb6660_205_190', 'sensors_light'

@@ -8,9 +8,9 @@ import pytest
 from autonomous_modal_analysis.identification import identify_recording
 from modal_core.errors import IdentificationError
 from modal_core.measurements import JointSamples, SampleBlock
+from modal_recordings import open_recording, RecordingWriter
+from modal_recordings.encode import encode
 from oma_identifier.settings import IdentificationSettings
-from recordings import open_recording, RecordingWriter
-from recordings.encode import encode
 
 START, RATE_HZ, SEED = 1_700_000_000_000_000_000, 100.0, 3
 SETTINGS = IdentificationSettings(window_s=10.0)

@@ -11,7 +11,7 @@ from write_campaign import write_campaign
 
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.share import share_path
-from model_gap.read_campaign import read_campaign
+from model_gap.campaign.read_campaign import read_campaign
 from structural_model import load_robot
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from model_gap.comparison import compare
-from model_gap.decide import too_little, Verdict
+from model_gap.decide.decide import too_little, Verdict
 from model_gap.effects.joint_damping import JointDamping
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.payload import Payload
@@ -17,7 +17,7 @@ from model_gap.find_gap import find_gap
 from model_gap.gap_json import write_gap_json
 from model_gap.report.page import write_report
 from model_gap.result_folder import ResultFolder
-from model_gap.search import Search, SearchSettings
+from model_gap.search.search import Search, SearchSettings
 from model_gap.updated_model import write_updated_model
 from structural_model import load_layout, load_robot
 

@@ -4,8 +4,8 @@ import numpy as np
 import yaml
 
 from modal_core.measurements import JointSamples, SampleBlock
-from recordings import RecordingWriter
-from recordings.encode import encode
+from modal_recordings import RecordingWriter
+from modal_recordings.encode import encode
 
 START_NS = 1_700_000_000_000_000_000
 

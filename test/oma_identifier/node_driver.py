@@ -10,8 +10,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
-from oma_identifier.identifier_node import IdentifierNode
-from oma_identifier.ros_messages import MESSAGE_CLASSES
+from oma_identifier.node.identifier_node import IdentifierNode
+from oma_identifier.node.ros_messages import MESSAGE_CLASSES
 from oma_msgs.msg import ModalParameters
 
 LATCHED = QoSProfile(

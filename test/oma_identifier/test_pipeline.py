@@ -8,11 +8,11 @@ import pytest
 from modal_core.errors import IdentificationError
 from modal_core.measurements import SampleBlock
 from modal_core.quality import DataQuality
-from oma_identifier import spectrum
 from oma_identifier.identify import NO_MODE
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.spectrum import singular_value_spectrum
+from oma_identifier.spectra import spectrum
+from oma_identifier.spectra.spectrum import singular_value_spectrum
 
 RATE_HZ = 64.0
 TRUTH = (4.0, 9.0, 9.4, 21.0)
@@ -136,7 +136,7 @@ def test_every_method_runs_window_by_window_and_on_the_whole(record, method):
 
 
 def test_a_method_that_keeps_samples_says_when_there_are_too_many(record, monkeypatch):
-    monkeypatch.setattr('oma_identifier.kept_record.MOST_BYTES', 100_000)
+    monkeypatch.setattr('oma_identifier.methods.kept_record.MOST_BYTES', 100_000)
     pipeline = IdentificationPipeline(IdentificationSettings(method='fdd'))
     run(pipeline, record)
     with pytest.raises(IdentificationError, match='fdd cannot identify this record as one'):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from modal_core.errors import IdentificationError, SettingsError
-from oma_identifier.bands import plan_bands
-from oma_identifier.condition import BandConditioner
+from oma_identifier.covariance.bands import plan_bands
+from oma_identifier.covariance.condition import BandConditioner
 from oma_identifier.settings import IdentificationSettings
 
 

@@ -5,11 +5,11 @@ import socket
 
 import numpy as np
 
-from robot_bridge.emulator.cell import CellSettings, MotorSide
-from robot_bridge.emulator.guidance_law import GuidanceSettings
-from robot_bridge.emulator.link_faults import LinkFaults
-from robot_bridge.emulator.program_task import ProgramTask
-from robot_bridge.emulator.udp_client import UdpClient
+from abb_emulator.cell import CellSettings, MotorSide
+from abb_emulator.guidance_law import GuidanceSettings
+from abb_emulator.link_faults import LinkFaults
+from abb_emulator.program_task import ProgramTask
+from abb_emulator.udp_client import UdpClient
 
 SEED = 11
 

@@ -5,9 +5,9 @@ import time
 import numpy as np
 import pytest
 
+from abb_emulator.arm import Arm
+from abb_emulator.gear_settings import GearSettings
 from modal_core.channel import ANGULAR_VELOCITY, Channel
-from robot_bridge.emulator.arm import Arm
-from robot_bridge.emulator.gear_settings import GearSettings
 from structural_model import load_layout, load_robot
 from structural_model.matrices import damped_modes
 

@@ -6,15 +6,15 @@ import time
 import numpy as np
 import pytest
 
+from abb_emulator.cell import CellSettings, MotorSide
+from abb_emulator.egm_session import Phase
+from abb_emulator.guidance_law import GuidanceSettings
+from abb_emulator.guidance_program import guidance_program
+from abb_emulator.link_faults import LinkFaults
+from abb_emulator.udp_client import UdpClient
 from excitation_planner.trajectory import Trajectory
 from modal_core.errors import BridgeError
 from robot_bridge.egm_link import EgmLink
-from robot_bridge.emulator.cell import CellSettings, MotorSide
-from robot_bridge.emulator.egm_session import Phase
-from robot_bridge.emulator.guidance_law import GuidanceSettings
-from robot_bridge.emulator.guidance_program import guidance_program
-from robot_bridge.emulator.link_faults import LinkFaults
-from robot_bridge.emulator.udp_client import UdpClient
 from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.plan_path import PlanPath
 from robot_bridge.session_check import SessionCheck, SessionLimits

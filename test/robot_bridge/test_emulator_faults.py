@@ -5,14 +5,14 @@ import socket
 import numpy as np
 import pytest
 
+from abb_emulator.cell import ArmSide, CellSettings, MotorSide
+from abb_emulator.fault_desk import Fault, FaultDesk, KINDS
+from abb_emulator.guidance_law import GuidanceSettings
+from abb_emulator.link_faults import LinkFaults
+from abb_emulator.rapid_parser import parse_module
+from abb_emulator.rapid_program import RapidProgram
+from abb_emulator.udp_client import UdpClient
 from modal_core.errors import BridgeError
-from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide
-from robot_bridge.emulator.fault_desk import Fault, FaultDesk, KINDS
-from robot_bridge.emulator.guidance_law import GuidanceSettings
-from robot_bridge.emulator.link_faults import LinkFaults
-from robot_bridge.emulator.rapid_parser import parse_module
-from robot_bridge.emulator.rapid_program import RapidProgram
-from robot_bridge.emulator.udp_client import UdpClient
 from structural_model.robot_files import load_layout
 
 CYCLE_S = 0.004032

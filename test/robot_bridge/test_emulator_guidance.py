@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from abb_emulator.cell import CellSettings
+from abb_emulator.controller import ControllerSettings
 from excitation_planner.rapid import rapid_module
-from robot_bridge.emulator.cell import CellSettings
-from robot_bridge.emulator.controller import ControllerSettings
 
 CYCLE_S = 0.004032
 # 20 ms in whole plant steps.

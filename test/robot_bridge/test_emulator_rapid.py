@@ -5,17 +5,17 @@ import itertools
 import numpy as np
 import pytest
 
+from abb_emulator.cell import CellSettings, MotorSide
+from abb_emulator.guidance_law import GuidanceSettings
+from abb_emulator.jerk_profile import jerk_profile
+from abb_emulator.joint_move import JointMove, MoveLimits
+from abb_emulator.program_task import ProgramTask
+from abb_emulator.rapid_parser import parse_module
 from excitation_planner.moves import moves_of
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import rapid_module, RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
-from robot_bridge.emulator.cell import CellSettings, MotorSide
-from robot_bridge.emulator.guidance_law import GuidanceSettings
-from robot_bridge.emulator.jerk_profile import jerk_profile
-from robot_bridge.emulator.joint_move import JointMove, MoveLimits
-from robot_bridge.emulator.program_task import ProgramTask
-from robot_bridge.emulator.rapid_parser import parse_module
 from structural_model.robot_files import load_layout
 
 CYCLE_S = 0.004032

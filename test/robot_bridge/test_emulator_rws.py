@@ -12,11 +12,11 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from robot_bridge.emulator.cell import CellSettings, MotorSide
-from robot_bridge.emulator.guidance_law import GuidanceSettings
-from robot_bridge.emulator.program_task import ProgramTask
-from robot_bridge.emulator.rws_server import RwsServer
-from robot_bridge.emulator.rws_station import Station
+from abb_emulator.cell import CellSettings, MotorSide
+from abb_emulator.guidance_law import GuidanceSettings
+from abb_emulator.program_task import ProgramTask
+from abb_emulator.rws_server import RwsServer
+from abb_emulator.rws_station import Station
 
 MODULE = """MODULE Small
   CONST jointtarget jA:=[[2,45,-10,90,-90,0],[9E9,9E9,9E9,9E9,9E9,9E9]];

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
+from abb_emulator.cell import ArmSide, CellSettings, MotorSide
+from abb_emulator.sensors import SensorArray, SensorSettings
+from abb_emulator.servo import Servo, ServoSettings
 from modal_core.channel import ANGULAR_VELOCITY, Channel
-from robot_bridge.emulator.cell import ArmSide, CellSettings, MotorSide
-from robot_bridge.emulator.sensors import SensorArray, SensorSettings
-from robot_bridge.emulator.servo import Servo, ServoSettings
 
 RATE_HZ = 2048.0
 SEED = 21

@@ -6,10 +6,10 @@ import threading
 import numpy as np
 import pytest
 
+from abb_emulator.guidance_law import GuidanceLaw, GuidanceSettings
+from abb_emulator.servo import Servo, ServoSettings
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.egm_messages import MCI_RUNNING
-from robot_bridge.emulator.guidance_law import GuidanceLaw, GuidanceSettings
-from robot_bridge.emulator.servo import Servo, ServoSettings
 from robot_bridge.following_check import FollowingCheck
 from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.plan_path import PlanPath

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from robot_bridge.emulator.controller import CYCLE_S
-from robot_bridge.emulator.guidance_law import GuidanceLaw, GuidanceSettings
+from abb_emulator.controller import CYCLE_S
+from abb_emulator.guidance_law import GuidanceLaw, GuidanceSettings
 
 WIDE = {'max_speed_deviation_deg_s': 1e3, 'condition_time_s': 1e9, 'ramp_in_s': CYCLE_S}
 

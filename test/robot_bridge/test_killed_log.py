@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from recordings import open_recording, RecordingWriter
+from modal_recordings import open_recording, RecordingWriter
 from robot_bridge.egm_link import Packet
 from robot_bridge.packet_log import PacketLog
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from mcap.reader import make_reader
 import pytest
 
-from recordings import writer
+from modal_recordings import writer
 from robot_bridge.egm_link import Packet
 from robot_bridge.packet_log import N_FILES, PacketLog
 

@@ -19,9 +19,9 @@ from sensor_msgs.msg import Imu
 from std_srvs.srv import SetBool, Trigger
 
 from modal_core.measurements import SampleBlock
+from modal_recordings import RecordingWriter
+from modal_recordings.encode import encode
 from oma_msgs.msg import AccelerationBlock, BridgeState
-from recordings import RecordingWriter
-from recordings.encode import encode
 
 pytestmark = pytest.mark.node
 BEGIN_NS = 1_600_000_000_123_456_789
@@ -326,9 +326,9 @@ def cpu_s(process):
 def test_172_000_samples_a_second_arrive_whole_in_the_identifiers_buffer(
     tmp_path, processes, listen, record_property
 ):
-    from oma_identifier.sample_buffer import SampleBuffer
+    from oma_identifier.intake.sample_buffer import SampleBuffer
+    from oma_identifier.intake.topic_intake import TopicIntake
     from oma_identifier.settings import IdentificationSettings
-    from oma_identifier.topic_intake import TopicIntake
 
     path, topic = tmp_path / 'fast.mcap', '/acceleration_block'
     with RecordingWriter(path) as writer:

@@ -9,16 +9,16 @@ import threading
 import numpy as np
 import pytest
 
+from abb_emulator.cell import CellSettings, MotorSide
+from abb_emulator.guidance_law import GuidanceSettings
+from abb_emulator.program_task import ProgramTask
+from abb_emulator.rws_server import RwsServer
+from abb_emulator.rws_station import Station
 from excitation_planner.plan import RANDOM_PULSES
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import module_name, rapid_module
 from excitation_planner.request import PlanRequest
 from robot_bridge.egm_command import decode_sensor
-from robot_bridge.emulator.cell import CellSettings, MotorSide
-from robot_bridge.emulator.guidance_law import GuidanceSettings
-from robot_bridge.emulator.program_task import ProgramTask
-from robot_bridge.emulator.rws_server import RwsServer
-from robot_bridge.emulator.rws_station import Station
 from robot_bridge.operator_flow import FlowSettings, FlowState
 from robot_bridge.released_program import ReleasedProgram
 from robot_bridge.rws_client import RwsClient

@@ -12,16 +12,16 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 
+from abb_emulator.cell import CellSettings, MotorSide
+from abb_emulator.guidance_law import GuidanceSettings
+from abb_emulator.program_task import ProgramTask
+from abb_emulator.rws_server import RwsServer
+from abb_emulator.rws_station import Station
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import module_name, rapid_module
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
 from robot_bridge.backends import BackendSettings, make_backend
-from robot_bridge.emulator.cell import CellSettings, MotorSide
-from robot_bridge.emulator.guidance_law import GuidanceSettings
-from robot_bridge.emulator.program_task import ProgramTask
-from robot_bridge.emulator.rws_server import RwsServer
-from robot_bridge.emulator.rws_station import Station
 from robot_bridge.released_program import ReleasedProgram
 from robot_bridge.rws_client import RwsClient
 from robot_bridge.web_password import SHIPPED, web_password

@@ -1,0 +1,341 @@
+"""Play a plan on the emulated cell as fast as it goes, and record what a real one would record.
+
+No clock, no network, no ROS: controller, drives, arm and sensors are stepped cycle by cycle.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abb_emulator.arm_effect import ArmEffect, read_effects
+from abb_emulator.cell import ArmSide, CellSettings, MotorSide
+from abb_emulator.controller import Controller, Program
+from abb_emulator.gear_settings import GearSettings
+from abb_emulator.guidance_law import GuidanceLaw, GuidanceSettings
+from abb_emulator.program_task import ProgramTask
+from abb_emulator.recorder import Recorder
+from abb_emulator.sensors import SensorSettings
+from abb_emulator.servo import ServoSettings
+from excitation_planner.plan import ExcitationPlan, MOVES
+from excitation_planner.rapid import rapid_module
+from modal_core.channel import SensorLayout
+from modal_core.errors import BridgeError, SettingsError
+from modal_core.measurements import (
+    JointSamples,
+    Measurement,
+    NANOSECONDS_PER_SECOND,
+)
+from modal_recordings.encode import encode
+from modal_recordings.raw_message import RawMessage
+from modal_recordings.writer import RecordingWriter
+from robot_bridge.plan_path import PlanPath
+from robot_bridge.plan_player import PlanPlayer, PlayerSettings
+from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.robot_files import load_layout, load_robot
+
+Array = NDArray[np.float64]
+START_NS = 1_700_000_000_000_000_000
+BLOCK_TOPIC, JOINT_TOPIC = '/acceleration_block', '/joint_states'
+PARTS: Mapping[str, Any] = {
+    'servo': ServoSettings,
+    'gears': GearSettings,
+    'sensors': SensorSettings,
+}
+# As an exported program sets guidance up.
+GUIDANCE = GuidanceSettings(
+    low_pass_hz=100.0, max_speed_deviation_deg_s=100.0, condition_time_s=math.inf
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ArmOptions:
+    """The cell a plan is played on.
+
+    Parameters
+    ----------
+    robot : str
+        Robot of config/robots, its folder, or its model file.
+    sensors_file : str
+        Sensor layout of the robot.
+    cell : CellSettings
+        Its sampling, drives, sensors, seeds, effects and tolerances.
+    guidance : GuidanceSettings
+        For plans that are played by guidance.
+    rest_s : float [s]
+        Recorded at rest before and after the motion.
+    """
+
+    robot: str = 'irb6660_205_190'
+    sensors_file: str = 'sensors'
+    cell: CellSettings = field(default_factory=CellSettings)
+    guidance: GuidanceSettings = GUIDANCE
+    rest_s: float = 1.0
+
+    def with_effects(self, *effects: ArmEffect) -> 'ArmOptions':
+        """Return the same cell with these effects instead."""
+        return replace(self, cell=replace(self.cell, effects=effects))
+
+    @classmethod
+    def from_mapping(cls, data: Mapping[str, object]) -> 'ArmOptions':
+        """Read options as YAML holds them.
+
+        ``robot``, ``sensors_file``, ``rest_s``; ``sample_rate_hz``, ``block_samples``, ``seed``,
+        ``tolerance``, ``tolerance_seed``, ``uptime_s``; ``effects`` as a list; ``servo``,
+        ``gears`` and ``sensors`` as mappings.
+
+        Raises
+        ------
+        SettingsError
+            Unknown, or of the wrong kind.
+        """
+        own = ('robot', 'sensors_file', 'rest_s')
+        flat = [
+            item.name
+            for item in fields(CellSettings)
+            if item.name not in (*PARTS, 'effects', 'controller')
+        ]
+        cell: dict[str, Any] = {}
+        mine: dict[str, Any] = {}
+        for key, value in data.items():
+            if key == 'effects':
+                cell[key] = read_effects(value)
+            elif key in PARTS:
+                cell[key] = _part(key, value)
+            elif key in flat:
+                cell[key] = _same_kind(key, value, getattr(CellSettings(), key))
+            elif key in own:
+                mine[key] = _same_kind(key, value, getattr(cls(), key))
+            else:
+                expected = (*own, *flat, 'effects', *PARTS)
+                raise SettingsError('unknown option', where='arm', found=key, expected=expected)
+        return cls(cell=CellSettings(**cell), **mine)
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRun:
+    """What playing a plan left behind.
+
+    Parameters
+    ----------
+    path : Path
+        The recording.
+    duration_s : float [s]
+        Recorded.
+    events : tuple of str
+        What the controller noted.
+    """
+
+    path: Path
+    duration_s: float
+    events: tuple[str, ...]
+
+
+def run_plan(
+    options: ArmOptions,
+    plan: ExcitationPlan,
+    path: Path,
+    progress: Callable[[float], None] = lambda _: None,
+    first: Sequence[RawMessage] = (),
+) -> PlanRun:
+    """Play a plan on an emulated cell and record it.
+
+    Random pulses run as the RAPID program exported for them, band-limited noise by guidance, both
+    through the controller's own planner or control law, dead time and servo.  The recording holds
+    ``/acceleration_block`` (AccelerationBlock), ``/joint_states`` (one JointState per controller
+    cycle, encoder angles as serial joints) and the topics of IMUs in the layout.
+
+    Parameters
+    ----------
+    options : ArmOptions
+        The cell, with what is hidden in its arm.
+    plan : ExcitationPlan
+        What to play; it starts at its own start pose.
+    path : Path
+        MCAP file to write.
+    progress : callable
+        Takes the fraction done, about once a second of the cell's time.
+    first : sequence of RawMessage
+        Further messages the recording begins with, such as the plan.
+
+    Raises
+    ------
+    ModalAnalysisError
+        The controller stopped the motion, the file cannot be written, or an option is wrong.
+    """
+    model = load_robot(options.robot)
+    layout = load_layout(options.robot, options.sensors_file)
+    duration_s = 0.0
+    cell = _Cell(options, model, layout, plan)
+    with RecordingWriter(path) as writer:
+        for item in first:
+            writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
+        for duration_s, messages in cell.seconds():
+            for topic, measurement in messages:
+                for item in encode(measurement, topic):
+                    writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
+            progress(min(duration_s / (plan.duration_s + 2.0 * options.rest_s), 1.0))
+    progress(1.0)
+    return PlanRun(path, duration_s, tuple(cell.controller.events))
+
+
+class PlayedPlan:
+    """A plan as guidance plays it: references through the control law.
+
+    Parameters
+    ----------
+    player : PlanPlayer
+        Gives the references.
+    law : GuidanceLaw
+        Of the session.
+    cycle_s : float [s]
+        Controller cycle.
+    """
+
+    def __init__(self, player: PlanPlayer, law: GuidanceLaw, cycle_s: float) -> None:
+        self._player, self._law, self._cycle_s = player, law, cycle_s
+
+    @property
+    def finished(self) -> bool:
+        """The plan has been played."""
+        return self._player.at_rest
+
+    def step(self) -> Array:
+        """Return the position at the end of the next cycle, (6,) [deg]."""
+        reference = self._player.step(self._cycle_s)
+        self._law.refer(reference.position_deg, reference.speed_deg_s)
+        return self._law.step()
+
+
+class _Cell:
+    """One run, second by second."""
+
+    def __init__(
+        self,
+        options: ArmOptions,
+        model: FlexibleJointModel,
+        layout: SensorLayout,
+        plan: ExcitationPlan,
+    ) -> None:
+        settings = options.cell
+        start_deg = np.degrees(model.to_controller(plan.start_position))
+        self._options, self._model = options, model
+        self._recorder = Recorder.of(layout)
+        self._motors = MotorSide(model, start_deg, None, settings, 0.0)
+        self._arm = ArmSide(model, self._recorder.channels, start_deg, settings)
+        self.controller = self._motors.controller
+        self._cycle_s = settings.controller.cycle_s
+        self._n_cycles = 0
+        self._task = ProgramTask(
+            self.controller, options.guidance, np.random.default_rng(settings.seed + 2)
+        )
+        if plan.signal in MOVES:
+            self._task.load(rapid_module(plan, model))
+        self._plan = plan
+
+    def seconds(self) -> Iterator[tuple[float, list[tuple[str, Measurement]]]]:
+        """Yield the time and what was measured since, in order of time."""
+        rest = round(self._options.rest_s / self._cycle_s)
+        yield self._some(rest)
+        self._start()
+        while self.controller.running:
+            yield self._some(round(1.0 / self._cycle_s), stop_early=True)
+        wrong = [event for event in self.controller.events if 'stopped' in event]
+        if wrong:
+            raise BridgeError('the emulated controller stopped', found=wrong[-1])
+        yield self._some(rest)
+
+    def _start(self) -> None:
+        if self._task.module is not None:
+            self._task.start()
+        else:
+            self.controller.start(_played(self.controller, self._model, self._plan, self._options))
+
+    def _some(
+        self, n_cycles: int, stop_early: bool = False
+    ) -> tuple[float, list[tuple[str, Measurement]]]:
+        angles, blocks = [], []
+        for _ in range(n_cycles):
+            blocks += self._arm.take(self._motors.cycle())
+            angles.append(self.controller.measured_deg)
+            if stop_early and not self.controller.running:
+                break
+        first = self._n_cycles
+        self._n_cycles += len(angles)
+        rate_hz = self._options.cell.sample_rate_hz
+        found = [
+            item
+            for block in blocks
+            for item in self._recorder.measurements(
+                BLOCK_TOPIC, block.first_index, block.acceleration, rate_hz, START_NS
+            )
+        ]
+        if angles:
+            found.append((JOINT_TOPIC, self._joints(np.array(angles), first)))
+        return self._n_cycles * self._cycle_s, found
+
+    def _joints(self, angles_deg: Array, first_cycle: int) -> JointSamples:
+        times = (first_cycle + 1 + np.arange(len(angles_deg))) * self._cycle_s
+        position = self._model.to_serial(np.radians(angles_deg))
+        return JointSamples(
+            START_NS + np.round(times * NANOSECONDS_PER_SECOND).astype(np.int64),
+            self._model.joint_names,
+            position,
+            np.full_like(position, math.nan),
+        )
+
+
+def _played(
+    controller: Controller, model: FlexibleJointModel, plan: ExcitationPlan, options: ArmOptions
+) -> Program:
+    """Play a plan by guidance, then wait for the motors."""
+    path = PlanPath.from_trajectory(plan.plan_hash, plan.trajectory, model.to_controller)
+    player = PlanPlayer(path, controller.planned_deg, PlayerSettings())
+    cycle_s = controller.settings.cycle_s
+    law = GuidanceLaw(options.guidance, controller.planned_deg, cycle_s)
+    controller.motion = PlayedPlan(player, law, cycle_s)
+    while controller.moving or not controller.standing:
+        yield
+
+
+def _part(key: str, value: object) -> Any:
+    kind = PARTS[key]
+    if not isinstance(value, Mapping):
+        raise SettingsError('not a mapping', where=f'arm: {key}', found=value)
+    known = {item.name for item in fields(kind)}
+    for name in value:
+        if name not in known:
+            raise SettingsError(
+                'unknown option', where=f'arm: {key}', found=name, expected=sorted(known)
+            )
+    default = kind()
+    return kind(
+        **{
+            name: _same_kind(f'{key}.{name}', item, getattr(default, name))
+            for name, item in value.items()
+        }
+    )
+
+
+def _same_kind(where: str, value: Any, default: Any) -> Any:
+    try:
+        if isinstance(default, tuple):
+            numbers = tuple(float(item) for item in value)
+            if len(numbers) == len(default):
+                return numbers
+        elif isinstance(default, str):
+            if isinstance(value, (str, Path)):
+                return str(value)
+        elif not isinstance(value, bool) and math.isfinite(float(value)):
+            if isinstance(default, float) or float(value).is_integer():
+                return type(default)(value)
+    except (TypeError, ValueError):
+        pass
+    expected = f'like {default!r}'
+    raise SettingsError(
+        'wrong kind of value', where=f'arm: {where}', found=value, expected=expected
+    )

@@ -1,0 +1,120 @@
+"""A plain array as a recording."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.errors import RecordingError
+from modal_core.measurements import (
+    Measurement,
+    NANOSECONDS_PER_SECOND,
+    SampleBlock,
+    StampedSamples,
+)
+from modal_recordings.array_clock import array_clock
+from modal_recordings.array_columns import array_columns, ArrayColumns
+from modal_recordings.array_options import ArrayOptions
+from modal_recordings.array_table import ArrayTable
+from modal_recordings.info import RecordingInfo
+from modal_recordings.read_pages import ReadPages
+from modal_recordings.summary import summarise
+
+BLOCK_S = 0.25
+FEWEST_ROWS = 128
+ROWS_AT_ONCE = 1 << 13
+
+
+class ArrayRecording:
+    """Samples from a .npy or .csv file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    table : ArrayTable
+        Its content.
+    options : ArrayOptions
+        What the file does not say itself.
+
+    Raises
+    ------
+    RecordingError
+        No rate, wrong number of channel names, unknown unit, a value or time that is not finite.
+
+    Attributes
+    ----------
+    fraction_read : float
+        How much of its rows the last pass has read, 0..1.
+    """
+
+    def __init__(self, path: Path, table: ArrayTable, options: ArrayOptions) -> None:
+        self.path = path
+        self.kind = path.suffix.lstrip('.').lower()
+        self.source = path.stem
+        self.fraction_read = 0.0
+        columns = array_columns(path, table, options)
+        clock = array_clock(path, table, columns, options)
+        self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
+        self.channel_names = columns.names
+        self.notes = (*columns.notes, *clock.notes)
+        self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
+        self.start_ns = clock.start_ns
+        _check_finite(path, table.values, columns)
+
+    def info(self) -> RecordingInfo:
+        """Return what the file holds."""
+        return summarise(
+            self, path=str(self.path), kind=self.kind, entries=(), damage=(), notes=self.notes
+        )
+
+    def measurements(self) -> Iterator[Measurement]:
+        """Yield the samples in stretches of a quarter of a second."""
+        step = max(FEWEST_ROWS, round(BLOCK_S * self.sample_rate_hz))
+        pages = ReadPages.behind(self._values)
+        for first in range(0, len(self._values), step):
+            self.fraction_read = min(1.0, (first + step) / len(self._values))
+            piece = np.asarray(self._values[first : first + step], dtype=np.float64)
+            rows = np.ascontiguousarray(piece[:, self._columns]) * self._scale
+            pages.read(piece.nbytes)
+            if self.stamp_ns is None:
+                offset = round(first * NANOSECONDS_PER_SECOND / self.sample_rate_hz)
+                yield SampleBlock(
+                    source=self.source,
+                    stamp_ns=self.start_ns + offset,
+                    first_index=first,
+                    sample_rate_hz=self.sample_rate_hz,
+                    channel_names=self.channel_names,
+                    acceleration=rows,  # type: ignore[arg-type]
+                )
+            else:
+                yield StampedSamples(
+                    source=self.source,
+                    frame_id='',
+                    stamp_ns=self.stamp_ns[first : first + step],
+                    acceleration=rows,
+                    channel_names=self.channel_names,
+                )
+
+    def damage(self) -> tuple[str, ...]:
+        """Return nothing: a plain array is read whole or refused."""
+        return ()
+
+
+def _check_finite(path: Path, values: NDArray[np.generic], columns: ArrayColumns) -> None:
+    if values.dtype.kind != 'f':
+        return
+    pages = ReadPages.behind(values)
+    for first in range(0, len(values), ROWS_AT_ONCE):
+        part = values[first : first + ROWS_AT_ONCE]
+        pages.read(part.nbytes)
+        part = part[:, columns.channels]
+        if not np.isfinite(part).all():
+            row, column = np.argwhere(~np.isfinite(part))[0]
+            raise RecordingError(
+                'value is not finite',
+                where=f'{path}: row {first + row + 1}, channel {columns.names[column]}',
+                found=part[row, column],
+                expected='finite numbers',
+            )

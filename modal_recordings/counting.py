@@ -1,0 +1,46 @@
+"""Whether a column counts up, as times and counters do and vibration never does."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_recordings.read_pages import ReadPages
+
+FEWEST_ROWS = 50
+"""Vibration that rose through so many rows would have half a period of their length or more: it
+could not be identified from them.  Noise rises through 50 rows once in 50! = 3e64."""
+LEAST_STEPS = 0.02
+"""Share of rows that a coarse clock moves on, 50 samples to a stamp at most; a sensor that is
+stuck but for a jump or two does not count."""
+EVEN_SHARE = 0.9
+"""Share of steps that are one and the same in a counter that wraps around."""
+PIECE_ROWS = 1 << 12
+
+
+def counts_up(column: NDArray[np.generic]) -> bool:
+    """Tell whether a column never falls, or rises evenly but for where it begins anew.
+
+    Parameters
+    ----------
+    column : (n_samples,) array
+        May be a memory map; all of it is looked at only if its beginning counts up.
+    """
+    if len(column) < FEWEST_ROWS:
+        return False
+    n_rises, pages = 0, ReadPages.behind(column)
+    for first in range(0, len(column) - 1, PIECE_ROWS):
+        part = np.asarray(column[first : first + PIECE_ROWS + 1], dtype=np.float64)
+        pages.read(len(part) * abs(column.strides[0]))
+        steps = np.diff(part)
+        if not np.isfinite(steps).all() or (steps < 0.0).any():
+            return _is_even(np.asarray(column[:PIECE_ROWS], dtype=np.float64))
+        n_rises += int(np.count_nonzero(steps))
+    return n_rises >= max(FEWEST_ROWS / 2, LEAST_STEPS * len(column))
+
+
+def _is_even(column: NDArray[np.float64]) -> bool:
+    """Tell whether nearly every step is the same and upwards."""
+    steps = np.diff(column)
+    step = float(np.median(steps))
+    # To the last digit of a double, or of the decimals that were printed.
+    near = np.abs(steps - step) <= 1e-6 * abs(step) + 4.0 * np.spacing(np.abs(column[1:]))
+    return step > 0.0 and bool(np.count_nonzero(near) >= EVEN_SHARE * len(steps))

@@ -1,0 +1,153 @@
+"""A file or folder of ROS messages as a recording."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from modal_core.errors import RecordingError
+from modal_core.measurements import Measurement, NANOSECONDS_PER_SECOND
+from modal_recordings.decode import BLOCK, decode, USABLE_TYPES
+from modal_recordings.info import RecordingInfo
+from modal_recordings.raw_message import MessageFile, RawMessage, TopicEntry
+from modal_recordings.schemas import differing_field
+from modal_recordings.summary import summarise
+
+BATCH_NS = NANOSECONDS_PER_SECOND // 4
+LARGEST_BATCH_BYTES = 16_000_000
+
+
+class MessageRecording:
+    """Measurements out of recorded messages.
+
+    Parameters
+    ----------
+    path : Path
+        File or folder.
+    file : MessageFile
+        Its messages.
+    topics : sequence of str or None
+        Only these; None: every topic of a usable type.
+    to_look : bool
+        Open it also when it has no usable topic, to see what it is.
+
+    Raises
+    ------
+    RecordingError
+        A topic that is not there or of no use, or no usable topic at all; lists the usable ones.
+
+    Attributes
+    ----------
+    fraction_read : float
+        How much of its messages the last pass has read, 0..1.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        file: MessageFile,
+        topics: Sequence[str] | None = None,
+        to_look: bool = False,
+    ) -> None:
+        self.path = path
+        self.kind = file.kind
+        self.file = file
+        self.entries = file.topics()
+        self.fraction_read = 0.0
+        self.n_refused: dict[str, int] = {}
+        self.refused: dict[str, str] = {}
+        usable = {entry.name for entry in self.entries if not why_unusable(entry)}
+        self.selected = frozenset(usable if topics is None else self._select(topics, usable))
+        if not (self.selected or (to_look and self.entries)):
+            raise RecordingError(
+                'no usable topic',
+                where=path,
+                found=', '.join(f'{e.name} ({e.message_type})' for e in self.entries[:10])
+                or 'no topics',
+                expected=', '.join(USABLE_TYPES),
+            )
+
+    def info(self) -> RecordingInfo:
+        """Return what the recording holds; reads it once from end to end."""
+        return summarise(
+            self, path=str(self.path), kind=self.kind, entries=self.entries, damage=None, notes=()
+        )
+
+    def measurements(self) -> Iterator[Measurement]:
+        """Yield measurements in log order, in batches of a quarter of a second per topic."""
+        self.n_refused = {}
+        self.refused = {}
+        for batch in self.raw_batches():
+            for (topic, message_type), raws in batch.items():
+                found = decode(raws, message_type, topic, ros1=self.file.ros1)
+                if found.refused:
+                    self.n_refused[topic] = self.n_refused.get(topic, 0) + len(found.refused)
+                    self.refused.setdefault(topic, str(found.refused[0]))
+                yield from found.measurements
+
+    def messages(self) -> Iterator[RawMessage]:
+        """Yield the serialised messages of the selected topics in log order, for replay."""
+        return self.file.messages(self.selected)
+
+    def damage(self) -> tuple[str, ...]:
+        """Return what the last pass over the messages lost, one statement each."""
+        refused = tuple(
+            f'{topic}: {count} messages refused, the first because {self.refused[topic]}'
+            for topic, count in sorted(self.n_refused.items())
+        )
+        return (*self.file.damage(), *refused)
+
+    def raw_batches(self) -> Iterator[dict[tuple[str, str], list[bytes]]]:
+        """Yield raw messages by topic and type, a quarter of a second of log time at once."""
+        batch: dict[tuple[str, str], list[bytes]] = {}
+        end_ns = n_bytes = n_read = 0
+        selected = (entry for entry in self.entries if entry.name in self.selected)
+        n_expected = max(1, sum(entry.n_messages or 0 for entry in selected))
+        for message in self.file.messages(self.selected):
+            if message.log_time_ns >= end_ns or n_bytes > LARGEST_BATCH_BYTES:
+                if batch:
+                    yield batch
+                batch, n_bytes = {}, 0
+                end_ns = message.log_time_ns + BATCH_NS
+            batch.setdefault((message.topic, message.message_type), []).append(message.data)
+            n_read += 1
+            self.fraction_read = min(1.0, n_read / n_expected)
+            n_bytes += len(message.data)
+        if batch:
+            yield batch
+
+    def _select(self, topics: Sequence[str], usable: set[str]) -> set[str]:
+        entries = {entry.name: entry for entry in self.entries}
+        selected = set()
+        for topic in topics:
+            name = topic if topic in entries else f'/{topic.lstrip("/")}'
+            if name not in entries:
+                raise RecordingError(
+                    'no such topic',
+                    where=self.path,
+                    found=topic,
+                    expected=f'one of {", ".join(sorted(usable)) or "none usable"}',
+                )
+            reason = why_unusable(entries[name])
+            if reason:
+                raise RecordingError(
+                    f'topic cannot be used: {reason}',
+                    where=f'{self.path}: {name}',
+                    found=entries[name].message_type,
+                    expected=', '.join(USABLE_TYPES),
+                )
+            selected.add(name)
+        return selected
+
+
+def why_unusable(entry: TopicEntry) -> str:
+    """Return why the identifier cannot use a topic; empty when it can."""
+    if not entry.message_type:
+        return 'no message type'
+    if entry.encoding not in ('cdr', ''):
+        return f'messages in {entry.encoding}, not in CDR'
+    if entry.message_type not in USABLE_TYPES:
+        return 'type not used'
+    if entry.message_type == BLOCK and entry.definition:
+        field = differing_field(entry.message_type, entry.definition)
+        if field:
+            return f'its definition differs from {BLOCK}: {field}'
+    return ''

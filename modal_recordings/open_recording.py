@@ -1,0 +1,98 @@
+"""Open whatever holds samples: rosbag2, MCAP, ROS 1 bags, plain arrays."""
+
+from collections.abc import Sequence
+from pathlib import Path
+import stat
+
+from modal_core.errors import RecordingError
+from modal_recordings.array_options import array_options
+from modal_recordings.array_recording import ArrayRecording
+from modal_recordings.array_table import read_npy
+from modal_recordings.bag_file import BagFile
+from modal_recordings.folder import open_folder
+from modal_recordings.mcap_file import McapFile
+from modal_recordings.message_recording import MessageRecording
+from modal_recordings.text_table import read_text_table
+
+Recording = MessageRecording | ArrayRecording
+ARRAY_READERS = {
+    '.npy': read_npy,
+    '.csv': read_text_table,
+    '.txt': read_text_table,
+    '.tsv': read_text_table,
+}
+BAG_SUFFIXES = ('.mcap', '.db3', '.bag')
+KINDS = 'a rosbag2 folder, .mcap, .db3, .bag, .npy, .csv, .tsv or .txt'
+
+
+def open_recording(
+    path: str | Path,
+    sample_rate_hz: float | None = None,
+    unit: str | None = None,
+    channels: Sequence[str] | None = None,
+    topics: Sequence[str] | None = None,
+    to_look: bool = False,
+) -> Recording:
+    """Open a recording of any known kind.
+
+    Parameters
+    ----------
+    path : path
+        A rosbag2 folder, or an .mcap, .db3, .bag, .npy or .csv file.
+    sample_rate_hz : float [Hz] or None
+        Rate of a plain array; overrides its sidecar ``<file>.yaml``.
+    unit : str or None
+        Unit of a plain array (m/s^2, g, mg, ...); overrides the sidecar.
+    channels : sequence of str or None
+        Names of the columns of a plain array; overrides the sidecar.
+    topics : sequence of str or None
+        Use only these topics of a recording of messages.
+    to_look : bool
+        Open a recording of messages also when none of its topics is of use, to see what it is.
+
+    Returns
+    -------
+    Recording
+        With ``info()``, ``measurements()`` and ``damage()``.
+
+    Raises
+    ------
+    RecordingError
+        In one line: file, topic or field, what was found and what was expected.
+    """
+    place = Path(path)
+    suffix = place.suffix.lower()
+    _check_place(place)
+    if suffix in ARRAY_READERS and place.is_file():
+        if topics:
+            raise RecordingError('a plain array has no topics', where=place, found=topics[0])
+        options = array_options(place, sample_rate_hz, unit, channels)
+        return ArrayRecording(place, ARRAY_READERS[suffix](place), options)
+    if sample_rate_hz is not None or unit is not None or channels is not None:
+        raise RecordingError(
+            'rate, unit and channels are stated by the recording itself',
+            where=place,
+            expected='these options with a plain array (.npy, .csv) only',
+        )
+    if place.is_dir():
+        return MessageRecording(place, open_folder(place), topics, to_look)
+    file = McapFile(place) if suffix == '.mcap' else BagFile(place)
+    return MessageRecording(place, file, topics, to_look)
+
+
+def _check_place(place: Path) -> None:
+    try:
+        status = place.stat()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, 'strerror', None) or str(error)
+        raise RecordingError(f'cannot be opened: {reason}', where=place, expected=KINDS) from error
+    if place.is_dir():
+        return
+    if not stat.S_ISREG(status.st_mode):
+        raise RecordingError('not a regular file', where=place, expected=KINDS)
+    if status.st_size == 0:
+        raise RecordingError('empty file', where=place, found='0 bytes', expected=KINDS)
+    if place.suffix.lower() not in (*ARRAY_READERS, *BAG_SUFFIXES):
+        raise RecordingError(
+            'unknown kind of file', where=place, found=place.suffix or 'no suffix', expected=KINDS
+        )

@@ -1,0 +1,155 @@
+"""Reads tables of numbers from text files of data loggers and spreadsheets."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.errors import RecordingError
+from modal_recordings.array_table import ArrayTable, MOST_COLUMNS
+from modal_recordings.spooled import spooled
+from modal_recordings.text_cells import is_comment, not_a_number
+from modal_recordings.text_layout import LONGEST_LINE, text_layout, TextLayout
+from modal_recordings.time_text import is_time_text, seconds_of
+
+LARGEST_BYTES = 4_000_000_000
+PIECE_LETTERS = 1 << 20
+IN_MEMORY_BYTES = 16_000_000
+"""Of text, whose numbers take about as much; those of larger files are mapped."""
+
+
+def read_text_table(path: Path) -> ArrayTable:
+    """Read a text file of numbers, with or without names, units and times.
+
+    Raises
+    ------
+    RecordingError
+        Naming the line and column that is not a number or missing, or what could mean two things.
+    """
+    size = path.stat().st_size
+    if size > LARGEST_BYTES:
+        raise RecordingError(
+            'file too large', where=path, found=size, expected=f'at most {LARGEST_BYTES} bytes'
+        )
+    try:
+        layout = text_layout(path)
+        if layout.n_columns > MOST_COLUMNS:
+            raise RecordingError(
+                'too many columns',
+                where=path,
+                found=layout.n_columns,
+                expected=f'<= {MOST_COLUMNS}',
+            )
+        pieces = _pieces(path, layout)
+        values = (
+            np.concatenate(list(pieces))
+            if size <= IN_MEMORY_BYTES
+            else spooled(path, pieces, layout.n_columns)
+        )
+    except UnicodeDecodeError as error:
+        raise RecordingError(
+            'not a text file', where=path, expected='one encoding throughout'
+        ) from error
+    if len(values) < 2:
+        raise RecordingError(
+            'not a table', where=path, found=f'shape {values.shape}', expected='at least 2 rows'
+        )
+    return ArrayTable(
+        values=values,
+        headings=layout.headings,
+        units=layout.units,
+        dated=layout.dated,
+        sample_rate_hz=layout.sample_rate_hz,
+    )
+
+
+def _pieces(path: Path, layout: TextLayout) -> Iterator[NDArray[np.float64]]:
+    """Yield the rows, some megabytes of text at a time."""
+    first, lines, n_letters = layout.n_before, [], 0
+    with path.open(encoding=layout.encoding, newline=None) as file:
+        for number, line in enumerate(iter(lambda: file.readline(LONGEST_LINE), '')):
+            if number < layout.n_before:
+                continue
+            lines.append(line)
+            n_letters += len(line)
+            if n_letters > PIECE_LETTERS:
+                yield _numbers(path, lines, layout, first)
+                first, lines, n_letters = number + 1, [], 0
+    if lines:
+        yield _numbers(path, lines, layout, first)
+
+
+def _numbers(path: Path, lines: list[str], layout: TextLayout, first: int) -> NDArray[np.float64]:
+    """Return the numbers of some lines, the first of them after ``first`` others."""
+    ends = f'{layout.separator or ""} \t\r\n'
+    rows = [line.rstrip(ends) for line in lines if not is_comment(line)]
+    rows = [row for row in rows if row]
+    if not rows:
+        return np.empty((0, layout.n_columns))
+    if layout.decimal == ',' and layout.separator != ',':
+        rows = [row.replace(',', '.') for row in rows]
+    try:
+        values: NDArray[np.float64] = np.loadtxt(
+            rows,
+            delimiter=layout.separator,
+            ndmin=2,
+            comments='#',
+            quotechar='"',
+            dtype=np.float64,
+            converters=_converters(layout),
+            encoding=None,
+        )
+    except (ValueError, IndexError) as error:
+        raise _complaint(path, lines, layout, first) from error
+    if values.shape[1] != layout.n_columns:
+        raise _complaint(path, lines, layout, first)
+    return values
+
+
+def _converters(layout: TextLayout) -> dict[int | str, Callable[[str], float]] | None:
+    made: dict[int | str, Callable[[str], float]] = {}
+    if layout.decimal == ',' and layout.separator == ',':
+        made = dict.fromkeys(range(layout.n_columns), lambda cell: float(cell.replace(',', '.')))
+    made.update(dict.fromkeys(layout.dated, seconds_of))
+    return made or None
+
+
+def _complaint(path: Path, lines: list[str], layout: TextLayout, first: int) -> RecordingError:
+    """Find the first row that is wrong."""
+    for number, line in enumerate(lines, start=first + 1):
+        if not line.strip() or is_comment(line):
+            continue
+        error = _fault(f'{path}: line {number}', layout.cells(line.split(' #')[0]), layout)
+        if error is not None:
+            return error
+    return RecordingError('not a table of numbers', where=path)
+
+
+def _fault(where: str, cells: list[str], layout: TextLayout) -> RecordingError | None:
+    if len(cells) != layout.n_columns:
+        return RecordingError(
+            'row too short' if len(cells) < layout.n_columns else 'row too long',
+            where=where,
+            found=f'{len(cells)} columns',
+            expected=layout.n_columns,
+        )
+    for column, cell in enumerate(cells):
+        if column in layout.dated:
+            if not is_time_text(cell):
+                return not_a_time(f'{where}, column {column + 1}')
+            try:
+                seconds_of(cell)
+            except ValueError as error:
+                return not_a_time(f'{where}, column {column + 1}', str(error))
+        elif not cell:
+            return RecordingError('no value', where=f'{where}, column {column + 1}',
+                                  expected='a number in every cell')  # fmt: skip
+        elif not layout.is_number(cell):
+            return not_a_number(where, cells, layout.decimal)
+    return None
+
+
+def not_a_time(where: str, reason: str = 'not a date or time') -> RecordingError:
+    """Return the error for a cell that should be a time."""
+    return RecordingError(reason, where=where, expected='ISO 8601, such as 2024-05-31T12:00:00.5')

@@ -1,0 +1,46 @@
+"""Recordings of one arm in several poses, as complex spectra with their noise.
+
+In comes a folder with `campaign.yaml`; out go records on one grid, the known motion of the
+joints, and the spectra that model and measurement are compared on.
+"""
+
+from model_gap.campaign.campaign import Campaign, GapRecord
+from model_gap.campaign.explicit_damping import explicit_damping
+from model_gap.campaign.flat_tops import flat_topped
+from model_gap.campaign.read_campaign import campaign_layout, read_campaign
+from model_gap.campaign.resample import at_times
+from model_gap.campaign.spectra import (
+    Band,
+    BAND_EDGES_HZ,
+    Complex,
+    hann,
+    HANN_POWER,
+    record_spectra,
+    RecordSpectra,
+    smoothed,
+    tail_of,
+    TARGET_BINS,
+)
+from model_gap.campaign.weighting import Rows, Weighting
+
+__all__ = [
+    'BAND_EDGES_HZ',
+    'HANN_POWER',
+    'TARGET_BINS',
+    'Band',
+    'Campaign',
+    'Complex',
+    'GapRecord',
+    'RecordSpectra',
+    'Rows',
+    'Weighting',
+    'at_times',
+    'campaign_layout',
+    'explicit_damping',
+    'flat_topped',
+    'hann',
+    'read_campaign',
+    'record_spectra',
+    'smoothed',
+    'tail_of',
+]

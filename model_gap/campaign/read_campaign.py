@@ -1,0 +1,329 @@
+"""Read a campaign folder: recordings on one grid, known motion, poses, levels."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import compress
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import SensorLayout
+from modal_core.errors import RecordingError, SettingsError
+from modal_core.yaml_file import load_yaml
+from modal_recordings import open_recording
+from model_gap.campaign.campaign import Campaign, GapRecord
+from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
+from model_gap.campaign.motion import Motion, motion_on_grid, USABLE_SHARE
+from model_gap.campaign.resample import at_times, thinned
+from model_gap.campaign.series import gather, joint_columns, RawRecording, Series
+from model_gap.campaign.spectra import Band, quiet_rate_hz
+from structural_model import FlexibleJointModel, load_layout
+
+Array = NDArray[np.float64]
+LONGEST_S = 60.0
+SHORTEST_S = 4.0
+# Accelerations are kept at about this rate: twice what is compared, and room to see the noise.
+HIGHEST_RATE_HZ = 640.0
+LEAST_BAND_HZ = 55.0
+AT_REST = 0.3
+POSE_SAID_RAD = 0.05
+FULL_TURNS = 3.0
+G_BAND = 0.15
+
+
+def read_campaign(
+    folder: Path,
+    model: FlexibleJointModel,
+    layout: SensorLayout | None = None,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Campaign:
+    """Read all recordings of a campaign.
+
+    Parameters
+    ----------
+    folder : Path
+        With ``campaign.yaml``, or recordings only.
+    model : FlexibleJointModel
+        Whose joints move.
+    layout : SensorLayout or None
+        Overrides the campaign's own.
+    progress : callable
+        Takes the fraction done.
+
+    Raises
+    ------
+    SettingsError, RecordingError, LayoutError
+        What is missing, and what to record.
+    """
+    file = read_campaign_file(folder)
+    sensors = _layout(file.layout, layout, folder)
+    sensors.check_links(model.link_names, model.robot_name)
+    notes: list[str] = []
+    raws: list[tuple[CampaignEntry, RawRecording]] = []
+    useless: list[RecordingError] = []
+    for number, entry in enumerate(file.entries):
+        with _left_out(useless, notes):
+            raws.append((entry, _gathered(entry, sensors, model, notes)))
+        progress((number + 1) / len(file.entries))
+    if not raws:
+        raise useless[0]
+    kept = _common_layout(sensors, [raw for _, raw in raws], notes)
+    read: list[tuple[RawRecording, GapRecord, Motion]] = []
+    for entry, raw in raws:
+        with _left_out(useless, notes):
+            read.append((raw, *_record(entry, raw, kept, model, notes)))
+    if not read:
+        raise useless[0]
+    sources = sorted({motion.source for _, _, motion in read})
+    positions = [raw.position for raw, _, _ in read if raw.position is not None]
+    return Campaign(
+        records=tuple(_with_levels([record for _, record, _ in read])),
+        layout=kept,
+        joint_names=model.joint_names,
+        excitation=' and '.join(sources),
+        effort_recorded=all(raw.effort is not None for raw, _, _ in read),
+        motion_rate_hz=min(position.rate_hz for position in positions),
+        motion_band_hz=min(motion.highest_hz for _, _, motion in read),
+        notes=tuple(dict.fromkeys(notes)),
+        remarks=file.remarks,
+        given_layout=sensors,
+    )
+
+
+@contextmanager
+def _left_out(useless: list[RecordingError], notes: list[str]) -> Iterator[None]:
+    """Note a recording that cannot be used instead of ending at it.
+
+    The others may be enough; how little they are shows in the verdict.
+    """
+    try:
+        yield
+    except RecordingError as error:
+        useless.append(error)
+        notes.append(f'left out: {error}')
+
+
+def _gathered(
+    entry: CampaignEntry, sensors: SensorLayout, model: FlexibleJointModel, notes: list[str]
+) -> RawRecording:
+    """Read one recording; fast accelerations are thinned out at once, to need little memory."""
+    recording = open_recording(entry.path)
+    raw = gather(recording.measurements(), sensors, str(entry.path), model.joint_names)
+    notes += [f'{entry.name}: {note}' for note in (*raw.notes, *recording.damage())]
+    if raw.position is None:
+        raise RecordingError(
+            'no joint states: the motion is not known',
+            where=str(entry.path),
+            advice='record sensor_msgs/JointState beside the accelerations',
+        )
+    for name in raw.unknown:
+        note = f'channel {name} is not in the sensor layout and was left out'
+        if note not in notes:
+            notes.append(note)
+    return replace(raw, accelerations=tuple(_thinned(item) for item in raw.accelerations))
+
+
+def _thinned(item: Series) -> Series:
+    every = max(1, int(item.rate_hz // HIGHEST_RATE_HZ))
+    values = thinned(item.values, item.rate_hz, every)
+    return replace(item, rate_hz=item.rate_hz / every, values=values)
+
+
+def _layout(own: object, given: SensorLayout | None, folder: Path) -> SensorLayout:
+    if given is not None:
+        return given
+    if isinstance(own, Path):
+        return SensorLayout.from_mapping(load_yaml(own), str(own))
+    if isinstance(own, Mapping):
+        return SensorLayout.from_mapping(own, str(folder / 'campaign.yaml'))
+    raise SettingsError(
+        'no sensor layout', where=folder, advice='name one with --layout or put sensors.yaml here'
+    )
+
+
+def _common_layout(
+    layout: SensorLayout, raws: list[RawRecording], notes: list[str]
+) -> SensorLayout:
+    """Keep the channels every recording has."""
+    sets = [{name for series in raw.accelerations for name in series.names} for raw in raws]
+    common = set.intersection(*sets)
+    if not common:
+        raise RecordingError(
+            'recordings have no sensor in common',
+            advice='record all poses and levels with the same sensors',
+        )
+    lost = sorted(set.union(*sets) - common)
+    if lost:
+        notes.append(f'left out, not in every recording: {", ".join(lost[:12])}')
+    sensors = []
+    for sensor in layout:
+        lasting = [f'{sensor.name}.{axis}' in common for axis in sensor.axes]
+        if any(lasting):
+            axes = tuple(compress(sensor.axes, lasting))
+            vectors = tuple(compress(sensor.sensitivity, lasting))
+            sensors.append(replace(sensor, axes=axes, sensitivity=vectors))
+    return SensorLayout(tuple(sensors), layout.name)
+
+
+def _record(
+    entry: CampaignEntry,
+    raw: RawRecording,
+    layout: SensorLayout,
+    model: FlexibleJointModel,
+    notes: list[str],
+) -> tuple[GapRecord, Motion]:
+    where = str(entry.path)
+    assert raw.position is not None  # noqa: S101 - recordings without are left out
+    order = _joint_order(raw.position.names, model, where)
+    chosen = [item for item in raw.accelerations if _uses(item, layout)]
+    start, end = _stretch([*chosen, raw.position], where)
+    if end - start > LONGEST_S:
+        notes.append(f'of each recording at most the first {LONGEST_S:.0f} s were used')
+        end = start + LONGEST_S
+    # The slowest sensors' own samples are the grid: they need no interpolation.
+    slowest = min(chosen, key=lambda item: item.rate_hz)
+    rate = slowest.rate_hz
+    start = slowest.start_s + np.ceil((start - slowest.start_s) * rate - 1e-6) / rate
+    grid = start + np.arange(int((end - start) * rate)) / rate
+    acceleration = np.empty((len(grid), len(layout.channels)))
+    names = [channel.name for channel in layout.channels]
+    for item in chosen:
+        columns = [number for number, name in enumerate(item.names) if name in names]
+        values = _on_grid(item, item.values[:, columns], grid, rate)
+        acceleration[:, [names.index(item.names[column]) for column in columns]] = values
+    motion = motion_on_grid(raw, raw.position, order, grid, rate)
+    _check_units(motion.pose, acceleration, layout, model, where, notes)
+    notes += _doubts(entry, motion, rate)
+    record = GapRecord(
+        name=entry.name,
+        pose=motion.pose,
+        level=entry.level,
+        sample_rate_hz=rate,
+        acceleration=acceleration,
+        motor_acceleration=motion.acceleration,
+        motor_velocity=motion.velocity,
+        motor_shift=motion.shift,
+        motion_noise=motion.noise,
+        heldout=entry.heldout,
+    )
+    return record, motion
+
+
+def _stretch(series: Sequence[Series], where: str) -> tuple[float, float]:
+    """Return when all series are there."""
+    start = max(item.start_s for item in series)
+    end = min(item.end_s for item in series)
+    if end - start >= SHORTEST_S:
+        return start, end
+    apart = end < start
+    spans = ', '.join(f'{item.names[0]} {item.start_s:.2f}..{item.end_s:.2f} s' for item in series)
+    raise RecordingError(
+        'sensors and joint states were not recorded at the same time'
+        if apart
+        else 'too short a stretch with all sensors and joint states',
+        where=where,
+        found=spans if apart else f'{end - start:.2f} s',
+        expected=f'>= {SHORTEST_S} s together',
+        advice='stamp both with one clock' if apart else 'record half a minute in each pose',
+    )
+
+
+def _check_units(
+    pose: Array,
+    acceleration: Array,
+    layout: SensorLayout,
+    model: FlexibleJointModel,
+    where: str,
+    notes: list[str],
+) -> None:
+    """Refuse angles in degrees; note accelerations that look like multiples of g."""
+    farthest = np.maximum(np.abs(model.limits.position_low), np.abs(model.limits.position_high))
+    if np.any(np.abs(pose) > np.minimum(farthest, 2.0 * np.pi) + FULL_TURNS * 2.0 * np.pi):
+        raise RecordingError(
+            'joint positions are out of all range',
+            where=where,
+            found=', '.join(f'{angle:.3g}' for angle in pose),
+            expected='radians',
+        )
+    first = 0
+    for sensor in layout:
+        mean = acceleration[:, first : first + len(sensor.axes)].mean(axis=0)
+        first += len(sensor.axes)
+        if len(sensor.axes) == 3 and abs(np.linalg.norm(mean) - 1.0) < G_BAND:
+            notes.append(f'{sensor.name} reads 1 at rest: its unit may be g instead of m/s²')
+
+
+def _doubts(entry: CampaignEntry, motion: Motion, rate_hz: float) -> list[str]:
+    """Return what of a recording limits the comparison."""
+    found = [motion.note] if motion.note else []
+    band = Band()
+    high_hz = band.within(rate_hz, str(entry.path)).high_hz
+    if high_hz < band.high_hz:
+        found.append(
+            f'compared up to {high_hz:.3g} Hz, {USABLE_SHARE:g} times the rate of the sensors'
+        )
+    if rate_hz < quiet_rate_hz(band):
+        found.append(
+            f'sensors at {rate_hz:.4g} Hz show little above what is compared: their noise is read'
+            ' among the response, and a small gap may be overlooked'
+        )
+    if motion.highest_hz < min(LEAST_BAND_HZ, high_hz):
+        found.append(f'joint states limit the comparison to {motion.highest_hz:.0f} Hz')
+    begin = motion.velocity[: max(2, round(0.05 * rate_hz))]
+    if np.sqrt(np.mean(begin**2)) > AT_REST * np.sqrt(np.mean(motion.velocity**2)):
+        found.append('recordings begin in motion: their first seconds count as gap')
+    said = entry.pose
+    if said is not None and len(said) == len(motion.pose):
+        away = float(np.abs(np.array(said) - motion.pose).max())
+        if away > POSE_SAID_RAD:
+            found.append(
+                f'{entry.name}: the joint states stand {np.degrees(away):.0f} deg away from'
+                ' the pose in campaign.yaml; the joint states count'
+            )
+    return found
+
+
+def _uses(item: Series, layout: SensorLayout) -> bool:
+    names = {channel.name for channel in layout.channels}
+    return bool(names & set(item.names))
+
+
+def _on_grid(item: Series, values: Array, grid: Array, rate: float) -> Array:
+    offset = (grid[0] - item.start_s) * item.rate_hz
+    if abs(item.rate_hz / rate - 1.0) < 1e-9 and abs(offset - round(offset)) < 1e-3:
+        first = round(offset)
+        return values[first : first + len(grid)]
+    return at_times(values, item.rate_hz, grid - item.start_s, highest_hz=USABLE_SHARE * rate)
+
+
+def _joint_order(names: tuple[str, ...], model: FlexibleJointModel, where: str) -> list[int]:
+    columns = joint_columns(names, model.joint_names)
+    if columns is None:
+        raise RecordingError(
+            'joint states of another robot',
+            where=where,
+            found=', '.join(names[:12]),
+            expected=', '.join(model.joint_names),
+        )
+    return columns
+
+
+def _with_levels(records: list[GapRecord]) -> list[GapRecord]:
+    """Name levels by the size of the motion where the campaign does not."""
+    if all(record.level for record in records):
+        return records
+    size = np.array([np.sqrt(np.mean(record.motor_acceleration**2)) for record in records])
+    rank = np.round(np.log2(np.maximum(size, 1e-12) / max(float(size.max()), 1e-12)))
+    return [
+        replace(record, level=record.level or f'{int(value)} oct')
+        for record, value in zip(records, rank, strict=True)
+    ]
+
+
+def campaign_layout(folder: Path, model: str) -> SensorLayout | None:
+    """Return the robot's own sensor layout when the campaign brings none."""
+    if read_campaign_file(folder).layout is not None:
+        return None
+    return load_layout(model)

@@ -1,0 +1,67 @@
+"""A hypothesis about the cell, and the arm in it as a linear system at each pose.
+
+In come a robot model and its sensors; out go modal systems with their tolerances: what is known
+only to a percent or so and must not be given a name.
+"""
+
+from model_gap.cell.equivalent_gain import closed_transfer, equivalent_gain
+from model_gap.cell.joint_vector import (
+    axis_row,
+    BETWEEN_LINKS,
+    force_vector,
+    in_words,
+    is_coupled,
+    joint_spring,
+    joint_vector,
+    marked,
+    plain_joint,
+)
+from model_gap.cell.nuisance import (
+    change_drive,
+    change_joint,
+    gain_step,
+    Nuisance,
+    nuisances,
+    Tolerances,
+)
+from model_gap.cell.pose_system import (
+    pose_arm,
+    pose_system,
+    PoseArm,
+    PoseSystem,
+    sag,
+    with_channels,
+)
+from model_gap.cell.setup import Filter, HeldTorque, JointForce, Ripple, Setup, Tone
+
+__all__ = [
+    'BETWEEN_LINKS',
+    'Filter',
+    'HeldTorque',
+    'JointForce',
+    'Nuisance',
+    'PoseArm',
+    'PoseSystem',
+    'Ripple',
+    'Setup',
+    'Tolerances',
+    'Tone',
+    'axis_row',
+    'change_drive',
+    'change_joint',
+    'closed_transfer',
+    'equivalent_gain',
+    'force_vector',
+    'gain_step',
+    'in_words',
+    'is_coupled',
+    'joint_spring',
+    'joint_vector',
+    'marked',
+    'nuisances',
+    'plain_joint',
+    'pose_arm',
+    'pose_system',
+    'sag',
+    'with_channels',
+]

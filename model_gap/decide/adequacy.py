@@ -1,0 +1,100 @@
+"""What an explanation leaves over, cell by cell: a wrong one leaves it somewhere.
+
+A mean over everything hides a residual that stands in one band at one amplitude level; there it
+is what a wrong law leaves: a stop, a slipping spring or a clipped sensor taken for something else.
+"""
+
+from dataclasses import dataclass
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.campaign import BAND_EDGES_HZ
+from model_gap.fit import Fit, foretold
+from model_gap.hypothesis import Hypothesis
+from model_gap.predict import Predictor
+from model_gap.search import Search
+
+Array = NDArray[np.float64]
+# Fewer complex data say too little of a mean of squares.
+LEAST_DATA = 100
+
+
+@dataclass(frozen=True)
+class Cell:
+    """χ of one band at one amplitude level.
+
+    Parameters
+    ----------
+    place : str
+        For people.
+    misfit : float
+        Mean of |Y - Ŷ|²/σ².
+    """
+
+    place: str
+    misfit: float
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """How well a hypothesis fits, as numbers whose spread on healthy arms is known.
+
+    Parameters
+    ----------
+    fitted, heldout : float
+        χ; of held-out records with what the fit leaves uncertain allowed for, NaN without any.
+    worst, worst_heldout : Cell
+        The cell with the largest χ.
+    stretched : float
+        Largest tolerance, in prior standard deviations.
+    stretched_name : str
+        Which.
+    """
+
+    fitted: float
+    heldout: float
+    worst: Cell
+    worst_heldout: Cell
+    stretched: float
+    stretched_name: str
+
+
+def adequacy(search: Search, fit: Fit) -> Adequacy:
+    """Measure what a fit leaves over on fitting and held-out records."""
+    hypothesis = fit.hypothesis
+    misfit, worst = _misfits(search.data.fitting, hypothesis)
+    heldout, worst_heldout = float('nan'), Cell('', float('nan'))
+    if search.data.heldout.records:
+        heldout, moved = foretold(fit, search.data.heldout)
+        _, worst_heldout = _misfits(search.data.heldout, moved)
+    values = np.abs(hypothesis.tolerance_values)
+    most = int(np.argmax(values)) if len(values) else -1
+    return Adequacy(
+        misfit,
+        heldout,
+        worst,
+        worst_heldout,
+        float(values[most]) if len(values) else 0.0,
+        hypothesis.tolerances[most].name if len(values) else '',
+    )
+
+
+def _misfits(predictor: Predictor, hypothesis: Hypothesis) -> tuple[float, Cell]:
+    sums: dict[tuple[str, str], Array] = {}
+    parts = predictor.squares(hypothesis.setup())
+    for item, squares in zip(predictor.records, parts, strict=True):
+        for low, high in itertools.pairwise(BAND_EDGES_HZ):
+            inside = (item.frequency_hz >= low) & (item.frequency_hz < high)
+            part = squares[:, inside]
+            place = (f'{low:g}-{high:g} Hz', item.record.level)
+            sums[place] = sums.get(place, np.zeros(2)) + np.array([part.sum(), part.size])
+    total, count = np.sum(list(sums.values()), axis=0)
+    cells = [
+        Cell(f'{band} at level {level}', float(square / size))
+        for (band, level), (square, size) in sums.items()
+        if size >= LEAST_DATA
+    ]
+    overall = float(total / count)
+    return overall, max(cells, key=lambda cell: cell.misfit, default=Cell('', overall))

@@ -1,0 +1,149 @@
+"""Which next recording would tell two explanations apart: the one they predict most differently.
+
+References
+----------
+Hunter and Reiner (1965), doi:10.1080/00401706.1965.10490265: the experiment with the largest
+difference between the predictions of two fitted rivals.
+"""
+
+from collections.abc import Sequence
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.errors import ModelError
+from model_gap.campaign import RecordSpectra
+from model_gap.cell import Setup
+from model_gap.effects import arm_mass
+from model_gap.hypothesis import Hypothesis
+from model_gap.predict import Predictor
+from structural_model.spec import MassSpec
+
+Array = NDArray[np.float64]
+POSES = 16
+INSIDE = 0.8
+LEVELS = (0.5, 2.0)
+STEADY_RAD_S = 0.1
+PAYLOAD_SHARE = 0.03
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A recording that could be made.
+
+    Parameters
+    ----------
+    words : str
+        What to do.
+    separation : float
+        Root mean square difference of the two predictions, in standard deviations of the noise.
+    """
+
+    words: str
+    separation: float
+
+
+def experiments_between(
+    one: Hypothesis, other: Hypothesis, predictor: Predictor, rng: np.random.Generator
+) -> tuple[Experiment, ...]:
+    """Return possible recordings, the one that separates two hypotheses best first.
+
+    Parameters
+    ----------
+    one, other : Hypothesis
+        Fitted.
+    predictor : Predictor
+        Of the campaign: its loudest record is repeated elsewhere, louder or softer, with a known
+        mass at the flange, or in slow steady motion.
+    rng : numpy.random.Generator
+        For the poses.
+    """
+    loudest = max(predictor.records, key=lambda item: float(np.abs(item.motor_acceleration).sum()))
+    asked = _asked(predictor, loudest, rng)
+    found = _separations([record for _, record in asked], one, other, predictor)
+    mass = round(PAYLOAD_SHARE * arm_mass(one.scene), 1)
+    loaded = _separations([loudest], one, other, predictor, mass)
+    words = [text for text, _ in asked] + [f'the same poses with {mass:g} kg at the flange']
+    listed = [Experiment(*item) for item in zip(words, found + loaded, strict=True)]
+    return tuple(sorted(listed, key=lambda item: -item.separation))
+
+
+def separation_now(one: Hypothesis, other: Hypothesis, predictor: Predictor) -> float:
+    """Return how far apart the two are on the records there are, in the same measure."""
+    return float(np.sqrt(np.mean(np.square(_differences(predictor, one, other, 0.0)))))
+
+
+def _asked(
+    predictor: Predictor, loudest: RecordSpectra, rng: np.random.Generator
+) -> list[tuple[str, RecordSpectra]]:
+    record = loudest.record
+    limits = predictor.model.limits
+    middle = (limits.position_high + limits.position_low) / 2.0
+    half = INSIDE * (limits.position_high - limits.position_low) / 2.0
+    asked = []
+    for _ in range(POSES):
+        pose = middle + half * rng.uniform(-1.0, 1.0, len(middle))
+        if limits.position_violation(pose) is None:
+            degrees = ', '.join(f'{angle:.0f}' for angle in np.rad2deg(pose))
+            there = dataclasses.replace(record, pose=pose)
+            asked.append(
+                (f'serial joint angles [{degrees}]°', dataclasses.replace(loudest, record=there))
+            )
+    for factor in LEVELS:
+        asked.append(
+            (f'the same poses, motion {factor:g} times as large', _scaled(loudest, factor))
+        )
+    moving = dataclasses.replace(record, motor_velocity=record.motor_velocity + STEADY_RAD_S)
+    words = f'the same motion on top of {STEADY_RAD_S:g} rad/s of steady motion of the joints'
+    asked.append((words, dataclasses.replace(loudest, record=moving)))
+    return asked
+
+
+def _scaled(item: RecordSpectra, factor: float) -> RecordSpectra:
+    record = dataclasses.replace(
+        item.record,
+        motor_acceleration=factor * item.record.motor_acceleration,
+        motor_velocity=factor * item.record.motor_velocity,
+        motor_shift=factor * item.record.motor_shift,
+    )
+    return dataclasses.replace(
+        item,
+        record=record,
+        motor_acceleration=factor * item.motor_acceleration,
+        motor_shift=factor * item.motor_shift,
+        tail=factor * item.tail,
+    )
+
+
+def _separations(
+    records: Sequence[RecordSpectra],
+    one: Hypothesis,
+    other: Hypothesis,
+    like: Predictor,
+    mass_kg: float = 0.0,
+) -> list[float]:
+    predictor = dataclasses.replace(like, records=records)
+    try:
+        return _differences(predictor, one, other, mass_kg)
+    except ModelError:
+        return [0.0] * len(records)
+
+
+def _differences(
+    predictor: Predictor, one: Hypothesis, other: Hypothesis, mass_kg: float
+) -> list[float]:
+    first, second = (predictor.predict(_loaded(item, mass_kg)) for item in (one, other))
+    return [
+        float(np.sqrt(np.mean(np.abs(a - b) ** 2 / item.noise_power)))
+        for item, a, b in zip(predictor.records, first, second, strict=True)
+    ]
+
+
+def _loaded(hypothesis: Hypothesis, mass_kg: float) -> Setup:
+    setup = hypothesis.setup()
+    if mass_kg == 0.0:
+        return setup
+    item = MassSpec('known_mass', hypothesis.scene.model.link_names[-1], mass_kg, (0.0, 0.0, 0.0))
+    return setup.with_spec(dataclasses.replace(setup.spec, masses=(*setup.spec.masses, item)))

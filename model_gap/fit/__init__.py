@@ -1,0 +1,30 @@
+"""Effects and tolerances fitted to spectra, with evidence.
+
+In come a hypothesis and records; out go the most probable numbers, their covariance and the
+evidence by Laplace's approximation (MacKay 2003, chapter 28).
+"""
+
+from model_gap.fit.fit import descend, EFFECTIVE_DATA, Fit, fit, free_numbers_cost, Linearised
+from model_gap.fit.fits import fits, Numbers, numbers_of, with_numbers
+from model_gap.fit.foretold import foretold
+from model_gap.fit.linearise import tolerance_columns
+from model_gap.fit.neighbours import neighbours
+from model_gap.fit.split import pose_groups, split
+
+__all__ = [
+    'EFFECTIVE_DATA',
+    'Fit',
+    'Linearised',
+    'Numbers',
+    'descend',
+    'fit',
+    'fits',
+    'foretold',
+    'free_numbers_cost',
+    'neighbours',
+    'numbers_of',
+    'pose_groups',
+    'split',
+    'tolerance_columns',
+    'with_numbers',
+]

@@ -1,0 +1,206 @@
+"""Derivatives of the prediction by all numbers, as real rows weighted by the noise."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.side_by_side import side_by_side
+from model_gap.campaign import Complex, hann, Rows
+from model_gap.cell import (
+    closed_transfer,
+    equivalent_gain,
+    joint_spring,
+    joint_vector,
+    plain_joint,
+    Setup,
+)
+from model_gap.hypothesis import Hypothesis
+from model_gap.laws import Follow
+from model_gap.predict import ArmChange, Predictor, stacked, static_twist, sum_of_forces
+
+Array = NDArray[np.float64]
+Complex64 = NDArray[np.complex64]
+TOLERANCE_STEP = 0.05
+EFFECT_STEP = 0.002
+
+
+def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> Rows:
+    """Return derivatives by the inner parameters, in prior standard deviations, as rows.
+
+    Where a parameter changes no torque law, nonlinear torques are held.  What changes the arm is
+    differentiated as tolerances are: a spring's change and its tolerance must look alike.
+    """
+    tolerant = hypothesis.tolerant
+    now = hypothesis.add_effects(tolerant)
+    held = predictor.hold(now).held if _mixed(hypothesis) else now.held
+    slow = [
+        effect.amplitude_dependent
+        for effect in hypothesis.effects
+        for _ in effect.parameters(hypothesis.scene)
+    ]
+    setups, steps = [], []
+    for number, scale in enumerate(hypothesis.prior_scale):
+        inner = hypothesis.inner.copy()
+        step = EFFECT_STEP * scale
+        item = hypothesis.parameters[number]
+        if item.inner(item.high) - inner[number] < step:
+            step = -step
+        inner[number] += step
+        moved = hypothesis.moved(hypothesis.tolerance_values, inner).add_effects(tolerant)
+        if not slow[number]:
+            moved = replace(moved, forces=(), held=held)
+        setups.append(moved)
+        steps.append(step / scale)
+    stepped = [setup for setup, waits in zip(setups, slow, strict=True) if waits]
+    waiting = iter(predictor.predict_many(stepped) if stepped else [])
+    arm: _ArmDerivative | None = None
+    columns = []
+    for setup, waits, step in zip(setups, slow, steps, strict=True):
+        if waits or setup.spec == now.spec:
+            spectra = next(waiting) if waits else predictor.predict(setup)
+            columns.append((predictor.weighting.rows(spectra) - base) / np.float32(step))
+            continue
+        if arm is None:
+            arm = _ArmDerivative(now, predictor)
+        changes = predictor.seen_changes(arm.solved, arm.changes(setup, step))
+        columns.append(predictor.weighting.rows(changes))
+    return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
+
+
+def _mixed(hypothesis: Hypothesis) -> bool:
+    """Return whether torques in time stand beside effects that can do without."""
+    return len({effect.amplitude_dependent for effect in hypothesis.effects}) > 1
+
+
+def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
+    """Return derivatives by the tolerances, per prior standard deviation, as rows.
+
+    To first order a changed arm is the present one under the force (dB a + dP q) -
+    (dM x'' + dC x' + dK x), so that one transfer per record serves all tolerances.  Nonlinear
+    springs are stepped again along the twist that this force changes; friction follows as an
+    equivalent damper would; torques that see a measured twist stay.  Where the drive of one of the
+    latter two is changed, all is predicted anew.  What rings on after the record is held.
+
+    References
+    ----------
+    Fox and Kapoor (1968), doi:10.2514/3.5008, for the direct method of sensitivities.
+    """
+    tolerant = hypothesis.tolerant
+    setup = hypothesis.add_effects(tolerant)
+    arm = _ArmDerivative(setup, predictor)
+    solved, tolerances = arm.solved, hypothesis.tolerances
+    local = predictor.local_torques
+    anew = {plain_joint(force.joint) for force in setup.forces if not local.bends(force)}
+    base = predictor.rows(setup) if anew else np.zeros(0, dtype=np.float32)
+    gains = [number for number, item in enumerate(tolerances) if item.kind == 'gain']
+
+    def column(number: int) -> Rows:
+        item = tolerances[number]
+        if item.kind == 'gain':
+            changes = [np.zeros_like(reading) for reading in solved.readings]
+            for change, reading in zip(changes, solved.readings, strict=True):
+                row = gains.index(number)
+                change[row] = reading[row] * item.sigma
+            return predictor.weighting.rows(predictor.seen_changes(solved, changes))
+        moved = hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
+        if item.joint in anew:
+            return (predictor.rows(moved) - base) / np.float32(TOLERANCE_STEP)
+        if item.kind == 'position':
+            systems = predictor.sensors_moved(moved, solved.systems)
+            readings = predictor.readings(systems, solved.states)
+            changes = [
+                (new - old) / TOLERANCE_STEP
+                for new, old in zip(readings, solved.readings, strict=True)
+            ]
+        else:
+            changes = arm.changes(moved, TOLERANCE_STEP, item.kind == 'spring')
+        return predictor.weighting.rows(predictor.seen_changes(solved, changes))
+
+    numbers = range(len(tolerances))
+    if setup.forces:  # else it is done before others could begin
+        return np.array(side_by_side(column, numbers), dtype=np.float32)
+    return np.array([column(number) for number in numbers], dtype=np.float32)
+
+
+class _ArmDerivative:
+    """First-order change of the readings when the arm changes, by the direct method."""
+
+    def __init__(self, setup: Setup, predictor: Predictor) -> None:
+        self.predictor = predictor
+        self.solved = predictor.solved(setup)
+        self.base = predictor.arms(setup.spec)
+        systems, local = self.solved.systems, predictor.local_torques
+        self.following = local.following(setup, self.solved.torques, systems)
+        rubbing = [
+            force
+            for force in setup.forces
+            if local.followed(force) is Follow.PREDICTED and not local.bends(force)
+        ]
+        joints = dict.fromkeys(force.joint for force in rubbing)
+        names = systems[0].dof_names
+        places = np.array([joint_vector(predictor.model, joint, names) for joint in joints]).T
+        self.motions = [
+            stacked(state.omega, state.deflection, state.acceleration, state.shift)
+            for state in self.solved.states
+        ]
+        self.transfers: list[Complex64] = []
+        for number, (state, group) in enumerate(
+            zip(self.solved.states, predictor.groups, strict=True)
+        ):
+            transfer: Complex = systems[group].transfer(state.omega)
+            if joints:
+                stepped = zip(setup.forces, self.solved.torques.stepped[number], strict=True)
+                force = sum_of_forces([one for law, one in stepped if law in rubbing])
+                torques = -np.linalg.lstsq(places.astype(complex), force)[0]
+                gains = [
+                    equivalent_gain(torque, place @ state.deflection, state.omega)
+                    for torque, place in zip(torques, places.T, strict=True)
+                ]
+                transfer = closed_transfer(transfer, systems[group], state.omega, places, gains)
+            self.transfers.append(transfer.astype(np.complex64))
+
+    def changes(self, moved: Setup, step: float, springs_only: bool = False) -> list[Complex]:
+        """Return the change of the readings per prior standard deviation, one per record.
+
+        Parameters
+        ----------
+        moved : Setup
+            Not far away.
+        step : float
+            How far, in prior standard deviations.
+        springs_only : bool
+            Mass and inputs are those of the base, the same change at all poses.
+        """
+        arms = self.predictor.arms(moved.spec, 1 if springs_only else None)
+        changes = [ArmChange.between(one, two) for one, two in zip(self.base, arms, strict=False)]
+        twists = self._twists_at_rest(moved)
+        found = []
+        for motion, transfer, following, group in zip(
+            self.motions, self.transfers, self.following, self.predictor.groups, strict=True
+        ):
+            arm = changes[0 if springs_only else group]
+            force = arm.force(motion)
+            for number, torque in enumerate(following):
+                stiffness = joint_spring(moved.spec, torque.law.joint).stiffness
+                force += torque.push(arm, stiffness, twists[group][number])
+            change = _through(transfer, force / np.float32(step))
+            found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
+        return found
+
+    def _twists_at_rest(self, moved: Setup) -> list[list[float]]:
+        """Return the twists under gravity in a changed arm, per pose and torque."""
+        model = self.predictor.arm(moved.spec)
+        vectors = (
+            [torque.stepped.path.vector for torque in self.following[0]] if self.following else []
+        )
+        return [
+            [static_twist(model, vector, pose) for vector in vectors]
+            for pose in self.predictor.poses
+        ]
+
+
+def _through(transfer: Complex64, force: Complex64) -> Complex64:
+    """Return readings under a force on few degrees of freedom."""
+    rows = np.flatnonzero(force.any(axis=1))
+    return np.asarray(np.einsum('cnb,nb->cb', transfer[:, rows], force[rows]))

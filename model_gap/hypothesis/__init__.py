@@ -1,0 +1,18 @@
+"""A set of effects with numbers, on an arm with tolerances.
+
+In come effects of the catalogue; out go cells to predict with, and what a model already knows.
+"""
+
+from model_gap.hypothesis.hypothesis import Hypothesis
+from model_gap.hypothesis.known_effects import corrected_layout, known_effects, with_known_effects
+from model_gap.hypothesis.stretched import instead_of_tolerances, stretch, STRETCHED
+
+__all__ = [
+    'STRETCHED',
+    'Hypothesis',
+    'corrected_layout',
+    'instead_of_tolerances',
+    'known_effects',
+    'stretch',
+    'with_known_effects',
+]

@@ -1,0 +1,155 @@
+"""A set of effects with numbers, on an arm with tolerances."""
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.campaign import Complex
+from model_gap.cell import HeldTorque, Nuisance, Setup
+from model_gap.effects import Effect, EffectParameter, Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Effects and where the parameters stand.
+
+    Parameters
+    ----------
+    scene : Scene
+        Nominal arm and sensors.
+    tolerances : tuple of Nuisance
+        In the order of ``tolerance_values``.
+    effects : tuple of Effect
+        May be empty.
+    tolerance_values : (n_tolerances,) array
+        In prior standard deviations.
+    inner : (n_parameters,) array
+        Parameters of all effects, inner scale.
+    held : tuple of HeldTorque
+        Instead of the first torque laws, the scene's own and those of earlier effects: their
+        torques as they were.
+    """
+
+    scene: Scene
+    tolerances: tuple[Nuisance, ...]
+    effects: tuple[Effect, ...]
+    tolerance_values: Array
+    inner: Array
+    held: tuple[HeldTorque, ...] = ()
+
+    @property
+    def parameters(self) -> tuple[EffectParameter, ...]:
+        """Parameters of all effects, in the order of ``inner``."""
+        return tuple(item for effect in self.effects for item in effect.parameters(self.scene))
+
+    @property
+    def prior_scale(self) -> Array:
+        """Prior standard deviation of every inner parameter."""
+        return np.array([item.scale for item in self.parameters])
+
+    def values(self) -> list[tuple[float, ...]]:
+        """Return the physical values, one tuple per effect."""
+        found, place = [], 0
+        for effect in self.effects:
+            items = effect.parameters(self.scene)
+            found.append(
+                tuple(
+                    item.value(inner)
+                    for item, inner in zip(
+                        items, self.inner[place : place + len(items)], strict=True
+                    )
+                )
+            )
+            place += len(items)
+        return found
+
+    def with_effect(self, effect: Effect, values: tuple[float, ...]) -> 'Hypothesis':
+        """Return a copy with one more effect."""
+        items = effect.parameters(self.scene)
+        inner = [item.inner(value) for item, value in zip(items, values, strict=True)]
+        return dataclasses.replace(
+            self, effects=(*self.effects, effect), inner=np.r_[self.inner, inner]
+        )
+
+    def without(self, index: int) -> 'Hypothesis':
+        """Return a copy without one of its effects."""
+        sizes = [len(effect.parameters(self.scene)) for effect in self.effects]
+        start = sum(sizes[:index])
+        keep = np.r_[self.inner[:start], self.inner[start + sizes[index] :]]
+        effects = self.effects[:index] + self.effects[index + 1 :]
+        return dataclasses.replace(self, effects=effects, inner=keep)
+
+    def with_details(self) -> 'Hypothesis | None':
+        """Return a copy whose last effect has more of its numbers free; None when it has none."""
+        effect = self.effects[-1].detailed()
+        if effect is None:
+            return None
+        neutral = [item.neutral for item in effect.parameters(self.scene)]
+        last = len(self.effects) - 1
+        known = self.values()[last]
+        return self.without(last).with_effect(effect, (*known, *neutral[len(known) :]))
+
+    def moved(self, tolerance_values: Array, inner: Array) -> 'Hypothesis':
+        """Return a copy with other numbers, inner ones kept in their plausible range.
+
+        Numbers of laws whose torques are held stay: nothing but their prior would pull at them.
+        """
+        waiting = len(self.held) - len(self.scene.setup.forces)
+        stay: list[bool] = []
+        for effect in self.effects:
+            held = effect.amplitude_dependent and waiting > 0
+            waiting -= held
+            stay += [held] * len(effect.parameters(self.scene))
+        inner = np.where(stay, self.inner, inner) if any(stay) else inner
+        inside = [
+            min(
+                max(x, item.inner(item.low) if not item.log or item.low > 0 else x),
+                item.inner(item.high),
+            )
+            for x, item in zip(inner, self.parameters, strict=True)
+        ]
+        return dataclasses.replace(
+            self, tolerance_values=tolerance_values, inner=np.array(inside, dtype=float)
+        )
+
+    @cached_property
+    def tolerant(self) -> Setup:
+        """The setup with tolerances but without effects."""
+        numbers = self.tolerance_values
+        setup = self.scene.setup
+        for item, value in zip(self.tolerances, numbers, strict=True):
+            if value and item.kind != 'gain':
+                setup = item.apply(setup, float(value))
+        sizes = np.array(
+            [
+                item.sigma * value
+                for item, value in zip(self.tolerances, numbers, strict=True)
+                if item.kind == 'gain'
+            ]
+        )
+        if sizes.any():
+            factor = np.exp(sizes)[:, None]
+
+            def step(omega: Array, spectra: Complex) -> Complex:
+                return np.asarray(spectra * factor)
+
+            setup = setup.then_output(step)
+        return setup
+
+    def add_effects(self, setup: Setup) -> Setup:
+        """Return a setup with the effects added."""
+        for effect, values in zip(self.effects, self.values(), strict=True):
+            setup = effect.apply(setup, values, self.scene)
+        if self.held:
+            forces = setup.forces[len(self.held) :]
+            setup = dataclasses.replace(setup, forces=forces, held=self.held)
+        return setup
+
+    def setup(self) -> Setup:
+        """Return the whole setup."""
+        return self.add_effects(self.tolerant)

@@ -1,0 +1,137 @@
+"""Effects a model already has: into its file, and out of it again."""
+
+from collections.abc import Sequence
+import dataclasses
+from itertools import groupby
+
+import numpy as np
+
+from modal_core.channel import Sensor, SensorLayout
+from modal_core.errors import ModelError
+from model_gap.cell import Setup
+from model_gap.effects import CATALOGUE, delay_step, Effect, Scene
+from model_gap.hypothesis.hypothesis import Hypothesis
+from structural_model.spec import KnownEffect, KnownNumber
+
+MIXING = ('sensor_gain', 'sensor_polarity', 'sensor_axis_swap', 'sensor_rotation')
+DELAY = 'sensor_delay'
+TYPES = {kind.type: kind for kind in CATALOGUE}
+
+
+def known_effects(hypothesis: Hypothesis, deviation: Sequence[float]) -> tuple[KnownEffect, ...]:
+    """Return the effects of a hypothesis as a model file keeps them.
+
+    Parameters
+    ----------
+    hypothesis : Hypothesis
+        Effects at their fitted values.
+    deviation : sequence of float
+        Standard deviations of all parameters, in the parameters' own units.
+    """
+    found, place = [], 0
+    for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
+        items = effect.parameters(hypothesis.scene)
+        numbers = tuple(
+            KnownNumber(item.name, float(value), float(sigma), item.unit)
+            for item, value, sigma in zip(
+                items, values, deviation[place : place + len(items)], strict=True
+            )
+        )
+        place += len(items)
+        kept_in = _kept_in(effect, values, hypothesis.scene)
+        found.append(
+            KnownEffect(effect.type, effect.location or '', effect.variant, kept_in, numbers)
+        )
+    return tuple(found)
+
+
+def _kept_in(effect: Effect, values: Sequence[float], scene: Scene) -> str:
+    if effect.type in (*MIXING, DELAY):
+        return 'layout'
+    setup = effect.apply(scene.setup, values, scene)
+    only_arm = setup.with_spec(scene.setup.spec) == scene.setup
+    return 'model' if only_arm else 'effects'
+
+
+def corrected_layout(layout: SensorLayout, hypothesis: Hypothesis) -> SensorLayout:
+    """Return a layout in which the sensors are what they were found to be.
+
+    Parameters
+    ----------
+    layout : SensorLayout
+        As it was given; sensors and axes that were not recorded may be among its own.
+    hypothesis : Hypothesis
+        Its effects of sensors that mix, scale or delay readings are taken over.
+    """
+    scene = hypothesis.scene
+    setup = Setup(scene.setup.spec, layout.channels)
+    delay_s: dict[str, float] = {}
+    for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
+        if effect.type in MIXING:
+            setup = effect.apply(setup, values, scene)
+        elif effect.type == DELAY:
+            name = str(effect.location).removeprefix('sensor:')
+            delay_s[name] = delay_s.get(name, 0.0) + values[0]
+    # The steps are linear and the same at every frequency: what they make of unit readings.
+    count = len(layout.channels)
+    mixing = setup.seen(np.zeros(count), np.eye(count, dtype=complex))
+    directions = mixing.real @ np.array([channel.direction for channel in layout.channels])
+    changed = np.abs(mixing - np.eye(len(mixing))).sum(axis=1) > 0.0
+    sensors, first = [], 0
+    for sensor in layout:
+        rows = slice(first, first + len(sensor.axes))
+        first = rows.stop
+        sensors.append(
+            dataclasses.replace(
+                _with_sensitivity(sensor, directions[rows]) if changed[rows].any() else sensor,
+                delay_s=sensor.delay_s + delay_s.get(sensor.name, 0.0),
+            )
+        )
+    return SensorLayout(tuple(sensors), layout.name)
+
+
+def _with_sensitivity(sensor: Sensor, rows: np.ndarray) -> Sensor:
+    vectors = tuple((float(x), float(y), float(z)) for x, y, z in rows)
+    return dataclasses.replace(
+        sensor, sensitivity=vectors, rotation_quaternion=(0.0, 0.0, 0.0, 1.0)
+    )
+
+
+def with_known_effects(scene: Scene) -> Setup:
+    """Return the setup of a scene with what its model file keeps only as effects.
+
+    Raises
+    ------
+    ModelError
+        An effect the catalogue does not have, or one of its parameters is missing.
+    """
+    setup = scene.setup
+    delays = [(channel.delay_s, row) for row, channel in enumerate(setup.channels)]
+    for delay_s, group in groupby(delays, key=lambda item: item[0]):
+        if delay_s:
+            setup = setup.then_output(delay_step(delay_s, [row for _, row in group]))
+    for known in setup.spec.effects:
+        if known.kept_in != 'effects':
+            continue
+        if known.type not in TYPES:
+            raise ModelError(
+                'unknown effect', where='effects', found=known.type, expected=', '.join(TYPES)
+            )
+        effect = TYPES[known.type](known.location or None, known.variant)
+        numbers = {item.name: item.value for item in known.parameters}
+        if 'frequency' in numbers and not scene.lines_hz:
+            scene = dataclasses.replace(scene, lines_hz=(numbers['frequency'],))
+        wanted = [item.name for item in effect.parameters(scene)]
+        detailed = effect.detailed()
+        if detailed is not None and set(wanted) < set(numbers):
+            effect = detailed
+            wanted = [item.name for item in effect.parameters(scene)]
+        if set(wanted) != set(numbers):
+            raise ModelError(
+                'parameters do not fit the effect',
+                where=f'effects: {known.type}',
+                found=', '.join(numbers),
+                expected=', '.join(wanted),
+            )
+        setup = effect.apply(setup, [numbers[name] for name in wanted], scene)
+    return setup

@@ -1,0 +1,76 @@
+"""What the noise of a measured twist makes of a prediction: part of a residual's covariance.
+
+A torque that follows a measured twist inherits its noise.  The readings it makes lie along one
+direction h(ω) per record and frequency, so that the residual's covariance is D + s h hᴴ with D the
+noise of the sensors and s(ω) the power of the torque's error.  The residual is scaled along h to
+what it would be with covariance D, and all over by the root of the determinants' ratio: a law
+that is doubtful where others are not pays for it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.campaign import Complex, RecordSpectra
+
+Array = NDArray[np.float64]
+# Neighbouring bins over which the power of a torque's error is averaged, to either side.
+NEIGHBOURS = 6
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Uncertain directions of one record's residual.
+
+    Parameters
+    ----------
+    directions : tuple of (n_channels, n_bins) array
+        Unit vectors in readings over the noise.
+    shrink : tuple of (n_bins,) array
+        1 - 1/√(1 + s|h|²) of each.
+    log_det : float
+        Σ log(1 + s|h|²).
+    """
+
+    directions: tuple[Complex, ...]
+    shrink: tuple[Array, ...]
+    log_det: float
+
+
+def doubt_of(
+    responses: Sequence[Complex], errors: Sequence[Complex], item: RecordSpectra
+) -> Doubt:
+    """Return the doubt that errors of torques make.
+
+    Parameters
+    ----------
+    responses : sequence of (n_channels, n_bins) array
+        Readings per torque.
+    errors : sequence of (n_bins,) array
+        A sample of every torque's error.
+    item : RecordSpectra
+        Gives the noise.
+    """
+    directions, shrink, log_det = [], [], 0.0
+    for response, error in zip(responses, errors, strict=True):
+        scaled = response / np.sqrt(item.noise_power)
+        size = np.sqrt(np.sum(np.abs(scaled) ** 2, axis=0))
+        window = np.ones(2 * NEIGHBOURS + 1)
+        power = np.convolve(np.abs(error) ** 2, window, 'same')
+        power /= np.convolve(np.ones(len(error)), window, 'same')
+        growth = 1.0 + power * size**2
+        directions.append(scaled / np.maximum(size, 1e-300))
+        shrink.append(1.0 - 1.0 / np.sqrt(growth))
+        log_det += float(np.log(growth).sum())
+    return Doubt(tuple(directions), tuple(shrink), log_det)
+
+
+def certain(values: Complex, doubt: Doubt, item: RecordSpectra) -> Complex:
+    """Return readings scaled along the uncertain directions, (n_channels, n_bins)."""
+    scale = np.sqrt(item.noise_power)
+    scaled = values / scale
+    for direction, shrink in zip(doubt.directions, doubt.shrink, strict=True):
+        scaled = scaled - direction * (shrink * np.sum(direction.conj() * scaled, axis=0))
+    return np.asarray(scaled * scale)

@@ -1,0 +1,136 @@
+"""Nonlinear torques in the joints, stepped in time for all records of a predictor."""
+
+from collections.abc import Sequence
+import dataclasses
+from dataclasses import dataclass, field
+
+from model_gap.campaign import Complex, hann, RecordSpectra
+from model_gap.cell import JointForce, PoseSystem, Setup
+from model_gap.laws import Follow
+from model_gap.predict.joint_path import joint_path, JointPath, STEPS_PER_S
+from model_gap.predict.step_torque import step_torque
+from model_gap.predict.torque_following import TorqueFollowing
+from model_gap.predict.torque_spectra import (
+    force_spectra,
+    SteppedTorque,
+    sum_of_forces,
+    whole_force,
+)
+from structural_model import FlexibleJointModel
+
+# By joint, record and the twist it sees.
+Paths = dict[tuple[str, int, Follow], JointPath]
+
+
+@dataclass(frozen=True)
+class Torques:
+    """What the torques of one setup do.
+
+    Parameters
+    ----------
+    forces : list of (n_dof, 3 n_bins) complex array
+        On the deflections, per record; empty where a setup has no torques.
+    errors : dict of (str, int) to (n_bins,) complex array
+        By joint and record: a sample of the error of torques that see a measured twist.
+    stepped : list of list of SteppedTorque
+        Per record and torque.
+    """
+
+    forces: list[Complex] = field(default_factory=list)
+    errors: dict[tuple[str, int], Complex] = field(default_factory=dict)
+    stepped: list[list[SteppedTorque]] = field(default_factory=list)
+
+
+@dataclass
+class LocalTorques:
+    """Steps torques along the motion of records.
+
+    Parameters
+    ----------
+    records : sequence of RecordSpectra
+        The records.
+    groups : tuple of int
+        Which pose each has.
+    steps_per_s : float [Hz]
+        Fewer than usual are for numbers that are still far off.
+    """
+
+    records: Sequence[RecordSpectra]
+    groups: tuple[int, ...]
+    steps_per_s: float
+    _known: tuple[Setup, Paths] | None = field(init=False, default=None, repr=False)
+
+    def followed(self, force: JointForce) -> Follow:
+        """Return which twist a torque sees."""
+        first = self.steps_per_s < STEPS_PER_S
+        return force.law.sees_first if first else force.law.sees
+
+    def bends(self, force: JointForce) -> bool:
+        """Return whether a torque is a spring's on the predicted twist.
+
+        It may change the arm's own stiffness as it moves: no constant gain stands for that.
+        """
+        return force.law.of_spring and self.followed(force) is Follow.PREDICTED
+
+    def of(
+        self, setups: Sequence[Setup], model: FlexibleJointModel, systems: Sequence[PoseSystem]
+    ) -> list[Torques]:
+        """Return the torques of several setups with one arm and one motion."""
+        paths = self._paths(setups[0])
+        found = []
+        for setup in setups:
+            torques = Torques()
+            for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
+                system = systems[group]
+                stepped = []
+                for force in setup.forces:
+                    key = (force.joint, index, self.followed(force))
+                    if key not in paths:
+                        paths[key] = self._path(force, setup, model, item, system)
+                    path = paths[key]
+                    torque = step_torque(path, force)
+                    push = whole_force(torque, path, item, system)
+                    stepped.append(SteppedTorque(path, torque, push))
+                    if path.noisy is not None:
+                        noisy = step_torque(path.with_noise(), force)
+                        place = force_spectra(noisy - torque, path, item)
+                        error = path.vector @ place / (path.vector @ path.vector)
+                        torques.errors[force.joint, index] = hann(error.reshape(-1, 3))
+                torques.stepped.append(stepped)
+                if stepped:
+                    torques.forces.append(sum_of_forces(stepped))
+            found.append(torques)
+        return found
+
+    def _paths(self, setup: Setup) -> Paths:
+        """Return the paths of an arm and its motion, those of the last one again."""
+        bare = dataclasses.replace(setup, forces=())
+        if self._known is None or self._known[0] != bare:
+            self._known = bare, {}
+        return self._known[1]
+
+    def following(
+        self, setup: Setup, torques: Torques, systems: Sequence[PoseSystem]
+    ) -> list[list[TorqueFollowing]]:
+        """Return what follows slight changes of the arm: springs' torques, per record."""
+        return [
+            [
+                TorqueFollowing(one, force, item, systems[group], setup, self.bends(force))
+                for force, one in zip(setup.forces, stepped, strict=True)
+                if force.law.of_spring
+            ]
+            for item, group, stepped in zip(
+                self.records, self.groups, torques.stepped, strict=True
+            )
+        ]
+
+    def _path(
+        self,
+        force: JointForce,
+        setup: Setup,
+        model: FlexibleJointModel,
+        item: RecordSpectra,
+        system: PoseSystem,
+    ) -> JointPath:
+        follow = self.followed(force)
+        return joint_path(model, force.joint, item, system, setup, self.steps_per_s, follow)

@@ -1,0 +1,352 @@
+"""What a setup says the sensors read, for the motion that was recorded."""
+
+from collections.abc import Sequence
+import dataclasses
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import Channel
+from model_gap.campaign import hann, RecordSpectra, Rows, Weighting
+from model_gap.cell import (
+    HeldTorque,
+    joint_vector,
+    pose_arm,
+    pose_system,
+    PoseArm,
+    PoseSystem,
+    Setup,
+    with_channels,
+)
+from model_gap.predict.doubt import certain, Doubt, doubt_of
+from model_gap.predict.driven import driven_motion
+from model_gap.predict.joint_path import STEPS_PER_S
+from model_gap.predict.local_torques import LocalTorques, Torques
+from model_gap.predict.ripple import ripple_force
+from model_gap.predict.tone import best_motion, follow, rows_of, tone_motions
+from structural_model import FlexibleJointModel, ModelSpec
+
+Complex = NDArray[np.complex128]
+SAME_POSE_RAD = 2e-3
+
+
+@dataclass(frozen=True)
+class RecordState:
+    """Motor motion and deflection of one record under a setup, on bins and their neighbours.
+
+    Parameters
+    ----------
+    omega : (3 n_bins,) array [rad/s]
+        Flattened triples.
+    acceleration, shift : (n_joints, 3 n_bins) complex array
+        Motor motion behind the inputs' steps.
+    deflection : (n_dof, 3 n_bins) complex array
+        Of the flexible degrees of freedom.
+    """
+
+    omega: NDArray[np.float64]
+    acceleration: Complex
+    shift: Complex
+    deflection: Complex
+
+
+@dataclass(frozen=True)
+class Solved:
+    """How the arm moves in every record under a setup.
+
+    Parameters
+    ----------
+    setup : Setup
+        Arm, torques and inputs.
+    systems : list of PoseSystem
+        Per pose.
+    torques : Torques
+        The nonlinear ones.
+    states : list of RecordState
+        Per record.
+    readings : list of (n_channels, n_bins) complex array
+        What the sensors read, before the outputs' steps.
+    patterns : list of (n_patterns, n_rows) array
+        What free tones can do, per record; none without tones.
+    """
+
+    setup: Setup
+    systems: list[PoseSystem]
+    torques: Torques
+    states: list[RecordState]
+    readings: list[Complex]
+    patterns: list[NDArray[np.float64]]
+
+    def holds_for(self, setup: Setup) -> bool:
+        """Return whether the arm moves like this under another setup."""
+        # Tones and torques on a measured twist follow what sensors read.
+        outputs = setup.outputs if setup.tones or setup.forces else self.setup.outputs
+        return dataclasses.replace(setup, outputs=outputs) == self.setup
+
+
+@dataclass
+class Predictor:
+    """Predict the spectra of records under any setup.
+
+    Parameters
+    ----------
+    model : FlexibleJointModel
+        Gives kinematics; its spec is replaced by the setup's.
+    records : sequence of RecordSpectra
+        What to predict.
+    steps_per_s : float [Hz]
+        Of nonlinear torques; fewer than usual are for numbers that are still far off.
+    hanging : bool
+        Linear about how the arm hangs in its springs, not about the motors' angles.
+    """
+
+    model: FlexibleJointModel
+    records: Sequence[RecordSpectra]
+    steps_per_s: float = STEPS_PER_S
+    hanging: bool = True
+    groups: tuple[int, ...] = field(init=False)
+    poses: list[NDArray[np.float64]] = field(init=False)
+    _solved: Solved | None = field(init=False, default=None)
+    _model: FlexibleJointModel | None = field(init=False, default=None)
+    _systems: tuple[ModelSpec, tuple[Channel, ...], list[PoseSystem]] | None = field(
+        init=False, default=None
+    )
+
+    def __post_init__(self) -> None:
+        """Group the records: those of one pose share one linear system."""
+        groups, self.poses = [], []
+        for item in self.records:
+            pose = item.record.pose
+            known = [
+                index
+                for index, other in enumerate(self.poses)
+                if np.abs(other - pose).max() < SAME_POSE_RAD
+            ]
+            if not known:
+                self.poses.append(pose)
+            groups.append(known[0] if known else len(self.poses) - 1)
+        self.groups = tuple(groups)
+
+    @cached_property
+    def local_torques(self) -> LocalTorques:
+        """Steps the nonlinear torques."""
+        return LocalTorques(self.records, self.groups, self.steps_per_s)
+
+    @cached_property
+    def weighting(self) -> Weighting:
+        """How spectra become rows, and what was measured as rows."""
+        return Weighting.of(self.records)
+
+    def rows(self, setup: Setup) -> Rows:
+        """Return the prediction as rows."""
+        return self.weighting.rows(self.predict(setup))
+
+    def systems(self, spec: ModelSpec, channels: tuple[Channel, ...]) -> list[PoseSystem]:
+        """Linearise at every pose; what was asked for last is remembered."""
+        known = self._systems
+        if known is None or known[:2] != (spec, channels):
+            model = self.arm(spec)
+            found = [pose_system(model, pose, channels, self.hanging) for pose in self.poses]
+            known = self._systems = (spec, channels, found)
+        return known[2]
+
+    def arms(self, spec: ModelSpec, most: int | None = None) -> list[PoseArm]:
+        """Return the matrices at every pose, or at the first few."""
+        model = self.arm(spec)
+        return [pose_arm(model, pose, self.hanging) for pose in self.poses[:most]]
+
+    def arm(self, spec: ModelSpec) -> FlexibleJointModel:
+        """Return an arm; the last one again if it is the same."""
+        if self._model is None or self._model.spec != spec:
+            self._model = dataclasses.replace(self.model, spec=spec)
+        return self._model
+
+    def sensors_moved(self, setup: Setup, systems: Sequence[PoseSystem]) -> list[PoseSystem]:
+        """Return the systems with the channels of a setup, dynamics unchanged."""
+        model = dataclasses.replace(self.model, spec=setup.spec)
+        return [
+            with_channels(system, model, pose, setup.channels, self.hanging)
+            for system, pose in zip(systems, self.poses, strict=True)
+        ]
+
+    def solved(self, setup: Setup) -> Solved:
+        """Return how the arm moves under a setup; what was asked for last is remembered."""
+        if self._solved is None or not self._solved.holds_for(setup):
+            systems = self.systems(setup.spec, setup.channels)
+            (torques,) = self.torques([setup], systems)
+            self._solved = self._solve(setup, systems, torques)
+        return self._solved
+
+    def _solve(self, setup: Setup, systems: list[PoseSystem], torques: Torques) -> Solved:
+        states = []
+        for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
+            omega = item.omega.ravel()
+            motion = driven_motion(item, setup)
+            system = systems[group]
+            force = system.force(motion.acceleration, motion.shift)
+            for ripple in setup.ripples:
+                force = force + ripple_force(ripple, item, self.model, setup.spec, system)
+            for torque in setup.held:
+                rows = [system.dof_names.index(name) for name in torque.dof_names]
+                force[rows] += torque.spectra[index]
+            if torques.forces:
+                force = force + torques.forces[index]
+            ringing = system.end_state(motion.tail, item.coarse_period_s)
+            deflection = system.deflection(omega, force, ringing * item.end_scale)
+            states.append(RecordState(omega, motion.acceleration, motion.shift, deflection))
+        patterns: list[NDArray[np.float64]] = []
+        if setup.tones:
+            states, patterns = self._with_tones(setup, systems, states)
+        return Solved(setup, systems, torques, states, self.readings(systems, states), patterns)
+
+    def _with_tones(
+        self, setup: Setup, systems: Sequence[PoseSystem], states: Sequence[RecordState]
+    ) -> tuple[list[RecordState], list[NDArray[np.float64]]]:
+        """Add to every record the tones that fit what is left of it best."""
+        found, patterns = [], []
+        readings = self.outputs(setup, self.readings(systems, states))
+        for item, group, state, reading in zip(
+            self.records, self.groups, states, readings, strict=True
+        ):
+            seen = partial(_seen, setup, item, systems[group])
+            kinds = tone_motions(setup.tones, item, systems[group], self.model)
+            rest = item.measured - reading
+            motion, own = best_motion(setup.tones, kinds, item, seen, rest)
+            patterns.append(own)
+            found.append(dataclasses.replace(state, deflection=state.deflection + motion))
+        return found, patterns
+
+    def seen_changes(self, solved: Solved, changes: Sequence[Complex]) -> list[Complex]:
+        """Return changes of the readings as changes of the prediction.
+
+        Behind the outputs' steps, scaled as doubts scale the residual, less what free tones would
+        follow.
+
+        Golub and Pereyra (1973), doi:10.1137/0710036, as simplified by Kaufman (1975),
+        doi:10.1007/BF01932995: numbers that are free in every record are eliminated.
+        """
+        seen = self.outputs(solved.setup, changes)
+        seen = self._certain(self._doubts(solved, solved.setup), seen)
+        if not solved.patterns:
+            return seen
+        found = []
+        for item, patterns, change in zip(self.records, solved.patterns, seen, strict=True):
+            rows = rows_of(change, item)
+            rows = rows - follow(patterns, rows) @ patterns
+            half = len(rows) // 2
+            scaled = (rows[:half] + 1j * rows[half:]).reshape(change.shape)
+            found.append(scaled * np.sqrt(item.noise_power))
+        return found
+
+    def torques(self, setups: Sequence[Setup], systems: Sequence[PoseSystem]) -> list[Torques]:
+        """Return the nonlinear torques of several setups with one arm and one motion."""
+        return self.local_torques.of(setups, self.arm(setups[0].spec), systems)
+
+    def _doubts(self, solved: Solved, setup: Setup) -> tuple[Doubt, ...]:
+        """Return the doubt of every record; nothing where no torque sees a measured twist."""
+        systems = solved.systems
+        sources = (*(item.errors for item in setup.held), solved.torques.errors)
+        errors = {key: error for source in sources for key, error in source.items()}
+        if not errors:
+            return ()
+        places = {
+            joint: joint_vector(self.model, joint, systems[0].dof_names) for joint, _ in errors
+        }
+        found = []
+        for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
+            omega = item.omega[:, 1]
+            responses, samples = [], []
+            for joint, place in places.items():
+                responses.append(setup.seen(omega, systems[group].response(omega, place)))
+                samples.append(errors[joint, index])
+            found.append(doubt_of(responses, samples, item))
+        return tuple(found)
+
+    def _certain(self, doubts: Sequence[Doubt], changes: Sequence[Complex]) -> list[Complex]:
+        """Return changes of the readings scaled as ``doubts`` scale residuals."""
+        if not doubts:
+            return list(changes)
+        count = sum(item.measured.size for item in self.records)
+        growth = np.exp(0.5 * sum(item.log_det for item in doubts) / count)
+        return [
+            growth * certain(change, doubt, item)
+            for change, doubt, item in zip(changes, doubts, self.records, strict=True)
+        ]
+
+    def _doubted(self, doubts: Sequence[Doubt], readings: list[Complex]) -> list[Complex]:
+        """Return readings such that what is measured beyond them is scaled by the doubts."""
+        if not doubts:
+            return readings
+        measured = [item.measured for item in self.records]
+        rest = [one - two for one, two in zip(measured, readings, strict=True)]
+        return [one - two for one, two in zip(measured, self._certain(doubts, rest), strict=True)]
+
+    def hold(self, setup: Setup) -> Setup:
+        """Return a setup whose nonlinear torques stay as they are now, whatever changes."""
+        if not setup.forces:
+            return setup
+        systems = self.systems(setup.spec, setup.channels)
+        names, held = systems[0].dof_names, []
+        for force in setup.forces:
+            alone = dataclasses.replace(setup, forces=(force,))
+            (torques,) = self.torques([alone], systems)
+            held.append(HeldTorque(names, tuple(torques.forces), torques.errors))
+        return dataclasses.replace(setup, forces=(), held=(*setup.held, *held))
+
+    def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:
+        """Predict several setups; if only nonlinear forces differ, their paths are shared."""
+        first = dataclasses.replace(setups[0], forces=())
+        alike = all(dataclasses.replace(item, forces=()) == first for item in setups)
+        if not alike or not any(item.forces for item in setups):
+            return [self.predict(item) for item in setups]
+        systems = self.systems(first.spec, first.channels)
+        return [
+            self._predicted(self._solve(setup, systems, torques), setup)
+            for setup, torques in zip(setups, self.torques(setups, systems), strict=True)
+        ]
+
+    def readings(
+        self, systems: Sequence[PoseSystem], states: Sequence[RecordState]
+    ) -> list[Complex]:
+        """Return what the sensors read, Hann window, before the outputs' steps."""
+        found = []
+        for state, group in zip(states, self.groups, strict=True):
+            raw = systems[group].reading(
+                state.omega, state.deflection, state.acceleration, state.shift
+            )
+            found.append(hann(raw.reshape(len(raw), -1, 3)))
+        return found
+
+    def outputs(self, setup: Setup, readings: Sequence[Complex]) -> list[Complex]:
+        """Apply the outputs' steps."""
+        return [
+            setup.seen(item.omega[:, 1], reading)
+            for item, reading in zip(self.records, readings, strict=True)
+        ]
+
+    def squares(self, setup: Setup) -> list[NDArray[np.float64]]:
+        """Return |Y - Ŷ|²/σ² of every record, (n_channels, n_bins) each."""
+        return [
+            np.abs(item.measured - reading) ** 2 / item.noise_power
+            for item, reading in zip(self.records, self.predict(setup), strict=True)
+        ]
+
+    def predict(self, setup: Setup) -> list[Complex]:
+        """Return the predicted spectra of every record, (n_channels, n_bins) each.
+
+        Effects of sensors cost next to nothing after others.
+        """
+        return self._predicted(self.solved(setup), setup)
+
+    def _predicted(self, solved: Solved, setup: Setup) -> list[Complex]:
+        return self._doubted(self._doubts(solved, setup), self.outputs(setup, solved.readings))
+
+
+def _seen(setup: Setup, item: RecordSpectra, system: PoseSystem, motion: Complex) -> Complex:
+    """Return what the sensors read of a deflection while the motors stand still."""
+    omega = item.omega.ravel()
+    still = np.zeros((system.rigid.shape[1], len(omega)), dtype=complex)
+    raw = system.reading(omega, motion, still, still)
+    return setup.seen(item.omega[:, 1], hann(raw.reshape(len(raw), -1, 3)))

@@ -1,0 +1,125 @@
+"""The records of a campaign, transformed: all of them, and fewer, shorter and coarser ones.
+
+The way to an explanation is sought on little data, the verdict is found on all.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from model_gap.campaign import Band, GapRecord, record_spectra, TARGET_BINS
+from model_gap.cell import Setup
+from model_gap.predict import linearised, Predictor, ROUGH_STEPS_PER_S, SAME_POSE_RAD, STEPS_PER_S
+from structural_model import FlexibleJointModel
+
+SCREEN_BINS = 90
+MANY_CHANNELS = 15
+LEAST_BINS = 60
+SCREEN_POSES = 3
+SCREEN_S = 12.0
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A predictor of every set of records.
+
+    Parameters
+    ----------
+    fitting, heldout : Predictor
+        Every record, on all bins.
+    coarse : Predictor
+        The beginning of every fitting record, on few bins.
+    screening : Predictor
+        Of these a few poses.
+    racing : Predictor
+        Of these the loudest level.
+    """
+
+    fitting: Predictor
+    heldout: Predictor
+    coarse: Predictor
+    screening: Predictor
+    racing: Predictor
+
+
+def prepare(
+    records: Sequence[GapRecord],
+    model: FlexibleJointModel,
+    band: Band,
+    lines_hz: Sequence[float],
+    about: Setup | None,
+) -> Prepared:
+    """Make records linear about an arm, and transform them.
+
+    Parameters
+    ----------
+    records : sequence of GapRecord
+        All of a campaign.
+    model : FlexibleJointModel
+        Nominal arm.
+    band : Band
+        What is compared.
+    lines_hz : sequence of float [Hz]
+        Hums, kept out of the bins.
+    about : Setup or None
+        The arm whose second-order motion is taken out; None for records of a simulation that is
+        linear about the motors' angles.
+    """
+
+    def predictor(
+        chosen: Sequence[GapRecord], bins: int = TARGET_BINS, steps_per_s: float = STEPS_PER_S
+    ) -> Predictor:
+        n_channels = chosen[0].acceleration.shape[1] if chosen else 0
+        # Many channels say the same with fewer bins.
+        bins = max(LEAST_BINS, round(bins * min(1.0, MANY_CHANNELS / max(n_channels, 1))))
+        spectra = [record_spectra(item, band, bins, tuple(lines_hz)) for item in chosen]
+        return Predictor(model, spectra, steps_per_s, hanging=about is not None)
+
+    if about is not None:
+        records = linearised(records, model, about, band.high_hz)
+    fitting = [item for item in records if not item.heldout]
+    short = [shortened(item, SCREEN_S) for item in fitting]
+    few = of_first_poses(short, SCREEN_POSES)
+    return Prepared(
+        fitting=predictor(fitting),
+        heldout=predictor([item for item in records if item.heldout]),
+        coarse=predictor(short, SCREEN_BINS, ROUGH_STEPS_PER_S),
+        screening=predictor(few, SCREEN_BINS, ROUGH_STEPS_PER_S),
+        racing=predictor(loudest(few), SCREEN_BINS, ROUGH_STEPS_PER_S),
+    )
+
+
+def shortened(record: GapRecord, seconds: float) -> GapRecord:
+    """Return the beginning of a record."""
+    count = min(len(record.acceleration), round(seconds * record.sample_rate_hz))
+    return replace(
+        record,
+        acceleration=record.acceleration[:count],
+        motor_acceleration=record.motor_acceleration[:count],
+        motor_velocity=record.motor_velocity[:count],
+        motor_shift=record.motor_shift[:count],
+    )
+
+
+def loudest(records: Sequence[GapRecord]) -> list[GapRecord]:
+    """Return the records of the level with the largest motion."""
+    size = {item.level: 0.0 for item in records}
+    for item in records:
+        size[item.level] = max(size[item.level], float(item.motor_acceleration.std()))
+    level = max(size, key=lambda name: size[name])
+    return [item for item in records if item.level == level]
+
+
+def of_first_poses(records: Sequence[GapRecord], count: int) -> list[GapRecord]:
+    """Return the records of the first few poses, all their levels."""
+    poses: list[np.ndarray] = []
+    found = []
+    for record in records:
+        known = any(np.abs(pose - record.pose).max() < SAME_POSE_RAD for pose in poses)
+        if not known and len(poses) < count:
+            poses.append(record.pose)
+            known = True
+        if known:
+            found.append(record)
+    return found

@@ -1,0 +1,109 @@
+"""Fit every linear effect of the arm for a few steps, tolerances following, and see who is ahead.
+
+One simulation per starting value is not enough for what moves resonances by more than their width:
+the tolerances make up for part of it, and what is left looks like nothing.  A few steps of a joint
+fit of effect and tolerances find the right one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from modal_core.errors import ModelError
+from modal_core.side_by_side import side_by_side
+from model_gap.campaign import Rows
+from model_gap.effects import Effect
+from model_gap.fit import descend, Numbers, numbers_of, tolerance_columns, with_numbers
+from model_gap.hypothesis import Hypothesis
+from model_gap.predict import Predictor
+from model_gap.search.reach import within_reach
+from model_gap.search.screen import Trial
+
+FIRST_STEPS = 2
+FURTHER_STEPS = 5
+# Only where a free force would explain this share of what one does at the best place: the right
+# place explains all but what tolerances have to do with it.
+REACH_SHARE = 0.4
+# So many go on after the first steps, of one effect at most so many.
+FURTHER = 20
+FURTHER_STARTS = 2
+Placed = tuple[float, Numbers]
+
+
+def runs(effect: Effect) -> bool:
+    """Return whether an effect changes the arm and is linear."""
+    return effect.moves_poles and not effect.amplitude_dependent
+
+
+@dataclass(frozen=True)
+class Track:
+    """The records a race is run on, and how tolerances act on them without any new effect.
+
+    Parameters
+    ----------
+    predictor : Predictor
+        Of a few records: one level is enough.
+    columns : array
+        Tolerance derivatives.
+    """
+
+    predictor: Predictor
+    columns: Rows
+
+    @classmethod
+    def of(cls, base: Hypothesis, predictor: Predictor) -> 'Track':
+        """Linearise the tolerances at what the effects are added to."""
+        return cls(predictor, tolerance_columns(base, predictor))
+
+    def run(self, start: Hypothesis, steps: int) -> Placed | None:
+        """Return the objective after some steps and where; None from an impossible arm."""
+        try:
+            found = descend(start, self.predictor, self.columns, steps)
+        except ModelError:
+            return None
+        return found.objective, numbers_of(found.hypothesis)
+
+
+def race(screened: Sequence[Trial], base: Hypothesis, predictor: Predictor) -> list[Trial]:
+    """Return all trials, linear effects of the arm after a few steps, the most promising first.
+
+    Parameters
+    ----------
+    screened : sequence of Trial
+        Where each begins, beside a few starts of its own; others than linear effects of the arm
+        stay as they are.
+    base : Hypothesis
+        What they are added to.
+    predictor : Predictor
+        Of a few records.
+    """
+    base = replace(base, held=predictor.hold(base.setup()).held)
+    track = Track.of(base, predictor)
+    found_of = dict(enumerate(screened))
+    linear = [trial.effect for trial in screened if runs(trial.effect)]
+    near = within_reach(linear, [base], predictor, 0.0, REACH_SHARE)
+    running = [n for n, trial in enumerate(screened) if any(trial.effect is it for it in near)]
+
+    def begin(number: int) -> list[Placed]:
+        effect = screened[number].effect
+        values = (screened[number].values, *map(tuple, effect.few_starts(base.scene)))
+        found = [track.run(base.with_effect(effect, start), FIRST_STEPS) for start in values]
+        return sorted((item for item in found if item), key=lambda item: item[0])[:FURTHER_STARTS]
+
+    def go_on(start: Hypothesis) -> Placed | None:
+        return track.run(start, FURTHER_STEPS)
+
+    begun = zip(running, side_by_side(begin, running), strict=True)
+    standing = [(value, number, at) for number, best in begun for value, at in best]
+    standing = sorted(standing, key=lambda item: item[0])[:FURTHER]
+    starts = [with_numbers(base, numbers) for _, _, numbers in standing]
+    without = track.run(base, FIRST_STEPS + FURTHER_STEPS)
+    ends = side_by_side(go_on, starts)
+    for (_, number, _), end in zip(standing, ends, strict=True):
+        if without is None or end is None:
+            continue
+        gain, at = without[0] - end[0], with_numbers(base, end[1])
+        if gain > found_of[number].gain:
+            last = len(at.effects) - 1
+            before = replace(at.without(last), held=())
+            found_of[number] = Trial(at.effects[last], at.values()[last], gain, before)
+    return sorted(found_of.values(), key=lambda trial: -trial.gain)

@@ -1,0 +1,151 @@
+"""From what promised most to fitted explanations: roughly first, the closest on all records."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from model_gap.effects import Effect
+from model_gap.fit import Fit, fit, fits, Linearised, neighbours
+from model_gap.hypothesis import Hypothesis, instead_of_tolerances
+from model_gap.predict import Predictor
+from model_gap.search.prepared import Prepared
+from model_gap.search.screen import Trial
+
+ROUGH = 8
+ROUGH_PER_TYPE = 4
+ROUGH_PER_PLACE = 2
+# As many beside an accepted torque law, where a fit takes longer.
+AFTER_TORQUES = 4
+REFINED = 4
+# What promised less than this share of the best in the screening is not tried.
+LEAST_PROMISE = 0.06
+# Rough fits this far behind the best are not refined.
+HOPELESS = 200.0
+# Once a rough fit is this good, torque laws that promised less than this share are not tried.
+SETTLED_MISFIT = 1.5
+SETTLED_SHARE = 0.5
+# Tolerances mimic an effect only where they leave little; where much is left they are distorted.
+MIMICKED_MISFIT = 4.0
+# Details are looked into of candidates this close to the best.
+DETAILED = 100.0
+
+
+def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list[Fit]:
+    """Fit what promised most on the coarse records; return those worth more, the best first.
+
+    Parameters
+    ----------
+    current : Fit
+        What one more effect is sought for.
+    trials : sequence of Trial
+        Screened, the most promising first.
+    coarse : Predictor
+        Of the coarse records.
+    """
+    held = coarse.hold(current.hypothesis.setup()).held
+    trials = chosen(trials)[: AFTER_TORQUES if held else None]
+    found: list[Fit | None] = []
+    if current.misfit < MIMICKED_MISFIT:
+        starts = [replace(item, held=held) for item in instead_of_tolerances(current.hypothesis)]
+        found += fits(lambda start: fit(start, coarse, relinearise=3), starts)
+    shared = Linearised.of(trials[0].base, coarse) if trials else None
+
+    def roughly(start: Hypothesis) -> Fit:
+        if start.effects[-1].amplitude_dependent:
+            return fit(start, coarse, shared, iterations=4, relinearise=1)
+        return fit(start, coarse, shared, iterations=6, relinearise=3)
+
+    def starts_of(some: Sequence[Trial]) -> list[Hypothesis]:
+        return [
+            replace(trial.base, held=held).with_effect(trial.effect, values)
+            for trial in some
+            for values in dict.fromkeys((trial.values, *others_of(trial)))
+        ]
+
+    def others_of(trial: Trial) -> Sequence[tuple[float, ...]]:
+        return trial.effect.other_starts(trial.values) if trial is trials[0] else ()
+
+    def may_wait(trial: Trial) -> bool:
+        promises = trial.gain >= SETTLED_SHARE * trials[0].gain
+        return trial.effect.amplitude_dependent and not promises
+
+    found += fits(roughly, starts_of([trial for trial in trials if not may_wait(trial)]))
+    if min((item.misfit for item in found if item), default=np.inf) > SETTLED_MISFIT:
+        found += fits(roughly, starts_of([trial for trial in trials if may_wait(trial)]))
+    close = best_of_each(found)
+    close = [item for item in close if item.log_evidence > close[0].log_evidence - HOPELESS]
+    close = close[:REFINED]
+    if close and close[0].misfit > SETTLED_MISFIT:
+        close = with_details(close, coarse)
+    return close
+
+
+def fine_fits(rough: Sequence[Fit], data: Prepared) -> list[Fit]:
+    """Fit on all records; the best also with their details free, and on the links beside."""
+
+    def finely(start: Hypothesis) -> Fit:
+        slow = any(effect.amplitude_dependent for effect in start.effects)
+        return fit(start, data.fitting, iterations=3 if slow else 5, relinearise=0)
+
+    starts = [replace(item.hypothesis, held=()) for item in rough]
+    found = [item for item in fits(finely, starts) if item]
+    best = max((item.log_evidence for item in found), default=0.0)
+    near = [item for item in found if item.log_evidence > best - DETAILED]
+    rest = [item for item in found if item.log_evidence <= best - DETAILED]
+    near = with_details(near, data.fitting)
+    return best_of_each([*near, *_next_door(near, data), *rest])
+
+
+def _next_door(near: Sequence[Fit], data: Prepared) -> list[Fit]:
+    """Fit the best effect of a link on the links beside it as well."""
+    best = max(near, key=lambda item: item.log_evidence, default=None)
+    if best is None:
+        return []
+    moved = neighbours(best.hypothesis, data.coarse)
+    fine = fits(lambda start: fit(start, data.fitting, iterations=5), moved)
+    return with_details([item for item in fine if item], data.fitting)
+
+
+def with_details(found: Sequence[Fit], predictor: Predictor) -> list[Fit]:
+    """Return each fit with its last effect's details free, where it has any.
+
+    No one knows them: values, deviations and evidence must contain that.
+    """
+    starts = {
+        n: start for n, item in enumerate(found) if (start := item.hypothesis.with_details())
+    }
+    freed = fits(
+        lambda start: fit(start, predictor, iterations=5, relinearise=2), list(starts.values())
+    )
+    detailed = dict(zip(starts, freed, strict=True))
+    return [detailed.get(number) or item for number, item in enumerate(found)]
+
+
+def chosen(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the trials worth a refined fit: the best, not too many of one type and place."""
+    found: list[Trial] = []
+    for trial in trials:
+        alike = sum(item.effect.type == trial.effect.type for item in found)
+        here = sum(item.effect.key == trial.effect.key for item in found)
+        promising = trial.gain > max(1.0, LEAST_PROMISE * trials[0].gain)
+        if alike < ROUGH_PER_TYPE and here < ROUGH_PER_PLACE and promising:
+            found.append(trial)
+        if len(found) == ROUGH:
+            break
+    return found
+
+
+def same(one: Effect, other: Effect) -> bool:
+    """Return whether two effects are one and the same, whatever details are free."""
+    return (one.key, one.variant) == (other.key, other.variant)
+
+
+def best_of_each(candidates: Sequence[Fit | None]) -> list[Fit]:
+    """Return the best fit of every effect, the best first: several starts may have met."""
+    found: list[Fit] = []
+    for item in sorted((item for item in candidates if item), key=lambda item: -item.log_evidence):
+        last = item.hypothesis.effects[-1]
+        if not any(same(last, other.hypothesis.effects[-1]) for other in found):
+            found.append(item)
+    return found

@@ -1,0 +1,11 @@
+"""Modes of several recordings held against each other, or joined.
+
+In come modes of two recordings or of several set-ups with shared references; out go changes
+beyond chance, or one set of shapes over all points (PoSER and PreGER; Reynders, Magalhaes, De
+Roeck and Cunha 2009, IOMAC).
+"""
+
+from oma_identifier.compare.comparison import compare, Comparison, ModeChange
+from oma_identifier.compare.merging import merge_modes, shared_channels
+
+__all__ = ['Comparison', 'ModeChange', 'compare', 'merge_modes', 'shared_channels']

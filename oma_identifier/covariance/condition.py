@@ -1,0 +1,199 @@
+"""Conditioning of one band: drift removal and anti-aliased decimation, block after block.
+
+All channels pass the same causal filters.  A filter common to all channels multiplies the whole
+spectrum by one number per frequency, so it moves no pole of the structure and no mode shape; its
+own poles are overdamped and never taken for modes.
+"""
+
+from collections.abc import Iterator
+import math
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+from scipy.signal import butter, firwin, kaiser_beta, sosfilt, sosfilt_zi
+
+from oma_identifier.covariance.bands import Band
+from oma_identifier.covariance.references import LONGEST
+
+PASS, STOP = 0.4, 0.6
+"""Edges of the decimation filter over the new rate; what aliases lands above ``PASS``."""
+ATTENUATION_DB = 70.0
+HIGH_PASS_ORDER = 4
+GROUP = 16
+"""Outputs of the decimation filter made at once."""
+
+
+class Decimator:
+    """Streaming anti-aliased decimation by an integer.
+
+    Parameters
+    ----------
+    factor : int
+        Output rate is input rate over this.
+    """
+
+    def __init__(self, factor: int) -> None:
+        self.factor = factor
+        # Kaiser: length for the attenuation and transition width (Oppenheim & Schafer, 7.76)
+        width = 2.0 * math.pi * (STOP - PASS) / factor
+        n_taps = math.ceil((ATTENUATION_DB - 8.0) / (2.285 * width)) | 1
+        self.taps = firwin(
+            n_taps,
+            (PASS + STOP) / factor,
+            window=('kaiser', kaiser_beta(ATTENUATION_DB)),
+        )
+        # The filter is symmetric, so a row of taps is the filter itself.
+        self._group = np.zeros((GROUP, (GROUP - 1) * factor + len(self.taps)))
+        for row in range(GROUP):
+            self._group[row, row * factor : row * factor + len(self.taps)] = self.taps
+        self._past: NDArray[np.float64] | None = None
+
+    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Filter and decimate the next rows.
+
+        Parameters
+        ----------
+        rows : (n_samples, n_channels) array
+            Continues what was passed before.
+
+        Returns
+        -------
+        (n_decimated, n_channels) array
+            As many rows as are complete now; the first comes half a filter after the start.
+        """
+        past = rows[:0] if self._past is None else self._past
+        n_out = max(0, (len(past) + len(rows) - len(self.taps)) // self.factor + 1)
+        # Only outputs that reach back see the past and rows joined; many rows are not copied.
+        n_head = GROUP * math.ceil(len(past) / (GROUP * self.factor))
+        if n_out <= n_head:
+            data = np.concatenate([past, rows])
+            self._past = data[n_out * self.factor :].copy()
+            return self._filtered(data, n_out)
+        used = max(0, (n_head - 1) * self.factor + len(self.taps) - len(past))
+        head = np.concatenate([past, rows[:used]])
+        self._past = rows[n_out * self.factor - len(past) :].copy()
+        filtered = np.empty((n_out, rows.shape[1]))
+        filtered[:n_head] = self._filtered(head, n_head)
+        filtered[n_head:] = self._filtered(
+            rows[n_head * self.factor - len(past) :], n_out - n_head
+        )
+        return filtered
+
+    def _filtered(self, data: NDArray[np.float64], n_out: int) -> NDArray[np.float64]:
+        """Return outputs that each see the taps from ``factor`` times their number on.
+
+        One product of matrices makes a group of outputs of all channels.
+        """
+        group, reach = self._group.shape
+        step = group * self.factor
+        n_groups = n_out // group
+        filtered = np.empty((n_out, data.shape[1]))
+        if n_groups:
+            whole = sliding_window_view(data, reach, axis=0)[::step][:n_groups]
+            whole = self._group @ whole.transpose(0, 2, 1)
+            filtered[: n_groups * group] = whole.reshape(n_groups * group, -1)
+        rest = n_out - n_groups * group
+        if rest:
+            used = (rest - 1) * self.factor + len(self.taps)
+            left = data[n_groups * step : n_groups * step + used]
+            filtered[n_groups * group :] = self._group[:rest, :used] @ left
+        return filtered
+
+
+class HighPass:
+    """Streaming high-pass filter that removes gravity, drift and rigid motion.
+
+    Parameters
+    ----------
+    corner_hz, sample_rate_hz : float [Hz]
+        Corner and rate.
+    """
+
+    def __init__(self, corner_hz: float, sample_rate_hz: float) -> None:
+        self._sections = butter(
+            HIGH_PASS_ORDER, corner_hz, 'highpass', fs=sample_rate_hz, output='sos'
+        )
+        self._state: NDArray[np.float64] | None = None
+
+    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Filter the next rows, (n_samples, n_channels) in and out."""
+        if len(rows) == 0:
+            return rows
+        if self._state is None:
+            # Start as if the first row had been there for ever: gravity leaves no step.
+            self._state = sosfilt_zi(self._sections)[:, :, np.newaxis] * rows[0]
+        filtered, self._state = sosfilt(self._sections, rows, axis=0, zi=self._state)
+        return np.asarray(filtered)
+
+
+class Decimation:
+    """One stream of samples at all the rates that its bands ask for, each stage made once."""
+
+    def __init__(self) -> None:
+        self._stages: dict[tuple[int, ...], tuple[Decimator, int]] = {}
+        self._made: dict[tuple[int, ...], NDArray[np.float64]] = {}
+        self._number = 0
+        self.n_rows = 0
+
+    def take(self, rows: NDArray[np.float64], ahead: 'Decimation | None' = None) -> None:
+        """Take the next rows, (n_samples, n_channels).
+
+        Parameters
+        ----------
+        ahead : Decimation or None
+            That took the same rows, this time and every time before: what it made is not made
+            again.
+        """
+        self._number += 1
+        self.n_rows = len(rows)
+        self._made = {**(ahead._made if ahead is not None else {}), (): rows}
+
+    def __call__(self, factors: tuple[int, ...]) -> NDArray[np.float64]:
+        """Return the rows taken last, decimated by all factors in turn."""
+        if factors not in self._made:
+            stage, last = self._stages.get(factors, (None, 0))
+            if stage is None or last != self._number - 1:
+                stage = Decimator(factors[-1])  # rows are missing: what it knows is too old
+            self._stages[factors] = stage, self._number
+            self._made[factors] = stage(self(factors[:-1]))
+        return self._made[factors]
+
+    def drop(self) -> None:
+        """Forget the rows at the full rate, which keep the window alive they were cut from."""
+        self._made.pop((), None)
+
+    def drop_all(self) -> None:
+        """Forget what was made of the rows as well: nobody will ask for it again."""
+        self._made = {}
+
+
+class BandConditioner:
+    """The filters of one band in a row.
+
+    Parameters
+    ----------
+    band : Band
+        Which rate and which corner.
+    """
+
+    def __init__(self, band: Band) -> None:
+        self._factors = band.factors
+        self._decimation = Decimation()
+        self._high_pass = HighPass(band.high_pass_hz, band.sample_rate_hz)
+
+    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Condition the next rows, (n_samples, n_channels) to (n_decimated, n_channels)."""
+        self._decimation.take(rows)
+        conditioned = list(self.of(self._decimation))
+        self._decimation.drop()
+        return np.concatenate(conditioned) if conditioned else rows[:0]
+
+    def of(self, decimation: Decimation) -> Iterator[NDArray[np.float64]]:
+        """Condition the rows that a decimation shared with other bands took last, in stretches.
+
+        The first is as long as what references are chosen by.
+        """
+        rows = decimation(self._factors)
+        for first in range(0, len(rows), LONGEST):
+            yield self._high_pass(rows[first : first + LONGEST])

@@ -1,0 +1,459 @@
+"""Measurements in, uniform windows out, on header stamps alone.
+
+Sources (sensors and recorders) are put in order one by one (`source_stream.py`), placed on one
+common grid by band-limited interpolation (`lattice.py`, `resample.py`), stretch by stretch, each
+sample once; windows are cut from the stretches.  Where windows begin and end depends on the
+stamps only, so a replay gives the same windows as the file it came from.
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+import math
+
+import numpy as np
+
+from modal_core.channel import Channel, SensorLayout
+from modal_core.measurements import (
+    JointSamples,
+    Measurement,
+    NANOSECONDS_PER_SECOND,
+    SampleBlock,
+    StampedSamples,
+)
+from modal_core.window import Window
+from oma_identifier.intake.buffer_counters import BufferCounters
+from oma_identifier.intake.joint_track import JointTrack
+from oma_identifier.intake.leading_clock import APART, LeadingClock, TOGETHER_NS
+from oma_identifier.intake.rate_limits import refuse_rates
+from oma_identifier.intake.segment import Segment
+from oma_identifier.intake.source import make_source, Source
+from oma_identifier.intake.window_cut import cut_window
+from oma_identifier.one_thread import one_thread
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.time_axis import tells_rate
+
+START_NS = NANOSECONDS_PER_SECOND
+EXPECT_NS = 5 * NANOSECONDS_PER_SECOND
+"""Sources that begin within this time begin together."""
+MOST_SOURCES = 256
+SHORTEST_PARTIAL = 0.1
+"""Share of a window that is worth a partial window at a break or at the end."""
+MOST_PENDING_BYTES = 2**28
+"""Samples of one source that may wait before they are given up: 100 channels at 4 kHz for 80 s."""
+
+
+class SampleBuffer:
+    """Collects measurements and cuts them into windows.
+
+    Parameters
+    ----------
+    settings : IdentificationSettings
+        Length of a window and of a hop.
+    layout : SensorLayout or None
+        The channels to expect; None: whatever arrives.
+
+    Attributes
+    ----------
+    n_windows : int
+        Windows cut so far; the index of the next.
+    """
+
+    def __init__(
+        self, settings: IdentificationSettings, layout: SensorLayout | None = None
+    ) -> None:
+        self.settings = settings
+        self.layout = layout
+        self.counters = BufferCounters()
+        self._joints_aside: Counter[str] = Counter()
+        self.joints = JointTrack(2.0 * settings.window_s + 10.0, self._joints_aside)
+        self._clock = LeadingClock()
+        self._refused: set[str] = set()
+        self._checked: tuple[str, ...] = ()
+        self._sources: dict[str, Source] = {}
+        self._seen: dict[str, Channel] = {}
+        self._expected: set[str] = set()
+        self._ignored: set[str] = set()
+        self._met: set[str] = set()
+        self._untold: set[str] = set()
+        self._idle: set[str] = set()
+        self._segment: Segment | None = None
+        self._ready: list[Window] = []
+        self.n_windows = 0
+        self._flags: tuple[str, ...] = ()
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """All channels that are expected or have been seen."""
+        expected = self.layout.channels if self.layout else ()
+        # A copy: whoever asks from another thread must not meet a change half-way.
+        seen = list(self._seen.values())
+        return (*expected, *(channel for channel in seen if channel not in expected))
+
+    def expect(self, source: str) -> None:
+        """Wait a little for a source that is known to exist before the first window begins."""
+        self._expected.add(source)
+
+    def add(self, measurement: Measurement) -> None:
+        """Take in samples or joint states, in order of arrival."""
+        if isinstance(measurement, JointSamples):
+            self.joints.add(measurement, self._clock.now_ns)
+            return
+        source = self._source_of(measurement)
+        if source is None:
+            return
+        if isinstance(measurement, SampleBlock):
+            source.add_block(measurement)
+        else:
+            source.add_stamped(measurement)
+        self._note(source, len(measurement.acceleration))
+        segment = self._segment
+        early = segment is not None and source.stream.newest_ns < segment.due_ns
+        if not early or source.stream.jumped:
+            self._work(closing=False)
+
+    def _note(self, source: Source, n_samples: int) -> None:
+        """Follow whose time leads, and count what was set aside."""
+        if source.stream.n_bytes > MOST_PENDING_BYTES:
+            source.stream.drop()
+            self._break('overload')
+        if source.set_aside:
+            self.counters.collect(source.set_aside)
+        if self._clock.note(source, n_samples):
+            self._look()
+
+    def _look(self) -> None:
+        """Find out whose time leads, and give up what nobody waits for."""
+        if self._clock.look(list(self._sources.values())) and self._segment is not None:
+            self._close_segment()
+            self._break('clock_jump')
+        for name in self._clock.newly_apart:
+            self.counters.note(APART, text=f'{name.split()[0]} keeps another time than the others')
+        now_ns = self._clock.now_ns
+        active = {source.name for source in self._active()}
+        idle = {one.name for one in self._sources.values() if one.stream.n_pending} - active
+        for source in self._sources.values():
+            source.expire()
+            # What has just come may be the first of a source, and long.
+            if source.name in idle & self._idle:
+                source.stream.forget(source.stream.newest_ns - 2 * TOGETHER_NS)
+            self.counters.collect(source.set_aside)
+        self._idle = idle
+        if now_ns is not None:
+            self.joints.expire(now_ns)
+        self.counters.collect(self._joints_aside)
+
+    def windows(self) -> Iterator[Window]:
+        """Yield the windows that are complete."""
+        while self._ready:
+            yield self._ready.pop(0)
+
+    def finish(self) -> Iterator[Window]:
+        """Yield what is left: complete windows, then a partial one."""
+        for source in self._sources.values():
+            source.flush(alone=self._clock.now_ns is None)
+            self._note(source, 0)
+        self.joints.flush()
+        self._idle.clear()
+        self._look()
+        self._work(closing=True)
+        self._close_segment()
+        self._sources.clear()
+        self._ignored.clear()
+        self._met.clear()
+        self._clock = LeadingClock()
+        yield from self.windows()
+
+    def _source_of(self, measurement: StampedSamples | SampleBlock) -> Source | None:
+        key = self._key_of(measurement)
+        source = self._sources.get(key)
+        if source is not None or key in self._ignored:
+            return source if source is not None and source.sends(measurement) else None
+        source = make_source(measurement, self.layout)
+        if source is not None:
+            source.name = key
+            if self._has_room():
+                self._sources[key] = source
+                return source
+        self._ignore(key, 'not_in_layout' if source is None else 'too_many_sources')
+        return None
+
+    def _key_of(self, measurement: StampedSamples | SampleBlock) -> str:
+        """Return what a source is known by: several may share a topic.
+
+        Channels tell recorders apart, in whatever order they come; frames tell sensors apart.
+        """
+        topic = key = measurement.source
+        if isinstance(measurement, SampleBlock):
+            key = f'{topic} {" ".join(measurement.channel_names)}'
+            if key not in self._sources:
+                same = (n for n, one in self._sources.items() if one.sends(measurement))
+                return next((name for name in same if name.split()[0] == topic), key)
+        elif key in self._sources and not self._sources[key].sends(measurement):
+            key = f'{topic} frame {measurement.frame_id}'
+        return key
+
+    def _has_room(self) -> bool:
+        """Make room for another source: one that nothing confirmed goes first."""
+        if len(self._sources) < MOST_SOURCES:
+            return True
+        waiting = next((name for name, one in self._sources.items() if one.is_waiting), None)
+        if waiting is None:
+            return False
+        gone = self._sources.pop(waiting)
+        gone.flush(alone=False)
+        self.counters.collect(gone.set_aside)
+        return True
+
+    def _ignore(self, key: str, reason: str, text: str = '') -> None:
+        self.counters.n_rejected += 1
+        self.counters.note(reason, text=text)
+        if len(self._ignored) < MOST_SOURCES:
+            self._ignored.add(key)
+
+    def _meet(self) -> None:
+        """Take in the channels of sources whose messages are confirmed, each channel once."""
+        for key, source in list(self._sources.items()):
+            names = source.names
+            if source.stream.first_ns is None or key in self._met:
+                continue
+            twice = [met for met in self._met if names & self._sources[met].names]
+            if twice:
+                del self._sources[key]
+                text = f'{key} is not used: {twice[0]} sends channels of the same names'
+                self._ignore(key, 'channel_sent_twice', text)
+                continue
+            self._met.add(key)
+            self._seen.update({channel.name: channel for channel in source.channels})
+
+    def _work(self, *, closing: bool) -> None:
+        self._meet()
+        while True:
+            if any(source.stream.jumped for source in self._sources.values()):
+                self._handle_jump(closing=closing)
+            if self._segment is None and not self._begin(closing=closing):
+                return
+            if not self._advance(closing=closing):
+                return
+
+    def _begin(self, *, closing: bool) -> bool:
+        """Begin a segment when a second of data is there."""
+        begun = [
+            source
+            for source in self._leading()
+            if source.stream.n_pending and not source.stream.jumped
+        ]
+        spans = {source.name: _span(source) for source in begun}
+        if not begun:
+            return False
+        first = min(start for start, _ in spans.values())
+        held_ns = max(end for _, end in spans.values()) - first
+        silent = self._expected - {name.split()[0] for name in spans}
+        waiting = [source for source in self._sources.values() if source.is_waiting]
+        least_ns = max(
+            EXPECT_NS if silent or waiting else START_NS,
+            *(round(one.gate.awaited_s * NANOSECONDS_PER_SECOND) for one in waiting),
+            0,
+        )
+        if not closing and held_ns < least_ns:
+            return False
+        together = [source for source in begun if spans[source.name][0] - first <= START_NS]
+        for source in begun:
+            self._learn(source)
+        self._check_rates_allowed()
+        timed = [source for source in together if source in self._active()]
+        if not timed:
+            return False
+        reference = min(timed, key=_preference)
+        start_ns = max(spans[source.name][0] for source in timed)
+        self._segment = self._new_segment(reference, start_ns)
+        self.counters.n_segments += 1
+        return True
+
+    def _new_segment(self, reference: Source, start_ns: int) -> Segment:
+        rate = reference.rate_hz
+        if reference.clock is None:
+            rate = round(rate, 2)
+        else:
+            stamps = reference.stream.samples().stamp_ns
+            start_ns = int(stamps[min(int(np.searchsorted(stamps, start_ns)), len(stamps) - 1)])
+        return Segment(
+            start_ns=start_ns,
+            sample_rate_hz=rate,
+            reference=reference,
+            window_rows=max(2, round(self.settings.window_s * rate)),
+            hop_rows=max(1, round(self.settings.hop * rate)),
+        )
+
+    def _leading(self) -> list[Source]:
+        """Return the sources that keep the time of the record."""
+        return [
+            source
+            for key, source in self._sources.items()
+            if key in self._met and source.name in self._clock.leading
+        ]
+
+    def _active(self) -> list[Source]:
+        return [
+            source
+            for source in self._leading()
+            if source.period_ns > 0.0
+            and source.name not in self._refused
+            and not source.stream.jumped
+        ]
+
+    def _learn(self, source: Source) -> None:
+        """Learn the rate of a source from its stamps, when they tell one."""
+        source.learn_period()
+        if source.clock is None and source.period_ns > 0.0:
+            if not tells_rate(source.stream.samples().stamp_ns, source.period_ns):
+                source.period_ns = 0.0
+                if source.name not in self._untold:
+                    self._untold.add(source.name)
+                    self.counters.note('rate_unconfirmed', text=f'{source.name}: too few samples')
+
+    def _check_rates_allowed(self) -> None:
+        """Refuse rates that ask for more rows than a window may have."""
+        timed = [source for source in self._leading() if source.period_ns > 0.0]
+        asked = tuple(f'{source.name} {source.rate_hz:.2g}' for source in timed)
+        if asked == self._checked:
+            return
+        self._checked = asked
+        refusals = refuse_rates(timed, self.settings.window_s)
+        self._refused = {refusal.source.name for refusal in refusals}
+        for refusal in refusals:
+            self.counters.note(refusal.reason, text=refusal.text)
+
+    def _advance(self, *, closing: bool) -> bool:
+        """Make the next stretch of rows; False when its samples are not there yet."""
+        segment = self._segment
+        if segment is None:
+            return False
+        for source in self._leading():
+            if source.period_ns == 0.0:
+                self._learn(source)
+        self._check_rates_allowed()
+        sources = self._active()
+        if not sources:
+            return False
+        end = segment.next_end
+        if not segment.ready(sources, closing=closing):
+            end = segment.n_rows + segment.rows_left(sources) if closing else segment.n_rows
+            if end <= segment.n_rows:
+                return False
+        silent = segment.advance(sources, end)
+        if silent.any():
+            self._split(end - len(silent), silent)
+            return True
+        self._cut_windows()
+        return self._check_rates()
+
+    def _split(self, first_row: int, silent: np.ndarray) -> None:
+        """End the segment where every source falls silent."""
+        segment = self._segment
+        if segment is None:
+            return
+        segment.n_rows = first_row + int(np.argmax(silent))
+        resume = first_row + len(silent) - int(np.argmin(silent[::-1]))
+        self._cut_windows()
+        resume_ns = segment.time_ns(resume if not silent[-1] else first_row + len(silent))
+        self._close_segment()
+        self._resume(resume_ns)
+        self._break('gap')
+
+    def _resume(self, resume_ns: int) -> None:
+        """Let the next segment begin at a time, and not with what the last one has used."""
+        for source in self._sources.values():
+            source.stream.forget(resume_ns - round(source.period_ns / 2))
+
+    def _check_rates(self) -> bool:
+        segment = self._segment
+        if segment is not None and segment.reference.rate_changed:
+            segment.reference.rate_changed = False
+            self._close_segment()
+            self._resume(segment.time_ns(segment.n_rows))
+            self._break('rate_change')
+        return True
+
+    def _cut_windows(self) -> None:
+        segment = self._segment
+        if segment is None:
+            return
+        while segment.next_window * segment.hop_rows + segment.window_rows <= segment.n_rows:
+            first = segment.next_window * segment.hop_rows
+            self._cut(first, first + segment.window_rows, partial=False)
+            segment.next_window += 1
+            segment.forget()
+
+    def _close_segment(self) -> None:
+        """Cut what is left of a segment as a partial window, and end the segment."""
+        segment, self._segment = self._segment, None
+        if segment is None:
+            return
+        first = segment.next_window * segment.hop_rows
+        covered = 0
+        if segment.next_window:
+            covered = first - segment.hop_rows + segment.window_rows
+        least = max(2, math.ceil(SHORTEST_PARTIAL * segment.window_rows))
+        is_new = segment.n_rows - covered > segment.sample_rate_hz
+        if segment.n_rows - first >= least and (is_new or not segment.next_window):
+            self._segment = segment
+            self._cut(first, segment.n_rows, partial=True)
+            self._segment = None
+
+    def _cut(self, first: int, last: int, *, partial: bool) -> None:
+        segment = self._segment
+        if segment is None:
+            return
+        flags = (*self._flags, 'partial') if partial else self._flags
+        with one_thread():
+            window = cut_window(
+                index=self.n_windows,
+                segment=segment,
+                sources=[self._sources[key] for key in self._sources if key in self._met],
+                rows=range(first, last),
+                layout=self.layout,
+                joints=self.joints,
+                flags=flags,
+            )
+        self.n_windows += 1
+        self._flags = ()
+        self._ready.append(window)
+
+    def _break(self, reason: str) -> None:
+        """Note why the next segment begins."""
+        self._segment = None
+        self.counters.note(reason)
+        self._flags = tuple(dict.fromkeys((*self._flags, reason)))
+
+    def _handle_jump(self, *, closing: bool) -> None:
+        """Begin anew when the clocks of most sources jumped back; else restart the odd one."""
+        live = self._leading()
+        jumped = [source for source in self._sources.values() if source.stream.jumped]
+        leading = [source for source in jumped if source in live]
+        waited = max(
+            int(source.stream.jumped[-1].stamp_ns[-1] - source.stream.jumped[0].stamp_ns[0])
+            for source in jumped
+        )
+        if len(leading) < len(live) and waited < START_NS and not closing:
+            return
+        together = 2 * len(leading) > len(live)
+        if together:
+            self._close_segment()
+            self._break('clock_jump')
+            self.joints.clear()
+            self._clock = LeadingClock()
+        for source in live if together else jumped:
+            if not together:
+                source.flags.add('clock_jump')
+            source.restart()
+            self._note(source, source.stream.n_pending)
+
+
+def _span(source: Source) -> tuple[int, int]:
+    stamps = source.stream.samples().stamp_ns
+    return int(stamps[0]), int(stamps[-1])
+
+
+def _preference(source: Source) -> tuple[float, bool, str]:
+    """Prefer the fastest source as reference, of equals one that counts, then by name."""
+    return (round(source.period_ns, 0), source.clock is None, source.name)

@@ -1,0 +1,379 @@
+"""One sensor or recorder: its channels, its samples in order, and its place on the grid."""
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import Channel, SensorLayout
+from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
+from oma_identifier.intake.source_channels import channels_of
+from oma_identifier.quality import RepeatWatch
+from oma_identifier.time_axis import (
+    BlockClock,
+    BlockGate,
+    count,
+    GridRows,
+    is_coarse,
+    longest_filled,
+    make_lattice,
+    margin_ns,
+    on_grid,
+    OrderedSamples,
+    Passed,
+    SourceStream,
+    tells_rate,
+    tick_of,
+    typical_step,
+)
+
+RATE_CHANGE = 0.1
+"""Share by which the rate of the stamps must change to count as another rate."""
+FEWEST_FOR_RATE = 20
+LEARN_NS = NANOSECONDS_PER_SECOND
+
+
+@dataclass
+class Source:
+    """One source of responses.
+
+    Parameters
+    ----------
+    name : str
+        Topic.
+    channels : tuple of Channel
+        One per column that is used.
+    columns : slice or tuple of int
+        Columns of the samples that are used.
+    sent : tuple of str
+        What tells sources of one topic apart: names of all columns of a block, in the order of the
+        first; frame id of a sensor.
+    stream : SourceStream
+        Its samples in order.
+    clock : BlockClock or None
+        For a source that counts its samples.
+    period_ns : float [ns]
+        Step between samples; 0 until it is known.
+    unclear_ns : list of int [ns]
+        Starts of stretches whose stamps do not tell when the samples were taken.
+    jitter_std_s, phase : float
+        Of the newest stretch: scatter of the stamps [s], lattice beside the grid [steps].
+    """
+
+    name: str
+    channels: tuple[Channel, ...]
+    columns: slice | tuple[int, ...]
+    sent: tuple[str, ...]
+    stream: SourceStream
+    clock: BlockClock | None = None
+    period_ns: float = 0.0
+    jitter_std_s: float = 0.0
+    rate_changed: bool = False
+    unclear_ns: list[int] = field(default_factory=list)
+    flags: set[str] = field(default_factory=set)
+    repeats: RepeatWatch = field(init=False)
+    gate: BlockGate = field(init=False)
+    _counted: tuple[int, int, int] | None = None
+    _reach_ns: int = 0
+
+    def __post_init__(self) -> None:
+        """Count what the gate sets aside where the stream counts; watch all channels."""
+        self.repeats = RepeatWatch(len(self.channels))
+        self.gate = BlockGate(self.set_aside)
+
+    @property
+    def set_aside(self) -> 'Counter[str]':
+        """Messages that others do not confirm, by reason."""
+        return self.stream.set_aside
+
+    @property
+    def names(self) -> set[str]:
+        """Names of the channels."""
+        return {channel.name for channel in self.channels}
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether messages came, but none that others confirm."""
+        return self.stream.first_ns is None and (self.gate.is_waiting or self.stream.is_waiting)
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second."""
+        return NANOSECONDS_PER_SECOND / self.period_ns if self.period_ns else 0.0
+
+    @property
+    def measured_rate_hz(self) -> float:
+        """Samples per second, by all stamps so far."""
+        if self.clock is not None:
+            return self.clock.measured_rate_hz
+        if self._counted is None or self._counted[2] < FEWEST_FOR_RATE:
+            return self.rate_hz
+        first, last, n_steps = self._counted
+        return n_steps * NANOSECONDS_PER_SECOND / (last - first)
+
+    def sends(self, measurement: StampedSamples | SampleBlock) -> bool:
+        """Tell whether a measurement of the same topic is of this source."""
+        sent = _sent(measurement)
+        same = sent == self.sent or (len(sent) == len(self.sent) and set(sent) == set(self.sent))
+        return same and (self.clock is not None) == isinstance(measurement, SampleBlock)
+
+    def add_stamped(self, samples: StampedSamples) -> None:
+        """Take in per-sample messages."""
+        self.stream.add(samples.stamp_ns, samples.acceleration[:, self.columns])
+
+    def add_block(self, block: SampleBlock) -> None:
+        """Take in a block, when others confirm it; its columns may come in any order."""
+        if block.channel_names != self.sent:
+            order = [block.channel_names.index(name) for name in self.sent]
+            values = block.acceleration[:, order]
+            block = replace(block, channel_names=self.sent, acceleration=values)
+        if self.clock is not None:
+            self._pass(self.gate.admit(block))
+
+    def flush(self, *, alone: bool) -> None:
+        """Take in what waits, at the end of a record too short to confirm anything."""
+        passed = self.gate.flush(alone=alone)
+        if passed.blocks:
+            self.flags.add('rate_unconfirmed')
+        self._pass(passed)
+        self.stream.flush(alone=alone)
+
+    def expire(self) -> None:
+        """Drop what has waited in vain to be confirmed."""
+        self.gate.expire()
+        self.stream.expire()
+
+    def _pass(self, passed: Passed) -> None:
+        rate_hz = None if self.clock is None else self.clock.sample_rate_hz
+        if rate_hz and passed.anew and passed.blocks[0].sample_rate_hz == rate_hz:
+            self.clock = BlockClock(rate_hz)
+            self.flags.add('clock_jump')
+        for block in passed.blocks:
+            self._take(block)
+
+    def _take(self, block: SampleBlock) -> None:
+        """Give the samples of a block their times; another rate or a new clock is marked."""
+        if self.clock is None:
+            return
+        if block.sample_rate_hz != self.clock.sample_rate_hz:
+            self.clock = BlockClock(block.sample_rate_hz)
+            self.period_ns = NANOSECONDS_PER_SECOND / block.sample_rate_hz
+            self.rate_changed = self.stream.first_ns is not None
+        times = self.clock.times(block)
+        if times.n_repeated:
+            self.stream.events.duplicates += [block.stamp_ns] * times.n_repeated
+            return
+        if times.restarted:
+            self.flags.add('clock_jump')
+        self.stream.add(
+            times.stamp_ns,
+            np.asarray(block.acceleration[:, self.columns], dtype=np.float64),
+            confirmed=True,
+        )
+
+    def restart(self) -> None:
+        """Go on with what came after the clock jumped back."""
+        later = self.stream.jumped
+        first_ns = int(later[0].stamp_ns[0]) if later else 0
+        self.repeats.restart(first_ns)
+        self.unclear_ns = [start for start in self.unclear_ns if start < first_ns]
+        events = self.stream.events
+        self.stream = SourceStream(len(self.channels), self.set_aside)
+        self.stream.events = events
+        self._counted = None
+        for number, part in enumerate(later):
+            confirmed = number == 0 or self.clock is not None
+            self.stream.add(part.stamp_ns, part.values, confirmed=confirmed)
+
+    def learn_period(self) -> None:
+        """Take the step from the stamps held, when enough are there."""
+        if self.clock is not None:
+            self.period_ns = NANOSECONDS_PER_SECOND / self.clock.sample_rate_hz
+            return
+        stamps = self.stream.samples().stamp_ns
+        if len(stamps) >= 4:
+            # Of the first second only: how much more has arrived must not matter.
+            stamps = stamps[: max(4, int(np.searchsorted(stamps, stamps[0] + LEARN_NS)))]
+            coarse = is_coarse(stamps)
+            counted = count(stamps) if coarse else None
+            if coarse and counted is None:
+                return
+            self._reach_ns = 2 * int(counted.reach_ns) if counted else 0
+            self.period_ns = counted.period_ns if counted else _mean_step(stamps)
+
+    def on_grid(self, start_ns: int, n_rows: int, step_ns: float) -> GridRows:
+        """Return the samples at ``n_rows`` times of the common grid.
+
+        Parameters
+        ----------
+        start_ns : int [ns]
+            Time of the first row.
+        n_rows : int
+            Rows.
+        step_ns : float [ns]
+            Step of the grid.
+        """
+        grid_ns = step_ns * np.arange(n_rows, dtype=np.float64)
+        held = self._near(start_ns, int(grid_ns[-1]), step_ns)
+        samples = self._timed(held, start_ns)
+        inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
+        self.repeats.add(inside.stamp_ns, inside.values)
+        self._follow_rate(inside.stamp_ns)
+        uniform = self.clock is not None or samples is not held
+        tick_ns = 0 if uniform else tick_of(samples.stamp_ns)
+        lattice = make_lattice(samples, start_ns, self.period_ns, uniform=uniform, tick_ns=tick_ns)
+        if lattice is None:
+            return _nothing(n_rows, len(self.channels))
+        self.jitter_std_s = lattice.jitter_std_s
+        return on_grid(lattice, grid_ns, self.cutoff(step_ns))
+
+    def forget(self, before_ns: int) -> None:
+        """Drop what was found before a time."""
+        self.stream.events.forget(before_ns)
+        self.repeats.forget(before_ns)
+        self.unclear_ns = [start for start in self.unclear_ns if start >= before_ns]
+
+    def cutoff(self, step_ns: float) -> float:
+        """Return the pass band on a grid, as a share of the source's own."""
+        ratio = self.period_ns / step_ns
+        # Clocks of the same nominal rate differ a little; that is not another rate.
+        return 1.0 if ratio > 0.99 else ratio
+
+    def margin_ns(self, step_ns: float) -> int:
+        """Return how much later than the grid samples must be there [ns]."""
+        if self.clock is not None and self.cutoff(step_ns) >= 1.0:
+            same = abs(self.period_ns / step_ns - 1.0) < 1e-9
+            if same:
+                return int(self.period_ns)
+        return margin_ns(self.period_ns, self.cutoff(step_ns)) + self._reach_ns
+
+    def _timed(self, held: OrderedSamples, start_ns: int) -> OrderedSamples:
+        """Return samples at strictly increasing times; those no stamps tell are noted."""
+        if self.clock is not None:
+            return held
+        if not is_coarse(held.stamp_ns):
+            apart = np.diff(held.stamp_ns, prepend=-1) != 0
+            return (
+                held if apart.all() else OrderedSamples(held.stamp_ns[apart], held.values[apart])
+            )
+        self.flags.add('coarse_stamps')
+        counted = count(held.stamp_ns)
+        if counted is None or not counted.is_sure:
+            self.unclear_ns.append(start_ns)
+        if counted is None:
+            return OrderedSamples(held.stamp_ns[:0], held.values[:0])
+        self.period_ns = counted.period_ns
+        return OrderedSamples(counted.stamp_ns, held.values)
+
+    def _near(self, start_ns: int, length_ns: int, step_ns: float) -> OrderedSamples:
+        held = self.stream.samples()
+        # Not one sample more to the right than was waited for: how many more have arrived by
+        # chance must not matter.
+        margin = margin_ns(self.period_ns, self.cutoff(step_ns))
+        before = start_ns - margin - self._reach_ns - int(40 * self.period_ns)
+        after = start_ns + length_ns + self.margin_ns(step_ns)
+        before = min(before, self._before_gap(held.stamp_ns, start_ns))
+        after = max(after, self._after_gap(held.stamp_ns, start_ns + length_ns, after))
+        first, last = np.searchsorted(held.stamp_ns, [before, after])
+        return OrderedSamples(held.stamp_ns[first:last], held.values[first:last])
+
+    def _before_gap(self, stamp_ns: NDArray[np.int64], start_ns: int) -> int:
+        """Return where to begin so that a gap across the start has samples before it [ns]."""
+        place = int(np.searchsorted(stamp_ns, start_ns, 'right')) - 1
+        return start_ns if place < 0 else int(stamp_ns[place]) - int(40 * self.period_ns)
+
+    def _after_gap(self, stamp_ns: NDArray[np.int64], end_ns: int, after_ns: int) -> int:
+        """Return where to end so that a gap across the end has samples after it [ns]."""
+        place = int(np.searchsorted(stamp_ns, after_ns))
+        if place in (0, len(stamp_ns)) or stamp_ns[place - 1] > end_ns - self.period_ns / 2:
+            return after_ns
+        gap_ns = stamp_ns[place] - stamp_ns[place - 1]
+        if gap_ns > (longest_filled(self.period_ns) + 1.5) * self.period_ns:
+            return after_ns
+        return int(stamp_ns[place]) + int(40 * self.period_ns)
+
+    def awaits(self, end_ns: int, step_ns: float) -> bool:
+        """Tell whether a gap across the end of a stretch wants more samples behind it."""
+        stamps = self.stream.samples().stamp_ns
+        last_ns = end_ns - round(step_ns)
+        return self.stream.newest_ns < self._after_gap(
+            stamps, last_ns, last_ns + self.margin_ns(step_ns)
+        )
+
+    def _follow_rate(self, inside: NDArray[np.int64]) -> None:
+        if self.clock is not None:
+            return
+        if len(inside) >= FEWEST_FOR_RATE:
+            step = _mean_step(inside)
+            if abs(step / self.period_ns - 1.0) > RATE_CHANGE and tells_rate(inside, step):
+                self.period_ns = step
+                self.rate_changed = True
+                self._counted = None
+        self._count(inside)
+
+    def _count(self, stamps: NDArray[np.int64]) -> None:
+        """Count steps between stamps; a gap counts as the steps that fit into it."""
+        if self._counted is None:
+            if len(stamps):
+                self._counted = int(stamps[0]), int(stamps[0]), 0
+                self._count(stamps)
+            return
+        first, last, n_steps = self._counted
+        later = stamps[stamps > last]
+        if len(later):
+            steps = np.rint(np.diff(later, prepend=last) / self.period_ns)
+            self._counted = first, int(later[-1]), n_steps + int(steps.sum())
+
+
+def make_source(
+    measurement: StampedSamples | SampleBlock, layout: SensorLayout | None
+) -> Source | None:
+    """Return a new source for a measurement; None when the layout knows none of its channels."""
+    clock = None
+    if isinstance(measurement, SampleBlock):
+        clock = BlockClock(measurement.sample_rate_hz)
+    given = channels_of(measurement, layout)
+    columns = tuple(index for index, channel in enumerate(given) if channel is not None)
+    channels = tuple(channel for channel in given if channel is not None)
+    if not channels:
+        return None
+    source = Source(
+        name=measurement.source,
+        channels=channels,
+        columns=slice(None) if len(columns) == len(given) else columns,
+        sent=_sent(measurement),
+        stream=SourceStream(len(channels)),
+        clock=clock,
+    )
+    if clock is not None:
+        source.period_ns = NANOSECONDS_PER_SECOND / clock.sample_rate_hz
+    return source
+
+
+def _sent(measurement: StampedSamples | SampleBlock) -> tuple[str, ...]:
+    if isinstance(measurement, SampleBlock):
+        return measurement.channel_names
+    return (measurement.frame_id,)
+
+
+def _mean_step(stamps: NDArray[np.int64]) -> float:
+    """Return the mean step between neighbours, gaps left out [ns]."""
+    steps = np.diff(stamps)
+    typical = typical_step(steps)
+    # Stamps in whole milliseconds may alternate between 2 and 3 of them.
+    return float(np.mean(steps[steps < 1.51 * typical]))
+
+
+def _between(samples: OrderedSamples, start_ns: int, end_ns: int) -> OrderedSamples:
+    first, last = np.searchsorted(samples.stamp_ns, [start_ns, end_ns])
+    return OrderedSamples(samples.stamp_ns[first:last], samples.values[first:last])
+
+
+def _nothing(n_rows: int, n_channels: int) -> GridRows:
+    return GridRows(
+        values=np.zeros((n_rows, n_channels)),
+        lost=np.ones(n_rows, dtype=bool),
+        filled=np.zeros(n_rows, dtype=bool),
+        bad=np.zeros((n_rows, n_channels), dtype=bool),
+    )

@@ -1,0 +1,251 @@
+"""Cut one window out of the rows of a segment: healthy channels, and the health of all."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import Channel, SensorLayout
+from modal_core.quality import ChannelQuality, DataQuality
+from modal_core.samples import Samples
+from modal_core.window import Window
+from oma_identifier.intake.joint_track import JointTrack, pose_of
+from oma_identifier.intake.segment import Segment
+from oma_identifier.intake.source import Source
+from oma_identifier.intake.source_rows import CutRows
+from oma_identifier.quality import (
+    ChannelHealth,
+    channels_by_flag,
+    check_gravity,
+    compare,
+    examine,
+    EXCLUDING,
+    named,
+)
+
+DEGRADED_SHARE = 0.01
+"""Share of filled samples that makes a window degraded."""
+
+MOST_NAMED = 4
+"""Channels named one by one."""
+
+
+def cut_window(
+    *,
+    index: int,
+    segment: Segment,
+    sources: Sequence[Source],
+    rows: range,
+    layout: SensorLayout | None,
+    joints: JointTrack,
+    flags: tuple[str, ...],
+) -> Window:
+    """Cut a window.
+
+    Parameters
+    ----------
+    index : int
+        Window counter.
+    segment : Segment
+        The rows.
+    sources : sequence of Source
+        All that are known.
+    rows : range
+        Rows of the window.
+    layout : SensorLayout or None
+        Channels that are expected.
+    joints : JointTrack
+        For the pose.
+    flags : tuple of str
+        What is known about the window as a whole.
+    """
+    cuts = [segment.cut(source, rows) for source in sources]
+    by_source = [
+        _qualities(source, segment, rows, cut) for source, cut in zip(sources, cuts, strict=True)
+    ]
+    values = _side_by_side(cuts, by_source, len(rows))
+    channels = [channel for source in sources for channel in source.channels]
+    qualities = [quality for each in by_source for quality in each]
+    healthy = [place for place, quality in enumerate(qualities) if not quality.excluded]
+    channels = [channels[place] for place in healthy]
+    mean = np.concatenate([cut.summary.mean for cut in cuts])[healthy]
+    suspicions = check_gravity(channels, mean)
+    compared = compare(values, [qualities[place] for place in healthy])
+    for place, quality in zip(healthy, compared, strict=True):
+        suspicion = suspicions.get(quality.name)
+        if suspicion:
+            quality = replace(quality, flags=(*quality.flags, suspicion))
+        qualities[place] = quality
+    qualities += _missing(layout, qualities)
+    start_ns, end_ns = segment.time_ns(rows.start), segment.time_ns(rows.stop)
+    recent = joints.between(start_ns, end_ns)
+    for source in sources:
+        source.forget(segment.time_ns(rows.start + segment.hop_rows))
+    return Window(
+        index=index,
+        samples=Samples(
+            acceleration=values,
+            sample_rate_hz=segment.sample_rate_hz,
+            channels=tuple(channels),
+            start_ns=segment.label_ns(rows.start),
+        ),
+        quality=_quality(sources, qualities, len(rows), flags),
+        pose=pose_of(recent),
+        joints=recent,
+    )
+
+
+def _side_by_side(
+    cuts: Sequence[CutRows], qualities: Sequence[Sequence[ChannelQuality]], n_rows: int
+) -> NDArray[np.float64]:
+    """Return the healthy columns as one array; those of one source are not copied."""
+    healthy = [[not quality.excluded for quality in each] for each in qualities]
+    if len(cuts) == 1 and all(healthy[0]):
+        return cuts[0].values
+    values = np.empty((n_rows, sum(map(sum, healthy))))
+    start = 0
+    for cut, chosen in zip(cuts, healthy, strict=True):
+        stop = start + sum(chosen)
+        values[:, start:stop] = cut.values if all(chosen) else cut.values[:, chosen]
+        start = stop
+    return values
+
+
+def _qualities(
+    source: Source, segment: Segment, rows: range, cut: CutRows
+) -> list[ChannelQuality]:
+    base = _source_quality(source, segment, rows, cut.lost, cut.filled)
+    repeats = source.repeats.flags(segment.time_ns(rows.start), segment.time_ns(rows.stop))
+    return [
+        _channel_quality(base, channel, health, bad, repeated)
+        for channel, health, bad, repeated in zip(
+            source.channels,
+            examine(cut.values, cut.summary),
+            cut.bad.tolist(),
+            repeats,
+            strict=True,
+        )
+    ]
+
+
+def _source_quality(
+    source: Source,
+    segment: Segment,
+    rows: range,
+    lost: NDArray[np.bool_],
+    filled: NDArray[np.bool_],
+) -> ChannelQuality:
+    start_ns, end_ns = segment.time_ns(rows.start), segment.time_ns(rows.stop)
+    share = segment.step_ns / source.period_ns if source.period_ns else 1.0
+    flags = sorted(source.flags)
+    if any(start_ns <= stretch < end_ns for stretch in source.unclear_ns):
+        flags.append('clock_unknown')
+    if lost.all():
+        flags.append('missing')
+    elif lost.any():
+        flags += ['gap', 'lost']
+    elif filled.any():
+        flags.append('gap')
+    events = source.stream.events
+
+    def count(stamps: list[int]) -> int:
+        return sum(start_ns <= stamp < end_ns for stamp in stamps)
+
+    return ChannelQuality(
+        name=source.name,
+        n_interpolated=round(np.count_nonzero(filled) * share),
+        n_lost=round(np.count_nonzero(lost | filled) * share) + count(events.late),
+        n_duplicates=count(events.duplicates),
+        n_reordered=count(events.reordered),
+        measured_rate_hz=source.measured_rate_hz,
+        jitter_std_s=source.jitter_std_s,
+        flags=tuple(flags),
+    )
+
+
+def _channel_quality(
+    base: ChannelQuality,
+    channel: Channel,
+    health: ChannelHealth,
+    bad: bool,
+    repeated: Sequence[str],
+) -> ChannelQuality:
+    flags = list(base.flags)
+    if bad:
+        flags.append('not_finite')
+    if 'missing' not in flags:
+        found = dict.fromkeys((*health.flags, *repeated))
+        flags += [flag for flag in found if flag not in flags]
+    return ChannelQuality(
+        name=channel.name,
+        n_interpolated=base.n_interpolated,
+        n_lost=base.n_lost,
+        n_duplicates=base.n_duplicates,
+        n_reordered=base.n_reordered,
+        measured_rate_hz=base.measured_rate_hz,
+        jitter_std_s=base.jitter_std_s,
+        rms=health.rms,
+        kurtosis=health.kurtosis,
+        noise_rms=health.noise_rms,
+        excluded=any(flag in EXCLUDING for flag in flags),
+        flags=tuple(flags),
+    )
+
+
+def _why_excluded(channels: Sequence[ChannelQuality]) -> str:
+    """Name channels by what is wrong with them."""
+    return '; '.join(
+        f'{flag} in {named(names, MOST_NAMED)}'
+        for flag, names in channels_by_flag(channels).items()
+        if flag in EXCLUDING
+    )
+
+
+def _missing(
+    layout: SensorLayout | None, present: Sequence[ChannelQuality]
+) -> list[ChannelQuality]:
+    names = {quality.name for quality in present}
+    expected = layout.channels if layout else ()
+    return [
+        ChannelQuality(name=channel.name, excluded=True, flags=('missing',))
+        for channel in expected
+        if channel.name not in names
+    ]
+
+
+def _quality(
+    sources: Sequence[Source],
+    channels: Sequence[ChannelQuality],
+    n_rows: int,
+    flags: tuple[str, ...],
+) -> DataQuality:
+    found = list(flags)
+    if any(quality.n_interpolated > DEGRADED_SHARE * n_rows for quality in channels) or any(
+        quality.excluded for quality in channels
+    ):
+        found.append('degraded')
+    reason = _wrong_rate(sources)
+    if reason:
+        found.append('rate_mismatch')
+    elif all(quality.excluded for quality in channels):
+        reason = f'every channel is excluded: {_why_excluded(channels)}'
+    return DataQuality(
+        identifiable=not reason,
+        reason=reason,
+        flags=tuple(dict.fromkeys(found)),
+        channels=tuple(channels),
+    )
+
+
+def _wrong_rate(sources: Sequence[Source]) -> str:
+    for source in sources:
+        if source.clock is None:
+            continue
+        declared, measured = source.clock.sample_rate_hz, source.measured_rate_hz
+        if source.clock.is_wrong:
+            return (
+                f'{source.name.split()[0]} declares {declared:g} Hz '
+                f'but its stamps say {measured:.5g} Hz'
+            )
+    return ''

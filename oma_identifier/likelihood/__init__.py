@@ -1,0 +1,80 @@
+"""The Whittle likelihood of a few modes in one band of the spectra.
+
+In come Fourier transforms of all channels and modes to start from; out go the modes that
+explain the spectra best, with the covariance of their errors (Whittle 1953; Au 2017,
+doi:10.1007/978-981-10-4118-1).
+"""
+
+from oma_identifier.likelihood.band_data import (
+    averages_from,
+    group_modes,
+    overlaps,
+    ReducedBand,
+    StartModes,
+)
+from oma_identifier.likelihood.continued import continued
+from oma_identifier.likelihood.force_slopes import ForceSlope, pooled_slopes
+from oma_identifier.likelihood.group_fits import (
+    fit_group,
+    GroupFit,
+    SEPARABLE,
+    unit,
+    updated,
+    whole_shape,
+)
+from oma_identifier.likelihood.line_spectra import (
+    moving_channels,
+    Spectra,
+    spectra_of,
+    usable_lines,
+)
+from oma_identifier.likelihood.modal_motion import averaged_blocks, expected_motion
+from oma_identifier.likelihood.shape_scatter import MacLoss, normalised_std
+from oma_identifier.likelihood.tail_regression import parts_along, TailData
+from oma_identifier.likelihood.whittle import (
+    accelerance,
+    BandData,
+    BandFit,
+    BandModel,
+    fit_band,
+    IMPATIENT,
+    Patience,
+    PATIENT,
+    SlopePrior,
+)
+
+__all__ = [
+    'IMPATIENT',
+    'PATIENT',
+    'SEPARABLE',
+    'BandData',
+    'BandFit',
+    'BandModel',
+    'ForceSlope',
+    'GroupFit',
+    'MacLoss',
+    'Patience',
+    'ReducedBand',
+    'SlopePrior',
+    'Spectra',
+    'StartModes',
+    'TailData',
+    'accelerance',
+    'averaged_blocks',
+    'averages_from',
+    'continued',
+    'expected_motion',
+    'fit_band',
+    'fit_group',
+    'group_modes',
+    'moving_channels',
+    'normalised_std',
+    'overlaps',
+    'parts_along',
+    'pooled_slopes',
+    'spectra_of',
+    'unit',
+    'updated',
+    'usable_lines',
+    'whole_shape',
+]

@@ -1,0 +1,128 @@
+"""Fits of all groups of modes that overlap, one band of the spectra each."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.likelihood.band_data import band_lines, reduce_band, ReducedBand, StartModes
+from oma_identifier.likelihood.line_spectra import Spectra
+from oma_identifier.likelihood.whittle import (
+    BandData,
+    BandFit,
+    BandModel,
+    fit_band,
+    Patience,
+    PATIENT,
+    SlopePrior,
+)
+
+LEAST_LINES_PER_MODE = 12
+SEPARABLE = 0.1
+"""Least singular value, of the largest, of shapes that are told apart."""
+CHANCE = 1.5
+"""Standard deviations of the misfit that are left to chance."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroupFit:
+    """The fit of one group of modes.
+
+    Parameters
+    ----------
+    group : list of int
+        Positions of the modes, the free ones of the fit in this order.
+    band, fit : ReducedBand and BandFit, or None
+        None where there are too few lines.
+    """
+
+    group: list[int]
+    band: ReducedBand | None = None
+    fit: BandFit | None = None
+
+    @property
+    def misfit(self) -> float:
+        """Mean square of the whitened residual, 1 expected, less what chance may add.
+
+        NaN without a fit.
+        """
+        if self.fit is None or self.band is None:
+            return math.nan
+        return self.fit.misfit - CHANCE * _misfit_std(self.band.data)
+
+
+def _misfit_std(data: BandData) -> float:
+    """Return the standard deviation of the misfit of a perfect model.
+
+    An average of n periodograms over c channels contributes n|R|² with variance 2c² + (4c³ + 2c)/n
+    (exact for n = 1, where R = xxᴴ - I).
+    """
+    n_channels = data.periodogram.shape[1]
+    each = 2.0 * n_channels**2 + (4.0 * n_channels**3 + 2.0 * n_channels) / data.n_averaged
+    return float(np.sqrt(np.sum(each)) / (len(each) * n_channels**2))
+
+
+def fit_group(
+    spectra: Spectra,
+    start: StartModes,
+    group: list[int],
+    usable: NDArray[np.bool_],
+    slope: SlopePrior,
+    patience: Patience = PATIENT,
+    begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
+) -> GroupFit:
+    """Fit one group of modes, the others staying where they are.
+
+    ``begin`` says where in a band to begin, if it knows.
+    """
+    lines = band_lines(spectra, start, group, usable)
+    if len(lines) < LEAST_LINES_PER_MODE * len(group):
+        return GroupFit(group)
+    band = reduce_band(spectra, start, group, lines, slope)
+    return GroupFit(
+        group, band, fit_band(band.data, band.model, patience=patience, near=begin(band))
+    )
+
+
+def updated(start: StartModes, fits: Sequence[GroupFit]) -> StartModes:
+    """Return the modes after one pass; groups that did not converge stay."""
+    frequency, damping = start.frequency_hz.copy(), start.damping_ratio.copy()
+    shapes = start.shapes.copy()
+    for each in fits:
+        if each.fit is None or each.band is None or not each.fit.converged:
+            continue
+        count = len(each.group)
+        frequency[each.group] = each.fit.model.frequency_hz[:count]
+        damping[each.group] = each.fit.model.damping_ratio[:count]
+        for position, mode in enumerate(each.group):
+            new = each.fit.model.shapes[:, position]
+            shapes[:, mode] = whole_shape(each.band, new, start.shapes[:, each.group])
+    return StartModes(frequency, damping, shapes)
+
+
+def whole_shape(
+    band: ReducedBand, new: NDArray[np.complex128], old: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
+    """Return a shape of unit length, refined but for what was projected out.
+
+    That is taken from the old shapes, in the mixture that comes nearest to the new one.
+
+    Parameters
+    ----------
+    band : ReducedBand
+        In which it was refined.
+    new : (n_reduced,) complex array
+        Refined, of unit length.
+    old : (n_channels, n_old) complex array
+        Of the modes of the band.
+    """
+    mixture = np.linalg.lstsq(band.project.T @ old, new, rcond=SEPARABLE)[0]
+    return unit(band.projected_out(old @ mixture) + band.back @ new)
+
+
+def unit(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return a shape of unit length."""
+    length = np.linalg.norm(shape)
+    return np.asarray(shape / length) if length > 0.0 else np.ones(len(shape), dtype=complex)

@@ -1,0 +1,11 @@
+"""Methods beside covariance-driven subspace identification, by name.
+
+In come samples; out go poles and modes by data-driven or combined subspace identification, by
+the poly-reference least-squares method or by frequency domain decomposition, with standard
+deviations by leaving out stretches in turn.
+"""
+
+from oma_identifier.methods.kept_record import KeptRecord
+from oma_identifier.methods.methods import identify_by
+
+__all__ = ['KeptRecord', 'identify_by']

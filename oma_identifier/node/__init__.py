@@ -1,0 +1,5 @@
+"""The identifier as a ROS node.
+
+In come topics; out go modal parameters after each window. Nothing is computed here: messages
+are decoded and queued, windows are identified in a thread beside.
+"""

@@ -1,0 +1,366 @@
+"""The identifier as a ROS node: samples in, modal parameters out after each window."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message, serialize_message
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from modal_core.errors import SettingsError
+from modal_core.measurements import Measurement
+from modal_core.printable import printable
+from modal_core.ros_messages import LATCHED, parameter_descriptor
+from modal_core.run_node import run_node
+from modal_recordings.decode import BLOCK, JOINT_STATE
+from oma_identifier.covariance import below_edge
+from oma_identifier.intake import in_order, TopicIntake
+from oma_identifier.motion import load_robot_motion
+from oma_identifier.node.cell_topics import CELL_TYPES, is_of_cell
+from oma_identifier.node.excitation_watch_node import ExcitationWatch
+from oma_identifier.node.findings import quality_findings
+from oma_identifier.node.node_parameters import (
+    load_layout_file,
+    NodeParameter,
+    PARAMETERS,
+    SETTINGS,
+    settings_from,
+)
+from oma_identifier.node.polled_topic_node import PolledGroup, PolledTopic
+from oma_identifier.node.ros_messages import (
+    MESSAGE_CLASSES,
+    modal_parameters,
+    mode_shape_markers,
+    stabilisation_diagram,
+)
+from oma_identifier.node.worker import IdentificationWorker, Job
+from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.result import WindowResult
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.tracking import CheckpointFile, ModeTracker
+from oma_msgs.msg import ModalParameters, StabilisationDiagram
+
+POLL_PERIOD_S = 0.05
+# What the graph says of a publisher before it has heard of its node.
+NOT_YET_KNOWN = '_NODE_NAMESPACE_UNKNOWN_'
+DISCOVERY_PERIOD_S = 0.25
+DIAGNOSTICS_PERIOD_S = 1.0
+SAMPLE_DEPTH = 8000
+BLOCK_DEPTH = 1024
+FINISH_TIMEOUT_S = 60.0
+RESTARTED = 'restarted'
+"""Flag of the first window after a restart from a checkpoint; numbers run on."""
+
+
+class IdentifierNode(Node):
+    """Buffers responses and publishes modal parameters after each window."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('oma_identifier', **options)
+        for parameter in PARAMETERS:
+            self.declare_parameter(parameter.name, _default(parameter), _descriptor(parameter))
+        self.layout = load_layout_file(self._value('layout_file'))
+        robot = self._value('robot')
+        self.robot = load_robot_motion(robot) if robot else None
+        if self.robot is not None and self.layout is not None:
+            self.layout.check_links(self.robot.link_names, robot)
+        self.intake = TopicIntake()
+        self.problems: dict[str, str] = {}
+        checkpoint = self._value('checkpoint_file')
+        self._checkpoint = CheckpointFile(Path(checkpoint)) if checkpoint else None
+        self._restarted = False
+        self.pipeline = IdentificationPipeline(
+            settings_from(self._settings()), self.layout, self._load_tracker(), self.robot
+        )
+        self._polled = PolledGroup()
+        self._subscriptions_of: dict[str, tuple[str, PolledTopic]] = {}
+        self._last_result: WindowResult | None = None
+        self._worker = IdentificationWorker(self._publish, self._window_failed)
+        self._make_interfaces()
+        self._watch = ExcitationWatch(
+            self, self._value('plan_topic'), self._value('bridge_topic'), self._edge_changed
+        )
+        self._publish_last()
+
+    def _make_interfaces(self) -> None:
+        self._modal = self.create_publisher(ModalParameters, '~/modal_parameters', LATCHED)
+        self._diagram = self.create_publisher(
+            StabilisationDiagram, '~/stabilisation_diagram', LATCHED
+        )
+        self._shapes = self.create_publisher(MarkerArray, '~/mode_shapes', LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_service(Trigger, '~/finish', self._on_finish)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+        self.create_timer(POLL_PERIOD_S, self._poll)
+        self.create_timer(DISCOVERY_PERIOD_S, self._discover)
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
+
+    def _value(self, name: str) -> Any:
+        return self.get_parameter(name).value
+
+    def _settings(self) -> dict[str, object]:
+        return {parameter.name: self._value(parameter.name) for parameter in SETTINGS}
+
+    # -- input -----------------------------------------------------------------------------
+
+    def _discover(self) -> None:
+        """Subscribe to topics of responses that have appeared, and to the joint states."""
+        named = {self.resolve_topic_name(topic) for topic in self._value('topics') if topic}
+        joints = self.resolve_topic_name(self._value('joint_states_topic'))
+        topics = self.get_topic_names_and_types()
+        cells = self._cells(topics)
+        if NOT_YET_KNOWN in cells:
+            return
+        for topic, types in topics:
+            if topic in self._subscriptions_of:
+                continue
+            message_type = next((name for name in types if name in MESSAGE_CLASSES), None)
+            if message_type is None:
+                continue
+            if message_type == JOINT_STATE:
+                wanted = topic == joints
+            else:
+                wanted = (
+                    topic in named if named else is_of_cell(topic, self.get_namespace(), cells)
+                )
+            if wanted:
+                self._subscribe(topic, message_type)
+
+    def _cells(self, topics: Sequence[tuple[str, Sequence[str]]]) -> set[str]:
+        """Return the namespaces of all nodes that are part of a cell."""
+        return {
+            publisher.node_namespace
+            for topic, types in topics
+            if CELL_TYPES.intersection(types)
+            for publisher in self.get_publishers_info_by_topic(topic)
+        }
+
+    def _subscribe(self, topic: str, message_type: str) -> None:
+        if not self.count_publishers(topic):
+            return
+        depth = BLOCK_DEPTH if message_type == BLOCK else SAMPLE_DEPTH
+        subscription = PolledTopic(self, self._polled, topic, MESSAGE_CLASSES[message_type], depth)
+        self._subscriptions_of[topic] = (message_type, subscription)
+        if message_type != JOINT_STATE:
+            self.pipeline.buffer.expect(topic)
+        self.get_logger().info(f'listening to {topic} ({message_type})')
+
+    def _poll(self) -> None:
+        """Drain all topics, decode, and hand complete windows to the worker."""
+        found: list[Measurement] = []
+        # Joint states first, so that they are there when a window closes.
+        for topic, (message_type, subscription) in sorted(
+            self._subscriptions_of.items(), key=lambda item: item[1][0] != JOINT_STATE
+        ):
+            raws = [raw for raw, _ in subscription.take()]
+            found += self.intake.decode(raws, message_type, topic)
+        # A late poll holds seconds of every topic: side by side again, as they came.
+        for measurement in in_order(found):
+            self.pipeline.add(measurement)
+        for window in self.pipeline.windows():
+            if not self._worker.submit(Job(self.pipeline, window)):
+                self.get_logger().warning(
+                    f'window {window.index} skipped: identification cannot keep up',
+                    throttle_duration_sec=10.0,
+                )
+
+    def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Flush the samples that are held, identify the partial last window, begin anew."""
+        self._poll()
+        before = self._worker.n_done
+        for window in self.pipeline.finish():
+            self._worker.submit(Job(self.pipeline, window), may_skip=False)
+        response.success = self._worker.wait_idle(FINISH_TIMEOUT_S)
+        response.message = f'{self._worker.n_done - before} windows identified'
+        return response
+
+    # -- output ----------------------------------------------------------------------------
+
+    def _publish(self, result: WindowResult) -> None:
+        base_frame = self._value('base_frame')
+        result = self._marked(result)
+        self._last_result = result
+        message = modal_parameters(result, base_frame, self._worker.n_skipped)
+        try:
+            self._modal.publish(message)
+            self._diagram.publish(stabilisation_diagram(result, base_frame))
+            self._shapes.publish(mode_shape_markers(result, self.pipeline.buffer.channels))
+        except rclpy_implementation.RCLError:
+            # Told to stop while this window was identified: it is kept for the next start.
+            if self.context.ok():
+                raise
+        self._save(message)
+
+    def _window_failed(self, reason: str) -> None:
+        self.problems['WINDOW_FAILED'] = reason
+        self.get_logger().error(reason)
+
+    def _publish_diagnostics(self) -> None:
+        message = DiagnosticArray()
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.status = [self._status(code, text) for code, text in self._findings()]
+        if not message.status:
+            message.status = [self._status('OK', 'healthy')]
+        self._diagnostics.publish(message)
+
+    def _findings(self) -> list[tuple[str, str]]:
+        found = list(self.problems.items())
+        for topic, count in self.intake.n_refused.items():
+            reason = self.intake.last_refusal[topic]
+            found.append(('MESSAGE_REFUSED', f'{count} of {topic}: {reason}'))
+        if not self.intake.n_messages:
+            found.append(('NO_DATA', 'no samples received yet'))
+        if self._worker.n_skipped:
+            found.append(('WINDOW_SKIPPED', f'{self._worker.n_skipped} windows skipped'))
+        counters = self.pipeline.buffer.counters
+        found += [(reason.upper(), counters.describe(reason)) for reason in counters.reasons]
+        result = self._last_result
+        if result is not None and not result.quality.identifiable:
+            found.append(('NOT_IDENTIFIABLE', result.quality.reason))
+        if result is not None:
+            found += quality_findings(result.quality)
+        full_names = [
+            f'{namespace.rstrip("/")}/{name}'
+            for name, namespace in self.get_node_names_and_namespaces()
+        ]
+        if full_names.count(self.get_fully_qualified_name()) > 1:
+            found.append(('NAME_CLASH', 'another node has the same name'))
+        return found
+
+    def _status(self, code: str, text: str) -> DiagnosticStatus:
+        levels = {'OK': DiagnosticStatus.OK, 'WINDOW_FAILED': DiagnosticStatus.ERROR}
+        levels |= {'NAME_CLASH': DiagnosticStatus.ERROR, 'NO_DATA': DiagnosticStatus.STALE}
+        counts = self.intake.n_messages.items()
+        return DiagnosticStatus(
+            level=levels.get(code, DiagnosticStatus.WARN),
+            name=f'{self.get_name()}: {code}',
+            message=text,
+            hardware_id=self.get_fully_qualified_name(),
+            values=[
+                KeyValue(key='code', value=code),
+                KeyValue(key='windows', value=str(self._worker.n_done)),
+                *(KeyValue(key=f'messages {topic}', value=str(count)) for topic, count in counts),
+            ],
+        )
+
+    # -- parameters and checkpoint ---------------------------------------------------------
+
+    def _check_parameters(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        values = self._settings()
+        values.update({p.name: p.value for p in parameters if p.name in values})
+        try:
+            settings_from(values)
+        except SettingsError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply_parameters(self, parameters: Sequence[Parameter]) -> None:
+        """Begin anew with the new settings; the modes keep their ids."""
+        if not {parameter.name for parameter in parameters} & set(self._settings()):
+            return
+        self._begin(below_edge(settings_from(self._settings()), self._watch.edge_hz))
+
+    def _edge_changed(self, edge_hz: float | None) -> None:
+        """Begin anew where the excitation now ends; what was collected is identified first."""
+        settings = below_edge(settings_from(self._settings()), edge_hz)
+        if settings == self.pipeline.settings:
+            return
+        self._poll()
+        for window in self.pipeline.finish():
+            self._worker.submit(Job(self.pipeline, window))
+        edge = 'no plan' if edge_hz is None else f'a plan that excites up to {edge_hz:g} Hz'
+        band = f'up to {settings.max_frequency_hz:g} Hz' if settings.max_frequency_hz else 'free'
+        self.get_logger().info(f'{edge} is played: band {band}')
+        self._begin(settings)
+
+    def _begin(self, settings: IdentificationSettings) -> None:
+        n_windows = self.pipeline.buffer.n_windows
+        self.pipeline = IdentificationPipeline(
+            settings, self.layout, self.pipeline.tracker, self.robot
+        )
+        self.pipeline.buffer.n_windows = n_windows
+        for topic, (message_type, _) in self._subscriptions_of.items():
+            if message_type != JOINT_STATE:
+                self.pipeline.buffer.expect(topic)
+
+    def _load_tracker(self) -> ModeTracker | None:
+        try:
+            return self._checkpoint.tracker() if self._checkpoint else None
+        except SettingsError as error:
+            self._distrust(self._checkpoint.path, error)
+            return None
+
+    def _publish_last(self) -> None:
+        """Serve the last result again, and number the windows on from it."""
+        if self._checkpoint is None:
+            return
+        try:
+            kept = self._checkpoint.last_result()
+            if kept is None:
+                return
+            message = deserialize_message(kept, ModalParameters)
+            self._modal.publish(message)
+        except (ValueError, SettingsError, rclpy_implementation.RCLError, RuntimeError) as error:
+            self._distrust(self._checkpoint.last, error)
+            return
+        self.pipeline.buffer.n_windows = message.window_index + 1
+        self._restarted = True
+
+    def _distrust(self, path: Path, error: Exception) -> None:
+        self.problems['CHECKPOINT'] = f'{path} not used: {printable(error, 300)}'
+        self.get_logger().warning(self.problems['CHECKPOINT'])
+
+    def _marked(self, result: WindowResult) -> WindowResult:
+        """Say of the first window after a restart that it is: what lies between is not known."""
+        if not self._restarted:
+            return result
+        self._restarted = False
+        quality = replace(result.quality, flags=(*result.quality.flags, RESTARTED))
+        return replace(result, quality=quality)
+
+    def _save(self, message: ModalParameters) -> None:
+        """Keep ids and the last result for the next start."""
+        if self._checkpoint is None:
+            return
+        try:
+            self._checkpoint.save(self.pipeline.tracker, serialize_message(message))
+            self.problems.pop('CHECKPOINT', None)
+        except OSError as error:
+            self.problems['CHECKPOINT'] = f'{self._checkpoint.path} not written: {error}'
+
+    def destroy_node(self) -> None:
+        """Stop the worker, then the node."""
+        self._worker.stop(5.0)
+        if self._checkpoint is not None:
+            self._checkpoint.close()
+        super().destroy_node()
+
+
+def _default(parameter: NodeParameter) -> Any:
+    value = parameter.default
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
+    low, high = parameter.low, parameter.high
+    span = (low, high) if low is not None and high is not None else None
+    return parameter_descriptor(
+        parameter.description, parameter.default, span, parameter.read_only
+    )
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Run the node until it is told to stop."""
+    run_node('oma_identifier', IdentifierNode, args=args)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,186 @@
+"""Results as ROS messages.
+
+What comes in is decoded in batches by `modal_recordings/decode.py`.
+"""
+
+import array
+from collections.abc import Iterable
+import math
+
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import AccelStamped, AccelWithCovarianceStamped, Point
+import numpy as np
+from sensor_msgs.msg import Imu, JointState
+from visualization_msgs.msg import Marker, MarkerArray
+
+from modal_core.channel import Channel
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.mode import Mode
+from modal_core.quality import ChannelQuality, DataQuality
+from modal_core.ros_messages import stamp
+from modal_recordings.cdr import ACCEL, ACCEL_WITH_COVARIANCE, IMU
+from modal_recordings.decode import BLOCK, JOINT_STATE
+from oma_identifier.result import WindowResult
+from oma_msgs.msg import (
+    AccelerationBlock,
+    ModalParameters,
+    StabilisationDiagram,
+)
+from oma_msgs.msg import (
+    ChannelQuality as ChannelQualityMessage,
+)
+from oma_msgs.msg import (
+    DataQuality as DataQualityMessage,
+)
+from oma_msgs.msg import (
+    Mode as ModeMessage,
+)
+
+MESSAGE_CLASSES = {
+    IMU: Imu,
+    ACCEL: AccelStamped,
+    ACCEL_WITH_COVARIANCE: AccelWithCovarianceStamped,
+    BLOCK: AccelerationBlock,
+    JOINT_STATE: JointState,
+}
+ARROW_LENGTH_M = 0.3
+COLOURS = ((0.9, 0.2, 0.2), (0.2, 0.6, 0.9), (0.2, 0.7, 0.3), (0.9, 0.6, 0.1), (0.6, 0.3, 0.8))
+
+
+def modal_parameters(result: WindowResult, base_frame: str, n_skipped: int) -> ModalParameters:
+    """Return the modes of a window; lines of machines follow them, marked as harmonic."""
+    message = ModalParameters()
+    message.header.stamp = stamp(result.end_ns)
+    message.header.frame_id = base_frame
+    message.window_index = max(0, result.index)
+    message.window_start = stamp(result.start_ns)
+    seconds, nanoseconds = divmod(result.end_ns - result.start_ns, NANOSECONDS_PER_SECOND)
+    message.window_length = Duration(sec=seconds, nanosec=nanoseconds)
+    message.method = result.modes.method
+    if result.pose is not None:
+        message.joint_names = list(result.pose.joint_names)
+        message.joint_positions = _doubles(result.pose.position)
+        message.joint_position_ranges = _doubles(result.pose.position_range)
+    message.channel_names = list(result.modes.channel_names)
+    message.modes = [mode_message(mode) for mode in (*result.modes, *result.harmonics)]
+    message.data_quality = quality_message(result.quality, n_skipped)
+    return message
+
+
+def mode_message(mode: Mode) -> ModeMessage:
+    """Return one mode."""
+    shape_std = np.empty(0, dtype=complex) if mode.shape_std is None else mode.shape_std
+    return ModeMessage(
+        id=mode.id,
+        frequency_hz=float(mode.frequency_hz),
+        frequency_std_hz=float(mode.frequency_std_hz),
+        damping_ratio=float(mode.damping_ratio),
+        damping_ratio_std=float(mode.damping_ratio_std),
+        shape_real=_doubles(mode.shape.real),
+        shape_imag=_doubles(mode.shape.imag),
+        shape_std_real=_doubles(shape_std.real),
+        shape_std_imag=_doubles(shape_std.imag),
+        mac_loss=float(mode.mac_loss),
+        mac_loss_std=float(mode.mac_loss_std),
+        mpc=float(mode.mpc),
+        mpd=float(mode.mpd),
+        harmonic=bool(mode.harmonic),
+    )
+
+
+def quality_message(quality: DataQuality, n_skipped: int) -> DataQualityMessage:
+    """Return the health of a window."""
+    return DataQualityMessage(
+        identifiable=quality.identifiable,
+        reason=quality.reason,
+        flags=list(quality.flags),
+        n_windows_skipped=n_skipped,
+        channels=[_channel_quality(channel) for channel in quality.channels],
+    )
+
+
+def _channel_quality(channel: ChannelQuality) -> ChannelQualityMessage:
+    return ChannelQualityMessage(
+        name=channel.name,
+        n_interpolated=int(channel.n_interpolated),
+        n_lost=int(channel.n_lost),
+        n_duplicates=int(channel.n_duplicates),
+        n_reordered=int(channel.n_reordered),
+        measured_rate_hz=float(channel.measured_rate_hz),
+        jitter_std_s=float(channel.jitter_std_s),
+        rms=float(channel.rms),
+        kurtosis=float(channel.kurtosis),
+        noise_rms=float(channel.noise_rms),
+        excluded=bool(channel.excluded),
+        flags=list(channel.flags),
+    )
+
+
+def stabilisation_diagram(result: WindowResult, base_frame: str) -> StabilisationDiagram:
+    """Return all poles of a window and the spectrum behind them."""
+    message = StabilisationDiagram()
+    message.header.stamp = stamp(result.end_ns)
+    message.header.frame_id = base_frame
+    message.window_index = max(0, result.index)
+    poles, spectrum = result.poles, result.spectrum
+    message.model_order = array.array('H', poles.model_order.astype(np.uint16).tobytes())
+    message.frequency_hz = _doubles(poles.frequency_hz)
+    message.damping_ratio = _doubles(poles.damping_ratio)
+    message.status = array.array('B', poles.status.astype(np.uint8).tobytes())
+    ids = [0, *(mode.id for mode in result.modes)]
+    numbered = [ids[row] if 0 <= row < len(ids) else 0 for row in poles.mode_id.tolist()]
+    message.mode_id = array.array('I', numbered)
+    message.spectrum_frequency_hz = _doubles(spectrum.frequency_hz)
+    message.spectrum_singular_value = _doubles(spectrum.singular_value.ravel())
+    shape = spectrum.singular_value.shape
+    message.spectrum_n_values = int(shape[1]) if len(shape) == 2 else 0
+    return message
+
+
+def mode_shape_markers(result: WindowResult, channels: Iterable[Channel]) -> MarkerArray:
+    """Return an arrow per sensor and mode, on the frame the sensor is fixed to."""
+    known = {channel.name: channel for channel in channels}
+    markers = [Marker(action=Marker.DELETEALL)]
+    for number, mode in enumerate(result.modes):
+        arrows = _arrows(mode, result.modes.channel_names, known)
+        longest = max((math.hypot(*arrow) for arrow in arrows.values()), default=0.0)
+        if longest <= 0.0:
+            continue
+        for index, ((frame_id, position), arrow) in enumerate(arrows.items()):
+            marker = Marker(ns=f'mode {mode.id}', id=index, type=Marker.ARROW, action=Marker.ADD)
+            marker.header.frame_id = frame_id
+            marker.header.stamp = stamp(result.end_ns)
+            tip = [
+                start + ARROW_LENGTH_M * part / longest
+                for start, part in zip(position, arrow, strict=True)
+            ]
+            marker.points = [_point(position), _point(tip)]
+            marker.scale.x, marker.scale.y, marker.scale.z = 0.02, 0.04, 0.06
+            red, green, blue = COLOURS[number % len(COLOURS)]
+            marker.color.r, marker.color.g, marker.color.b, marker.color.a = red, green, blue, 1.0
+            markers.append(marker)
+    return MarkerArray(markers=markers)
+
+
+def _arrows(
+    mode: Mode, names: tuple[str, ...], known: dict[str, Channel]
+) -> dict[tuple[str, tuple[float, float, float]], list[float]]:
+    """Sum the channels of each sensor place into one vector."""
+    arrows: dict[tuple[str, tuple[float, float, float]], list[float]] = {}
+    for name, value in zip(names, mode.shape.real.tolist(), strict=True):
+        channel = known.get(name)
+        if channel is None or not channel.frame_id:
+            continue
+        arrow = arrows.setdefault((channel.frame_id, channel.position_m), [0.0, 0.0, 0.0])
+        for axis, part in enumerate(channel.direction):
+            arrow[axis] += value * part
+    return arrows
+
+
+def _point(position: Iterable[float]) -> Point:
+    x, y, z = position
+    return Point(x=float(x), y=float(y), z=float(z))
+
+
+def _doubles(values: np.ndarray) -> array.array:
+    return array.array('d', np.ascontiguousarray(values, dtype=np.float64).tobytes())

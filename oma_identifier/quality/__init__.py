@@ -1,0 +1,34 @@
+"""Whether the samples of a channel are measurements.
+
+In come the rows of one window; out go the health of each channel and the reason where it is
+left out: clipped, frozen, repeated, lost or against gravity.
+"""
+
+from oma_identifier.quality.flagged import channels_by_flag, named
+from oma_identifier.quality.health import (
+    ChannelHealth,
+    compare,
+    examine,
+    EXCLUDING,
+    joined,
+    noise_rms,
+    summarise,
+    Summary,
+)
+from oma_identifier.quality.repeats import RepeatWatch
+from oma_identifier.quality.setup_check import check_gravity
+
+__all__ = [
+    'EXCLUDING',
+    'ChannelHealth',
+    'RepeatWatch',
+    'Summary',
+    'channels_by_flag',
+    'check_gravity',
+    'compare',
+    'examine',
+    'joined',
+    'named',
+    'noise_rms',
+    'summarise',
+]

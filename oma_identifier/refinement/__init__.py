@@ -1,0 +1,11 @@
+"""Selected modes refined by maximum likelihood.
+
+In come selected modes and the samples; out go the modes that the likelihood describes better,
+with honest deviations; the others stay as they were. Missing modes are sought, superfluous ones
+left out, and what a window taught is where the next begins.
+"""
+
+from oma_identifier.refinement.adopt import adopt_refined, Adopted, Adoption, LARGEST_MISFIT, NEW
+from oma_identifier.refinement.refinement import refine
+
+__all__ = ['LARGEST_MISFIT', 'NEW', 'Adopted', 'Adoption', 'adopt_refined', 'refine']

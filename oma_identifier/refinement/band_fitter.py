@@ -1,0 +1,99 @@
+"""Fits of the bands of one record, whose slopes and tails depend on each other."""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.likelihood import (
+    BandModel,
+    continued,
+    fit_group,
+    ForceSlope,
+    GroupFit,
+    IMPATIENT,
+    Patience,
+    PATIENT,
+    pooled_slopes,
+    ReducedBand,
+    SlopePrior,
+    Spectra,
+    StartModes,
+    updated,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class BandFitter:
+    """What the fits of one record share.
+
+    Parameters
+    ----------
+    spectra : Spectra
+        Of the record.
+    usable : (n_frequencies,) bool array
+        Which lines to use.
+    idle : collection of int
+        Modes that shall not be refined; a group with one of them is not fitted.
+    """
+
+    spectra: Spectra
+    usable: NDArray[np.bool_]
+    idle: Collection[int]
+
+    def fit(
+        self,
+        now: StartModes,
+        groups: Sequence[list[int]],
+        slopes: Sequence[SlopePrior] | None = None,
+        known: Sequence[GroupFit] = (),
+        patience: Patience = PATIENT,
+        begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
+    ) -> list[GroupFit]:
+        """Fit every group but those whose fit is known."""
+        done = {tuple(each.group): each for each in known}
+        return [
+            done.get(tuple(group)) or self._one(now, group, slope, patience, begin)
+            for group, slope in zip(groups, slopes or [SlopePrior()] * len(groups), strict=True)
+        ]
+
+    def again(
+        self, now: StartModes, fits: Sequence[GroupFit]
+    ) -> tuple[StartModes, list[GroupFit]]:
+        """Fit the same groups once more, with what the others say about slopes."""
+        groups = [each.group for each in fits]
+        places = [math.nan if each.fit is None else middle(now, each.group) for each in fits]
+        before = {each.group[0]: each for each in fits}
+        same = {mode: mode for mode in range(len(now.frequency_hz))}
+        fits = self.fit(
+            now,
+            groups,
+            pooled_slopes(slopes_of(fits), places),
+            patience=IMPATIENT,
+            begin=lambda band: continued(band, before.get(band.included[0]), same),
+        )
+        return updated(now, fits), fits
+
+    def _one(
+        self,
+        now: StartModes,
+        group: list[int],
+        slope: SlopePrior,
+        patience: Patience,
+        begin: Callable[[ReducedBand], BandModel | None],
+    ) -> GroupFit:
+        if any(mode in self.idle for mode in group):
+            return GroupFit(group)
+        return fit_group(self.spectra, now, group, self.usable, slope, patience, begin)
+
+
+def slopes_of(fits: Sequence[GroupFit]) -> list[ForceSlope]:
+    """Return what each band that was fitted says about the slope of the force density."""
+    return [ForceSlope.of(each.fit) for each in fits if each.fit and each.fit.converged]
+
+
+def middle(now: StartModes, group: list[int]) -> float:
+    """Return ln f in the middle of a group."""
+    return float(np.mean(np.log(now.frequency_hz[group])))

@@ -1,0 +1,195 @@
+"""Which modes the data of a band demand: one that its model lacks, one that it has twice.
+
+The derivative of the log-likelihood by the force of a further mode at rest, over its standard
+deviation, says without a fit by how much the likelihood would rise.  For a given pole it is
+greatest for one shape, an eigenvector.  Whether a mode is there is decided by the likelihoods of
+the fits with and without it.
+
+References
+----------
+Rao (1948), doi:10.1017/S0305004100023987 (score test); Schwarz (1978),
+doi:10.1214/aos/1176344136 (evidence).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from modal_core.indicators import mac
+from oma_identifier.likelihood import (
+    accelerance,
+    BandData,
+    BandFit,
+    BandModel,
+    fit_band,
+    GroupFit,
+    overlaps,
+    unit,
+)
+
+TRIED_DAMPING = (0.005, 0.015, 0.045)
+INSIDE = 1.0
+"""Least distance from the ends of the band, in half-power half-widths."""
+LEAST_RISE = 50.0
+"""Of the log-likelihood; noise alone has reached 37 in the best place of a band."""
+DETERMINED = 0.5
+"""Largest standard deviation of an added mode, in half-power half-widths."""
+LEAST_DAMPING = 1e-3
+SAME_MAC = 0.8
+LOST = 1.0
+"""Distance in half-power half-widths from where on a fit has led a mode away from its start."""
+CROWD = 2
+"""Others that a mode overlaps with from where on one is likely to be one too many."""
+DESCRIBED = 1.1
+"""Misfit from where on the likelihood of a band decides nothing."""
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class MissingMode:
+    """Where a mode seems to be missing.
+
+    Parameters
+    ----------
+    frequency_hz, damping_ratio : float [Hz], [-]
+        Roughly.
+    shape : (n_channels,) complex array
+        Of unit length.
+    rise : float
+        Of the log-likelihood, to be expected.
+    """
+
+    frequency_hz: float
+    damping_ratio: float
+    shape: Complex
+    rise: float
+
+
+def missing_mode(of: GroupFit) -> MissingMode | None:
+    """Return the mode whose absence from a group's model shows most, or None."""
+    if of.fit is None or of.band is None:
+        return None
+    data = of.band.data
+    precision, residual = _precision_and_residual(data, of.fit.model)
+    n_channels = residual.shape[1]
+    best = None
+    for ratio in TRIED_DAMPING:
+        low = data.frequency_hz[0] / (1.0 - INSIDE * ratio)
+        high = data.frequency_hz[-1] / (1.0 + INSIDE * ratio)
+        if low >= high:
+            continue
+        place = np.exp(np.arange(np.log(low), np.log(high), ratio))
+        power = np.abs(accelerance(data.frequency_hz, place, np.full(len(place), ratio))).T ** 2
+        weight = power * data.n_averaged
+        score = (weight @ residual.reshape(len(residual), -1)).reshape(-1, n_channels, n_channels)
+        metric = (weight @ precision.reshape(len(residual), -1)).reshape(score.shape)
+        for at, frequency_hz in enumerate(place):
+            try:
+                shape = eigh(score[at], metric[at])[1][:, -1]
+            except np.linalg.LinAlgError:  # a model with next to no power in some direction
+                continue
+            slope = float(np.vdot(shape, score[at] @ shape).real)
+            own = np.einsum('i,kij,j->k', shape.conj(), precision, shape).real
+            rise = 0.5 * slope**2 / float(np.sum(weight[at] * power[at] * own**2))
+            if slope > 0.0 and rise > (LEAST_RISE if best is None else best.rise):
+                best = MissingMode(float(frequency_hz), ratio, shape, rise)
+    return best and replace(best, shape=unit(of.band.back @ best.shape))
+
+
+def _precision_and_residual(data: BandData, model: BandModel) -> tuple[Complex, Complex]:
+    """Return E⁻¹ and E⁻¹ (P - E) E⁻¹ at all lines."""
+    gain = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
+    gain *= (data.frequency_hz / model.reference_hz)[:, None] ** (0.5 * model.slope)
+    amplitude = model.shapes * gain[:, None, :]
+    covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
+    covariance += np.diag(model.noise)
+    precision = np.linalg.inv(covariance)
+    residual = precision @ (data.periodogram - covariance) @ precision
+    return np.asarray(precision), np.asarray(residual)
+
+
+def is_demanded(of: GroupFit, position: int) -> bool:
+    """Tell whether the data determine a free mode and demand it.
+
+    Without it their likelihood must fall by more than half the logarithm of the number of
+    frequencies for each of its parameters (Schwarz).
+    """
+    if of.fit is None or of.band is None or not of.fit.converged:
+        return False
+    model, data = of.fit.model, of.band.data
+    frequency_hz, ratio = model.frequency_hz[position], model.damping_ratio[position]
+    reach = INSIDE * ratio * frequency_hz
+    if not (
+        ratio > LEAST_DAMPING
+        and data.frequency_hz[0] < frequency_hz - reach
+        and frequency_hz + reach < data.frequency_hz[-1]
+        and of.fit.frequency_std[position] < DETERMINED * ratio
+        and of.fit.damping_ratio_std[position] < DETERMINED
+    ):
+        return False
+    return _value_without(data, model, position) - of.fit.value > _worth(data, model)
+
+
+def superfluous(of: GroupFit) -> int | None:
+    """Return the position of a free mode that is another one once more, or None.
+
+    Only of modes that overlap and have nearly one shape, or that the fit leads far away or
+    nowhere, or that are many; the data must do without it.
+    """
+    if of.fit is None or of.band is None or not of.misfit < DESCRIBED:
+        return None
+    model, data = of.band.model, of.band.data
+    frequency, shapes = model.frequency_hz[: model.n_free], model.shapes[:, : model.n_free]
+    beside = overlaps(frequency, frequency * model.damping_ratio[: model.n_free])
+    np.fill_diagonal(beside, False)
+    alike = beside & (mac(shapes, shapes) > SAME_MAC)
+    crowded = beside.sum(axis=1) >= CROWD
+    lost = beside.any(axis=1) & _lost(model, of.fit)
+    doubtful = alike.any(axis=1) | lost | crowded
+    loss = {
+        int(position): without.value - of.fit.value
+        for position in np.flatnonzero(doubtful)
+        if (without := fit_band(data, _without(model, int(position)))).converged
+    }
+    least = min(loss, key=lambda position: loss[position], default=None)
+    return least if least is not None and loss[least] < _worth(data, model) else None
+
+
+def _lost(start: BandModel, fit: BandFit) -> NDArray[np.bool_]:
+    """Return which free modes the fit has led far away, or nowhere."""
+    free, end = slice(0, start.n_free), fit.model
+    before = (start.frequency_hz * (1j - start.damping_ratio))[free]
+    after = (end.frequency_hz * (1j - end.damping_ratio))[free]
+    far = np.abs(after - before) > LOST * -before.real
+    blurred = fit.frequency_std > DETERMINED * end.damping_ratio[free]
+    blurred |= fit.damping_ratio_std > DETERMINED
+    return np.asarray(far | blurred | (not fit.converged))
+
+
+def _worth(data: BandData, model: BandModel) -> float:
+    """Return what a mode must add to the log-likelihood for its parameters (Schwarz)."""
+    n_parameters = 2 * len(model.shapes) + 2 * len(model.frequency_hz) - 1
+    return float(0.5 * n_parameters * np.log(data.n_averaged.sum()))
+
+
+def _value_without(data: BandData, model: BandModel, position: int) -> float:
+    if len(model.frequency_hz) > 1:
+        return fit_band(data, _without(model, position)).value
+    power = np.einsum('kcc->kc', data.periodogram).real
+    level = np.average(power, axis=0, weights=data.n_averaged)
+    return float(np.sum(data.n_averaged) * np.sum(np.log(level) + 1.0))
+
+
+def _without(model: BandModel, position: int) -> BandModel:
+    return replace(
+        model,
+        frequency_hz=np.delete(model.frequency_hz, position),
+        damping_ratio=np.delete(model.damping_ratio, position),
+        shapes=np.delete(model.shapes, position, axis=1),
+        force=np.delete(np.delete(model.force, position, axis=0), position, axis=1),
+        n_free=max(1, model.n_free - 1),  # a tail may move in its place
+    )

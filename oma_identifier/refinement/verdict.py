@@ -1,0 +1,86 @@
+"""What became of a mode that was to be refined."""
+
+from enum import StrEnum
+import math
+
+import numpy as np
+
+from modal_core.mode import Mode
+from oma_identifier.likelihood import GroupFit, overlaps, StartModes
+
+FAR, FAR_WIDTHS = 5.0, 0.75
+"""Standard deviations, and half-power half-widths, beyond both of which a refined mode is another
+than the one it started from."""
+LEAST_MAC = 0.8
+LARGEST_MISFIT = 3.0
+"""Of a band that the model describes at all."""
+
+
+class Outcome(StrEnum):
+    """What became of one mode."""
+
+    REFINED = 'refined'
+    SPLIT = 'split'
+    """Refined, and another mode was found that it stood for as well."""
+    SUPERFLUOUS = 'superfluous'
+    """Another mode once more: the data do without it."""
+    OUT_OF_BAND = 'out_of_band'
+    TOO_SHORT = 'too_short'
+    NOT_CONVERGED = 'not_converged'
+    FAR_FROM_START = 'far_from_start'
+    MODEL_MISFIT = 'model_misfit'
+    NOT_TRIED = 'not_tried'
+
+
+def judged(
+    each: GroupFit, position: int, given: Mode, start: StartModes, mode: int, duration_s: float
+) -> Outcome:
+    """Judge a mode that was fitted.
+
+    Parameters
+    ----------
+    each : GroupFit
+        Of its band.
+    position : int
+        Of the mode in the fit.
+    given : Mode
+        As it came.
+    start : StartModes
+        All modes as they came.
+    mode : int
+        Position of the mode there.
+    duration_s : float [s]
+        Length of the record.
+    """
+    if each.fit is None or each.band is None:
+        return Outcome.TOO_SHORT
+    if not each.fit.converged:
+        return Outcome.NOT_CONVERGED
+    if not each.fit.misfit < LARGEST_MISFIT:
+        return Outcome.MODEL_MISFIT
+    model = each.fit.model
+    frequency, damping = model.frequency_hz[position], model.damping_ratio[position]
+    law = math.sqrt(damping / (2.0 * math.pi * frequency * duration_s))
+    frequency_std = _known(given.frequency_std_hz, 1.5 * law * frequency)
+    damping_std = _known(given.damping_ratio_std, 1.5 * law)  # σ_ζ = sqrt(ζ/(2πfT)) is the same
+    f_reach = FAR * math.hypot(frequency_std, each.fit.frequency_std[position] * frequency)
+    d_reach = FAR * math.hypot(damping_std, each.fit.damping_ratio_std[position] * damping)
+    wide = FAR_WIDTHS * damping
+    far = abs(frequency - given.frequency_hz) > max(f_reach, wide * frequency)
+    far |= abs(damping - given.damping_ratio) > max(d_reach, wide)
+    # Modes that overlap may be mixed at the start, so the shape may turn towards its neighbours'.
+    listed = range(len(start.frequency_hz))
+    near = [other for other in each.group if other in listed and overlap(start, mode, other)]
+    before = np.linalg.qr(each.band.project.T @ start.shapes[:, near])[0]
+    kept = np.linalg.norm(before.conj().T @ model.shapes[:, position])
+    far |= bool(kept**2 < LEAST_MAC)
+    return Outcome.FAR_FROM_START if far else Outcome.REFINED
+
+
+def overlap(start: StartModes, first: int, second: int) -> bool:
+    """Tell whether the half-power bandwidths of two modes touch."""
+    return bool(overlaps(start.frequency_hz, start.half_width_hz)[first, second])
+
+
+def _known(value: float, otherwise: float) -> float:
+    return max(value, otherwise) if math.isfinite(value) else otherwise

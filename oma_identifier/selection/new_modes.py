@@ -1,0 +1,90 @@
+"""Whether a mode that only the likelihood found may be reported.
+
+It has not been through the selection, so what excludes candidates there excludes it here: it lies
+outside the analysed band, on a line, at the edge of an excited band, or where motion of the robot
+explains a peak.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modal_core.mode import Mode, ModeSet
+from modal_core.samples import Samples
+from oma_identifier.covariance import plan_bands
+from oma_identifier.motion import PeakTest
+from oma_identifier.refinement import Adopted, NEW
+from oma_identifier.selection.selection import BROAD, PEAK_CHANCE
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.spectra import CHANCE, line_at, SpectralPeaks
+
+SHARP = 0.01
+"""Damping ratio below which a mode on a line is the line."""
+
+
+@dataclass(frozen=True, slots=True)
+class NewModeTest:
+    """What speaks against new modes of one stretch.
+
+    Parameters
+    ----------
+    samples : Samples
+        The stretch.
+    settings : IdentificationSettings
+        The analysed band.
+    lines : ModeSet
+        Known harmonics.
+    explains : callable
+        Tells a peak that motion of the robot explains from a mode.
+    """
+
+    samples: Samples
+    settings: IdentificationSettings
+    lines: ModeSet
+    explains: PeakTest
+
+    def __call__(self, modes: list[Mode]) -> list[bool]:
+        """Tell for each mode whether nothing speaks against it."""
+        bands = plan_bands(self.samples.sample_rate_hz, self.samples.duration_s, self.settings)
+        low, high = bands[-1].low_hz, bands[0].high_hz
+        peaks = SpectralPeaks(self.samples)
+        return [
+            low < mode.frequency_hz < high
+            and not self._is_line(mode)
+            and _stands_out(mode, peaks)
+            and not self.explains(mode.frequency_hz, _half_width_hz(mode), mode.shape)
+            for mode in modes
+        ]
+
+    def _is_line(self, mode: Mode) -> bool:
+        if mode.damping_ratio > SHARP:
+            return False
+        near = np.abs(self.lines.frequency_hz / mode.frequency_hz - 1.0) < SHARP
+        line = line_at(self.samples, mode.frequency_hz)
+        return bool(near.any()) or (line is not None and line.chance < CHANCE)
+
+
+def _half_width_hz(mode: Mode) -> float:
+    return mode.damping_ratio * mode.frequency_hz
+
+
+def _stands_out(mode: Mode, peaks: SpectralPeaks) -> bool:
+    width_hz = _half_width_hz(mode)
+    if mode.damping_ratio > BROAD and peaks.is_edge(mode.frequency_hz, width_hz):
+        return False
+    chance = peaks.chance(mode.frequency_hz, width_hz)
+    return chance is None or chance < PEAK_CHANCE
+
+
+def without_doubtful(adopted: Adopted, test: NewModeTest) -> Adopted:
+    """Return the modes without new ones that something speaks against."""
+    new = [index for index, origin in enumerate(adopted.origin) if origin == NEW]
+    if not new:
+        return adopted
+    credible = test([adopted.modes.modes[index] for index in new])
+    doubtful = {index for index, good in zip(new, credible, strict=True) if not good}
+    kept = [index for index in range(len(adopted.origin)) if index not in doubtful]
+    modes = tuple(adopted.modes.modes[index] for index in kept)
+    return Adopted(
+        replace(adopted.modes, modes=modes), tuple(adopted.origin[index] for index in kept)
+    )

@@ -1,0 +1,110 @@
+"""Poles of one band, with what their uncertainty needs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.covariance import PERIODS
+from oma_identifier.selection.stabilise import BandPoles
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.subspace import (
+    BandCovariance,
+    factorise,
+    influence,
+    MultiOrder,
+    OrderSolution,
+    output_matrix,
+    poles_of_orders,
+    PoleSensitivity,
+)
+
+EVERY_ORDER_TO = 28
+SAMPLES_PER_ORDER = 40
+"""Samples of the record per unit of the highest model order: higher orders would fit noise."""
+
+
+@dataclass(frozen=True)
+class BandIdentification:
+    """Poles of one band over the model order.
+
+    Parameters
+    ----------
+    source : BandCovariance
+        What they were identified from.
+    system : MultiOrder
+        Of the block Hankel matrix.
+    solutions : mapping of int to OrderSolution
+        By model order.
+    poles : BandPoles
+        All orders.
+    """
+
+    source: BandCovariance
+    system: MultiOrder
+    solutions: Mapping[int, OrderSolution]
+    poles: BandPoles
+
+    @property
+    def n_orders(self) -> int:
+        """How many model orders were solved."""
+        return len(self.solutions)
+
+    @cached_property
+    def _sensitivity(self) -> PoleSensitivity:
+        return PoleSensitivity(self.system)
+
+    def influence(self, rows: NDArray[np.int64]) -> NDArray[np.complex128]:
+        """Return what each block of time does to the poles in these rows.
+
+        Returns
+        -------
+        (n_blocks, n_rows) complex array [rad/s]
+            See :func:`oma_identifier.subspace.uncertainty.influence`.
+        """
+        values = self.poles.eigenvalue[rows]
+        solutions = [self.solutions[order] for order in self.poles.model_order[rows].tolist()]
+        gradients = self._sensitivity.gradients(solutions, values)
+        return influence(gradients, values, self.source.covariance)
+
+
+def model_orders(lowest: int, highest: int) -> list[int]:
+    """Return the even model orders to solve: all low ones, every other of the high ones.
+
+    A pole that is stable from one high order to the next but one is stable in between, and the
+    time of a solution grows with the cube of its order.
+    """
+    return [
+        order
+        for order in range(lowest + lowest % 2, highest + 1, 2)
+        if order <= EVERY_ORDER_TO or (highest - order) % 4 == 0
+    ]
+
+
+def identify_band(
+    source: BandCovariance, settings: IdentificationSettings
+) -> BandIdentification | None:
+    """Identify the poles of one band by SSI-cov; None when the record is too short for any."""
+    low_hz = max(source.band.low_hz, PERIODS / source.covariance.duration_s)
+    if low_hz >= source.band.high_hz:
+        return None
+    source = replace(source, band=replace(source.band, low_hz=low_hz))
+    highest = min(settings.max_order, source.covariance.n_samples // SAMPLES_PER_ORDER)
+    orders = model_orders(settings.min_order, highest)
+    if len(orders) < 2:
+        return None
+    if not np.any(source.mean):
+        return None
+    factors = factorise(source.covariance.mean, source.block_rows)
+    system = MultiOrder(factors, orders[-1])
+    solutions = {order: system.solve(order) for order in orders if order <= system.highest}
+    raw = poles_of_orders(tuple(solutions.values()), output_matrix(source.mean, factors))
+    poles = BandPoles(
+        model_order=raw.model_order,
+        eigenvalue=raw.eigenvalue,
+        pole=np.asarray(np.log(raw.eigenvalue) * source.covariance.sample_rate_hz, dtype=complex),
+        shape=raw.shape,
+    )
+    return BandIdentification(source, system, solutions, poles)

@@ -1,0 +1,184 @@
+"""One frequency band of a stream of samples: conditioned, and summed into block covariances."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.covariance import (
+    Band,
+    BandConditioner,
+    choose_references,
+    CovarianceAccumulator,
+    Decimation,
+    OutputCovariance,
+    WhenFull,
+)
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.subspace.ssi_cov import compress_outputs
+
+N_BLOCKS = 64
+REFRESHED = 1.0 / 16.0
+"""Share of the blocks that are new when a band is solved again."""
+MOST_REFERENCES = 8
+"""What a channel adds to so many well chosen ones is less than its cost."""
+MOST_OUTPUTS = 12
+"""More channels are combined to this many outputs; mode shapes keep all channels."""
+FEWEST_BLOCK_ROWS = 20
+ROWS_PER_ORDER = 1.5
+"""Rows of the block Hankel matrix (and columns) per unit of the highest model order."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
+class BandCovariance:
+    """What the solver needs of one band; equal is only what is the same object.
+
+    Parameters
+    ----------
+    band : Band
+        Which band.
+    mean : (n_lags, n_channels, n_references) array
+        Covariance of the channels divided by ``scale`` with the references, over all blocks.
+    covariance : OutputCovariance
+        The same in blocks, of combinations of the channels where there are many of them.
+    scale : (n_channels,) array [m/s²]
+        Root mean square in the band.
+    block_rows : int
+        Of the block Hankel matrix.
+    """
+
+    band: Band
+    mean: NDArray[np.float64]
+    covariance: OutputCovariance
+    scale: NDArray[np.float64]
+    block_rows: int
+
+
+class BandStream:
+    """Conditions samples to one band and keeps their block covariances.
+
+    Parameters
+    ----------
+    band : Band
+        Which band.
+    settings : IdentificationSettings
+        Orders, block rows and references.
+    span_s : float [s]
+        Time the blocks shall cover.
+    when_full : WhenFull
+        Slide over the span, or keep everything in ever longer blocks.
+    turn : int
+        Bands with different turns are refreshed one after the other when hops are short.
+    """
+
+    def __init__(
+        self,
+        band: Band,
+        settings: IdentificationSettings,
+        span_s: float,
+        when_full: WhenFull,
+        turn: int = 0,
+    ) -> None:
+        self.band = band
+        self._settings = settings
+        self._when_full = when_full
+        self._block_samples = max(4, int(span_s * band.sample_rate_hz / N_BLOCKS))
+        self._conditioner = BandConditioner(band)
+        self._accumulator: CovarianceAccumulator | None = None
+        self._block_rows = 0
+        self._last: BandCovariance | None = None
+        self._last_of = 0
+        self._turn = turn
+        self._follows = False
+
+    def add(self, rows: Decimation) -> None:
+        """Add the samples that were taken last."""
+        if self._follows:
+            self.interrupt()
+            self._follows = False
+        for conditioned in self._conditioner.of(rows):
+            if self._accumulator is None:
+                self._accumulator = self._start(conditioned)
+            self._accumulator.add(conditioned.astype(np.float32))
+
+    def follow(self, lead: 'BandStream') -> bool:
+        """Take the blocks that another stream of the same band made of the next samples.
+
+        Returns
+        -------
+        bool
+            False where its blocks do not fit: the samples themselves must be added.
+        """
+        blocks = lead._accumulator
+        if blocks is None:
+            return True
+        if self._accumulator is None:
+            self._block_rows = lead._block_rows
+            self._accumulator = self._empty(blocks.references)
+        if not self._accumulator.fits(blocks):
+            return False
+        self._accumulator.take(blocks)
+        self._follows = True
+        return True
+
+    def refilter(self) -> None:
+        """Forget the filters' state where samples are added, not the blocks of another stream."""
+        if not self._follows:
+            self.interrupt()
+
+    def interrupt(self) -> None:
+        """Keep the covariances, forget the filters' state: samples are missing."""
+        self._conditioner = BandConditioner(self.band)
+        if self._accumulator is not None:
+            self._accumulator.interrupt()
+
+    def _start(self, rows: NDArray[np.float64]) -> CovarianceAccumulator:
+        wanted = self._settings.n_references or MOST_REFERENCES
+        references = choose_references(rows, min(wanted, MOST_REFERENCES))
+        automatic = math.ceil(ROWS_PER_ORDER * self._settings.max_order / len(references))
+        self._block_rows = self._settings.block_rows or max(FEWEST_BLOCK_ROWS, automatic)
+        return self._empty(references)
+
+    def _empty(self, references: NDArray[np.int64]) -> CovarianceAccumulator:
+        return CovarianceAccumulator(
+            n_lags=2 * self._block_rows - 1,
+            references=references,
+            block_samples=self._block_samples,
+            capacity=N_BLOCKS,
+            when_full=self._when_full,
+        )
+
+    def result(self) -> BandCovariance | None:
+        """Return the covariances so far; None before the first block is complete.
+
+        Of a sliding window the same object as last time as long as less than ``REFRESHED`` of
+        the blocks are new: so few change a result by a third of its standard deviation.
+        """
+        blocks = self._accumulator
+        if blocks is None or blocks.n_blocks == 0:
+            return None
+        slides = self._when_full is WhenFull.RETIRE
+        least = REFRESHED * N_BLOCKS if slides else 1
+        if self._last is None or blocks.n_added - self._last_of >= least:
+            first = self._last is None
+            self._last, self._last_of = self._result(blocks), blocks.n_added
+            if first:
+                self._last_of -= self._turn
+        return self._last
+
+    def _result(self, blocks: CovarianceAccumulator) -> BandCovariance:
+        scale = np.sqrt(blocks.power)
+        inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0.0)
+        weight = inverse[blocks.references]
+        mean = blocks.mean * (inverse[:, None] * weight)
+        outputs = np.diag(inverse)
+        if len(scale) > MOST_OUTPUTS:
+            outputs = inverse[:, None] * compress_outputs(mean, MOST_OUTPUTS)
+        return BandCovariance(
+            band=self.band,
+            mean=mean,
+            covariance=blocks.result(self.band.sample_rate_hz, outputs, weight),
+            scale=scale,
+            block_rows=self._block_rows,
+        )

@@ -1,0 +1,10 @@
+"""Sensors in step: how late each is against the others, from the responses alone.
+
+In comes a window; out go its samples with delays put right, and the sensors that do not show
+the motion the others show. Phases and beats at the peaks of the spectra give the odds of a
+delay; coherence tells who hears something else.
+"""
+
+from oma_identifier.synchrony.in_step import Synchroniser
+
+__all__ = ['Synchroniser']

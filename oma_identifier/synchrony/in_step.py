@@ -1,0 +1,212 @@
+"""Sensors put in step: samples of late ones moved, those that cannot be told left out.
+
+A delay turns normal modes into complex ones and hides correlation from the subspace methods, so
+it is put right in the samples, before anything is identified from them.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.channel import Channel
+from modal_core.indicators import mpc, mpd, normalise
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.mode import Mode
+from modal_core.samples import Samples
+from oma_identifier.motion import Cleaned, Lag, LATE, never
+from oma_identifier.synchrony.coherence import check_coherence, Coherence
+from oma_identifier.synchrony.delay_odds import SensorDelay
+from oma_identifier.synchrony.sensor_delay import sensor_delays
+from oma_identifier.synchrony.sensor_peaks import Columns, sensor_peaks
+from oma_identifier.time_axis import HALF_WIDTH, interpolate
+
+LARGEST_PHASE_RAD = math.radians(10.0)
+"""Largest error of a phase, at three deviations of the delay, that a shape is published with."""
+SURPRISE = 4.0
+"""Standard deviations from where on a newer delay is another one."""
+SHORTEST_S = 10.0
+"""Of less than ten seconds nothing is told."""
+UNKNOWN = Lag(math.nan, math.nan)
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+def sensor_of(channel: Channel) -> str:
+    """Return what a channel shares its clock with: axes of a sensor are ``<name>.<axis>``."""
+    return channel.name.rpartition('.')[0] or channel.name
+
+
+class Synchroniser:
+    """Puts the sensors of window after window in step, all windows by the same delays.
+
+    Attributes
+    ----------
+    corrects_earlier : bool
+        The newest window shows that sensors are late of which earlier ones did not tell.
+    """
+
+    def __init__(self) -> None:
+        self.corrects_earlier = False
+        self._held: dict[str, SensorDelay] = {}
+        self._coherence = Coherence()
+        self._of: tuple[tuple[Channel, ...], float] = ((), 0.0)
+        self._start_ns = self._middle_ns = 0
+
+    def __call__(self, cleaned: Cleaned) -> Cleaned:
+        """Return a window in step; the very same one where its sensors are.
+
+        A channel that was moved says by how much (``delay_s``); sensors that no delay puts in step
+        are left out, and so is one that shows another motion than all others.  What joint states
+        prove of a sensor is used where the responses, which tell more exactly, do not prove
+        anything.
+        """
+        channels = cleaned.samples.channels
+        self._look(cleaned.samples)
+        late = {s: d for s, d in self._held.items() if d.is_odd}
+        delay_s = np.array([self._delay_s(c, cleaned.lags) for c in channels])
+        kept = np.array([self._is_kept(channel) for channel in channels])
+        apart = self._coherence.flags
+        if not delay_s.any() and kept.all():
+            flags = {**apart, **cleaned.channel_flags}
+            return replace(cleaned, channel_flags=flags) if apart else cleaned
+        own = {c.name: late[sensor_of(c)] for c in channels if sensor_of(c) in late}
+        lags = {n: Lag(d.seconds, d.std_s) if d.is_known else UNKNOWN for n, d in own.items()}
+        return _in_step(
+            replace(
+                cleaned,
+                channel_flags={**apart, **dict.fromkeys(own, LATE), **cleaned.channel_flags},
+                lags={**lags, **cleaned.lags},
+                left_out=tuple(c.name for c, k in zip(channels, kept, strict=True) if not k),
+            ),
+            np.where(kept, delay_s, 0.0),
+            kept,
+        )
+
+    def _is_kept(self, channel: Channel) -> bool:
+        sensor = sensor_of(channel)
+        held = self._held.get(sensor)
+        late = held is not None and held.is_odd and not _aligns(held)
+        return not late and sensor not in self._coherence.left_out
+
+    def _delay_s(self, channel: Channel, lags: Mapping[str, Lag]) -> float:
+        held = self._held.get(sensor_of(channel))
+        if held is not None and held.is_odd:
+            return held.seconds
+        return lags[channel.name].behind_s if channel.name in lags else 0.0
+
+    def _look(self, samples: Samples) -> None:
+        """Estimate the delays anew when half a window is new, or the clock was set back."""
+        self.corrects_earlier = False
+        grid = samples.channels, samples.sample_rate_hz
+        if grid != self._of:
+            self._of, self._held = grid, {}
+            self._coherence = Coherence()
+        elif self._start_ns <= samples.start_ns < self._middle_ns:
+            return
+        self._start_ns = samples.start_ns
+        self._middle_ns = (samples.start_ns + samples.end_ns) // 2
+        if samples.duration_s < SHORTEST_S:
+            return
+        columns = _columns(samples.channels)
+        peaks = sensor_peaks(samples) if len(columns) > 1 else []
+        fresh = sensor_delays(peaks, columns)
+        late = {name for name, delay in fresh.items() if delay.is_odd}
+        on_time = {name: own for name, own in columns.items() if name not in late}
+        self._coherence = check_coherence(samples, peaks, on_time)
+        if not _say_the_same(fresh, self._held):
+            self.corrects_earlier = any(
+                delay.is_odd and sensor in self._held and self._held[sensor].is_in_doubt
+                for sensor, delay in fresh.items()
+            )
+            # Of a sensor that this window does not tell of, what is held still holds.
+            self._held = {
+                sensor: self._held.get(sensor, delay) if delay.is_in_doubt else delay
+                for sensor, delay in fresh.items()
+            }
+
+
+def _columns(channels: Sequence[Channel]) -> Columns:
+    sensors = [sensor_of(channel) for channel in channels]
+    return {
+        name: np.flatnonzero([other == name for other in sensors])
+        for name in dict.fromkeys(sensors)
+    }
+
+
+def _say_the_same(fresh: Mapping[str, SensorDelay], held: Mapping[str, SensorDelay]) -> bool:
+    """Tell whether a window proves nothing but what is held."""
+    if not held:
+        return False
+    steps, spread = [], 0.0
+    for sensor, now in fresh.items():
+        before = held[sensor]
+        if now.is_odd and not now.is_known:
+            if not before.is_odd:
+                return False
+        elif now.is_odd or now.log_odds <= 0.0:
+            # A window that does not tell says nothing against what is held.
+            if before.is_odd and not before.is_known:
+                return False
+            steps.append(now.seconds - before.seconds)
+            spread = max(spread, *(d.std_s for d in (now, before) if d.is_odd), 0.0)
+    # Which sensor the others are late against does not matter.
+    return not steps or max(steps) - min(steps) <= math.sqrt(2.0) * SURPRISE * spread
+
+
+def _aligns(delay: SensorDelay) -> bool:
+    """Tell whether a delay is known well enough for shapes."""
+    phase = 2.0 * math.pi * delay.highest_hz * 3.0 * delay.std_s
+    return delay.is_known and phase < LARGEST_PHASE_RAD
+
+
+def _in_step(cleaned: Cleaned, delay_s: Real, kept: NDArray[np.bool_]) -> Cleaned:
+    samples, first = _moved(cleaned.samples, delay_s, kept)
+    moved_ns = first * NANOSECONDS_PER_SECOND / samples.sample_rate_hz
+    motion = cleaned.motion
+    explains = cleaned.explains
+
+    def explains_late(frequency_hz: float, width_hz: float, shape: Complex) -> bool:
+        as_stamped = np.zeros(len(kept), dtype=complex)
+        as_stamped[kept] = shape * np.exp(-2j * math.pi * frequency_hz * delay_s[kept])
+        return explains(frequency_hz, width_hz, as_stamped)
+
+    return replace(
+        cleaned,
+        samples=samples,
+        lines=tuple(_line_in_step(line, delay_s, kept) for line in cleaned.lines),
+        explains=never if explains is never else explains_late,
+        motion=motion and replace(motion, origin_ns=motion.origin_ns - moved_ns),
+    )
+
+
+def _line_in_step(line: Mode, delay_s: Real, kept: NDArray[np.bool_]) -> Mode:
+    turn = np.exp(2j * math.pi * line.frequency_hz * delay_s)
+    shape = normalise((line.shape * turn)[kept])
+    column = shape[:, None]
+    return replace(line, shape=shape, mpc=float(mpc(column)[0]), mpd=float(mpd(column)[0]))
+
+
+def _moved(samples: Samples, delay_s: Real, kept: NDArray[np.bool_]) -> tuple[Samples, int]:
+    """Return the kept channels as if all had been sampled together, and which row comes first."""
+    shift, data = delay_s * samples.sample_rate_hz, samples.acceleration
+    first, last = 0, len(data)
+    if shift.any():
+        first = math.ceil(max(0.0, -shift.min())) + HALF_WIDTH
+        last -= math.ceil(max(0.0, shift.max())) + HALF_WIDTH
+    places = np.flatnonzero(kept)
+    rows = data[first:last, places]
+    for place, column in enumerate(places):
+        if shift[column]:
+            at = np.arange(first, last) + shift[column]
+            rows[:, place] = interpolate(data[:, column : column + 1], at)[:, 0]
+    channels = tuple(
+        replace(channel, delay_s=channel.delay_s + float(delay_s[column]))
+        for column, channel in enumerate(samples.channels)
+        if kept[column]
+    )
+    start_ns = samples.start_ns + round(first * NANOSECONDS_PER_SECOND / samples.sample_rate_hz)
+    return Samples(rows, samples.sample_rate_hz, channels, start_ns), first

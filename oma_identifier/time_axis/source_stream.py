@@ -1,0 +1,281 @@
+"""The samples of one source put in order: repeats, late samples and clock jumps sorted out.
+
+Everything is decided sample by sample in order of arrival and on header stamps alone, so it does
+not matter how the samples were batched.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from oma_identifier.time_axis.candidates import Candidates, CONFIRM
+
+REORDER_NS = NANOSECONDS_PER_SECOND
+"""Samples this late are still put in place."""
+FORWARD_NS = 2 * NANOSECONDS_PER_SECOND
+"""A stamp further ahead than this must be confirmed by the next ones."""
+AT_ONCE = 1024
+"""Samples looked at one by one before the rest is looked at as a whole again."""
+
+
+@dataclass
+class EventCounts:
+    """Stamps of what was found, until their window has passed."""
+
+    duplicates: list[int] = field(default_factory=list)
+    reordered: list[int] = field(default_factory=list)
+    late: list[int] = field(default_factory=list)
+
+    @property
+    def n_held(self) -> int:
+        """Events held."""
+        return len(self.duplicates) + len(self.reordered) + len(self.late)
+
+    def forget(self, before_ns: int) -> None:
+        """Drop events before a time."""
+        for events in (self.duplicates, self.reordered, self.late):
+            events[:] = [stamp for stamp in events if stamp >= before_ns]
+
+
+@dataclass(frozen=True, slots=True)
+class OrderedSamples:
+    """Samples in order of their stamps.
+
+    Parameters
+    ----------
+    stamp_ns : (n_samples,) int64 array [ns]
+        Strictly increasing.
+    values : (n_samples, n_channels) array [m/s²]
+        As sent.
+    """
+
+    stamp_ns: NDArray[np.int64]
+    values: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Sample:
+    stamp_ns: int
+    row: NDArray[np.float64]
+
+
+class SourceStream:
+    """Orders the samples of one source.
+
+    Parameters
+    ----------
+    n_channels : int
+        Columns of the samples.
+    set_aside : Counter or None
+        Where samples are counted whose stamps others do not confirm.
+
+    Attributes
+    ----------
+    first_ns : int or None [ns]
+        Where the stamps began, or went on after the clock jumped.
+    n_pending : int
+        Samples held.
+    """
+
+    def __init__(self, n_channels: int, set_aside: 'Counter[str] | None' = None) -> None:
+        self.n_channels = n_channels
+        self.events = EventCounts()
+        self.set_aside: Counter[str] = Counter() if set_aside is None else set_aside
+        self.first_ns: int | None = None
+        self.newest_ns = 0
+        self.disordered = False
+        self.sealed_ns = -(1 << 62)
+        self.jumped: list[OrderedSamples] = []
+        self._suspects: Candidates[_Sample] = Candidates(_is_near, _size, self._drop)
+        self._pending: list[OrderedSamples] = []
+        self._sorted = True
+        self.n_pending = 0
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether there are samples, but none whose stamp is confirmed."""
+        return self.first_ns is None and len(self._suspects) > 0
+
+    def add(
+        self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64], *, confirmed: bool = False
+    ) -> None:
+        """Add samples in order of arrival.
+
+        After a confirmed jump backwards the rest goes to ``jumped``.
+
+        Parameters
+        ----------
+        stamp_ns : (n_samples,) int64 array [ns]
+            Their stamps.
+        values : (n_samples, n_channels) array [m/s²]
+            The samples.
+        confirmed : bool
+            Others agree with these stamps already.
+        """
+        n_taken = 0
+        while n_taken < len(stamp_ns):
+            n_taken += self._take(stamp_ns[n_taken:], values[n_taken:], confirmed=confirmed)
+            confirmed = False
+
+    def _take(
+        self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64], *, confirmed: bool
+    ) -> int:
+        """Take in the first of some samples; returns how many of them."""
+        if self.jumped:
+            self.jumped.append(OrderedSamples(stamp_ns, values))
+            return len(stamp_ns)
+        ahead = int(stamp_ns[0]) - self.newest_ns
+        if confirmed and (self.first_ns is None or ahead > FORWARD_NS):
+            self._begin(stamp_ns, values)
+        elif confirmed and ahead < -REORDER_NS:
+            self.jumped = [OrderedSamples(stamp_ns, values)]
+        elif not self._suspects and 0 < ahead <= FORWARD_NS and _is_steady(stamp_ns):
+            self._accept(stamp_ns, values)
+        else:
+            return self._take_one_by_one(stamp_ns[:AT_ONCE], values[:AT_ONCE])
+        return len(stamp_ns)
+
+    def _begin(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Begin, or go on after a jump forwards."""
+        self.first_ns = int(stamp_ns[0])
+        self.newest_ns = self.first_ns - 1
+        self.add(stamp_ns, values)
+
+    def _take_one_by_one(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> int:
+        accepted: list[int] = []
+        for row, stamp in enumerate(stamp_ns.tolist()):
+            ahead = stamp - self.newest_ns
+            if self.first_ns is None or not -REORDER_NS <= ahead <= FORWARD_NS:
+                run = self._suspects.add(_Sample(stamp, values[row].copy()))
+                if run.n_items >= CONFIRM:
+                    self._keep(stamp_ns[accepted], values[accepted])
+                    self._jump(self._suspects.take(run))
+                    return row + 1
+            elif ahead > 0:
+                self._suspects.clear()
+                self.newest_ns = stamp
+                accepted.append(row)
+            elif stamp < self.sealed_ns:
+                self.events.late.append(stamp)
+            else:
+                if ahead < 0:
+                    self.disordered = True
+                    self.events.reordered.append(stamp)
+                self._sorted = False
+                accepted.append(row)
+        self._keep(stamp_ns[accepted], values[accepted])
+        return len(stamp_ns)
+
+    def _jump(self, confirmed: Sequence[_Sample]) -> None:
+        """Go on with samples that confirm one another."""
+        stamps = np.array([sample.stamp_ns for sample in confirmed], dtype=np.int64)
+        rows = np.array([sample.row for sample in confirmed])
+        self._suspects.clear()
+        self.add(stamps, rows, confirmed=True)
+
+    def _drop(self, samples: Sequence[_Sample]) -> None:
+        self.set_aside['stamp_unconfirmed'] += len(samples)
+
+    def flush(self, *, alone: bool) -> None:
+        """Go on with what is there at the end of a record too short to confirm anything.
+
+        Parameters
+        ----------
+        alone : bool
+            No other source has a time that it would have to agree with.
+        """
+        run = self._suspects.longest()
+        if alone and self.first_ns is None and run is not None:
+            self._jump(self._suspects.take(run))
+        self._suspects.clear()
+
+    def expire(self) -> None:
+        """Drop samples that have waited in vain to be confirmed."""
+        self._suspects.expire()
+
+    def _accept(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        self.newest_ns = int(stamp_ns[-1])
+        self._keep(stamp_ns, values)
+
+    def _keep(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        if len(stamp_ns):
+            self._pending.append(OrderedSamples(stamp_ns, values))
+            self.n_pending += len(stamp_ns)
+
+    def samples(self) -> OrderedSamples:
+        """Return all samples held, in order and without repeats."""
+        if not self._pending:
+            empty = np.empty((0, self.n_channels))
+            return OrderedSamples(np.empty(0, dtype=np.int64), empty)
+        if len(self._pending) > 1 or not self._sorted:
+            stamps = np.concatenate([part.stamp_ns for part in self._pending])
+            values = np.concatenate([part.values for part in self._pending])
+            if not self._sorted:
+                order = np.argsort(stamps, kind='stable')
+                stamps, values = stamps[order], values[order]
+                repeats = _repeats(stamps, values)
+                self.events.duplicates += stamps[repeats].tolist()
+                stamps, values = np.delete(stamps, repeats), np.delete(values, repeats, axis=0)
+                self._sorted = True
+            self._pending = [OrderedSamples(stamps, values)]
+            self.n_pending = len(stamps)
+        return self._pending[0]
+
+    @property
+    def n_bytes(self) -> int:
+        """Memory that waiting samples and events take, about."""
+        later = sum(part.values.nbytes for part in self.jumped)
+        return 8 * self.n_channels * self.n_pending + later + 40 * self.events.n_held
+
+    def drop(self) -> None:
+        """Give up all that waits."""
+        self._pending, self.n_pending, self._sorted = [], 0, True
+        self.jumped = []
+        self.events = EventCounts()
+
+    def forget(self, before_ns: int) -> None:
+        """Drop samples before a time."""
+        held = self.samples()
+        first = int(np.searchsorted(held.stamp_ns, before_ns))
+        if first:
+            # A copy, so that the memory of what was dropped is given back.
+            self._pending = [
+                OrderedSamples(held.stamp_ns[first:].copy(), held.values[first:].copy())
+            ]
+            self.n_pending -= first
+
+
+def _is_near(last: _Sample, sample: _Sample) -> bool:
+    return -REORDER_NS <= sample.stamp_ns - last.stamp_ns <= FORWARD_NS
+
+
+def _size(sample: _Sample) -> int:
+    return sample.row.nbytes
+
+
+def _repeats(stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the rows that came before, stamp and values; a stamp alone may serve for several."""
+    repeats = []
+    shared = np.flatnonzero(np.diff(stamp_ns) == 0) + 1
+    for group in np.split(shared, np.flatnonzero(np.diff(shared) > 1) + 1):
+        if len(group):
+            seen = {values[group[0] - 1].tobytes()}
+            for row in group.tolist():
+                sent = values[row].tobytes()
+                if sent in seen:
+                    repeats.append(row)
+                seen.add(sent)
+    return np.array(repeats, dtype=np.int64)
+
+
+def _is_steady(stamp_ns: NDArray[np.int64]) -> bool:
+    """Tell whether stamps rise, nowhere by more than a jump."""
+    steps = stamp_ns[1:] - stamp_ns[:-1]
+    if len(steps) == 0:
+        return True
+    is_short = stamp_ns[-1] - stamp_ns[0] <= FORWARD_NS
+    return bool(steps.min() > 0 and (is_short or steps.max() <= FORWARD_NS))

@@ -1,0 +1,11 @@
+"""Modes that keep their ids from window to window.
+
+In come the modes of one window after the other; out go the same modes with ids that follow
+frequency, shape and pose, and a memory that outlives a restart.
+"""
+
+from oma_identifier.tracking.checkpoint_file import CheckpointFile
+from oma_identifier.tracking.track import relative_std, SAME_POSE_RAD
+from oma_identifier.tracking.tracking import ModeTracker, TrackedModes
+
+__all__ = ['SAME_POSE_RAD', 'CheckpointFile', 'ModeTracker', 'TrackedModes', 'relative_std']

@@ -1,0 +1,274 @@
+"""Gives modes ids that stay the same from window to window."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from modal_core.indicators import mac
+from modal_core.mode import Mode, ModeSet
+from modal_core.window import Pose
+from oma_identifier.tracking.checkpoint import restore
+from oma_identifier.tracking.track import relative_std, Track
+
+GATE = 16.0
+"""Largest cost of a link: four standard deviations, or that much in shape."""
+SHAPE_SPREAD = 0.05
+"""1 - MAC, beside what uncertainty explains, that costs as much as one standard deviation squared:
+shapes change a little with pose and load."""
+LOST_AFTER = 3
+"""Windows in a row a mode is missed before it is reported lost; its id is kept."""
+MOST_TRACKS = 400
+FORBIDDEN = 1e6
+SAME_SHAPE, OUTLIER_DEVIATION, WIDEST_OUTLIER = 0.9, 8.0, 0.03
+"""MAC, deviation and share of the frequency of an outlier that is linked all the same."""
+TWIN_DEVIATION, TWIN_COMPANY = 2.0, 0.2
+"""Deviation of two tracks of one mode, and share of windows a method may find it twice."""
+SEEN_TO_JUDGE = 3
+"""Windows a younger track must be seen in before it can be taken for an older one."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackedModes:
+    """One window's modes with ids, and what changed.
+
+    Parameters
+    ----------
+    modes : ModeSet
+        By frequency, each with its id.
+    born : tuple of int
+        Ids seen for the first time.
+    lost : tuple of int
+        Ids that have now been missed so often that they are reported lost.
+    returned : tuple of int
+        Ids that were lost and are back.
+    """
+
+    modes: ModeSet
+    born: tuple[int, ...] = ()
+    lost: tuple[int, ...] = ()
+    returned: tuple[int, ...] = ()
+
+
+class ModeTracker:
+    """Links the modes of successive windows by frequency, shape, uncertainty and pose.
+
+    Every window is assigned as a whole (Hungarian algorithm): two modes that cross are told apart
+    by their shapes.  A track remembers its modes per pose, so that a robot that returns to a pose
+    finds the frequencies it had there.
+    """
+
+    def __init__(self) -> None:
+        self.tracks: list[Track] = []
+        self._next_id = 1
+
+    def update(self, modes: ModeSet, pose: Pose | None = None) -> TrackedModes:
+        """Assign ids to the modes of the next window.
+
+        Parameters
+        ----------
+        modes : ModeSet
+            Without ids.
+        pose : Pose or None
+            Where the robot was; None when unknown or when nothing moves.
+        """
+        joints = None if pose is None else np.asarray(pose.position, dtype=float)
+        links = self._link(modes, joints)
+        born, returned = [], []
+        seen: list[Track] = []
+        for row, mode in enumerate(modes):
+            track = links.get(row)
+            if track is None:
+                track = self._birth()
+                born.append(track.id)
+            elif track.missed >= LOST_AFTER:
+                returned.append(track.id)
+            track.observe(mode, joints, modes.channel_names)
+            seen.append(track)
+        numbers = {track.id for track in seen}
+        for track in seen:
+            track.companions.update(
+                {other: track.companions.get(other, 0) + 1 for other in numbers - {track.id}}
+            )
+        lost = self._miss(numbers)
+        self._merge_twins(seen)
+        numbered = [replace(mode, id=track.id) for mode, track in zip(modes, seen, strict=True)]
+        return TrackedModes(
+            replace(modes, modes=tuple(numbered)), tuple(born), tuple(lost), tuple(returned)
+        )
+
+    def label(self, modes: ModeSet) -> ModeSet:
+        """Return the modes with the ids they have here, without learning; new ones get new ids."""
+        links = self._link(modes, None)
+        numbered = []
+        for row, mode in enumerate(modes):
+            track = links.get(row)
+            if track is None:
+                track = self._birth()
+                track.observe(mode, None, modes.channel_names)
+            numbered.append(replace(mode, id=track.id))
+        return replace(modes, modes=tuple(numbered))
+
+    def _link(self, modes: ModeSet, joints: NDArray[np.float64] | None) -> dict[int, Track]:
+        if not len(modes) or not self.tracks:
+            return {}
+        closeness = [
+            [closeness_of(track, mode, joints, modes.channel_names) for track in self.tracks]
+            for mode in modes
+        ]
+        cost = np.array([[entry.cost for entry in row] for row in closeness])
+        # Of two tracks that fit alike, the one seen more takes the mode: -2 ln of its odds.
+        odds = [max(1, track.n_seen) / (1.0 + track.missed) for track in self.tracks]
+        surprise = 2.0 * np.log(np.max(odds) / odds)
+        rows, columns = linear_sum_assignment(np.where(cost <= GATE, cost + surprise, FORBIDDEN))
+        links = {
+            int(row): int(column)
+            for row, column in zip(rows, columns, strict=True)
+            if cost[row, column] <= GATE
+        }
+        # An outlier of frequency gives no second id to a mode whose shape leaves no doubt.
+        free = np.array([[entry.unmistakable for entry in row] for row in closeness])
+        free[list(links)] = False
+        free[:, list(links.values())] = False
+        for row, column in np.argwhere(free):
+            if free[row].sum() == 1 and free[:, column].sum() == 1:
+                links[int(row)] = int(column)
+        return {row: self.tracks[column] for row, column in links.items()}
+
+    def _merge_twins(self, seen: Sequence[Track]) -> None:
+        """Give a track the id of an older one that it turns out to continue."""
+        for young in seen:
+            if young.n_seen < SEEN_TO_JUDGE:
+                continue
+            for old in self.tracks:
+                if old.id < young.id and old.missed and _are_twins(old, young):
+                    self.tracks.remove(old)
+                    young.id, young.n_seen = old.id, young.n_seen + old.n_seen
+                    young.companions = old.companions
+                    break
+        self.tracks.sort(key=lambda track: track.id)
+
+    def _birth(self) -> Track:
+        track = Track(id=self._next_id)
+        self._next_id += 1
+        self.tracks.append(track)
+        return track
+
+    def _miss(self, seen: Iterable[int]) -> list[int]:
+        lost = []
+        present = set(seen)
+        for track in self.tracks:
+            if track.id in present:
+                continue
+            track.missed += 1
+            if track.missed == LOST_AFTER:
+                lost.append(track.id)
+        if len(self.tracks) > MOST_TRACKS:
+            # The least seen and longest gone make room.
+            self.tracks.sort(key=lambda track: (track.n_seen, -track.missed), reverse=True)
+            del self.tracks[MOST_TRACKS:]
+            self.tracks.sort(key=lambda track: track.id)
+        return lost
+
+    def to_json(self) -> dict[str, object]:
+        """Return the state as plain data for a checkpoint."""
+        return {
+            'next_id': self._next_id,
+            'tracks': [track.to_json() for track in self.tracks],
+        }
+
+    @classmethod
+    def from_json(cls, data: object) -> 'ModeTracker':
+        """Rebuild a tracker from :meth:`to_json`.
+
+        Raises
+        ------
+        SettingsError
+            The data is not a checkpoint of a tracker.
+        """
+        state = restore(data)
+        tracker = cls()
+        tracker.tracks, tracker._next_id = state.tracks, state.next_id
+        return tracker
+
+
+@dataclass(frozen=True, slots=True)
+class Closeness:
+    """How well a mode continues a track.
+
+    Parameters
+    ----------
+    deviation : float
+        Distance in frequency in standard deviations of both.
+    step : float
+        Distance in frequency over the frequency.
+    widest : float
+        Largest such distance of an outlier.
+    alike : float
+        MAC.
+    loss : float
+        1 - MAC to be expected from the uncertainty of the shapes.
+    """
+
+    deviation: float
+    step: float
+    widest: float
+    alike: float
+    loss: float
+
+    @property
+    def cost(self) -> float:
+        """Squared distance: (Δf / σ)² plus 1 - MAC over its usual spread."""
+        distance = self.deviation**2
+        if distance > GATE:
+            return FORBIDDEN
+        return distance + (1.0 - self.alike) / (SHAPE_SPREAD + self.loss)
+
+    @property
+    def unmistakable(self) -> bool:
+        """The same shape at nearly the same frequency, though not within its deviation."""
+        near = self.step <= self.widest and self.deviation <= OUTLIER_DEVIATION
+        return near and self.alike >= SAME_SHAPE
+
+
+def closeness_of(
+    track: Track,
+    mode: Mode,
+    joints: NDArray[np.float64] | None,
+    channel_names: tuple[str, ...],
+) -> Closeness:
+    """Compare a mode with a track, with the uncertainty of both."""
+    place = track.expected(joints)
+    step = abs(math.log(mode.frequency_hz / place.frequency_hz))
+    deviation = step / math.hypot(relative_std(mode), place.relative_std)
+    widest = WIDEST_OUTLIER + OUTLIER_DEVIATION * place.place_std
+    alike = _alike(track, mode, channel_names) if deviation <= OUTLIER_DEVIATION else 0.0
+    # The memory of the track is of modes determined about as well as this one.
+    loss = 2.0 * mode.mac_loss if math.isfinite(mode.mac_loss) else 0.0
+    return Closeness(deviation, step, widest, alike, loss)
+
+
+def _are_twins(old: Track, young: Track) -> bool:
+    """Tell whether two tracks are one mode: alike, and hardly ever found beside one another."""
+    if young.companions.get(old.id, 0) > TWIN_COMPANY * young.n_seen:
+        return False
+    spread = math.sqrt(old.drifted + young.drifted)
+    near = abs(old.level - young.level) <= TWIN_DEVIATION * spread
+    if not near or old.channel_names != young.channel_names:
+        return False
+    return float(mac(old.shape, young.shape)[0, 0]) >= SAME_SHAPE
+
+
+def _alike(track: Track, mode: Mode, channel_names: tuple[str, ...]) -> float:
+    """MAC over the channels both have; 1 when they share none."""
+    if track.channel_names == channel_names:
+        return float(mac(track.shape, mode.shape)[0, 0])
+    shared = [name for name in channel_names if name in track.channel_names]
+    if not shared:
+        return 1.0
+    first = track.shape[[track.channel_names.index(name) for name in shared]]
+    second = mode.shape[[channel_names.index(name) for name in shared]]
+    return float(mac(first, second)[0, 0])

@@ -1,0 +1,122 @@
+"""When numbers that fit are not believed: at the end of what is plausible, or two for one law."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from model_gap.campaign.explicit_damping import explicit_damping
+from model_gap.cell.setup import Setup
+from model_gap.decide.decide import at_limits, believed, one_law, rivals_of
+from model_gap.effects import Scene
+from model_gap.effects.backlash import Backlash
+from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.payload import Payload
+from model_gap.effects.sensor_polarity import SensorPolarity
+from model_gap.fit.fit import Fit
+from model_gap.hypothesis.hypothesis import Hypothesis
+from model_gap.search.search import Candidate, Search, SearchSettings, Step
+
+
+@pytest.fixture(scope='module')
+def nominal(robot, layout):
+    setup = Setup(explicit_damping(robot.spec), layout.channels)
+    names = tuple(sensor.name for sensor in layout)
+    return Hypothesis(Scene(robot, names, setup), (), (), np.zeros(0), np.zeros(0))
+
+
+def test_a_number_at_the_end_of_its_range_is_no_explanation(nominal):
+    stop = nominal.with_effect(JointStiffness('joint_2'), (5.0,))
+    (reason,) = at_limits(stop)
+    assert 'factor of joint_stiffness at joint_2' in reason
+    assert at_limits(nominal.with_effect(JointStiffness('joint_2'), (4.9,))) == ()
+    # Details may be nothing at all, and some effects have no number.
+    held = nominal.with_effect(Backlash('joint_2'), (1e-4, 0.0))
+    assert at_limits(held) == ()
+    assert at_limits(nominal.with_effect(SensorPolarity('sensor:elbow', 'x'), ())) == ()
+
+
+def test_play_and_another_stiffness_in_one_joint_may_be_one_law(nominal):
+    play = nominal.with_effect(Backlash('joint_2'), (1e-4, 0.2))
+    assert one_law(play) == ()
+    (reason,) = one_law(play.with_effect(JointStiffness('joint_2'), (3.0,)))
+    assert 'backlash at joint_2 and joint_stiffness' in reason
+    assert one_law(play.with_effect(JointStiffness('joint_3'), (3.0,))) == ()
+    softer = nominal.with_effect(JointStiffness('joint_2'), (0.8,))
+    link = nominal.scene.model.link_names[-1]
+    values = tuple(Payload(link).starts(nominal.scene)[0])
+    assert one_law(softer.with_effect(Payload(link), values)) == ()
+
+
+def rounds(nominal, *steps):
+    """Return a search whose rounds found (effect, gain, held-out misfit) and others like it."""
+    found, fitted, held = [], fit_of(nominal), 100.0
+    for effects in steps:
+        candidates = []
+        for effect, gain, misfit in effects:
+            values = tuple(effect.starts(nominal.scene)[0])
+            added = fit_of(fitted.hypothesis.with_effect(effect, values))
+            candidates.append(Candidate(effect, added, gain, misfit))
+        found.append(Step(fitted, held, tuple(candidates), ()))
+        fitted, held = candidates[0].fit, candidates[0].heldout_misfit
+    search = Search.__new__(Search)
+    search.steps, search.settings = found, SearchSettings()
+    return search
+
+
+def fit_of(hypothesis):
+    return Fit(hypothesis, 1.0, 0.0, np.zeros((0, 0)), np.zeros((0, 0)))
+
+
+SOFTER, OTHER = JointStiffness('joint_2'), JointStiffness('joint_3')
+PLAY = Backlash('joint_2')
+
+
+def names_of(pairs):
+    return [(best.effect, other.effect) for best, other in pairs]
+
+
+def test_an_effect_that_was_added_later_is_no_rival(nominal):
+    search = rounds(nominal, [(SOFTER, 449.0, 10.0), (OTHER, 448.0, 12.0)], [(OTHER, 300.0, 1.0)])
+    accepted = believed(search)
+    assert [item.effect for item in accepted] == [SOFTER, OTHER]
+    assert rivals_of(search, accepted) == ()
+    alone = rounds(nominal, [(SOFTER, 449.0, 10.0), (OTHER, 448.0, 12.0)])
+    assert names_of(rivals_of(alone, believed(alone))) == [(SOFTER, OTHER)]
+
+
+@pytest.mark.parametrize(('behind', 'remains'), [(7.0, True), (9.0, False)])
+def test_a_rival_of_an_early_round_is_judged_beside_all_that_was_found(nominal, behind, remains):
+    search = rounds(nominal, [(SOFTER, 449.0, 10.0), (PLAY, 446.0, 12.0)], [(OTHER, 300.0, 1.0)])
+    accepted = believed(search)
+    final = accepted[-1].fit
+
+    def instead(whole, best, other):
+        assert (whole, best, other.effect) == (final, SOFTER, PLAY)
+        return replace(other, fit=replace(other.fit, log_evidence=whole.log_evidence - behind))
+
+    search.instead = instead
+    found = rivals_of(search, accepted)
+    assert names_of(found) == ([(SOFTER, PLAY)] if remains else [])
+    search.instead = lambda *_: None  # not a possible arm
+    assert rivals_of(search, accepted) == ()
+
+
+def test_rivals_are_those_of_the_same_round(nominal):
+    # The first round alone is worse on held-out recordings; with the second it is right.
+    search = rounds(
+        nominal,
+        [(SOFTER, 50.0, 110.0), (PLAY, 30.0, 100.0)],
+        [(OTHER, 300.0, 1.0), (PLAY, 298.0, 1.0)],
+    )
+    accepted = believed(search)
+    assert [item.effect for item in accepted] == [SOFTER, OTHER]
+    assert names_of(rivals_of(search, accepted)) == [(OTHER, PLAY)]
+
+
+def test_what_worsens_held_out_recordings_is_not_believed(nominal):
+    assert believed(rounds(nominal, [(SOFTER, 50.0, 110.0)])) == ()
+    both = rounds(nominal, [(SOFTER, 50.0, 110.0)], [(OTHER, 50.0, 105.0)])
+    assert believed(both) == ()
+    first = rounds(nominal, [(SOFTER, 50.0, 10.0)], [(OTHER, 50.0, 12.0)])
+    assert [item.effect for item in believed(first)] == [SOFTER]

@@ -1,0 +1,225 @@
+"""Nonlinear joints: what small changes feel of them, and play tried on the measured twist."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from model_gap.campaign.explicit_damping import explicit_damping
+from model_gap.campaign.spectra import Band, record_spectra
+from model_gap.cell.equivalent_gain import equivalent_gain
+from model_gap.cell.nuisance import nuisances, Tolerances
+from model_gap.cell.setup import HeldTorque, Setup
+from model_gap.effects import Scene
+from model_gap.effects.backlash import Backlash
+from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.sensor_gain import SensorGain
+from model_gap.find_gap import find_gap
+from model_gap.fit.linearise import effect_columns, tolerance_columns
+from model_gap.hypothesis.hypothesis import Hypothesis
+from model_gap.predict.doubt import certain, doubt_of
+from model_gap.predict.followed import PARTING_1_S, parting_residues, predicted_share
+from model_gap.predict.predict import Predictor
+from model_gap.search.search import SearchSettings
+
+SEED = 17
+SMALL = {'n_fit': 2, 'n_held': 0, 'duration': 10.0, 'size': 0.0}
+
+
+def gaussian_motion(rng, count=2**17, rate=500.0):
+    """Return a twist with power from 5 to 30 Hz, its rate, their bins and frequencies."""
+    omega = 2 * np.pi * np.fft.rfftfreq(count, 1 / rate)
+    inside = (omega > 2 * np.pi * 5) & (omega < 2 * np.pi * 30)
+    spectrum = inside * (rng.standard_normal(len(omega)) + 1j * rng.standard_normal(len(omega)))
+    twist = np.fft.irfft(spectrum, count)
+    scale = 1e-4 / twist.std()
+    return twist * scale, np.fft.irfft(1j * omega * spectrum, count) * scale, inside, omega
+
+
+def test_equivalent_spring_and_damper_of_gaussian_motion():
+    rng = np.random.default_rng(SEED)
+    twist, rate, inside, omega = gaussian_motion(rng)
+    bins = np.unique(np.geomspace(*np.flatnonzero(inside)[[0, -1]], 3000).astype(int))
+
+    def spectrum(values):
+        return np.fft.rfft(values)[bins]
+
+    cubic = equivalent_gain(spectrum(1e13 * twist**3), spectrum(twist), omega[bins])
+    expected = 3e13 * twist.var()
+    assert cubic.real.mean() == pytest.approx(expected, rel=0.05), f'seed {SEED}'
+    assert np.abs(cubic.imag).max() < 0.05 * expected, f'seed {SEED}'
+    rest = 2e-4  # preload: the mean slope is that at rest and what the motion adds
+    preloaded = 1e13 * ((rest + twist) ** 3 - rest**3)
+    stiffer = equivalent_gain(spectrum(preloaded), spectrum(twist), omega[bins])
+    expected = 3e13 * (rest**2 + twist.var())
+    assert stiffer.real.mean() == pytest.approx(expected, rel=0.05), f'seed {SEED}'
+    assert np.abs(stiffer.imag).max() < 0.05 * expected, f'seed {SEED}'
+    dry = equivalent_gain(spectrum(50.0 * np.sign(rate)), spectrum(twist), omega[bins])
+    damper = (dry.imag / omega[bins]).mean()
+    assert damper == pytest.approx(50.0 * np.sqrt(2 / np.pi) / rate.std(), rel=0.05)
+
+
+def test_parting_filter_is_its_partial_fractions():
+    s = 1j * np.geomspace(1.0, 300.0, 40)
+    parts = np.sum(parting_residues() / (s[:, None] + PARTING_1_S), axis=1)
+    np.testing.assert_allclose(predicted_share(s), parts, rtol=1e-9, atol=1e-12)
+    assert abs(predicted_share(s)[0]) == pytest.approx(1.0, abs=1e-3)
+    assert abs(predicted_share(s)[-1]) < 0.3
+
+
+def predictor_of(campaign, robot, **options):
+    spectra = [record_spectra(item, Band(4.0, 50.0), 90) for item in campaign.records]
+    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    names = tuple(sensor.name for sensor in campaign.layout)
+    predictor = Predictor(robot, spectra, hanging=False, **options)
+    return predictor, Scene(robot, names, setup)
+
+
+def test_play_is_explained_where_no_motion_can_be_predicted(campaign_of, robot):
+    # Without gravity on it joint 1 floats in its play: the motion is chaotic.
+    hidden = {'type': 'backlash', 'joint': 'joint_1', 'gap': 1.5e-4}
+    campaign = campaign_of([hidden], SEED, **SMALL)
+    predictor, scene = predictor_of(campaign, robot)
+
+    def left(gap):
+        setup = Backlash('joint_1').apply(scene.setup, (gap, 1.0), scene) if gap else scene.setup
+        return predictor.weighting.misfit(predictor.rows(setup))
+
+    right = left(1.5e-4)
+    assert right < 2.0, f'seed {SEED}: {right:.2f}'
+    assert left(0.0) > 50.0 * right, f'seed {SEED}: {left(0.0):.1f}'
+    assert left(1.2e-4) > 2.0 * right, f'seed {SEED}: {left(1.2e-4):.1f}'
+    assert left(1.9e-4) > 2.0 * right, f'seed {SEED}: {left(1.9e-4):.1f}'
+
+
+def test_doubt_takes_along_its_direction_only_and_costs_its_determinant(campaign_of, robot):
+    predictor, _ = predictor_of(campaign_of([], SEED, **SMALL), robot)
+    item = predictor.records[0]
+    rng = np.random.default_rng(SEED)
+    shape = item.measured.shape
+    response = rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+    error = 0.3 * np.ones(shape[1])
+    doubt = doubt_of([response], [error], item)
+    size = np.sum(np.abs(response) ** 2 / item.noise_power, axis=0)
+    assert doubt.log_det == pytest.approx(np.log1p(0.09 * size).sum())
+    along = certain(response, doubt, item)
+    np.testing.assert_allclose(along, response / np.sqrt(1.0 + 0.09 * size), rtol=1e-9)
+    other = rng.standard_normal(shape) + 0j
+    inner = np.sum(response.conj() * other / item.noise_power, axis=0)
+    other = other - response * (inner / size)
+    np.testing.assert_allclose(certain(other, doubt, item), other, atol=1e-9)
+
+
+def test_numbers_of_a_held_law_stay(campaign_of, robot):
+    predictor, scene = predictor_of(campaign_of([], SEED, **SMALL), robot)
+    start = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0))
+    one = start.with_effect(CubicStiffness('joint_2'), (1e5, 1.0))
+    held = replace(one, held=predictor.hold(one.setup()).held)
+    two = held.with_effect(Backlash('joint_3'), (1e-4, 1.0))
+    moved = two.moved(two.tolerance_values, two.inner + 0.1)
+    np.testing.assert_array_equal(moved.inner[:2], two.inner[:2])
+    np.testing.assert_allclose(moved.inner[2:], two.inner[2:] + 0.1)
+    assert one.moved(one.tolerance_values, one.inner + 0.1).inner[0] == one.inner[0] + 0.1
+
+
+@pytest.mark.parametrize(
+    ('joint', 'alpha', 'share'),
+    [('joint_2', 1e5, 0.0), ('joint_2', 1e6, 1.0), ('joint_3', 4e6, 0.0)],
+)
+def test_tolerance_derivatives_follow_a_hard_spring(joint, alpha, share, campaign_of, robot):
+    """Those of its own drive, of other drives, and through the preload what gravity pulls on.
+
+    The hardest one stiffens its drive to more than twice as it moves.
+    """
+    hidden = {'type': 'cubic_stiffness', 'joint': joint, 'alpha': alpha, 'preload': share}
+    campaign = campaign_of([hidden], SEED, **SMALL)
+    predictor, scene = predictor_of(campaign, robot)
+    tolerances = nuisances(scene.setup, ('link_3',), Tolerances())
+    start = Hypothesis(scene, tolerances, (), np.zeros(len(tolerances)), np.zeros(0))
+    bent = start.with_effect(CubicStiffness(joint), (alpha, share))
+    columns = tolerance_columns(bent, predictor)
+    step = 0.02
+    wanted = [
+        f'{what} of {place}'
+        for what, place in (
+            ('stiffness', 'joint_2'),
+            ('damping', 'joint_2'),
+            ('stiffness', 'joint_3'),
+            ('stiffness', 'joint_5'),
+            ('mass', 'link_3'),
+        )
+    ] + ['centre of mass of link_3 (x)']
+    found = {}
+    for number, item in enumerate(tolerances):
+        if item.name not in wanted:
+            continue
+        up, down = (
+            predictor.weighting.rows(
+                predictor.predict(
+                    bent.moved(np.eye(len(tolerances))[number] * sign * step, bent.inner).setup()
+                )
+            )
+            for sign in (1.0, -1.0)
+        )
+        exact = (up - down) / (2.0 * step)
+        found[item.name] = float(np.linalg.norm(columns[number] - exact) / np.linalg.norm(exact))
+    assert sorted(found) == sorted(wanted)
+    assert max(found.values()) < 0.1, f'seed {SEED}: {found}'
+
+
+def test_search_finds_a_hard_spring_under_gravity(campaign_of, robot):
+    """Preload bends it more than the motion does: to a linear search it is a stiffer joint."""
+    hidden = {'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 6e5, 'preload': 1.0}
+    campaign = campaign_of([hidden], SEED, n_fit=3, n_held=1, duration=8.0)
+    catalogue = (JointStiffness, Backlash, CubicStiffness)
+    result = find_gap(robot, campaign, SearchSettings(catalogue=catalogue, most_effects=1))
+    best = result.search.steps[0].candidates[0]
+    (effect,) = best.fit.hypothesis.effects
+    assert effect.key == ('cubic_stiffness', 'joint_2'), f'seed {SEED}: {effect}'
+    ((alpha, share),) = best.fit.hypothesis.values()
+    sigma = np.sqrt(np.diag(best.fit.covariance))
+    assert abs(alpha - 6e5) < 3.0 * sigma[0], f'seed {SEED}: {alpha} ± {sigma[0]}'
+    assert abs(share - 1.0) < 3.0 * sigma[1], f'seed {SEED}: {share} ± {sigma[1]}'
+    assert best.heldout_misfit < 2.0, f'seed {SEED}: {best.heldout_misfit}'
+
+
+def test_doubt_of_play_stays_while_its_torque_is_held(campaign_of, robot):
+    """What an effect beside play changes is judged as doubtfully as the prediction itself."""
+    campaign = campaign_of([], SEED, **SMALL)
+    spectra = [record_spectra(item, Band(4.0, 50.0), 100) for item in campaign.records]
+    predictor = Predictor(robot, spectra, hanging=False)
+    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    names = tuple(sensor.name for sensor in campaign.layout)
+    nominal = Hypothesis(Scene(robot, names, setup), (), (), np.zeros(0), np.zeros(0))
+    play = nominal.with_effect(Backlash('joint_3'), (6e-5, 1.0))
+    gain = next(iter(SensorGain.instances(nominal.scene)))
+    both = play.with_effect(gain, (1.1,))
+    base = predictor.rows(both.setup())
+    held = predictor.hold(both.setup())
+    assert np.linalg.norm(predictor.rows(held) - base) < 1e-6 * np.linalg.norm(base)
+
+    def rows(step):
+        inner = both.inner + np.r_[0.0, 0.0, step] * both.prior_scale
+        moved = both.moved(both.tolerance_values, inner).setup()
+        return predictor.rows(replace(moved, forces=(), held=held.held))
+
+    expected = (rows(0.02) - rows(-0.02)) / 0.04
+    wrong = np.linalg.norm(effect_columns(both, predictor, base)[-1] - expected)
+    assert wrong < 0.02 * np.linalg.norm(expected), f'seed {SEED}'
+
+
+def test_numbers_move_beside_held_torques_of_the_model_itself(robot, layout):
+    setup = Setup(explicit_damping(robot.spec), layout.channels)
+    scene = Scene(robot, tuple(sensor.name for sensor in layout), setup)
+    known = Backlash('joint_2').apply(setup, (1e-4, 1.0), scene)
+    scene = replace(scene, setup=known)
+    held = (HeldTorque((), ()),)
+    nominal = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0), held)
+    play = nominal.with_effect(Backlash('joint_3'), (1e-4, 1.0))
+    moved = play.moved(play.tolerance_values, 1.5 * play.inner)
+    assert moved.inner == pytest.approx(1.5 * play.inner)
+    second = replace(play, held=(*held, *held)).with_effect(Backlash('joint_1'), (1e-4, 1.0))
+    moved = second.moved(second.tolerance_values, 1.5 * second.inner)
+    assert moved.inner[:2] == pytest.approx(second.inner[:2])
+    assert moved.inner[2:] == pytest.approx(1.5 * second.inner[2:])

@@ -1,0 +1,152 @@
+"""Effects that tolerances all but hide: a few joint steps tell them apart; details when needed."""
+
+import numpy as np
+import pytest
+
+from modal_core.errors import ModelError
+from model_gap.effects import CATALOGUE, Scene
+from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.link_flexibility import LinkFlexibility
+from model_gap.effects.payload import Payload
+from model_gap.effects.places import moving_links, turned
+from model_gap.effects.tuned_mass import TunedMass
+from model_gap.fit.fit import descend, fit, objective
+from model_gap.fit.fits import fits
+from model_gap.fit.linearise import tolerance_columns
+from model_gap.fit.neighbours import neighbours
+from model_gap.fit.split import split
+from model_gap.search.race import race
+from model_gap.search.screen import Trial
+from model_gap.search.search import Candidate, Search, Step
+
+SEED = 47
+PLACE = (0.3, 0.05, 0.1)
+HIDDEN = {
+    'type': 'tuned_mass',
+    'link': 'link_4',
+    'at': PLACE,
+    'axis': (0.0, 0.26, 0.966),
+    'mass': 12.0,
+    'f': 14.0,
+    'zeta': 0.03,
+}
+
+
+@pytest.fixture(scope='module')
+def search(campaign_of, robot):
+    campaign = campaign_of([HIDDEN], SEED, n_fit=3, n_held=0, duration=12.0)
+    return Search(robot, split(campaign, np.random.default_rng(SEED)), simulated=True)
+
+
+def test_swinging_mass_wins_the_race_and_its_place_is_found(search):
+    effects = [
+        *(TunedMass(link, 'z') for link in ('link_3', 'link_4', 'link_5')),
+        *(JointStiffness(joint) for joint in ('joint_3', 'joint_5')),
+        LinkFlexibility('link_2', 'y'),
+    ]
+    base = fit(search.nominal, search.data.racing).hypothesis
+    trials = [Trial(item, tuple(item.starts(search.scene)[0]), 0.0, base) for item in effects]
+    best = race(trials, base, search.data.racing)[0]
+    assert repr(best.effect) == 'tuned_mass at link_4 z', f'seed {SEED}'
+    assert best.gain > 20.0, f'seed {SEED}: {best.gain}'
+    start = best.base.with_effect(best.effect, best.values)
+    plain = fit(start, search.data.fitting)
+    free = fit(plain.hypothesis.with_details(), search.data.fitting, relinearise=2)
+    assert free.log_evidence > plain.log_evidence + 10.0, f'seed {SEED}'
+    mass, frequency, _, *rest = free.hypothesis.values()[-1]
+    assert mass == pytest.approx(12.0, rel=0.05), f'seed {SEED}'
+    assert frequency == pytest.approx(14.0, rel=0.01), f'seed {SEED}'
+    assert rest[:3] == pytest.approx(PLACE, abs=0.06), f'seed {SEED}'
+    assert turned('z', rest[3:]) == pytest.approx(HIDDEN['axis'], abs=0.1), f'seed {SEED}'
+
+
+def test_from_the_next_link_the_right_one_is_found(search):
+    """A fit on the wrong link leads to its neighbours, and there to a better one."""
+    predictor = search.data.racing
+    start = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
+    columns = tolerance_columns(search.nominal, predictor)
+    wrong = descend(start.with_details(), predictor, columns, 4).hypothesis
+
+    def value(hypothesis):
+        rows = predictor.rows(hypothesis.setup())
+        return objective(predictor.weighting.misfit(rows), hypothesis)
+
+    found = {item.effects[-1].location: value(item) for item in neighbours(wrong, predictor)}
+    assert set(found) == {'link_4', 'link_6'}
+    assert found['link_4'] < min(value(wrong), found['link_6']) - 10.0, f'seed {SEED}: {found}'
+    stiffer = search.nominal.with_effect(JointStiffness('joint_3'), (1.1,))
+    assert neighbours(stiffer, predictor) == []
+
+
+def test_details_left_alone_change_nothing(search):
+    found = 0
+    for kind in CATALOGUE:
+        effect = kind.instances(search.scene)[0]
+        if effect.detailed() is None:
+            continue
+        found += 1
+        values = tuple(effect.starts(search.scene)[0])
+        plain = search.nominal.with_effect(effect, values)
+        free = plain.with_details()
+        assert len(free.inner) > len(plain.inner)
+        assert free.with_details() is None
+        one, other = (search.data.racing.predict(item.setup())[0] for item in (plain, free))
+        assert np.abs(one - other).max() < 1e-9 * np.abs(one).max(), effect
+    assert found >= 4
+
+
+def test_places(search):
+    scene: Scene = search.scene
+    links = moving_links(scene)
+    assert len(links) == len(scene.model.joint_names)
+    assert set(links) <= set(scene.model.link_names)
+    assert turned('x', (0.0, 0.0)) == (1.0, 0.0, 0.0)
+    assert turned('y', (0.0, np.pi / 4)) == pytest.approx((0.5**0.5, 0.5**0.5, 0.0))
+
+
+def test_another_place_is_tried_beside_all_that_was_found(search):
+    """The swinging mass on the next link, a softer drive beside it."""
+    fitting, softer = search.data.fitting, JointStiffness('joint_2')
+    right = search.nominal.with_effect(TunedMass('link_4', 'z'), (12.0, 14.0, 0.03))
+    final = fit(right.with_effect(softer, (1.0,)), fitting, relinearise=2)
+    wrong = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
+    alone = fit(wrong, fitting, relinearise=0)
+    search.steps = [Step(alone, 1.0, (), ())]
+    other = Candidate(wrong.effects[0], alone, 0.0, 1.0)
+    found = search.instead(final, right.effects[0], other)
+    assert [item.key for item in found.fit.hypothesis.effects] == [
+        softer.key, wrong.effects[0].key
+    ]  # fmt: skip
+    assert found.fit.log_evidence < final.log_evidence - 8.0, f'seed {SEED}'
+    assert found.fit.log_evidence >= alone.log_evidence - 10.0, f'seed {SEED}'
+
+
+def test_a_load_stays_as_uncertain_as_the_mass_beside_it(search):
+    """With the derivatives of a point near by, tolerance and load must still look alike."""
+    predictor, flange = search.data.racing, Payload(search.model.link_names[-1])
+    start = search.nominal.with_effect(flange, (5.0, 0.0, 0.0, 0.0, 0.06))
+    found = fit(start, predictor, relinearise=4)
+    assert found.linearised is not None, f'seed {SEED}'
+    rng = np.random.default_rng(SEED)
+    values = found.hypothesis.tolerance_values
+    away = found.hypothesis.moved(
+        values + 0.02 * rng.standard_normal(len(values)), found.hypothesis.inner
+    )
+    again = fit(away, predictor, found.linearised, iterations=0)
+    assert again.linearised is found.linearised, f'seed {SEED}'
+    expected = np.sqrt(np.diag(found.covariance))
+    assert np.sqrt(np.diag(again.covariance)) == pytest.approx(expected, rel=0.05), f'seed {SEED}'
+
+
+def test_an_arm_that_is_not_possible_is_left_out(search):
+    """A load that weighs less than nothing by more than the arm has: no end of the search."""
+    predictor = search.data.racing
+    flange = Payload(search.model.link_names[-1])
+    starts = [
+        search.nominal.with_effect(flange, (mass, 0.0, 0.0, 0.0, 0.06)) for mass in (2.0, -1e5)
+    ]
+    with pytest.raises(ModelError):
+        predictor.rows(starts[1].setup())
+    possible, impossible = fits(lambda start: fit(start, predictor, relinearise=0), starts)
+    assert impossible is None
+    assert [effect.key for effect in possible.hypothesis.effects] == [flange.key]

@@ -1,0 +1,75 @@
+"""What the search is steered by: derivatives, the reach of joints, the next experiment."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from model_gap.decide.discriminate import experiments_between, separation_now
+from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.payload import Payload
+from model_gap.fit.linearise import tolerance_columns, TOLERANCE_STEP
+from model_gap.fit.split import split
+from model_gap.search.reach import joint_shares, within_reach
+from model_gap.search.search import Search
+
+SEED = 31
+SMALL = {'n_fit': 2, 'n_held': 0, 'duration': 8.0}
+
+
+@pytest.fixture(scope='module')
+def search(campaign_of, robot):
+    hidden = [{'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 2e6}]
+    campaign = campaign_of(hidden, SEED, **SMALL)
+    return Search(robot, split(campaign, np.random.default_rng(SEED)))
+
+
+def test_tolerance_derivatives_are_those_of_the_prediction(search):
+    """A step of a twentieth of a deviation bends sharp peaks by a few percent, no more."""
+    nominal, predictor = search.nominal, search.data.coarse
+    columns = tolerance_columns(nominal, predictor)
+    base = predictor.rows(nominal.setup())
+    for number in range(0, len(columns), 9):
+        values = np.zeros(len(columns))
+        values[number] = TOLERANCE_STEP
+        moved = nominal.moved(values, nominal.inner)
+        secant = predictor.rows(moved.setup()) - base
+        error = np.linalg.norm(secant / TOLERANCE_STEP - columns[number])
+        name = nominal.tolerances[number].name
+        assert error < 0.08 * np.linalg.norm(columns[number]), name
+
+
+def test_hidden_torque_is_within_reach_of_its_joint_alone(search):
+    found = joint_shares(search.nominal, search.data.coarse)
+    best = max(found.explained, key=lambda place: found.explained[place])
+    assert best == 'joint_2', f'seed {SEED}: {found.explained}'
+    assert found.explained['joint_2'] > 0.8 * found.total
+    candidates = [JointStiffness(f'joint_{number}') for number in (2, 6)]
+    kept = within_reach(candidates, [search.nominal], search.data.coarse, 3.0, 0.3)
+    assert [effect.location for effect in kept] == ['joint_2'], f'seed {SEED}'
+
+
+def test_next_experiment_separates_better_than_the_campaign(search):
+    one = search.nominal.with_effect(JointStiffness('joint_2'), (0.9,))
+    other = search.nominal.with_effect(Payload('flange'), (20.0, 0.0, 0.0, 0.0, 0.06))
+    found = experiments_between(one, other, search.data.coarse, np.random.default_rng(SEED))
+    assert len(found) > 10
+    assert found[0].separation > separation_now(one, other, search.data.coarse)
+    separations = [item.separation for item in found]
+    assert separations == sorted(separations, reverse=True)
+    same = experiments_between(one, one, search.data.coarse, np.random.default_rng(SEED))
+    assert max(item.separation for item in same) == 0.0
+
+
+def test_held_torques_reproduce_the_prediction(search):
+    setup = search.nominal.setup()
+    full = CubicStiffness('joint_2').apply(setup, (2e6, 0.0), search.scene)
+    held = search.data.coarse.hold(full)
+    assert held.forces == ()
+    whole, again = (
+        search.data.coarse.predict(full),
+        search.data.coarse.predict(dataclasses.replace(held)),
+    )
+    for one, other in zip(whole, again, strict=True):
+        assert np.abs(one - other).max() < 1e-9 * np.abs(one).max()

@@ -1,0 +1,145 @@
+"""Samples that never came: short gaps are bridged, long ones split, and what is left says so."""
+
+import numpy as np
+import pytest
+
+from modal_core.measurements import SampleBlock, StampedSamples
+from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.time_axis.resample import fill_gaps
+
+START = 1_700_000_000_000_000_000
+SEED = 17
+RATE_HZ = 200.0
+FREQUENCY_HZ = (6.0, 14.0, 31.0)
+DAMPING = (0.02, 0.015, 0.02)
+
+
+def stamps_of(rows):
+    return START + np.round(rows / RATE_HZ * 1e9).astype(np.int64)
+
+
+def sent(data, kept, source):
+    """Per-sample messages of three channels, in batches of a quarter of a second."""
+    rows = np.flatnonzero(kept)
+    return [
+        StampedSamples(source, 'link', stamps_of(part), data[part])
+        for part in np.split(rows, np.searchsorted(rows, np.arange(50, len(data), 50)))
+        if len(part)
+    ]
+
+
+def bursts(rng, n_rows, share, length):
+    kept = np.ones(n_rows, dtype=bool)
+    for start in rng.integers(length, n_rows - 2 * length, round(share * n_rows / length)):
+        kept[start : start + length] = False
+    return kept
+
+
+def identified(messages, window_s):
+    pipeline = IdentificationPipeline(IdentificationSettings(window_s=window_s))
+    windows = []
+    for message in sorted(messages, key=lambda m: np.min(m.stamp_ns)):
+        pipeline.add(message)
+        windows += pipeline.windows()
+    windows += pipeline.finish()
+    return windows, [pipeline.identify(window) for window in windows], pipeline
+
+
+def check(modes, deviations=3.0):
+    """Each true mode is there, as near as its deviation says."""
+    for hz, zeta in zip(FREQUENCY_HZ, DAMPING, strict=True):
+        mode = min(modes, key=lambda mode: abs(mode.frequency_hz - hz))
+        assert abs(mode.frequency_hz - hz) < deviations * mode.frequency_std_hz, f'seed {SEED}'
+        assert abs(mode.damping_ratio - zeta) < deviations * mode.damping_ratio_std
+        assert mode.frequency_std_hz < 0.01 * hz
+
+
+@pytest.fixture
+def responses(structure):
+    def make(duration_s):
+        true = structure(FREQUENCY_HZ, DAMPING, n_channels=6, seed=SEED)
+        rng = np.random.default_rng(SEED)
+        return true.simulate(rng, duration_s, RATE_HZ).acceleration
+
+    return make
+
+
+@pytest.mark.parametrize('length', [1, 5, 20])
+def test_a_record_with_bursts_of_lost_samples_gives_its_modes(responses, length):
+    data = responses(60.0)
+    kept = bursts(np.random.default_rng(SEED), len(data), 0.008, length)
+    messages = [*sent(data[:, :3], kept, '/a'), *sent(data[:, 3:], kept, '/b')]
+    windows, results, pipeline = identified(messages, 60.0)
+    assert len(windows) == 1 and len(windows[0].samples.channels) == 6
+    assert 'gap' not in pipeline.buffer.counters.reasons
+    quality = windows[0].quality.channels[0]
+    assert quality.n_interpolated == pytest.approx(np.count_nonzero(~kept), abs=2)
+    assert 'gap' in quality.flags
+    check(results[0].modes)
+
+
+def test_a_recorder_that_loses_short_blocks_gives_its_modes(responses):
+    data = responses(60.0).astype(np.float32)
+    names = tuple(f'c{n}' for n in range(6))
+    rng = np.random.default_rng(SEED)
+    messages = [
+        SampleBlock('/b', int(stamps_of(first)), first, RATE_HZ, names, data[first : first + 10])
+        for first in range(0, len(data), 10)
+        if rng.random() > 0.02
+    ]
+    windows, results, _ = identified(messages, 60.0)
+    assert len(windows) == 1 and 'degraded' in windows[0].quality.flags
+    check(results[0].modes)
+
+
+def test_half_of_all_samples_lost_costs_no_mode_and_says_so(responses):
+    # A dense solution of these gaps took minutes.
+    data = responses(20.0)
+    kept = np.random.default_rng(SEED).random(len(data)) > 0.5
+    messages = [*sent(data[:, :3], kept, '/a'), *sent(data[:, 3:], kept, '/b')]
+    windows, results, _ = identified(messages, 20.0)
+    assert windows[0].samples.sample_rate_hz == pytest.approx(RATE_HZ, rel=1e-3)
+    assert 'degraded' in results[0].quality.flags
+    found = np.array([mode.frequency_hz for mode in results[0].modes])
+    assert all(np.abs(found / hz - 1.0).min() < 0.02 for hz in FREQUENCY_HZ)
+
+
+def test_a_sensor_that_loses_samples_costs_the_others_nothing(responses):
+    data = responses(20.0)
+    whole = np.ones(len(data), dtype=bool)
+    kept = bursts(np.random.default_rng(SEED), len(data), 0.05, 30)
+    kept[1500:1700] = False
+    one, _, _ = identified([*sent(data[:, :3], whole, '/a')], 20.0)
+    both, _, _ = identified(
+        [*sent(data[:, :3], whole, '/a'), *sent(data[:, 3:], kept, '/b')], 20.0
+    )
+    assert len(both) == len(one)
+    flags = {c.name: c.flags for c in both[0].quality.channels}
+    assert 'lost' in flags['b.x'] and 'gap' not in flags['a.x']
+    assert np.array_equal(one[0].samples.acceleration, both[0].samples.acceleration)
+
+
+def test_a_record_cut_by_long_gaps_is_identified_from_its_stretches(responses):
+    data = responses(120.0)
+    kept = np.ones(len(data), dtype=bool)
+    for start in range(3000, len(data), 3000):
+        kept[start : start + 300] = False
+    messages = [*sent(data[:, :3], kept, '/a'), *sent(data[:, 3:], kept, '/b')]
+    windows, _, pipeline = identified(messages, 60.0)
+    assert pipeline.buffer.counters.reasons['gap'] == 7
+    assert all('partial' in window.quality.flags for window in windows)
+    check(pipeline.whole().modes)
+
+
+@pytest.mark.parametrize('length', [1, 7, 40, 200])
+def test_gaps_are_filled_by_what_surprises_least(length):
+    """The filled samples are stationary: no change of them lowers the prediction error."""
+    rng = np.random.default_rng(SEED)
+    time = np.arange(1500)
+    signal = np.sin(0.21 * time) + 0.5 * np.sin(0.83 * time + 1.0) + 0.01 * rng.normal(size=1500)
+    missing = ~bursts(rng, 1500, 0.2, length)
+    filled = fill_gaps(np.where(missing, 7.0, signal)[:, None], missing)[:, 0]
+    assert np.array_equal(filled[~missing], signal[~missing])
+    error = np.sqrt(np.mean((filled - signal)[missing] ** 2))
+    assert error < 0.1 * signal.std(), f'seed {SEED}'

@@ -1,0 +1,124 @@
+"""Nothing that only lines explain is a mode; what responds beside lines stays one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from modal_core.measurements import SampleBlock
+from oma_identifier.identify import identify_samples, ONLY_LINES
+from oma_identifier.methods.methods import identify_by
+from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.spectra.line_evidence import LineEvidence
+from oma_identifier.spectra.sinusoids import fit_sinusoids
+
+
+def sines(seed, rate_hz, duration_s, lines_hz, noise_db, n_channels, modulated=0.0):
+    """Return rows of sines of random sizes and phases, the noise below them by so many dB."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(int(rate_hz * duration_s)) / rate_hz
+    rows = np.zeros((len(time), n_channels))
+    for hz in lines_hz:
+        size = rng.standard_normal(n_channels) * np.exp(rng.normal())
+        envelope = 1.0 + modulated * np.sin(2.0 * np.pi * 2.3 / duration_s * time + hz)
+        rows += np.outer(np.sin(2.0 * np.pi * hz * time + rng.uniform(0.0, 6.0)) * envelope, size)
+    noise = rng.standard_normal(rows.shape)
+    return rows + rows.std() * 10.0 ** (noise_db / 20.0) * noise
+
+
+def through_pipeline(rows, rate_hz):
+    pipeline = IdentificationPipeline(
+        IdentificationSettings(window_s=min(60.0, len(rows) / rate_hz))
+    )
+    names = tuple(f'c{index}' for index in range(rows.shape[1]))
+    for first in range(0, len(rows), 100):
+        part = rows[first : first + 100]
+        stamp_ns = round(first * 1e9 / rate_hz)
+        pipeline.add(SampleBlock('lines', stamp_ns, first, rate_hz, names, part))
+    windows = [pipeline.identify(window) for window in pipeline.windows()]
+    windows += [pipeline.identify(window) for window in pipeline.finish()]
+    return [*windows, pipeline.whole()]
+
+
+CASES = {
+    'harmonic series': (3, 200.0, 60.0, 7.3 * np.arange(1, 10), -60.0, 4, 0.0),
+    'arbitrary, hardly any noise': (4, 100.0, 150.0, (3.1, 8.8, 17.3, 30.9), -100.0, 8, 0.0),
+    'one channel': (5, 103.0, 212.0, (7.05, 14.1), -80.0, 1, 0.0),
+    'modulated': (6, 72.0, 100.0, (5.2, 9.9, 13.7, 20.3, 28.8), -40.0, 2, 0.03),
+    'in noise': (7, 155.0, 94.0, 8.1 * np.arange(1, 6), -40.0, 11, 0.0),
+    'loud noise': (8, 88.0, 130.0, (4.4, 9.8, 25.1), -20.0, 3, 0.0),
+}
+
+
+@pytest.mark.parametrize('case', CASES)
+def test_sines_are_no_modes(case):
+    rows = sines(*CASES[case])
+    for result in through_pipeline(rows, CASES[case][1]):
+        assert len(result.modes) == 0, result.modes.frequency_hz
+        assert len(result.harmonics) > 0
+        assert not result.quality.identifiable
+        assert result.quality.reason == ONLY_LINES
+
+
+def test_what_modulation_leaves_over_a_record_is_no_mode():
+    lines_hz = 1.3 * np.arange(1, 5)
+    *_, whole = through_pipeline(sines(34, 50.0, 182.0, lines_hz, -80.0, 2, 0.03), 50.0)
+    assert len(whole.modes) == 0, whole.modes.frequency_hz
+    assert len(whole.harmonics) > 0
+
+
+@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd', 'fdd'])
+def test_no_method_makes_modes_of_strong_sines(structure, method):
+    like = structure((9.0,), (0.02,), n_channels=4).simulate(np.random.default_rng(1), 60.0, 200.0)
+    rows = sines(*CASES['harmonic series'])
+    assert len(identify_by(method, replace(like, acceleration=rows)).modes) == 0
+
+
+def test_modes_beside_strong_lines_stay(structure):
+    known = structure((6.0, 14.0, 23.0), (0.01, 0.02, 0.005))
+    for seed in range(30, 34):
+        clean = known.simulate(np.random.default_rng(seed), 120.0, 100.0)
+        lines_hz = (3.3, 10.4, 14.6, 31.7)
+        strong = 20.0 * clean.acceleration.std() * sines(seed, 100.0, 120.0, lines_hz, -200.0, 6)
+        mixed = replace(clean, acceleration=clean.acceleration + strong)
+        found = identify_samples(mixed).modes.frequency_hz
+        np.testing.assert_allclose(found, (6.0, 14.0, 23.0), rtol=0.01, err_msg=f'seed {seed}')
+
+
+def test_without_lines_nothing_is_tested(structure):
+    for seed in range(40, 44):
+        samples = structure((6.0, 14.0), (0.002, 0.02)).simulate(
+            np.random.default_rng(seed), 120.0, 100.0
+        )
+        found = identify_samples(samples)
+        assert LineEvidence.of(samples, (), found.modes) is None, f'seed {seed}'
+
+
+def test_noise_beside_a_line_is_response_only_by_chance(structure):
+    """Supposed modes in white noise under the leakage of a line: one in a hundred passes."""
+    rng = np.random.default_rng(50)
+    like = structure((9.0,), (0.02,), n_channels=3).simulate(rng, 60.0, 100.0)
+    modes = identify_samples(like).modes
+    mode, nothing = modes.modes[0], replace(modes, modes=())
+    passed = n_tried = 0
+    for seed in range(60):
+        samples = replace(like, acceleration=sines(seed, 100.0, 60.0, (20.17,), -60.0, 3))
+        evidence = LineEvidence.of(samples, (20.17,), nothing)
+        for hz in (5.0, 8.0, 12.0, 16.0, 25.0, 30.0):
+            passed += not evidence.explains(replace(mode, frequency_hz=hz))
+            n_tried += 1
+    assert passed <= 0.03 * n_tried, f'{passed} of {n_tried}'
+
+
+@pytest.mark.parametrize('apart', [1.5, 40.0])
+def test_sinusoids_are_fitted_to_rounding(apart):
+    rng = np.random.default_rng(60)
+    place = np.array([411.3, 411.3 + apart, 1502.8])
+    phasor = rng.standard_normal((3, 4)) + 1j * rng.standard_normal((3, 4))
+    phasor[0] *= 100.0
+    wave = np.exp(2j * np.pi * np.outer(np.arange(6000) / 6000, place))
+    rows = (wave @ phasor).real + 1.0
+    fitted = fit_sinusoids(rows, 2.0 * np.pi * (place + np.array([0.06, -0.06, 0.05])) / 6000)
+    left = fitted.taken_from(rows)
+    assert np.std(left - left.mean(axis=0)) < 1e-9 * np.std(rows)

@@ -1,0 +1,64 @@
+"""Peaks of the spectrum against edges of it: a stated chance of error, and power."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt
+
+from modal_core.channel import Channel
+from modal_core.samples import Samples
+from oma_identifier.spectra.peaks import SpectralPeaks
+
+RATE_HZ = 100.0
+N_SAMPLES = 6000
+
+
+def named(array):
+    names = tuple(Channel(name=f'c{column}') for column in range(array.shape[1]))
+    return Samples(array, RATE_HZ, names)
+
+
+@pytest.mark.parametrize('cutoff_hz', [None, 20.0])
+def test_noise_and_its_edge_pass_for_peaks_as_rarely_as_stated(cutoff_hz):
+    rng = np.random.default_rng(1)
+    chances = []
+    for _ in range(200):
+        noise = rng.standard_normal((N_SAMPLES, 4))
+        if cutoff_hz is not None:
+            noise = sosfilt(butter(8, cutoff_hz, fs=RATE_HZ, output='sos'), noise, axis=0)
+            noise += 0.01 * rng.standard_normal(noise.shape)
+        chances.append(SpectralPeaks(named(noise @ rng.standard_normal((4, 4)))).chance(20.0, 1.0))
+    # Both flanks must be lower: the chance of that is at most the stated one.
+    assert np.mean(np.array(chances) < 0.05) <= 0.05 + 2.0 * np.sqrt(0.05 * 0.95 / 200)
+
+
+def test_a_resonance_is_a_peak_even_between_stronger_ones(structure):
+    known = structure((17.0, 20.0, 23.0), (0.02, 0.03, 0.02), n_channels=4)
+    chances = [
+        SpectralPeaks(known.simulate(np.random.default_rng(seed), 60.0, RATE_HZ)).chance(20.0, 0.6)
+        for seed in range(20)
+    ]
+    assert np.median(chances) < 1e-6
+    assert max(chances) < 0.01, chances
+
+
+def test_what_is_too_narrow_or_at_the_end_of_the_spectrum_is_said(structure):
+    known = structure((20.0,), (0.01,), n_channels=2)
+    peaks = SpectralPeaks(known.simulate(np.random.default_rng(2), 60.0, RATE_HZ))
+    assert peaks.chance(20.0, 0.1) is None
+    assert peaks.chance(49.0, 1.0) == 1.0
+
+
+def test_a_falling_spectrum_is_an_edge_and_a_resonance_is_none(structure):
+    rng = np.random.default_rng(3)
+    edges, resonances = [], []
+    known = structure((12.0, 20.0), (0.02, 0.04), n_channels=4)
+    for seed in range(30):
+        noise = sosfilt(
+            butter(8, 20.0, fs=RATE_HZ, output='sos'), rng.standard_normal((6000, 4)), 0
+        )
+        noise += 0.01 * rng.standard_normal(noise.shape)
+        edges.append(SpectralPeaks(named(noise)).is_edge(19.5, 1.0))
+        samples = known.simulate(np.random.default_rng(seed), 60.0, RATE_HZ)
+        resonances.append(SpectralPeaks(samples).is_edge(20.0, 0.8))
+    assert np.mean(edges) > 0.8
+    assert np.mean(resonances) < 0.05
