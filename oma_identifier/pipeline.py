@@ -7,7 +7,7 @@ comes with the samples.
       → Synchroniser (late sensors put in step)
       → RecordStreams (condition, output covariance per band)
       → identify_bands (block Hankel, poles per model order, stabilise, cluster, select with σ)
-      → Adoption (maximum likelihood where it holds)
+      → Refiner (maximum likelihood where it holds)
       → ModeTracker → WindowResult
 """
 
@@ -49,7 +49,7 @@ from oma_identifier.motion import (
     with_inputs,
 )
 from oma_identifier.one_thread import one_thread
-from oma_identifier.refinement import Adoption
+from oma_identifier.refinement import Refiner
 from oma_identifier.result import WindowResult
 from oma_identifier.selection import BandSelector
 from oma_identifier.settings import IdentificationSettings
@@ -105,7 +105,7 @@ class IdentificationPipeline:
         self._explains: PeakTest = never
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
-        self._adopt = Adoption()
+        self._refiner = Refiner()
         self._selector = BandSelector()
         refreshed = 1.0 if only_whole else REFRESHED
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz, refreshed)
@@ -196,7 +196,7 @@ class IdentificationPipeline:
                 sources,
                 self.settings,
                 cleaned.explains,
-                self._adopt,
+                self._refiner.adopt,
                 self._selector,
             )
             found = without_explained(found, evidence)

@@ -81,9 +81,9 @@ def test_an_install_reads_blocks(installed, messages, tmp_path):
         for message in encode(block, '/acceleration_block'):
             writer.write(message.topic, message.message_type, message.log_time_ns, message.data)
     code = (
-        'import recordings\n'
+        'import modal_recordings\n'
         f'assert modal_recordings.__file__.startswith({str(installed)!r})\n'
-        'recording = recordings.open_recording(sys.argv[1])\n'
+        'recording = modal_recordings.open_recording(sys.argv[1])\n'
         'print(sum(part.acceleration.sum() for part in recording.measurements()))'
     )
     ended = run_installed(installed, code, path)

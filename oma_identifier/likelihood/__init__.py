@@ -22,6 +22,7 @@ from oma_identifier.likelihood.group_fits import (
     updated,
     whole_shape,
 )
+from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import (
     moving_channels,
     Spectra,
@@ -36,24 +37,26 @@ from oma_identifier.likelihood.whittle import (
     BandData,
     BandFit,
     BandModel,
+    ConvergenceLimits,
+    FIRST_PASS,
     fit_band,
-    IMPATIENT,
-    Patience,
-    PATIENT,
+    LATER_PASS,
     SlopePrior,
 )
 
 __all__ = [
-    'IMPATIENT',
-    'PATIENT',
+    'FIRST_PASS',
+    'LATER_PASS',
     'SEPARABLE',
     'BandData',
     'BandFit',
+    'BandIndex',
     'BandModel',
+    'ConvergenceLimits',
     'ForceSlope',
     'GroupFit',
     'MacLoss',
-    'Patience',
+    'ModeIndex',
     'ReducedBand',
     'SlopePrior',
     'Spectra',

@@ -1,10 +1,12 @@
 """From the spectra of all channels to the few numbers the likelihood of one band needs."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oma_identifier.likelihood.indices import ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
 from oma_identifier.likelihood.noise_scale import noise_scale, unexplained_scale
 from oma_identifier.likelihood.whittle import accelerance, BandData, BandModel, SlopePrior
@@ -54,6 +56,10 @@ class StartModes:
     damping_ratio: Real
     shapes: Complex
 
+    def indices(self) -> Iterator[ModeIndex]:
+        """Yield the position of each mode."""
+        return map(ModeIndex, range(len(self.frequency_hz)))
+
     @property
     def half_width_hz(self) -> Real:
         """Half-power half-widths ζf [Hz]."""
@@ -78,8 +84,8 @@ class ReducedBand:
         Orthonormal combinations that hold the shapes of other modes and were projected out.
     lines : (n_lines,) int array
         Frequencies of the spectra that the band is made of.
-    included : tuple of int
-        Modes of the model, by position in the modes it starts from.
+    included : tuple of ModeIndex
+        Modes of the model.
     """
 
     data: BandData
@@ -88,7 +94,7 @@ class ReducedBand:
     basis: Real
     blocked: Real
     lines: NDArray[np.intp]
-    included: tuple[int, ...]
+    included: tuple[ModeIndex, ...]
 
     @property
     def project(self) -> Real:
@@ -116,21 +122,23 @@ def overlaps(frequency_hz: Real, half_width_hz: Real) -> NDArray[np.bool_]:
     return np.asarray(apart <= half_width_hz[:, None] + half_width_hz)
 
 
-def group_modes(start: StartModes, reach: float = HALF_WIDTHS) -> list[list[int]]:
+def group_modes(start: StartModes, reach: float = HALF_WIDTHS) -> list[list[ModeIndex]]:
     """Group modes whose bands overlap; narrow the bands of groups that are too large."""
-    return _grouped(start, [int(mode) for mode in np.argsort(start.frequency_hz)], reach)
+    return _grouped(
+        start, [ModeIndex(int(mode)) for mode in np.argsort(start.frequency_hz)], reach
+    )
 
 
-def _grouped(start: StartModes, modes: list[int], reach: float) -> list[list[int]]:
+def _grouped(start: StartModes, modes: list[ModeIndex], reach: float) -> list[list[ModeIndex]]:
     low = start.frequency_hz - reach * start.half_width_hz
     high = start.frequency_hz + reach * start.half_width_hz
-    groups: list[list[int]] = []
+    groups: list[list[ModeIndex]] = []
     for mode in modes:
         if groups and low[mode] < max(high[other] for other in groups[-1]):
             groups[-1].append(mode)
         else:
             groups.append([mode])
-    result: list[list[int]] = []
+    result: list[list[ModeIndex]] = []
     for group in groups:
         if len(group) > MOST_MODES and reach > LEAST_HALF_WIDTHS:
             result += _grouped(start, group, 0.8 * reach)
@@ -140,7 +148,7 @@ def _grouped(start: StartModes, modes: list[int], reach: float) -> list[list[int
 
 
 def band_lines(
-    spectra: Spectra, start: StartModes, group: list[int], usable: NDArray[np.bool_]
+    spectra: Spectra, start: StartModes, group: list[ModeIndex], usable: NDArray[np.bool_]
 ) -> NDArray[np.intp]:
     """Return the usable frequencies around a group of modes.
 
@@ -162,7 +170,7 @@ def band_lines(
 def reduce_band(
     spectra: Spectra,
     start: StartModes,
-    group: list[int],
+    group: list[ModeIndex],
     lines: NDArray[np.intp],
     slope: SlopePrior,
 ) -> ReducedBand:
@@ -177,7 +185,7 @@ def reduce_band(
     many = len(plain) > FEW_CHANNELS
     scale = noise_scale(plain, n_lines) if many else unexplained_scale(plain)
     shapes = _unit(start.shapes * scale[:, None])
-    others = [mode for mode in range(len(start.frequency_hz)) if mode not in group]
+    others = [mode for mode in start.indices() if mode not in group]
     parted = None
     if others and many:
         parted = _parted(spectra, start, group, others, scale, frequency[[0, -1]])
@@ -244,15 +252,15 @@ class _Parted:
 
     blocked: Real
     free: Real
-    tails: list[int]
+    tails: list[ModeIndex]
     planes: bool = False
 
 
 def _parted(
     spectra: Spectra,
     start: StartModes,
-    group: list[int],
-    others: list[int],
+    group: list[ModeIndex],
+    others: list[ModeIndex],
     scale: Real,
     ends_hz: Real,
 ) -> _Parted | None:
@@ -284,7 +292,7 @@ def _parted(
 
 
 def _tails(
-    spectra: Spectra, start: StartModes, modes: list[int], scale: Real, ends_hz: Real
+    spectra: Spectra, start: StartModes, modes: list[ModeIndex], scale: Real, ends_hz: Real
 ) -> Real:
     """Return the amplitudes of modes beside a band, at the end nearer to each, over the noise.
 
@@ -303,8 +311,8 @@ def _tails(
 
 
 def _largest(
-    spectra: Spectra, start: StartModes, group: list[int], others: list[int], most: int
-) -> list[int]:
+    spectra: Spectra, start: StartModes, group: list[ModeIndex], others: list[ModeIndex], most: int
+) -> list[ModeIndex]:
     """Return the modes that reach furthest into the band of a group."""
     if len(others) <= most:
         return others
@@ -316,7 +324,11 @@ def _largest(
 
 
 def _force_levels(
-    spectra: Spectra, start: StartModes, modes: list[int], scale: Real, projector: Real | None
+    spectra: Spectra,
+    start: StartModes,
+    modes: list[ModeIndex],
+    scale: Real,
+    projector: Real | None,
 ) -> Real:
     """Return the force density that each mode's own peak suggests, for its projected shape."""
     levels = np.empty(len(modes))

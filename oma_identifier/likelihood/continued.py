@@ -7,14 +7,16 @@ import numpy as np
 
 from oma_identifier.likelihood.band_data import ReducedBand
 from oma_identifier.likelihood.group_fits import GroupFit
+from oma_identifier.likelihood.indices import ModeIndex
 from oma_identifier.likelihood.whittle import BandModel
 
+UNKNOWN = ModeIndex(-1)
 LEAST_LENGTH = 0.1
 """Of a shape that the new coordinates see; less of it says nothing about the force."""
 
 
 def continued(
-    band: ReducedBand, before: GroupFit | None, index: Mapping[int, int]
+    band: ReducedBand, before: GroupFit | None, index: Mapping[ModeIndex, ModeIndex]
 ) -> BandModel | None:
     """Return the model to begin with; None where the fit before does not say.
 
@@ -26,13 +28,13 @@ def continued(
         To be fitted.
     before : GroupFit or None
         Of the same modes.
-    index : mapping of int to int
+    index : mapping of ModeIndex to ModeIndex
         From the modes of ``band`` to those of ``before``.
     """
     if before is None or before.fit is None or before.band is None or not before.fit.converged:
         return None
     known = {mode: place for place, mode in enumerate(before.band.included)}
-    places = [known.get(index.get(mode, -1)) for mode in band.included]
+    places = [known.get(index.get(mode, UNKNOWN)) for mode in band.included]
     if len(places) != len(known) or None in places:
         return None
     order = np.array(places, dtype=np.intp)

@@ -1,6 +1,6 @@
 """Fits of all groups of modes that overlap, one band of the spectra each."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 import math
 
@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.likelihood.band_data import band_lines, reduce_band, ReducedBand, StartModes
+from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
 from oma_identifier.likelihood.whittle import (
     BandData,
     BandFit,
     BandModel,
+    ConvergenceLimits,
+    FIRST_PASS,
     fit_band,
-    Patience,
-    PATIENT,
     SlopePrior,
 )
 
@@ -32,15 +33,24 @@ class GroupFit:
 
     Parameters
     ----------
-    group : list of int
-        Positions of the modes, the free ones of the fit in this order.
+    group : list of ModeIndex
+        The free modes of the fit, in this order.
     band, fit : ReducedBand and BandFit, or None
         None where there are too few lines.
     """
 
-    group: list[int]
+    group: list[ModeIndex]
     band: ReducedBand | None = None
     fit: BandFit | None = None
+
+    def members(self) -> Iterator[tuple[BandIndex, ModeIndex]]:
+        """Yield each free mode with its position in the fit."""
+        for position, mode in enumerate(self.group):
+            yield BandIndex(position), mode
+
+    def position(self, mode: ModeIndex) -> BandIndex:
+        """Return the position of a mode in the fit."""
+        return BandIndex(self.group.index(mode))
 
     @property
     def misfit(self) -> float:
@@ -67,10 +77,10 @@ def _misfit_std(data: BandData) -> float:
 def fit_group(
     spectra: Spectra,
     start: StartModes,
-    group: list[int],
+    group: list[ModeIndex],
     usable: NDArray[np.bool_],
     slope: SlopePrior,
-    patience: Patience = PATIENT,
+    convergence: ConvergenceLimits = FIRST_PASS,
     begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
 ) -> GroupFit:
     """Fit one group of modes, the others staying where they are.
@@ -82,7 +92,7 @@ def fit_group(
         return GroupFit(group)
     band = reduce_band(spectra, start, group, lines, slope)
     return GroupFit(
-        group, band, fit_band(band.data, band.model, patience=patience, near=begin(band))
+        group, band, fit_band(band.data, band.model, convergence=convergence, near=begin(band))
     )
 
 
@@ -96,7 +106,7 @@ def updated(start: StartModes, fits: Sequence[GroupFit]) -> StartModes:
         count = len(each.group)
         frequency[each.group] = each.fit.model.frequency_hz[:count]
         damping[each.group] = each.fit.model.damping_ratio[:count]
-        for position, mode in enumerate(each.group):
+        for position, mode in each.members():
             new = each.fit.model.shapes[:, position]
             shapes[:, mode] = whole_shape(each.band, new, start.shapes[:, each.group])
     return StartModes(frequency, damping, shapes)

@@ -44,15 +44,25 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True)
-class Patience:
-    """A fit worse than ``misfit`` that does not get better by ``gain`` in so many steps ends."""
+class ConvergenceLimits:
+    """When a fit is given up: it does not converge to a model that describes the data.
+
+    Parameters
+    ----------
+    misfit : float
+        A fit that is better than this is followed to its end.
+    gain : float
+        A worse one must come to this share of its misfit ...
+    every : int
+        ... in so many steps.
+    """
 
     misfit: float
     gain: float
     every: int
 
 
-PATIENT, IMPATIENT = Patience(3.0, 0.8, 6), Patience(1.3, 0.93, 4)
+FIRST_PASS, LATER_PASS = ConvergenceLimits(3.0, 0.8, 6), ConvergenceLimits(1.3, 0.93, 4)
 """Until the modes beside the band are refined too, and afterwards."""
 
 
@@ -247,7 +257,7 @@ def fit_band(
     data: BandData,
     start: BandModel,
     max_steps: int = 60,
-    patience: Patience = PATIENT,
+    convergence: ConvergenceLimits = FIRST_PASS,
     near: BandModel | None = None,
 ) -> BandFit:
     """Maximise the likelihood from a start near the maximum.
@@ -262,7 +272,7 @@ def fit_band(
         With shapes of unit length and a positive definite force; the prior is centred on it.
     max_steps : int
         Scoring steps, those rejected included.
-    patience : Patience
+    convergence : ConvergenceLimits
         When to give up.
     near : BandModel or None
         A better place to begin, on which the prior is not centred.
@@ -270,11 +280,11 @@ def fit_band(
     # Far from the maximum numbers may overflow; such a step is rejected, not reported.
     with np.errstate(over='ignore', invalid='ignore', divide='ignore'):
         prior = _Prior.of(start)
-        return _fit_band(data, near or start, prior, max_steps, patience)
+        return _fit_band(data, near or start, prior, max_steps, convergence)
 
 
 def _fit_band(
-    data: BandData, start: BandModel, prior: _Prior, max_steps: int, patience: Patience
+    data: BandData, start: BandModel, prior: _Prior, max_steps: int, convergence: ConvergenceLimits
 ) -> BandFit:
     model, damping, n_steps, converged = start, FIRST_DAMPING, 0, False
     current = _evaluate(data, model, prior)
@@ -289,9 +299,9 @@ def _fit_band(
     misfit = np.inf
     while n_steps < max_steps and damping < LARGEST_DAMPING and not converged:
         n_steps += 1
-        if n_steps % patience.every == 0:
+        if n_steps % convergence.every == 0:
             before, misfit = misfit, _misfit(data, current)
-            if misfit > patience.misfit and misfit > patience.gain * before:
+            if misfit > convergence.misfit and misfit > convergence.gain * before:
                 break
         candidate = _moved(model, _step(quadratic, damping))
         trial = _evaluate(data, candidate, prior)

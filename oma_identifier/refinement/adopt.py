@@ -10,35 +10,54 @@ References
 Hausman (1978), doi:10.2307/1913827.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import logging
 import math
 
 import numpy as np
 
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.refinement.foregoing import Foregoing, RefinedMode
-from oma_identifier.refinement.refinement import refine
-from oma_identifier.refinement.verdict import Outcome
+from oma_identifier.refinement.acceptance import Outcome, TAKEN
+from oma_identifier.refinement.backoff import Backoff
+from oma_identifier.refinement.refinement import refine, Refinement
+from oma_identifier.refinement.warm_start import WarmStart
 
-LARGEST_MISFIT = 1.05
-"""Mean square of the whitened residual; 1 where the model holds."""
-HOPELESS_MISFIT = 1.15
-"""From here on the next window will hardly be described better."""
-FARTHEST = 4.0
-"""Standard deviations of the difference."""
-LEAST_SPREAD = 0.75
-"""Of the plain estimate's deviation, taken for that of the difference."""
-BIAS, PAIR_BIAS = 0.04, 0.25
-"""Of the plain estimate, which its deviation does not include, in half-power half-widths: from the
-finite model order, and from a mode that overlaps.  The end of the spectrum adds the half-width
-over the distance to it: there no model of few orders describes a broad mode."""
-LONGEST_REST = 8
-"""Windows for which a place is left alone that the model did not describe many times."""
-SAME_PLACE = 0.03
-"""Distance in ln f."""
-MOST_RESTS = 64
+
+@dataclass(frozen=True, slots=True)
+class AdoptionLimits:
+    """When a refined mode replaces the one it was refined from.
+
+    Parameters
+    ----------
+    largest_misfit : float
+        Mean square of the whitened residual; 1 where the model holds.
+    hopeless_misfit : float
+        From here on the next window will hardly be described better.
+    farthest_std : float
+        Standard deviations of the difference.
+    least_spread : float
+        Of the plain estimate's deviation, taken for that of the difference.
+    bias, pair_bias : float
+        Of the plain estimate, which its deviation does not include, in half-power half-widths:
+        from the finite model order, and from a mode that overlaps.  The end of the spectrum adds
+        the half-width over the distance to it: there no model of few orders describes a broad
+        mode.
+    """
+
+    largest_misfit: float = 1.05
+    hopeless_misfit: float = 1.15
+    farthest_std: float = 4.0
+    least_spread: float = 0.75
+    bias: float = 0.04
+    pair_bias: float = 0.25
+
+
+LIMITS = AdoptionLimits()
+LARGEST_MISFIT = LIMITS.largest_misfit
 NEW = -1
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,97 +86,98 @@ def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopt
     modes, harmonics : ModeSet
         From the subspace identification.
     """
-    return Adoption()(samples, modes, harmonics)
+    return Refiner().adopt(samples, modes, harmonics)
 
 
-@dataclass(slots=True)
-class _Rest:
-    """A place that the model did not describe: windows to leave it, now and next time."""
+class Refiner:
+    """Refines window after window.
 
-    frequency_hz: float
-    left: int = 1
-    following: int = 2
-
-
-class Adoption:
-    """Adopts refined modes window after window.
-
-    Where the model does not describe the spectrum in one window it hardly does in the next, and
-    finding that out costs as much as a refinement.  Each time it does not, the modes there are
-    left as they are for twice as many windows, up to ``LONGEST_REST``.
-
-    Where it does, the refined modes of one window are where the next begins.
+    Where the model does not describe the spectrum, the modes are left as they are for a while
+    (:class:`Backoff`).  Where it does, the refined modes of one window are where the next begins.
     """
 
     def __init__(self) -> None:
-        self._rests: list[_Rest] = []
-        self._foregoing: Foregoing | None = None
+        self._backoff = Backoff()
+        self._warm_start: WarmStart | None = None
         self._channel_names: tuple[str, ...] = ()
 
-    def __call__(self, samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopted:
+    def adopt(self, samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopted:
         """Return the modes of a window, see :func:`adopt_refined`."""
-        known = [self._rest_of(mode) for mode in modes]
-        resting = {index for index, rest in enumerate(known) if rest is not None and rest.left}
-        for rest in self._rests:
-            rest.left = max(0, rest.left - 1)
+        places = [self._backoff.at(mode.frequency_hz) for mode in modes]
+        resting = {index for index, rest in enumerate(places) if rest is not None and rest.left}
+        self._backoff.next_window()
         if len(resting) == len(modes):
-            return Adopted(modes, tuple(range(len(modes))))
+            return _as_given(modes)
         if modes.channel_names != self._channel_names:
-            self._foregoing, self._channel_names = None, modes.channel_names
+            self._warm_start, self._channel_names = None, modes.channel_names
         try:
-            refinement = refine(samples, modes, harmonics, resting, self._foregoing)
+            found = refine(samples, modes, harmonics, resting, self._warm_start)
         except np.linalg.LinAlgError:
-            return Adopted(modes, tuple(range(len(modes))))
-        adopted, good = list[tuple[Mode, int]](), list[RefinedMode]()
-        for index, (plain, refined, outcome, misfit, fit) in enumerate(
-            zip(
-                modes,
-                refinement.modes,
-                refinement.outcomes,
-                refinement.misfit,
-                refinement.refined,
-                strict=True,
-            )
-        ):
-            if outcome is Outcome.SUPERFLUOUS:
-                continue
-            beside = any(_is_beside(plain, other) for other in modes)
-            bias = PAIR_BIAS if beside else BIAS
-            bias += _beside_end(plain, 0.5 * samples.sample_rate_hz)
-            fits = misfit <= LARGEST_MISFIT and (
-                outcome is Outcome.SPLIT
-                or (outcome is Outcome.REFINED and _agree(plain, refined, bias))
-            )
-            adopted.append((_merged(plain, refined) if fits else plain, index))
-            good += [fit] if fits and fit is not None else []
-            if outcome is not Outcome.NOT_TRIED:
-                self._note(plain, known[index], described=misfit <= HOPELESS_MISFIT)
-        adopted += [
-            (mode, NEW)
-            for mode, misfit in zip(refinement.added, refinement.added_misfit, strict=True)
-            if misfit <= LARGEST_MISFIT
+            log.debug('not refined: a matrix was singular')
+            return _as_given(modes)
+        taken = [
+            _is_better(index, modes, found, 0.5 * samples.sample_rate_hz)
+            for index in range(len(modes))
         ]
-        self._foregoing = Foregoing(refinement.channels, tuple(good), refinement.slopes)
-        adopted.sort(key=lambda each: each[0].frequency_hz)
-        return Adopted(
-            replace(modes, modes=tuple(mode for mode, _ in adopted)),
-            tuple(origin for _, origin in adopted),
+        for index, (mode, outcome) in enumerate(zip(modes, found.outcomes, strict=True)):
+            if outcome not in (Outcome.SUPERFLUOUS, Outcome.NOT_TRIED):
+                if found.misfit[index] <= LIMITS.hopeless_misfit:
+                    self._backoff.succeeded(places[index])
+                else:
+                    self._backoff.failed(places[index], mode.frequency_hz)
+        good = tuple(
+            fit for fit, better in zip(found.refined, taken, strict=True) if better and fit
         )
+        self._warm_start = WarmStart(found.channels, good, found.slopes)
+        return _adopted(modes, found, taken)
 
-    def _rest_of(self, mode: Mode) -> _Rest | None:
-        def apart(rest: _Rest) -> float:
-            return abs(math.log(rest.frequency_hz / mode.frequency_hz))
 
-        nearest = min(self._rests, key=apart, default=None)
-        return nearest if nearest is not None and apart(nearest) < SAME_PLACE else None
+def _as_given(modes: ModeSet) -> Adopted:
+    return Adopted(modes, tuple(range(len(modes))))
 
-    def _note(self, mode: Mode, own: _Rest | None, *, described: bool) -> None:
-        if described:
-            self._rests = [other for other in self._rests if other is not own]
-        elif own is None:
-            self._rests = [*self._rests, _Rest(mode.frequency_hz)][-MOST_RESTS:]
-        else:
-            own.left, own.following = own.following, min(2 * own.following, LONGEST_REST)
+
+def _adopted(modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> Adopted:
+    """Return the modes given, the better ones replaced, with those that were missing."""
+    adopted = [
+        (_merged(plain, refined) if better else plain, index)
+        for index, (plain, refined, better) in enumerate(
+            zip(modes, found.modes, taken, strict=True)
+        )
+        if found.outcomes[index] is not Outcome.SUPERFLUOUS
+    ]
+    adopted += [
+        (mode, NEW)
+        for mode, misfit in zip(found.added, found.added_misfit, strict=True)
+        if misfit <= LIMITS.largest_misfit
+    ]
+    adopted.sort(key=lambda each: each[0].frequency_hz)
+    return Adopted(
+        replace(modes, modes=tuple(mode for mode, _ in adopted)),
+        tuple(origin for _, origin in adopted),
+    )
+
+
+def _is_better(index: int, modes: ModeSet, found: Refinement, end_hz: float) -> bool:
+    """Tell whether a refined mode replaces the one given; log why not."""
+    plain, refined = modes.modes[index], found.modes.modes[index]
+    outcome, misfit = found.outcomes[index], found.misfit[index]
+    if outcome not in TAKEN:
+        return False
+    if not misfit <= LIMITS.largest_misfit:
+        log.debug('%.4g Hz: kept as it was, misfit %.3g', plain.frequency_hz, misfit)
+        return False
+    beside = any(_is_beside(plain, other) for other in modes)
+    bias = LIMITS.pair_bias if beside else LIMITS.bias
+    if outcome is Outcome.SPLIT or _agree(plain, refined, bias + _beside_end(plain, end_hz)):
+        return True
+    log.debug(
+        '%.4g Hz: kept as it was, refined to %.4g Hz and %.3g against %.3g of critical damping',
+        plain.frequency_hz,
+        refined.frequency_hz,
+        refined.damping_ratio,
+        plain.damping_ratio,
+    )
+    return False
 
 
 def _is_beside(mode: Mode, other: Mode) -> bool:
@@ -183,7 +203,10 @@ def _agree(plain: Mode, refined: Mode, bias: float) -> bool:
     f_spread = _spread(plain.frequency_std_hz, refined.frequency_std_hz)
     f_spread = math.hypot(f_spread, bias * plain.frequency_hz)
     d_spread = math.hypot(_spread(plain.damping_ratio_std, refined.damping_ratio_std), bias)
-    return abs(f_step) <= FARTHEST * f_spread and abs(d_step) <= FARTHEST * d_spread
+    return (
+        abs(f_step) <= LIMITS.farthest_std * f_spread
+        and abs(d_step) <= LIMITS.farthest_std * d_spread
+    )
 
 
 def _spread(plain_std: float, refined_std: float) -> float:
@@ -192,7 +215,7 @@ def _spread(plain_std: float, refined_std: float) -> float:
     Where both are almost as precise the bias of the plain estimate, which its deviation does not
     include, would decide.
     """
-    return math.sqrt(max(plain_std**2 - refined_std**2, (LEAST_SPREAD * plain_std) ** 2))
+    return math.sqrt(max(plain_std**2 - refined_std**2, (LIMITS.least_spread * plain_std) ** 2))
 
 
 def _merged(plain: Mode, refined: Mode) -> Mode:

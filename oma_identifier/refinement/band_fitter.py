@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from oma_identifier.likelihood import (
     BandModel,
     continued,
+    ConvergenceLimits,
+    FIRST_PASS,
     fit_group,
     ForceSlope,
     GroupFit,
-    IMPATIENT,
-    Patience,
-    PATIENT,
+    LATER_PASS,
+    ModeIndex,
     pooled_slopes,
     ReducedBand,
     SlopePrior,
@@ -35,27 +36,27 @@ class BandFitter:
         Of the record.
     usable : (n_frequencies,) bool array
         Which lines to use.
-    idle : collection of int
+    idle : collection of ModeIndex
         Modes that shall not be refined; a group with one of them is not fitted.
     """
 
     spectra: Spectra
     usable: NDArray[np.bool_]
-    idle: Collection[int]
+    idle: Collection[ModeIndex]
 
     def fit(
         self,
         now: StartModes,
-        groups: Sequence[list[int]],
+        groups: Sequence[list[ModeIndex]],
         slopes: Sequence[SlopePrior] | None = None,
         known: Sequence[GroupFit] = (),
-        patience: Patience = PATIENT,
+        convergence: ConvergenceLimits = FIRST_PASS,
         begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
     ) -> list[GroupFit]:
         """Fit every group but those whose fit is known."""
         done = {tuple(each.group): each for each in known}
         return [
-            done.get(tuple(group)) or self._one(now, group, slope, patience, begin)
+            done.get(tuple(group)) or self._one(now, group, slope, convergence, begin)
             for group, slope in zip(groups, slopes or [SlopePrior()] * len(groups), strict=True)
         ]
 
@@ -66,12 +67,12 @@ class BandFitter:
         groups = [each.group for each in fits]
         places = [math.nan if each.fit is None else middle(now, each.group) for each in fits]
         before = {each.group[0]: each for each in fits}
-        same = {mode: mode for mode in range(len(now.frequency_hz))}
+        same = {mode: mode for mode in now.indices()}
         fits = self.fit(
             now,
             groups,
             pooled_slopes(slopes_of(fits), places),
-            patience=IMPATIENT,
+            convergence=LATER_PASS,
             begin=lambda band: continued(band, before.get(band.included[0]), same),
         )
         return updated(now, fits), fits
@@ -79,14 +80,14 @@ class BandFitter:
     def _one(
         self,
         now: StartModes,
-        group: list[int],
+        group: list[ModeIndex],
         slope: SlopePrior,
-        patience: Patience,
+        convergence: ConvergenceLimits,
         begin: Callable[[ReducedBand], BandModel | None],
     ) -> GroupFit:
         if any(mode in self.idle for mode in group):
             return GroupFit(group)
-        return fit_group(self.spectra, now, group, self.usable, slope, patience, begin)
+        return fit_group(self.spectra, now, group, self.usable, slope, convergence, begin)
 
 
 def slopes_of(fits: Sequence[GroupFit]) -> list[ForceSlope]:
@@ -94,6 +95,6 @@ def slopes_of(fits: Sequence[GroupFit]) -> list[ForceSlope]:
     return [ForceSlope.of(each.fit) for each in fits if each.fit and each.fit.converged]
 
 
-def middle(now: StartModes, group: list[int]) -> float:
+def middle(now: StartModes, group: list[ModeIndex]) -> float:
     """Return ln f in the middle of a group."""
     return float(np.mean(np.log(now.frequency_hz[group])))

@@ -22,6 +22,7 @@ from oma_identifier.likelihood import (
     accelerance,
     BandData,
     BandFit,
+    BandIndex,
     BandModel,
     fit_band,
     GroupFit,
@@ -112,7 +113,7 @@ def _precision_and_residual(data: BandData, model: BandModel) -> tuple[Complex, 
     return np.asarray(precision), np.asarray(residual)
 
 
-def is_demanded(of: GroupFit, position: int) -> bool:
+def is_demanded(of: GroupFit, position: BandIndex) -> bool:
     """Tell whether the data determine a free mode and demand it.
 
     Without it their likelihood must fall by more than half the logarithm of the number of
@@ -134,7 +135,7 @@ def is_demanded(of: GroupFit, position: int) -> bool:
     return _value_without(data, model, position) - of.fit.value > _worth(data, model)
 
 
-def superfluous(of: GroupFit) -> int | None:
+def superfluous(of: GroupFit) -> BandIndex | None:
     """Return the position of a free mode that is another one once more, or None.
 
     Only of modes that overlap and have nearly one shape, or that the fit leads far away or
@@ -151,7 +152,7 @@ def superfluous(of: GroupFit) -> int | None:
     lost = beside.any(axis=1) & _lost(model, of.fit)
     doubtful = alike.any(axis=1) | lost | crowded
     loss = {
-        int(position): without.value - of.fit.value
+        BandIndex(int(position)): without.value - of.fit.value
         for position in np.flatnonzero(doubtful)
         if (without := fit_band(data, _without(model, int(position)))).converged
     }

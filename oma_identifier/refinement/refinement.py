@@ -14,35 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import LayoutError
-from modal_core.free_memory import give_back, LARGE_BYTES
 from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.likelihood import (
-    ForceSlope,
-    group_modes,
-    GroupFit,
-    MacLoss,
-    moving_channels,
-    normalised_std,
-    pooled_slopes,
-    spectra_of,
-    StartModes,
-    unit,
-    updated,
-    usable_lines,
-)
+from oma_identifier.likelihood import BandIndex, ForceSlope, GroupFit, MacLoss, normalised_std
 from oma_identifier.one_thread import one_thread
-from oma_identifier.refinement.band_fitter import BandFitter, middle, slopes_of
-from oma_identifier.refinement.completion import completed
-from oma_identifier.refinement.foregoing import Foregoing, RefinedMode
-from oma_identifier.refinement.mode_evidence import is_demanded, superfluous
-from oma_identifier.refinement.unlisted import with_unlisted
-from oma_identifier.refinement.verdict import judged, Outcome, overlap
+from oma_identifier.refinement.acceptance import Outcome, TAKEN
+from oma_identifier.refinement.band_fitter import slopes_of
+from oma_identifier.refinement.refining import GivenIndex, Record, Refining
+from oma_identifier.refinement.stages import STAGES
+from oma_identifier.refinement.warm_start import RefinedMode, WarmStart
 from oma_identifier.refinement.whole_shapes import WholeShapes
-
-PASSES = 2
-"""The second pass has refined tails and shapes to project out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +64,7 @@ class Refinement:
     @property
     def n_refined(self) -> int:
         """How many modes were refined."""
-        return sum(outcome in (Outcome.REFINED, Outcome.SPLIT) for outcome in self.outcomes)
+        return sum(outcome in TAKEN for outcome in self.outcomes)
 
 
 def refine(
@@ -90,7 +72,7 @@ def refine(
     modes: ModeSet,
     harmonics: ModeSet | None = None,
     resting: Collection[int] = (),
-    foregoing: Foregoing | None = None,
+    warm_start: WarmStart | None = None,
 ) -> Refinement:
     """Refine modes by maximising the Whittle likelihood of the samples.
 
@@ -104,7 +86,7 @@ def refine(
         Lines whose frequencies are left out.
     resting : collection of int
         Modes, by position, that shall not be refined; a band with one of them is not fitted.
-    foregoing : Foregoing or None
+    warm_start : WarmStart or None
         What another stretch of the same structure told: where all modes agree with it the fits
         start there, and one pass is enough.
 
@@ -129,12 +111,21 @@ def refine(
             found=', '.join(modes.channel_names),
             expected=', '.join(samples.channel_names),
         )
-    order = sorted(
-        (index for index, mode in enumerate(modes) if _refinable(mode)),
+    given = sorted(
+        (GivenIndex(index) for index, mode in enumerate(modes) if _refinable(mode)),
         key=lambda index: modes.modes[index].frequency_hz,
     )
+    if not given:
+        return _unrefined(modes)
     with one_thread():
-        return _refine_ordered(samples, modes, order, harmonics, resting, foregoing)
+        of = Refining.begin(Record.of(samples, modes, harmonics, resting, warm_start), given)
+        for stage in STAGES:
+            of = stage(of)
+        return _refinement(of)
+
+
+def _refinable(mode: Mode) -> bool:
+    return not mode.harmonic and 1e-4 < mode.damping_ratio < 0.5
 
 
 def _unrefined(modes: ModeSet) -> Refinement:
@@ -142,98 +133,43 @@ def _unrefined(modes: ModeSet) -> Refinement:
     return Refinement(modes, outcomes, np.full(len(modes), np.nan), refined=(None,) * len(modes))
 
 
-def _refinable(mode: Mode) -> bool:
-    return not mode.harmonic and 1e-4 < mode.damping_ratio < 0.5
-
-
-def _refine_ordered(
-    samples: Samples,
-    modes: ModeSet,
-    order: list[int],
-    harmonics: ModeSet | None,
-    resting: Collection[int],
-    foregoing: Foregoing | None,
-) -> Refinement:
-    """Fit the groups of modes, twice, and judge each mode."""
-    if not order:  # from the start, or since the fits have taken out the last one
-        return _unrefined(modes)
-    alive = moving_channels(samples)
-    spectra = spectra_of(samples, alive)
-    if spectra.values.nbytes >= LARGE_BYTES:
-        give_back()
-    usable = usable_lines(spectra, harmonics or ())
-    given = [modes.modes[index] for index in order]
-    start = StartModes(
-        np.array([mode.frequency_hz for mode in given]),
-        np.array([mode.damping_ratio for mode in given]),
-        np.column_stack([unit(mode.shape[alive]) for mode in given]),
-    )
-    idle = {mode for mode, index in enumerate(order) if index in resting}
-    fitter = BandFitter(spectra, usable, idle)
-    known = None if foregoing is None else foregoing.start(given, start, alive, idle)
-    now = with_unlisted(spectra, start if known is None else known.modes, usable)
-    groups = group_modes(now)
-    if known is not None and foregoing is not None:
-        slopes = pooled_slopes(foregoing.slopes, [middle(now, group) for group in groups])
-        fits = fitter.fit(now, groups, slopes, begin=known.begin)
-    else:
-        fits = fitter.fit(now, groups)
-    twice = [each.group[at] for each in fits if (at := superfluous(each)) is not None]
-    if twice and twice[0] < len(given):
-        rest = [index for mode, index in enumerate(order) if mode != twice[0]]
-        found = _refine_ordered(samples, modes, rest, harmonics, resting, foregoing)
-        outcomes = list(found.outcomes)
-        outcomes[order[twice[0]]] = Outcome.SUPERFLUOUS
-        return replace(found, outcomes=tuple(outcomes))
-    now = updated(now, fits)
-    n_passes = PASSES - (known is not None) + (len(now.frequency_hz) > len(given))
-    for _ in range(1, n_passes):
-        now, fits = fitter.again(now, fits)
-    now, fits, demanded = completed(fitter, now, fits, start)
-    result, outcomes = list(modes.modes), [Outcome.OUT_OF_BAND] * len(modes)
-    misfit = np.full(len(modes), np.nan)
+def _refinement(of: Refining) -> Refinement:
+    """Return the modes after the last stage, in the order in which they were given."""
+    record = of.record
+    modes, misfit = list(record.modes), np.full(len(record.modes), np.nan)
     refined: list[RefinedMode | None] = [None] * len(modes)
-    shapes = WholeShapes(spectra, now)
-    added, added_misfit = list[Mode](), list[float]()
-    for each in fits:
-        for position, mode in enumerate(each.group):
-            if mode >= len(given):
+    shapes = WholeShapes(record.spectra, of.now)
+    for each in of.fits:
+        for position, mode in each.members():
+            if mode >= of.n_given:
                 continue
-            index = order[mode]
-            split = [other for other in demanded if overlap(now, mode, other)]
-            if not idle.isdisjoint(each.group):
-                outcomes[index] = Outcome.NOT_TRIED
-            elif split and is_demanded(each, position):
-                outcomes[index] = Outcome.SPLIT
-            else:
-                outcomes[index] = judged(
-                    each, position, given[mode], start, mode, samples.duration_s
-                )
+            index = of.given[mode]
             misfit[index] = each.misfit
-            if outcomes[index] in (Outcome.REFINED, Outcome.SPLIT):
-                result[index] = _refined(given[mode], each, position, shapes, alive)
-                refined[index] = RefinedMode(result[index], each, position)
-    blank = Mode(math.nan, math.nan, np.zeros(samples.acceleration.shape[1], dtype=complex))
-    for mode, each in demanded.items():
-        position = each.group.index(mode)
-        added.append(_refined(blank, each, position, shapes, alive))
-        added_misfit.append(each.misfit)
+            if of.outcomes[index] in TAKEN:
+                modes[index] = _refined(modes[index], each, position, shapes, record.channels)
+                refined[index] = RefinedMode(modes[index], each, position)
+    blank = Mode(math.nan, math.nan, np.zeros(len(record.modes.channel_names), dtype=complex))
     return Refinement(
-        replace(modes, modes=tuple(result)),
-        tuple(outcomes),
+        replace(record.modes, modes=tuple(modes)),
+        tuple(
+            of.outcomes.get(GivenIndex(index), Outcome.OUT_OF_BAND) for index in range(len(modes))
+        ),
         misfit,
-        tuple(added),
-        np.array(added_misfit),
-        alive,
+        tuple(
+            _refined(blank, each, each.position(mode), shapes, record.channels)
+            for mode, each in of.added.items()
+        ),
+        np.array([each.misfit for each in of.added.values()]),
+        record.channels,
         tuple(refined),
-        tuple(slopes_of(fits)),
+        tuple(slopes_of(of.fits)),
     )
 
 
 def _refined(
     given: Mode,
     each: GroupFit,
-    position: int,
+    position: BandIndex,
     shapes: WholeShapes,
     alive: NDArray[np.intp],
 ) -> Mode:

@@ -15,8 +15,10 @@ from oma_identifier.likelihood import (
     accelerance,
     averaged_blocks,
     BandFit,
+    BandIndex,
     expected_motion,
     GroupFit,
+    ModeIndex,
     parts_along,
     ReducedBand,
     SEPARABLE,
@@ -83,9 +85,9 @@ class WholeShapes:
 
     def __init__(self, spectra: Spectra, now: StartModes) -> None:
         self._spectra, self._now = spectra, now
-        self._known: dict[int, list[ShapeEstimate]] = {}
+        self._known: dict[ModeIndex, list[ShapeEstimate]] = {}
 
-    def of(self, each: GroupFit, position: int) -> ShapeEstimate:
+    def of(self, each: GroupFit, position: BandIndex) -> ShapeEstimate:
         """Return the shape of one mode of a group that was fitted."""
         if each.band is None or each.fit is None:
             raise ValueError('a group that was not fitted has no shapes')
@@ -97,7 +99,7 @@ class WholeShapes:
 
 
 def _estimates(
-    spectra: Spectra, now: StartModes, group: list[int], band: ReducedBand, fit: BandFit
+    spectra: Spectra, now: StartModes, group: list[ModeIndex], band: ReducedBand, fit: BandFit
 ) -> list[ShapeEstimate]:
     inside, errors = fit.model.shapes[:, : len(group)], fit.shape_scatter
     shapes, scatter = band.basis @ inside, band.basis @ errors
@@ -114,10 +116,10 @@ def _estimates(
 
 
 def _outside(
-    spectra: Spectra, now: StartModes, group: list[int], band: ReducedBand, fit: BandFit
+    spectra: Spectra, now: StartModes, group: list[ModeIndex], band: ReducedBand, fit: BandFit
 ) -> _Outside:
     n_own = len(group)
-    others = [mode for mode in range(len(now.frequency_hz)) if mode not in group]
+    others = [mode for mode in now.indices() if mode not in group]
     n_reduced = band.basis.shape[1]
     kept = np.concatenate([band.basis, band.blocked], axis=1) * band.scale[:, None]
     reduced, blocked = np.split(spectra.combined(kept, band.lines), [n_reduced])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 N_ROUNDS = 6
 ROWS_AT_ONCE = 1024
-CONVERGED = 1e-9
+FIRST_PASS = 1e-9
 """Phase error at the ends of the record [rad] from where on another round changes nothing."""
 
 Real = NDArray[np.float64]
@@ -67,7 +67,7 @@ def fit_sinusoids(rows: Real, turn: Real) -> Sinusoids:
         step = np.divide(slope, size, out=np.zeros_like(size), where=size > 0.0)
         step *= 2.0 / len(rows)
         turn = turn + np.clip(step, -most, most)
-        if np.abs(step).max(initial=0.0) * len(rows) < CONVERGED:
+        if np.abs(step).max(initial=0.0) * len(rows) < FIRST_PASS:
             break
     return Sinusoids(turn, _phasors(rows, turn, n_powers=1)[0])
 

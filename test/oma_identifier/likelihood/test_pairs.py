@@ -10,7 +10,7 @@ from oma_identifier.likelihood.band_data import averages_from, band_lines, Reduc
 from oma_identifier.likelihood.group_fits import GroupFit, whole_shape
 from oma_identifier.likelihood.line_spectra import Spectra
 from oma_identifier.likelihood.whittle import BandData, BandFit, BandModel
-from oma_identifier.refinement.relabelling import relabelled
+from oma_identifier.refinement.label_switching import relabelled
 
 PLAIN, WITH_LINES = 4, 5
 

@@ -13,9 +13,9 @@ from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.likelihood import shape_prior
 from oma_identifier.motion.robot_signals import never
+from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.adopt import adopt_refined, Adopted, NEW
 from oma_identifier.refinement.refinement import refine
-from oma_identifier.refinement.verdict import Outcome
 from oma_identifier.selection.new_modes import NewModeTest, without_doubtful
 from oma_identifier.settings import IdentificationSettings
 

@@ -13,8 +13,8 @@ from modal_core.samples import Samples
 from oma_identifier.likelihood.noise_scale import noise_scale
 from oma_identifier.likelihood.whittle import BandData, BandModel, fit_band
 from oma_identifier.refinement import adopt
+from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.refinement import refine
-from oma_identifier.refinement.verdict import Outcome
 
 DURATION_S = 40.0
 RATE_HZ = 128.0
@@ -332,12 +332,12 @@ def test_a_place_the_model_does_not_describe_is_tried_less_often(monkeypatch):
         return refinement
 
     monkeypatch.setattr(adopt, 'refine', counted)
-    adoption = adopt.Adoption()
+    refiner = adopt.Refiner()
     for _ in range(3):
-        adoption(samples, found, none)
+        refiner.adopt(samples, found, none)
     assert all(all(each) for each in tried)
     for _ in range(1 + 1 + 1 + 2 + 1 + 4 + 1):
-        adoption(disturbed, found, none)
+        refiner.adopt(disturbed, found, none)
     # Tried in the first window, then after 1, 2 and 4 windows of rest.
     assert sum(each[0] for each in tried[3:]) == 4
 

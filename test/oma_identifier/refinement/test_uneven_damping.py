@@ -8,8 +8,8 @@ from scipy.linalg import expm
 
 from benchmarks.plant import chain_plant, Plant, simulate, with_uneven_damping
 from modal_core.mode import Mode, ModeSet
+from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.refinement import refine
-from oma_identifier.refinement.verdict import Outcome
 
 RATE_HZ = 4096.0
 

@@ -16,10 +16,10 @@ from oma_identifier.likelihood.group_fits import fit_group, unit, updated
 from oma_identifier.likelihood.line_spectra import spectra_of, usable_lines
 from oma_identifier.likelihood.whittle import SlopePrior
 from oma_identifier.refinement import band_fitter
-from oma_identifier.refinement.adopt import Adoption
-from oma_identifier.refinement.foregoing import Foregoing
+from oma_identifier.refinement.acceptance import Outcome
+from oma_identifier.refinement.adopt import Refiner
 from oma_identifier.refinement.refinement import refine, Refinement
-from oma_identifier.refinement.verdict import Outcome
+from oma_identifier.refinement.warm_start import WarmStart
 
 RATE_HZ, WINDOW_S = 128.0, 60.0
 SEEDS = range(640, 646)
@@ -69,9 +69,9 @@ def given(samples: Samples, seed: int, truth: Plant | None = None) -> ModeSet:
     return ModeSet(tuple(modes), samples.channel_names)
 
 
-def left_by(result: Refinement) -> Foregoing:
+def left_by(result: Refinement) -> WarmStart:
     known = tuple(each for each in result.refined if each is not None)
-    return Foregoing(result.channels, known, result.slopes)
+    return WarmStart(result.channels, known, result.slopes)
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def test_one_pass_from_the_last_window_finds_what_two_find(channels, n_fits):
         start, n_fits[0] = given(second, seed + 1), 0
         twice = refine(second, start)
         n_twice, n_fits[0] = n_fits[0], 0
-        once = refine(second, start, foregoing=left_by(before))
+        once = refine(second, start, warm_start=left_by(before))
         n_spared += 2 * n_fits[0] == n_twice
         for index, (one, other) in enumerate(zip(once.modes, twice.modes, strict=True)):
             if {once.outcomes[index], twice.outcomes[index]} != {Outcome.REFINED}:
@@ -122,7 +122,7 @@ def test_a_structure_that_changed_is_refined_as_if_nothing_was_known():
     samples = simulate(changed, np.random.default_rng(641), WINDOW_S, RATE_HZ)
     before = refine(first, given(first, 640))
     start = given(samples, 642, changed)
-    alone, after = refine(samples, start), refine(samples, start, foregoing=left_by(before))
+    alone, after = refine(samples, start), refine(samples, start, warm_start=left_by(before))
     for one, other in zip(after.modes, alone.modes, strict=True):
         assert one.frequency_hz == other.frequency_hz
         assert one.damping_ratio == other.damping_ratio
@@ -137,7 +137,7 @@ def test_a_channel_that_dies_makes_the_window_start_afresh(n_fits):
     n_fits[0] = 0
     refine(dead, given(dead, 644))
     alone, n_fits[0] = n_fits[0], 0
-    refine(dead, given(dead, 644), foregoing=left_by(before))
+    refine(dead, given(dead, 644), warm_start=left_by(before))
     assert n_fits[0] == alone
 
 
@@ -146,13 +146,13 @@ def test_other_sensors_make_the_window_start_afresh(n_fits):
     none = ModeSet((), first.channel_names)
     counts = []
     for renamed in (False, True):
-        adoption = Adoption()
-        adoption(first, given(first, 643), none)
+        refiner = Refiner()
+        refiner.adopt(first, given(first, 643), none)
         if renamed:
             other = tuple(replace(each, name=f'{each.name}_new') for each in second.channels)
             second = replace(second, channels=other)
         n_fits[0] = 0
-        adoption(second, given(second, 644), none)
+        refiner.adopt(second, given(second, 644), none)
         counts.append(n_fits[0])
     assert counts[1] == 2 * counts[0]
 

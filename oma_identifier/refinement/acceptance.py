@@ -1,19 +1,37 @@
-"""What became of a mode that was to be refined."""
+"""Acceptance test of a refined mode: what became of it, and why."""
 
+from dataclasses import dataclass
 from enum import StrEnum
 import math
 
 import numpy as np
 
 from modal_core.mode import Mode
-from oma_identifier.likelihood import GroupFit, overlaps, StartModes
+from oma_identifier.likelihood import BandIndex, GroupFit, ModeIndex, overlaps, StartModes
 
-FAR, FAR_WIDTHS = 5.0, 0.75
-"""Standard deviations, and half-power half-widths, beyond both of which a refined mode is another
-than the one it started from."""
-LEAST_MAC = 0.8
-LARGEST_MISFIT = 3.0
-"""Of a band that the model describes at all."""
+
+@dataclass(frozen=True, slots=True)
+class AcceptanceLimits:
+    """What a refined mode must keep to be accepted.
+
+    Parameters
+    ----------
+    far_std, far_half_widths : float
+        Standard deviations, and half-power half-widths, beyond both of which a refined mode is
+        another than the one it started from.
+    least_mac : float
+        Least part of a refined shape in the span of the shapes around it at the start.
+    largest_misfit : float
+        Mean square of the whitened residual of a band that the model describes at all.
+    """
+
+    far_std: float = 5.0
+    far_half_widths: float = 0.75
+    least_mac: float = 0.8
+    largest_misfit: float = 3.0
+
+
+LIMITS = AcceptanceLimits()
 
 
 class Outcome(StrEnum):
@@ -32,22 +50,31 @@ class Outcome(StrEnum):
     NOT_TRIED = 'not_tried'
 
 
-def judged(
-    each: GroupFit, position: int, given: Mode, start: StartModes, mode: int, duration_s: float
+TAKEN = (Outcome.REFINED, Outcome.SPLIT)
+"""Of modes that a refinement gives."""
+
+
+def accept(
+    each: GroupFit,
+    position: BandIndex,
+    given: Mode,
+    start: StartModes,
+    mode: ModeIndex,
+    duration_s: float,
 ) -> Outcome:
-    """Judge a mode that was fitted.
+    """Test a mode that was fitted.
 
     Parameters
     ----------
     each : GroupFit
         Of its band.
-    position : int
+    position : BandIndex
         Of the mode in the fit.
     given : Mode
         As it came.
     start : StartModes
         All modes as they came.
-    mode : int
+    mode : ModeIndex
         Position of the mode there.
     duration_s : float [s]
         Length of the record.
@@ -56,28 +83,32 @@ def judged(
         return Outcome.TOO_SHORT
     if not each.fit.converged:
         return Outcome.NOT_CONVERGED
-    if not each.fit.misfit < LARGEST_MISFIT:
+    if not each.fit.misfit < LIMITS.largest_misfit:
         return Outcome.MODEL_MISFIT
     model = each.fit.model
     frequency, damping = model.frequency_hz[position], model.damping_ratio[position]
     law = math.sqrt(damping / (2.0 * math.pi * frequency * duration_s))
     frequency_std = _known(given.frequency_std_hz, 1.5 * law * frequency)
     damping_std = _known(given.damping_ratio_std, 1.5 * law)  # σ_ζ = sqrt(ζ/(2πfT)) is the same
-    f_reach = FAR * math.hypot(frequency_std, each.fit.frequency_std[position] * frequency)
-    d_reach = FAR * math.hypot(damping_std, each.fit.damping_ratio_std[position] * damping)
-    wide = FAR_WIDTHS * damping
+    f_reach = LIMITS.far_std * math.hypot(
+        frequency_std, each.fit.frequency_std[position] * frequency
+    )
+    d_reach = LIMITS.far_std * math.hypot(
+        damping_std, each.fit.damping_ratio_std[position] * damping
+    )
+    wide = LIMITS.far_half_widths * damping
     far = abs(frequency - given.frequency_hz) > max(f_reach, wide * frequency)
     far |= abs(damping - given.damping_ratio) > max(d_reach, wide)
     # Modes that overlap may be mixed at the start, so the shape may turn towards its neighbours'.
-    listed = range(len(start.frequency_hz))
-    near = [other for other in each.group if other in listed and overlap(start, mode, other)]
+    n_listed = len(start.frequency_hz)
+    near = [other for other in each.group if other < n_listed and overlap(start, mode, other)]
     before = np.linalg.qr(each.band.project.T @ start.shapes[:, near])[0]
     kept = np.linalg.norm(before.conj().T @ model.shapes[:, position])
-    far |= bool(kept**2 < LEAST_MAC)
+    far |= bool(kept**2 < LIMITS.least_mac)
     return Outcome.FAR_FROM_START if far else Outcome.REFINED
 
 
-def overlap(start: StartModes, first: int, second: int) -> bool:
+def overlap(start: StartModes, first: ModeIndex, second: ModeIndex) -> bool:
     """Tell whether the half-power bandwidths of two modes touch."""
     return bool(overlaps(start.frequency_hz, start.half_width_hz)[first, second])
 

@@ -1,4 +1,4 @@
-"""Which fitted mode is which of the modes that a refinement was given.
+"""Label switching: which fitted mode is which of the modes that a refinement was given.
 
 A fit may lead a mode to the place of one that was missing, and a stand-in for that to the place
 it left.
@@ -11,13 +11,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from modal_core.indicators import mac
-from oma_identifier.likelihood import GroupFit, StartModes
+from oma_identifier.likelihood import GroupFit, ModeIndex, StartModes
 
 FARTHEST = 10.0
 """Distance in half-power half-widths from where on it makes no difference how far it is."""
 
 
-def relabelled(
+def undo_label_switching(
     now: StartModes, fits: Sequence[GroupFit], start: StartModes
 ) -> tuple[StartModes, list[GroupFit]]:
     """Give each mode that was there from the start the fitted one that is most like it.
@@ -41,7 +41,7 @@ def relabelled(
     return moved, result
 
 
-def _labels(now: StartModes, each: GroupFit, start: StartModes) -> list[int]:
+def _labels(now: StartModes, each: GroupFit, start: StartModes) -> list[ModeIndex]:
     """Return the mode at each position of a group."""
     given = [mode for mode in each.group if mode < len(start.frequency_hz)]
     if each.fit is None or not given or len(each.group) < 2:

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from modal_core.indicators import mac
 from modal_core.mode import Mode
 from oma_identifier.likelihood import (
+    BandIndex,
     BandModel,
     continued,
     ForceSlope,
     GroupFit,
+    ModeIndex,
     ReducedBand,
     StartModes,
     whole_shape,
@@ -34,13 +36,13 @@ class RefinedMode:
         As it was adopted.
     fit : GroupFit
         Of its band.
-    position : int
+    position : BandIndex
         Of the mode in the fit.
     """
 
     mode: Mode
     fit: GroupFit
-    position: int
+    position: BandIndex
 
     def shape_with(self, plain: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the shape, what was not refined of it taken from a new estimate.
@@ -54,7 +56,7 @@ class RefinedMode:
 
 
 @dataclass(frozen=True, slots=True)
-class Foregoing:
+class WarmStart:
     """What the refinement of one stretch leaves for the next.
 
     Parameters
@@ -76,8 +78,8 @@ class Foregoing:
         given: Sequence[Mode],
         start: StartModes,
         alive: NDArray[np.intp],
-        idle: Collection[int],
-    ) -> 'Footing | None':
+        idle: Collection[ModeIndex],
+    ) -> 'StartingValues | None':
         """Return where to start; None where the structure may have changed.
 
         Parameters
@@ -88,14 +90,14 @@ class Foregoing:
             The same.
         alive : (n_alive,) int array
             Channels of ``start``.
-        idle : collection of int
+        idle : collection of ModeIndex
             Modes that will not be refined and stay as given.
         """
         if not np.array_equal(alive, self.channels):
             return None
         frequency, damping = start.frequency_hz.copy(), start.damping_ratio.copy()
-        shapes, known = start.shapes.copy(), dict[int, RefinedMode]()
-        for index, mode in enumerate(given):
+        shapes, known = start.shapes.copy(), dict[ModeIndex, RefinedMode]()
+        for index, mode in zip(start.indices(), given, strict=True):
             if index in idle:
                 continue
             like = min(self.modes, key=lambda known: abs(_apart(mode, known.mode)), default=None)
@@ -105,23 +107,23 @@ class Foregoing:
             damping[index] = like.mode.damping_ratio
             shapes[:, index] = like.shape_with(start.shapes[:, index])
             known[index] = like
-        return Footing(StartModes(frequency, damping, shapes), known)
+        return StartingValues(StartModes(frequency, damping, shapes), known)
 
 
 @dataclass(frozen=True, slots=True)
-class Footing:
+class StartingValues:
     """Where the refinement of a window starts.
 
     Parameters
     ----------
     modes : StartModes
         All modes.
-    known : dict of int to RefinedMode
+    known : dict of ModeIndex to RefinedMode
         Those refined before.
     """
 
     modes: StartModes
-    known: dict[int, RefinedMode]
+    known: dict[ModeIndex, RefinedMode]
 
     def begin(self, band: ReducedBand) -> BandModel | None:
         """Return where the fit of a band begins, if one fit before was of the same modes."""
