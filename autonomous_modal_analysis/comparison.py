@@ -10,7 +10,7 @@ from rich.table import Table
 from autonomous_modal_analysis.arm_drawing import draw_arm
 from autonomous_modal_analysis.demonstration import DemoRun, DemoSettings
 from autonomous_modal_analysis.identification import IdentifiedRecording, identify_recording
-from autonomous_modal_analysis.output import write_results
+from autonomous_modal_analysis.output import save_results, show_written
 from autonomous_modal_analysis.report import match_truth, TrueMode
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, with_deviation
 from modal_core.mode import ModeSet
@@ -106,7 +106,7 @@ def compare(settings: DemoSettings, run: DemoRun) -> Comparison:
         for place, true in enumerate(truth)
     )
     drawing = draw_arm(model, run.truth.position, layout, found.identification.modes)
-    write_results(
+    save_results(
         settings.folder,
         found,
         settings.recording.name,
@@ -115,6 +115,7 @@ def compare(settings: DemoSettings, run: DemoRun) -> Comparison:
         drawing=drawing,
         provenance={'plan': run.plan_hash, 'seed': str(settings.seed), 'pose': settings.pose},
     )
+    show_written(settings.folder)
     return Comparison(modes=modes, n_windows=len(run.window_frequencies_hz), band_hz=run.band_hz)
 
 

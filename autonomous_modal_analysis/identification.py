@@ -174,7 +174,7 @@ def _check_windows(
             where=path,
             found=f'{(info.end_ns - info.start_ns) / 1e9:.4g} s',
             expected=f'{pipeline.settings.window_s:g} s, or a tenth of that at least',
-            advice='give a shorter --window-s',
+            advice='give a shorter window_s (--window-s)',
         )
     if not any(window.quality.identifiable or len(window.modes) for window in windows):
         reasons = {window.quality.reason for window in windows} - {NO_MODE, ONLY_LINES}

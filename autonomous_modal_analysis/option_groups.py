@@ -16,7 +16,6 @@ from autonomous_modal_analysis.options import (
     MaxFrequency,
     Method,
     MinFrequency,
-    read_layout,
     RecordingPath,
     RobotName,
     SampleRate,
@@ -27,9 +26,11 @@ from autonomous_modal_analysis.options import (
 from modal_core.channel import SensorLayout
 
 if TYPE_CHECKING:
-    from modal_recordings.open_recording import Recording
+    from autonomous_modal_analysis.api.modal_result import ModalResult
+    from autonomous_modal_analysis.api.recording import Recording
+    from autonomous_modal_analysis.api.settings import Settings
+    from autonomous_modal_analysis.terminal import ProgressCallback
     from oma_identifier.settings import IdentificationSettings
-    from structural_model.flexible_joint_model import FlexibleJointModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +51,14 @@ class Source:
         RecordingError
             It cannot be read.
         """
-        from modal_recordings.open_recording import open_recording
+        import autonomous_modal_analysis as ama
 
-        return open_recording(
+        return ama.open(
             self.recording,
+            topics=tuple(self.topic) if self.topic else None,
             sample_rate_hz=self.sample_rate_hz,
             unit=self.unit,
-            channels=channel_names(self.channels),
-            topics=tuple(self.topic) if self.topic else None,
+            channel_names=channel_names(self.channels),
             to_look=to_look,
         )
 
@@ -84,6 +85,29 @@ class Identifier:
     layout: LayoutPath = None
     robot: RobotName = None
 
+    def identify(self, recording: 'Recording', progress: 'ProgressCallback') -> 'ModalResult':
+        """Identify a recording.
+
+        Raises
+        ------
+        ModalAnalysisError
+            A setting is out of range, there is no such robot or layout, or the recording cannot
+            be identified.
+        """
+        robot = self.robot or None
+        return recording.identify(
+            layout=self.layout, robot=robot, progress=progress, **self._settings()
+        )
+
+    def _settings(self) -> 'Settings':
+        return {
+            'window_s': self.window_s,
+            'hop_s': self.hop_s,
+            'min_frequency_hz': self.min_frequency_hz,
+            'max_frequency_hz': self.max_frequency_hz,
+            'method': self.method,
+        }
+
     def settings(self) -> 'IdentificationSettings':
         """Return the settings.
 
@@ -92,30 +116,9 @@ class Identifier:
         SettingsError
             One is out of range.
         """
-        from oma_identifier.settings import IdentificationSettings
+        from autonomous_modal_analysis.api.settings import checked_settings
 
-        return IdentificationSettings(
-            window_s=self.window_s,
-            hop_s=self.hop_s,
-            min_frequency_hz=self.min_frequency_hz,
-            max_frequency_hz=self.max_frequency_hz,
-            method=self.method,
-        )
-
-    def model(self) -> 'FlexibleJointModel | None':
-        """Return the model of the robot, None without one.
-
-        Raises
-        ------
-        ModelError
-            There is no such robot.
-        """
-        if not self.robot:
-            return None
-        # With the library of rigid bodies, some 50 MB.
-        from structural_model.robot_files import load_robot
-
-        return load_robot(self.robot)
+        return checked_settings(self._settings())
 
     def sensors(self) -> SensorLayout | None:
         """Return the sensor layout: the one named, else the robot's own.
@@ -125,15 +128,10 @@ class Identifier:
         ModalAnalysisError
             It cannot be read, or does not fit the robot.
         """
-        model = self.model()
-        sensors = read_layout(self.layout)
-        if model is None:
-            return sensors
-        from structural_model.robot_files import load_layout
+        from autonomous_modal_analysis.api.robot import read_robot, sensors_of
 
-        sensors = sensors or load_layout(self.robot or '')
-        sensors.check_links(model.link_names, model.robot_name)
-        return sensors
+        model = read_robot(self.robot) if self.robot else None
+        return sensors_of(self.robot, model, self.layout)
 
     def parameters(self) -> dict[str, object]:
         """Return the same as parameters of the identifier node."""

@@ -5,9 +5,7 @@ from typing import Annotated
 
 import typer
 
-from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError
-from modal_core.yaml_file import load_yaml
 
 RecordingPath = Annotated[
     Path,
@@ -76,19 +74,6 @@ def channel_names(channels: str | None) -> tuple[str, ...] | None:
     if channels is None:
         return None
     return tuple(name.strip() for name in channels.split(','))
-
-
-def read_layout(path: Path | None) -> SensorLayout | None:
-    """Read a sensor layout, if one is named.
-
-    Raises
-    ------
-    LayoutError, SettingsError
-        The file cannot be read or is not a layout.
-    """
-    if path is None:
-        return None
-    return SensorLayout.from_mapping(load_yaml(path), str(path))
 
 
 def numbers(text: str, where: str) -> tuple[float, ...]:

@@ -48,7 +48,7 @@ def show_identification(found: IdentifiedRecording, name: str) -> None:
         OUTPUT.print(band_words(identification.band))
 
 
-def write_results(
+def save_results(
     folder: Path,
     found: IdentifiedRecording,
     name: str,
@@ -58,7 +58,7 @@ def write_results(
     drawing: 'ArmDrawing | None' = None,
     provenance: Mapping[str, str] | None = None,
 ) -> None:
-    """Write modes.json, modes.csv and report.html into a folder and say so."""
+    """Write modes.json, modes.csv and report.html into a folder."""
     content = ReportContent(
         title=title,
         recording=name,
@@ -76,6 +76,10 @@ def write_results(
     write_json(folder / JSON_NAME, found.identification)
     write_csv(folder / CSV_NAME, found.identification)
     write_report(folder / REPORT_NAME, content)
+
+
+def show_written(folder: Path) -> None:
+    """Say on standard error what :func:`save_results` has written."""
     MESSAGES.print(f'written: {folder}/{{{JSON_NAME}, {CSV_NAME}, {REPORT_NAME}}}', soft_wrap=True)
 
 

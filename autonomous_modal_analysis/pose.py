@@ -1,5 +1,7 @@
 """A pose as people name it: a name from the robot's file, or controller angles in degrees."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,16 +9,18 @@ from modal_core.errors import ModelError
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 
-def parse_pose(model: FlexibleJointModel, text: str | None) -> NDArray[np.float64]:
+def parse_pose(
+    model: FlexibleJointModel, pose: str | Sequence[float] | None
+) -> NDArray[np.float64]:
     """Return serial joint angles of a pose.
 
     Parameters
     ----------
     model : FlexibleJointModel
         The robot.
-    text : str or None
-        A named pose, or angles in degrees as the controller shows them (for the IRB 6660 the
-        coupled J3), separated by commas; None: the robot's first named pose.
+    pose : str, sequence of float [deg] or None
+        A named pose, or angles as the controller shows them (for the IRB 6660 the coupled J3), in
+        a text separated by commas; None: the robot's first named pose.
 
     Returns
     -------
@@ -27,17 +31,18 @@ def parse_pose(model: FlexibleJointModel, text: str | None) -> NDArray[np.float6
     ModelError
         An unknown name, a wrong number of angles, or a pose outside the joint ranges.
     """
-    if text is None:
+    if pose is None:
         return model.pose(next(iter(model.poses_controller_rad)))
-    if text in model.poses_controller_rad:
-        return model.pose(text)
+    if isinstance(pose, str) and pose in model.poses_controller_rad:
+        return model.pose(pose)
+    parts = pose.split(',') if isinstance(pose, str) else pose
     try:
-        angles_deg = [float(part) for part in text.split(',')]
-    except ValueError as error:
+        angles_deg = [float(part) for part in parts]
+    except (ValueError, TypeError) as error:
         raise ModelError(
             'neither a named pose nor angles',
             where='pose',
-            found=text,
+            found=pose,
             expected=f'{", ".join(model.poses_controller_rad)}, or {model.n_joints} angles'
             ' in degrees, separated by commas',
         ) from error

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from autonomous_modal_analysis.identification import identify_recording
+from autonomous_modal_analysis.api.recording import open_recording
 from autonomous_modal_analysis.option_groups import Identifier
 from autonomous_modal_analysis.output import show_damage
 from autonomous_modal_analysis.terminal import progress_bar
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.mode import Mode, ModeSet
-from modal_recordings.open_recording import open_recording
 
 RESULTS = 'modes.json'
 LARGEST_BYTES = 500_000_000
@@ -41,15 +40,9 @@ def modes_of(path: Path, identifier: Identifier) -> ModeSet:
     if kept is not None:
         return read_modes(kept)
     with progress_bar(f'identifying {path.name}') as progress:
-        found = identify_recording(
-            open_recording(path),
-            identifier.settings(),
-            identifier.sensors(),
-            progress,
-            identifier.model(),
-        )
-    show_damage(found.identification.damage)
-    return found.identification.modes
+        found = identifier.identify(open_recording(path), progress)
+    show_damage(found.damage)
+    return found.modes
 
 
 def read_modes(path: Path) -> ModeSet:

@@ -38,6 +38,10 @@ MESSAGES = PlainConsole(stderr=True, highlight=False)
 ProgressCallback = Callable[[float], None]
 
 
+def no_progress(_: float) -> None:
+    """Tell nobody how much is done."""
+
+
 @contextmanager
 def progress_bar(text: str) -> Iterator[ProgressCallback]:
     """Show a bar for long work; yield a function that takes the fraction done, 0..1."""

@@ -4,6 +4,7 @@
 ``RecordingWriter`` writes MCAP; ``to_mcap`` converts.
 """
 
+from modal_recordings.array_in_memory import array_recording
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.convert import to_mcap
 from modal_recordings.decode import decode, USABLE_TYPES
@@ -21,6 +22,7 @@ __all__ = [
     'RecordingInfo',
     'RecordingWriter',
     'TopicSummary',
+    'array_recording',
     'decode',
     'open_recording',
     'to_mcap',

@@ -9,13 +9,8 @@ from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_recordings.array_columns import ADVICE, ArrayColumns
-from modal_recordings.array_options import (
-    ArrayOptions,
-    HIGHEST_RATE_HZ,
-    LOWEST_RATE_HZ,
-    sidecar_of,
-)
+from modal_recordings.array_columns import ArrayColumns
+from modal_recordings.array_options import ArrayOptions, HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 from modal_recordings.array_table import ArrayTable
 from modal_recordings.time_columns import combined, past_midnight, which_time
 
@@ -62,7 +57,7 @@ def array_clock(
         Neither a rate nor times; times that do not run forward, or contradict the stated rate.
     """
     stated_hz = _stated_hz(path, table, options)
-    time_s = _time_s(path, table, columns)
+    time_s = _time_s(path, table, columns, options.advice.columns)
     notes: tuple[str, ...] = ()
     if time_s is None and stated_hz is not None:
         time_s = _counted_s(table, columns, stated_hz)
@@ -71,13 +66,13 @@ def array_clock(
             raise RecordingError(
                 'no sample rate',
                 where=f'{path}: sample_rate_hz',
-                expected=f'a time column, {sidecar_of(path).name} or the option --sample-rate-hz',
+                expected=options.advice.rate,
             )
         return ArrayClock(stated_hz, None, options.start_ns)
     measured_hz = _measured_hz(path, time_s)
     if None in columns.time_factors:
         notes = (f'time without unit: taken as seconds, {measured_hz:.6g} Hz',)
-        _check_seconds(path, measured_hz, time_s, stated_hz)
+        _check_seconds(path, measured_hz, time_s, stated_hz, options.advice.columns)
     if stated_hz is not None:
         _check_rate(path, stated_hz, measured_hz, len(time_s))
         if _is_uniform(time_s, stated_hz):
@@ -105,7 +100,9 @@ def _check_rate(
         )
 
 
-def _time_s(path: Path, table: ArrayTable, columns: ArrayColumns) -> NDArray[np.float64] | None:
+def _time_s(
+    path: Path, table: ArrayTable, columns: ArrayColumns, advice: str
+) -> NDArray[np.float64] | None:
     """Return the time of every row, of two columns their sum where one refines the other."""
     found: list[NDArray[np.float64]] = [
         table.column(column) * (factor or 1.0)
@@ -116,9 +113,9 @@ def _time_s(path: Path, table: ArrayTable, columns: ArrayColumns) -> NDArray[np.
             row = int(np.flatnonzero(~np.isfinite(time_s))[0])
             raise RecordingError('time is not finite', where=f'{path}: row {row + 1}')
     if len(found) == 2:
-        found = [combined(path, found[0], found[1])]
+        found = [combined(path, found[0], found[1], advice)]
     if len(found) > 2:
-        raise which_time(path, len(found))
+        raise which_time(path, len(found), advice)
     if found and table.dated:
         return past_midnight(found[0])
     return found[0] if found else None
@@ -177,7 +174,11 @@ def _is_coarse(steps: NDArray[np.float64]) -> bool:
 
 
 def _check_seconds(
-    path: Path, measured_hz: float, time_s: NDArray[np.float64], stated_hz: float | None
+    path: Path,
+    measured_hz: float,
+    time_s: NDArray[np.float64],
+    stated_hz: float | None,
+    advice: str,
 ) -> None:
     """Ask for the unit of times where they may well be no seconds."""
     step_s = 1.0 / measured_hz
@@ -190,7 +191,7 @@ def _check_seconds(
             where=path,
             found=f'steps of {step_s:.4g}',
             expected='s, ms, us or ns',
-            advice=ADVICE,
+            advice=advice,
         )
 
 

@@ -15,7 +15,6 @@ from modal_recordings.heading import Heading, heading_of
 from modal_recordings.units import to_si
 
 LEAVE_OUT = '-'
-ADVICE = 'name it with --channels or in the sidecar: "time [ms],index,a [g],-"; - leaves it out'
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,18 +69,21 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
             )
         elif counts_up(table.values[:, column]):
             if not heading.is_counter:
-                raise _ask(path, column, heading, 'counts up: a time or a counter?')
+                raise _ask(path, column, heading, 'counts up: a time or a counter?', options)
             counters.append(column)
             notes.append(f'{_called(heading, column)} left out: counts the rows')
         elif heading.is_other and not options.channels:
-            raise _ask(path, column, heading, 'an acceleration? its unit is not stated')
+            raise _ask(path, column, heading, 'an acceleration? its unit is not stated', options)
         else:
             channels.append(column)
     known = [heading or Heading('') for heading in headings]
     if not channels:
         units = ', '.join(sorted({heading.unit_text for heading in known} - {''}))
         raise RecordingError(
-            'no column of acceleration', where=path, found=units or None, advice=ADVICE
+            'no column of acceleration',
+            where=path,
+            found=units or None,
+            advice=options.advice.columns,
         )
     named = _named(path, [known[column] for column in channels], options, len(headings))
     scale, assumed = _scale(path, named, options)
@@ -172,8 +174,8 @@ def _scale(
         raise RecordingError(
             'no unit, where others have one',
             where=f'{path}: column {missing.name}',
-            expected='a unit for every column, or --unit for those without',
-            advice=ADVICE,
+            expected=f'a unit for every column, or {options.advice.unit} for those without',
+            advice=options.advice.columns,
         )
     return np.array(stated, dtype=float), ()
 
@@ -182,6 +184,9 @@ def _called(heading: Heading, column: int) -> str:
     return heading.name or f'column {column + 1}'
 
 
-def _ask(path: Path, column: int, heading: Heading, what: str) -> RecordingError:
+def _ask(
+    path: Path, column: int, heading: Heading, what: str, options: ArrayOptions
+) -> RecordingError:
     name = f' ({heading.name})' if heading.name else ''
-    return RecordingError(what, where=f'{path}: column {column + 1}{name}', advice=ADVICE)
+    place = f'{path}: column {column + 1}{name}'
+    return RecordingError(what, where=place, advice=options.advice.columns)

@@ -1,7 +1,7 @@
 """What a plain array does not say itself: rate, unit, channels; from sidecar or options."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import math
 from pathlib import Path
 
@@ -11,6 +11,23 @@ from modal_core.yaml_file import load_yaml
 
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1e-3, 1e7
 FIELDS = ('sample_rate_hz', 'unit', 'channels', 'start_time_s')
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """How a person states what an array does not say itself; errors name it.
+
+    Parameters
+    ----------
+    rate, columns, unit : str
+        The sample rate, what the columns are, their unit.
+    """
+
+    rate: str = 'a time column, a sidecar or the option --sample-rate-hz'
+    columns: str = (
+        'name it with --channels or in the sidecar: "time [ms],index,a [g],-"; - leaves it out'
+    )
+    unit: str = '--unit'
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,12 +45,15 @@ class ArrayOptions:
         its unit; ``-`` leaves a column out; None: from the file.
     start_ns : int [ns]
         Time of the first row.
+    advice : Advice
+        How a person states these.
     """
 
     sample_rate_hz: float | None = None
     unit: str | None = None
     channels: tuple[str, ...] | None = None
     start_ns: int = 0
+    advice: Advice = field(default_factory=Advice)
 
 
 def sidecar_of(path: Path) -> Path:
@@ -72,14 +92,22 @@ def array_options(
     if stated is not None and not isinstance(stated, str):
         raise RecordingError('not a text', where=f'{sidecar}: unit', found=stated)
     return ArrayOptions(
-        sample_rate_hz=None if rate is None else _rate(rate, path),
+        sample_rate_hz=None if rate is None else checked_rate(rate, path),
         unit=stated,
-        channels=None if names is None else _names(names, path),
+        channels=None if names is None else checked_names(names, path),
         start_ns=_start(data.get('start_time_s', 0.0), sidecar),
+        advice=Advice(f'a time column, {sidecar.name} or the option --sample-rate-hz'),
     )
 
 
-def _rate(value: object, path: Path) -> float:
+def checked_rate(value: object, path: Path) -> float:
+    """Return a sample rate [Hz].
+
+    Raises
+    ------
+    RecordingError
+        Not a number, or out of range.
+    """
     try:
         rate = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -91,7 +119,14 @@ def _rate(value: object, path: Path) -> float:
     return rate
 
 
-def _names(value: object, path: Path) -> tuple[str, ...]:
+def checked_names(value: object, path: Path) -> tuple[str, ...]:
+    """Return names of columns.
+
+    Raises
+    ------
+    RecordingError
+        Not a list, or names empty or repeated.
+    """
     where = f'{path}: channels'
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise RecordingError('not a list', where=where, found=value, expected='a list of names')

@@ -27,12 +27,12 @@ ROWS_AT_ONCE = 1 << 13
 
 
 class ArrayRecording:
-    """Samples from a .npy or .csv file.
+    """Samples from a .npy or .csv file, or from an array in memory.
 
     Parameters
     ----------
     path : Path
-        The file.
+        The file, or the name of what is in memory.
     table : ArrayTable
         Its content.
     options : ArrayOptions
@@ -51,7 +51,7 @@ class ArrayRecording:
 
     def __init__(self, path: Path, table: ArrayTable, options: ArrayOptions) -> None:
         self.path = path
-        self.kind = path.suffix.lstrip('.').lower()
+        self.kind = path.suffix.lstrip('.').lower() or 'array'
         self.source = path.stem
         self.fraction_read = 0.0
         columns = array_columns(path, table, options)

@@ -60,27 +60,46 @@ def read_npy(path: Path) -> ArrayTable:
         values = np.load(path, mmap_mode='r', allow_pickle=False)
     except (ValueError, OSError, EOFError, SyntaxError, OverflowError, MemoryError) as error:
         raise unreadable_npy(path) from error
+    return array_table(values, path)
+
+
+def array_table(values: object, where: Path) -> ArrayTable:
+    """Return an array as a table of samples by channels.
+
+    Parameters
+    ----------
+    values : (n_samples, n_columns) or (n_samples,) array
+        Real numbers.
+    where : Path
+        Named in errors.
+
+    Raises
+    ------
+    RecordingError
+        Not numbers, or not a table of samples by channels.
+    """
     if not isinstance(values, np.ndarray) or values.dtype.kind not in 'fiu':
         raise RecordingError(
             'not real numbers',
-            where=path,
+            where=where,
             found=getattr(values, 'dtype', type(values).__name__),
             expected='floats or integers',
         )
     if values.ndim == 1:
         values = values[:, np.newaxis]
+    if values.ndim == 2 and values.shape[1] > values.shape[0]:
+        raise RecordingError(
+            'more channels than samples',
+            where=where,
+            found=f'shape {values.shape}',
+            expected='samples along the first axis',
+            advice='transpose it',
+        )
     if values.ndim != 2 or not 0 < values.shape[1] <= MOST_COLUMNS or len(values) < 2:
         raise RecordingError(
             'not a table',
-            where=path,
+            where=where,
             found=f'shape {values.shape}',
             expected=f'(samples, channels), at least 2 samples, at most {MOST_COLUMNS} channels',
-        )
-    if values.shape[1] > values.shape[0]:
-        raise RecordingError(
-            'more channels than samples',
-            where=path,
-            found=f'shape {values.shape}',
-            expected='samples along the first axis',
         )
     return ArrayTable(values=values)

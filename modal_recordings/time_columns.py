@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_recordings.array_columns import ADVICE
 from modal_recordings.time_text import DAY_S, HOUR_S
 
 
 def combined(
-    path: Path, first: NDArray[np.float64], second: NDArray[np.float64]
+    path: Path, first: NDArray[np.float64], second: NDArray[np.float64], advice: str
 ) -> NDArray[np.float64]:
     """Add a date and a time of day, or whole seconds and what is left of them.
 
@@ -24,12 +23,12 @@ def combined(
         for coarse, fine in ((first, second), (second, first)):
             if not np.any(np.mod(coarse, whole_s)) and fine.min() >= 0.0 and fine.max() < whole_s:
                 return coarse + fine
-    raise which_time(path, 2)
+    raise which_time(path, 2, advice)
 
 
-def which_time(path: Path, n_times: int) -> RecordingError:
+def which_time(path: Path, n_times: int, advice: str) -> RecordingError:
     """Return the question which of several times is meant."""
-    return RecordingError('which of the times?', where=path, found=f'{n_times}', advice=ADVICE)
+    return RecordingError('which of the times?', where=path, found=f'{n_times}', advice=advice)
 
 
 def past_midnight(time_s: NDArray[np.float64]) -> NDArray[np.float64]:

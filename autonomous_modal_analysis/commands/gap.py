@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import Json, LayoutPath, read_layout
+from autonomous_modal_analysis.options import Json, LayoutPath
 
 
 def register(app: typer.Typer) -> None:
@@ -36,33 +36,29 @@ def gap(
     import resource
     import time
 
+    import autonomous_modal_analysis as ama
+    from autonomous_modal_analysis.api.gap import campaign_of
     from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
     from modal_core.side_by_side import processor_time_s
-    from model_gap.campaign import campaign_layout, read_campaign
-    from model_gap.comparison import compare
-    from model_gap.find_gap import find_gap
-    from model_gap.gap_json import gap_mapping
     from model_gap.report import summary_lines
     from model_gap.result_folder import ResultFolder
     from structural_model import load_robot
 
     begin_s = time.monotonic()
     robot = load_robot(model)
-    sensors = read_layout(layout) or campaign_layout(campaign, model)
     folder = ResultFolder(out)
     folder.prepare()
     with progress_bar(f'reading {campaign.name}') as progress:
-        data = read_campaign(campaign, robot, sensors, progress)
+        data = campaign_of(campaign, model, layout, progress)
     with progress_bar('locating, naming, deciding') as progress:
-        result = find_gap(robot, data, seed=seed, progress=progress)
-    folder.write_found(result)
+        found = ama.gap(data, robot, seed=seed, progress=progress)
+    folder.write_found(found.result)
     with progress_bar('comparing mode by mode') as progress:
-        comparison = compare(result, progress)
-    folder.write_compared(result, comparison)
+        folder.write_compared(found.result, found.compare(progress))
     if json:
-        print_json(gap_mapping(result, comparison))
+        print_json(found.to_dict())
         return
-    for line in summary_lines(result):
+    for line in summary_lines(found.result):
         OUTPUT.print(line, soft_wrap=True, markup=False)
     OUTPUT.print(f'written: {out / "report.html"}, gap.json, model_updated.yaml', markup=False)
     kinds = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)

@@ -27,28 +27,17 @@ def identify(
     No setting is required: band, model orders, references and the choice of modes follow from
     the data.
     """
-    from autonomous_modal_analysis.identification import identify_recording
-    from autonomous_modal_analysis.output import (
-        show_damage,
-        show_identification,
-        write_results,
-    )
-    from autonomous_modal_analysis.results import identification_json
+    from autonomous_modal_analysis.output import show_damage, show_identification, show_written
     from autonomous_modal_analysis.terminal import print_json, progress_bar
 
-    settings, model, sensors = identifier.settings(), identifier.model(), identifier.sensors()
-    recording, name = source.open(), source.recording.name
-    with progress_bar(f'identifying {name}') as progress:
-        found = identify_recording(recording, settings, sensors, progress, model)
-    show_damage(found.identification.damage)
+    recording = source.open()
+    with progress_bar(f'identifying {recording.name}') as progress:
+        result = identifier.identify(recording, progress)
+    show_damage(result.damage)
     if json:
-        print_json(identification_json(found.identification))
+        print_json(result.to_dict())
     else:
-        show_identification(found, name)
+        show_identification(result.found, result.name)
     if out is not None:
-        drawing = None
-        if model is not None and sensors is not None:
-            from autonomous_modal_analysis.arm_drawing import draw_identified
-
-            drawing = draw_identified(model, sensors, found.identification)
-        write_results(out, found, name, drawing=drawing)
+        result.save(out)
+        show_written(out)

@@ -10,8 +10,6 @@ from autonomous_modal_analysis.options import Json
 if TYPE_CHECKING:
     from modal_recordings.info import TopicSummary
 
-MOST_NAMED = 3
-
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -20,27 +18,17 @@ def register(app: typer.Typer) -> None:
 
 def info(source: Source, json: Json = False) -> None:
     """Show topics, channels, rates and gaps of a recording, and what would be used of it."""
-    from dataclasses import asdict
-
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table
 
-    from autonomous_modal_analysis.results import plain
+    from autonomous_modal_analysis.api.recording import listed
     from autonomous_modal_analysis.terminal import OUTPUT, print_json
-    from modal_recordings.bridge_events import last_events
-    from modal_recordings.message_recording import MessageRecording
 
     recording = source.open(to_look=True)
-    found = recording.info()
-    events = last_events(recording) if isinstance(recording, MessageRecording) else ()
+    found = recording.info
     if json:
-        derived = {
-            'duration_s': found.duration_s,
-            'channels': found.channels,
-            'bridge_events': events,
-        }
-        print_json(plain({**asdict(found), **derived}))
+        print_json(recording.to_dict())
         return
     extent = f'{found.duration_s:.3f} s' if found.end_ns else f'{found.n_messages} messages'
     OUTPUT.print(f'{escape(found.path)}: {found.kind}, {extent}', soft_wrap=True)
@@ -52,14 +40,14 @@ def info(source: Source, json: Json = False) -> None:
             escape(entry.name),
             escape(entry.message_type.rsplit('/', 1)[-1]),
             *_counted(entry),
-            escape(_listed(entry.channels)) if entry.usable else f'no: {escape(entry.reason)}',
+            escape(listed(entry.channels)) if entry.usable else f'no: {escape(entry.reason)}',
         )
     OUTPUT.print(table)
     for note in found.notes:
         OUTPUT.print(f'note: {escape(note)}', soft_wrap=True)
     for statement in found.damage:
         OUTPUT.print(f'[yellow]damaged[/]: {escape(statement)}', soft_wrap=True)
-    for event in events:
+    for event in recording.bridge_events:
         OUTPUT.print(f'bridge: {escape(event)}', soft_wrap=True)
     OUTPUT.print(f'the identifier would use {len(found.channels)} acceleration channels')
 
@@ -74,10 +62,3 @@ def _counted(entry: 'TopicSummary') -> tuple[str, ...]:
         f'{1e3 * entry.jitter_std_s:.3g}',
         str(entry.n_gaps),
     )
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    """Name a few; of many say how many and which come first and last."""
-    if len(names) <= MOST_NAMED:
-        return ', '.join(names)
-    return f'{len(names)}: {names[0]} ... {names[-1]}'

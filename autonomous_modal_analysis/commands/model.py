@@ -29,20 +29,19 @@ def model(
     json: Json = False,
 ) -> None:
     """Show natural frequencies, damping ratios and mode shapes of a robot in one pose."""
-    from autonomous_modal_analysis.model_view import model_json, ModelAtPose, show_model
-    from autonomous_modal_analysis.pose import parse_pose
+    import autonomous_modal_analysis as ama
+    from autonomous_modal_analysis.model_view import show_model
     from autonomous_modal_analysis.terminal import print_json
-    from structural_model.robot_files import load_layout, load_robot
+    from structural_model.robot_files import load_layout
 
-    arm = load_robot(robot)
-    seen = ModelAtPose(
-        model=arm,
+    seen = ama.model(
+        robot,
+        pose_deg,
+        max_frequency_hz=max_frequency_hz,
         layout=load_layout(robot, sensors),
-        q=parse_pose(arm, pose_deg),
-        highest_hz=max_frequency_hz,
         step_deg=step_deg if sensitivity else None,
     )
     if json:
-        print_json(model_json(seen))
+        print_json(seen.to_dict())
     else:
         show_model(seen)

@@ -1,7 +1,7 @@
 """`ama plan`: plan a self-excitation and see what it will do, before anything moves."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -46,32 +46,26 @@ def plan(
     The same seed gives the same plan, and the plan's hash is what an operator releases. A plan
     starts at its own start pose only; --approach-from plans the way there.
     """
-    from dataclasses import replace
-
-    from autonomous_modal_analysis.plan_view import plan_json, show_plan
-    from autonomous_modal_analysis.pose import parse_pose
+    import autonomous_modal_analysis as ama
+    from autonomous_modal_analysis.plan_view import show_plan
     from autonomous_modal_analysis.terminal import MESSAGES, print_json
-    from excitation_planner.planner import plan_excitation
-    from excitation_planner.rapid import rapid_module
     from excitation_planner.request import PlanRequest
-    from modal_core.atomic_file import write_text
     from modal_core.yaml_file import load_yaml
-    from structural_model.robot_files import load_layout, load_robot
+    from structural_model.robot_files import load_layout
 
-    arm = load_robot(robot)
-    wish = PlanRequest.from_mapping(load_yaml(request), str(request)) if request else PlanRequest()
     given = {'signal': signal, 'seed': seed, 'duration_s': duration_s}
-    changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
-    if pose_deg is not None or not wish.start_position:
-        changes['start_position'] = tuple(float(angle) for angle in parse_pose(arm, pose_deg))
-    if approach_from is not None:
-        here = tuple(float(angle) for angle in parse_pose(arm, approach_from))
-        changes |= {'signal': 'approach', 'approach_from': here}
-    made = plan_excitation(arm, load_layout(robot, sensors), replace(wish, **changes))
+    made = ama.plan(
+        robot,
+        pose_deg,
+        approach_from=approach_from,
+        layout=load_layout(robot, sensors),
+        request=PlanRequest.from_mapping(load_yaml(request), str(request)) if request else None,
+        **{key: value for key, value in given.items() if value is not None},
+    )
     if rapid is not None:
-        write_text(rapid, rapid_module(made, arm))
+        made.save_rapid(rapid)
         MESSAGES.print(f'written: {rapid}', soft_wrap=True)
     if json:
-        print_json(plan_json(made, arm))
+        print_json(made.to_dict())
     else:
-        show_plan(made, arm)
+        show_plan(made.plan, made.model)

@@ -1,0 +1,41 @@
+"""Settings of the identifier as keywords."""
+
+from dataclasses import fields
+from typing import Any, TypedDict
+
+from modal_core.errors import SettingsError
+from oma_identifier.settings import IdentificationSettings
+
+
+class Settings(TypedDict, total=False):
+    """Keywords of an identification: the fields of :class:`IdentificationSettings`."""
+
+    window_s: float
+    hop_s: float | None
+    min_frequency_hz: float | None
+    max_frequency_hz: float | None
+    min_order: int
+    max_order: int
+    block_rows: int | None
+    n_references: int | None
+    max_damping_ratio: float
+    method: str
+    refine: bool | None
+
+
+def checked_settings(given: Any) -> IdentificationSettings:
+    """Return settings from keywords.
+
+    Raises
+    ------
+    SettingsError
+        A keyword that is none of the settings, or a value that is no number or out of range.
+    """
+    known = [field.name for field in fields(IdentificationSettings)]
+    for name in given:
+        if name not in known:
+            raise SettingsError('unknown setting', where=name, expected=', '.join(known))
+    try:
+        return IdentificationSettings(**given)
+    except TypeError as error:
+        raise SettingsError('not a number', where=', '.join(given), found=error) from error
