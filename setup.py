@@ -73,10 +73,15 @@ setup(
     extras_require={
         # oma_msgs is built from ./oma_msgs, see the Makefile.
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
+        # Tables and pictures of the Python API.
+        'tables': ['pandas>=2.0'],
+        'plots': ['matplotlib>=3.8'],
         'test': [
             'h5py>=3.10',
             'hypothesis>=6.100',
+            'matplotlib>=3.8',
             'mypy>=1.13',
+            'pandas>=2.0',
             'pytest>=8.0',
             'pytest-timeout>=2.3',
             'pytest-xdist>=3.5',

@@ -17,6 +17,7 @@ from model_gap.find_gap import find_gap, GapResult
 from model_gap.gap_json import found_effects, gap_mapping, over_noise
 from model_gap.report import effect_words, headline, percent
 from model_gap.result_folder import ResultFolder
+from model_gap.search import SearchSettings
 
 
 @dataclass(eq=False, repr=False)
@@ -176,6 +177,7 @@ def gap(
     model: Robot,
     *,
     layout: Layout | None = None,
+    settings: SearchSettings | None = None,
     seed: int = 0,
     progress: ProgressCallback = no_progress,
 ) -> ModelGap:
@@ -189,6 +191,8 @@ def gap(
         Robot by name, its folder, or its model.yaml.
     layout : SensorLayout, mapping, path or None
         None: the campaign's own, else the robot's.
+    settings : SearchSettings or None
+        Band, tolerances and catalogue of effects; None: the defaults.
     seed : int
         Of the draw of held-out poses.
     progress : callable
@@ -204,4 +208,4 @@ def gap(
         The campaign cannot be read, does not fit the robot, or the model has no flexibility.
     """
     data = campaign if isinstance(campaign, Campaign) else campaign_of(campaign, model, layout)
-    return ModelGap(find_gap(read_robot(model), data, seed=seed, progress=progress))
+    return ModelGap(find_gap(read_robot(model), data, settings, seed, progress))

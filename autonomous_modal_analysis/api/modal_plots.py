@@ -136,7 +136,7 @@ def plot_on_geometry(
     modes: ModeSet, geometry: Geometry, displacements: Sequence[NDArray[np.complex128]]
 ) -> Any:
     """Draw each shape on points and lines: at rest in grey, moved in colour."""
-    figure, axes = _grid(modes, {'subplot_kw': {'projection': '3d'}}, width_in=2.6)
+    figure, axes = _grid(modes, {'subplot_kw': {'projection': '3d'}}, width_in=2.8)
     size_m = max(float(np.ptp(geometry.points_m, axis=0).max()), 1e-9)
     for ax, displacement in zip(axes, displacements, strict=False):
         moved = rotate_to_real(displacement.reshape(-1, 1)).real.reshape(-1, 3)
@@ -147,7 +147,8 @@ def plot_on_geometry(
                 ax.plot(*points[list(line)].T, c=colour, lw=width)
             ax.scatter(*points[list(geometry.sensors)].T, c=colour, s=8, depthshade=False)
         ax.set_aspect('equal')
-        ax.tick_params(labelsize='xx-small')
+        for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+            axis.set_ticklabels([])
     return figure
 
 

@@ -1,0 +1,61 @@
+"""The gap as a result in Python: names, numbers, files, picture."""
+
+import json
+
+import pytest
+
+import autonomous_modal_analysis as ama
+from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.sensor_gain import SensorGain
+from model_gap.search import SearchSettings
+
+pytestmark = pytest.mark.slow
+SEED = 21
+FEWEST = SearchSettings(catalogue=(JointStiffness, SensorGain), most_effects=1)
+
+
+@pytest.fixture(scope='module')
+def found(campaign_of, robot):
+    hidden = [{'type': 'joint_stiffness', 'joint': 'joint_2', 'factor': 0.7}]
+    return ama.gap(campaign_of(hidden, SEED), robot, settings=FEWEST)
+
+
+def test_the_hidden_effect_is_named_with_its_value(found):
+    assert found.verdict == 'named', f'seed {SEED}: {found}'
+    (effect,) = found.effects
+    assert (effect['type'], effect['location']) == ('joint_stiffness', 'joint_2')
+    factor = effect['parameters']['factor']
+    assert abs(factor['value'] - 0.7) < 4.0 * factor['sigma']
+    assert found.gap_after < 0.5 * found.gap_before
+
+
+def test_its_text_says_verdict_effect_and_gap(found):
+    first, *rest = repr(found).splitlines()
+    assert first.startswith('named: Joint 2 is ') and '% before' in first
+    assert any('joint stiffness at joint_2' in line for line in rest)
+
+
+def test_its_files_are_its_values(found, tmp_path):
+    found.save(tmp_path)
+    assert json.loads((tmp_path / 'gap.json').read_text()) == json.loads(found.to_json())
+    for name in ('report.html', 'model_updated.yaml'):
+        assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_its_table_is_the_gap_by_place(found):
+    table = found.columns()
+    assert {'sensor', 'joint', 'mode', 'band', 'pose', 'level', 'record'} == set(table['kind'])
+    (place,) = (n for n, name in enumerate(table['name']) if name == 'joint_2')
+    assert table['over_noise_after'][place] < table['over_noise_before'][place]
+    pytest.importorskip('pandas')
+    assert len(found.to_dataframe()) == len(table['kind'])
+
+
+def test_its_picture_shows_before_and_after(found):
+    matplotlib = pytest.importorskip('matplotlib')
+    matplotlib.use('Agg')
+    ax = found.plot_gap('joint')
+    assert [label.get_text() for label in ax.get_yticklabels()].count('joint_2') == 1
+    with pytest.raises(ama.ModalAnalysisError, match='no such places'):
+        found.plot_gap('weather')
+    matplotlib.pyplot.close('all')
