@@ -16,7 +16,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rclpy.node import Node
 
-from autonomous_modal_analysis.plan_record import PLAN_TOPIC
 from autonomous_modal_analysis.recorder_node import RecorderNode
 from autonomous_modal_analysis.spinning_node import ros_context, spinning
 from excitation_planner.plan import ExcitationPlan
@@ -24,6 +23,7 @@ from excitation_planner.ros_messages import plan_to_message
 from modal_core.errors import BridgeError
 from modal_core.ros_messages import LATCHED
 from modal_recordings.decode import JOINT_STATE
+from oma_identifier.node import cells, is_of_cell
 from oma_identifier.node.ros_messages import MESSAGE_CLASSES
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
@@ -36,23 +36,29 @@ REST_S = 1.0
 # What is recorded from before the release was heard of.
 HELD_S = 2.0
 REFUSED = 'PLAN_REFUSED'
+PLAN_TOPIC = 'excitation_planner/excitation_plan'
+BRIDGE = 'robot_bridge'
 # The bridge's references are of the same type.
-JOINTS = '/joint_states'
+JOINTS = 'joint_states'
 Value = TypeVar('Value')
 
 
 @contextmanager
-def live_player(model: FlexibleJointModel, tell: Callable[[str], None]) -> Iterator['LivePlayer']:
-    """Yield a player in the ROS domain of this shell."""
-    with ros_context() as context, spinning(LivePlayer(model, tell, context=context)) as player:
-        yield player
+def live_player(
+    model: FlexibleJointModel, tell: Callable[[str], None], namespace: str = ''
+) -> Iterator['LivePlayer']:
+    """Yield a player in the ROS domain of this shell, for the cell in a namespace."""
+    with ros_context() as context:
+        node = LivePlayer(model, tell, context=context, namespace=namespace.strip('/'))
+        with spinning(node) as player:
+            yield player
 
 
 class LivePlayer(Node):
     """Publishes plans one by one and records what comes of them.
 
-    Spin it in an executor of its own; :meth:`play` waits for people and is called from another
-    thread only.
+    It hears and serves the cell in its own namespace.  Spin it in an executor of its own;
+    :meth:`play` waits for people and is called from another thread only.
 
     Parameters
     ----------
@@ -72,8 +78,10 @@ class LivePlayer(Node):
         self._model, self._tell = model, tell
         self._state: BridgeState | None = None
         self._refusal = ''
+        self._bridge = self.resolve_topic_name(BRIDGE)
+        self._plan_topic = self.resolve_topic_name(PLAN_TOPIC)
         self._plans = self.create_publisher(PlanMessage, PLAN_TOPIC, LATCHED)
-        self.create_subscription(BridgeState, '/robot_bridge/state', self._take_state, LATCHED)
+        self.create_subscription(BridgeState, f'{BRIDGE}/state', self._take_state, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
 
     def play(self, plan: ExcitationPlan, path: Path, progress: Callable[[float], None]) -> None:
@@ -109,8 +117,8 @@ class LivePlayer(Node):
         """Record one attempt; return whether the plan came to its end."""
         recorder = RecorderNode(
             path,
-            {**topics, PLAN_TOPIC: PlanMessage},
-            (PLAN_TOPIC,),
+            {**topics, self._plan_topic: PlanMessage},
+            (self._plan_topic,),
             held_s=HELD_S,
             context=self.context,
         )
@@ -159,19 +167,29 @@ class LivePlayer(Node):
             time.sleep(POLL_S)
 
     def _sensors(self) -> dict[str, type[Any]]:
-        """Return the topics to record: all responses, and joint states."""
+        """Return the topics to record: all responses of the cell, and its joint states."""
         found: dict[str, type[Any]] = {}
+        joints = self.resolve_topic_name(JOINTS)
 
         def complete() -> bool:
-            for topic, types in self.get_topic_names_and_types():
+            topics = self.get_topic_names_and_types()
+            others = cells(self, topics)
+            if others is None:
+                return False
+            found.clear()
+            for topic, types in topics:
                 known = next((name for name in types if name in MESSAGE_CLASSES), None)
-                wanted = known is not None and (known != JOINT_STATE or topic == JOINTS)
-                if wanted and self.count_publishers(topic):
+                own = topic == joints or (
+                    known != JOINT_STATE and is_of_cell(topic, self.get_namespace(), others)
+                )
+                if known is not None and own and self.count_publishers(topic):
                     found[topic] = MESSAGE_CLASSES[known]
-            return JOINTS in found and len(found) > 1
+            return joints in found and len(found) > 1
 
-        domain = os.environ.get('ROS_DOMAIN_ID', '0')
-        self._wait(f'joint states and accelerations in ROS domain {domain}', complete, DISCOVERY_S)
+        place = f'ROS domain {os.environ.get("ROS_DOMAIN_ID", "0")}'
+        if self.get_namespace() != '/':
+            place += f', namespace {self.get_namespace()}'
+        self._wait(f'joint states and accelerations in {place}', complete, DISCOVERY_S)
         return found
 
     def _instructions(self, plan: ExcitationPlan) -> str:
@@ -184,11 +202,11 @@ class LivePlayer(Node):
             f' {plan.duration_s:g} s, its fastest point {speed:.0f} mm/s. Make sure that its'
             f' controller is {controller}. Then release, hold to run with the token it answers,'
             ' and start:\n'
-            '  ros2 service call /robot_bridge/arm oma_msgs/srv/ArmPlan'
+            f'  ros2 service call {self._bridge}/arm oma_msgs/srv/ArmPlan'
             f' "{{plan_hash: {plan.plan_hash}, controller: \'{controller}\', timeout_s: 30}}"\n'
-            '  ros2 topic pub -r 20 /robot_bridge/heartbeat oma_msgs/msg/Heartbeat'
+            f'  ros2 topic pub -r 20 {self._bridge}/heartbeat oma_msgs/msg/Heartbeat'
             ' "{token: TOKEN}"\n'
-            '  ros2 service call /robot_bridge/start oma_msgs/srv/StartPlan "{token: TOKEN}"'
+            f'  ros2 service call {self._bridge}/start oma_msgs/srv/StartPlan "{{token: TOKEN}}"'
         )
 
     def _wait(
@@ -212,6 +230,6 @@ class LivePlayer(Node):
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            if 'robot_bridge' in status.name:
+            if status.name.startswith(f'{self._bridge}:'):
                 _, refused, reason = status.message.partition(REFUSED)
                 self._refusal = reason.strip() if refused else ''

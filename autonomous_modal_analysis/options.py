@@ -1,6 +1,7 @@
 """Options several commands share."""
 
 from pathlib import Path
+import re
 from typing import Annotated
 
 import typer
@@ -67,6 +68,26 @@ RobotName = Annotated[
         'states, are taken out; its sensors.yaml is the layout unless --layout names another.',
     ),
 ]
+Namespace = Annotated[
+    str, typer.Option(help='ROS namespace of all nodes of a cell: one for each cell of a domain.')
+]
+
+
+def check_namespace(namespace: str) -> None:
+    """Refuse what is no ROS namespace; empty is the root.
+
+    Raises
+    ------
+    SettingsError
+        It is none.
+    """
+    if not re.fullmatch(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', namespace, re.ASCII):
+        raise SettingsError(
+            'not a ROS namespace',
+            where='--namespace',
+            found=namespace,
+            expected='letters, digits and _, parts separated by /',
+        )
 
 
 def channel_names(channels: str | None) -> tuple[str, ...] | None:

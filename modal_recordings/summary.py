@@ -14,6 +14,7 @@ from modal_core.measurements import (
     SampleBlock,
     StampedSamples,
 )
+from modal_recordings.decode import JOINT_STATE
 from modal_recordings.info import Gap, RecordingInfo, TopicSummary
 from modal_recordings.raw_message import TopicEntry
 
@@ -78,8 +79,9 @@ def summarise(
     from modal_recordings.message_recording import why_unusable
 
     tallies: dict[str, _Tally] = {}
+    joints = _joint_topic(entries)
     for measurement in recording.measurements():
-        _count(tallies, measurement)
+        _count(tallies, measurement, joints)
     refused = getattr(recording, 'n_refused', {})
     selected = getattr(recording, 'selected', None)
     topics = []
@@ -107,10 +109,15 @@ def summarise(
     )
 
 
-def _count(tallies: dict[str, _Tally], measurement: Measurement) -> None:
+def _joint_topic(entries: Sequence[TopicEntry]) -> str:
+    """Return what joint samples, which carry no topic, came from: a cell has one such topic."""
+    names = [entry.name for entry in entries if entry.message_type == JOINT_STATE]
+    return names[0] if len(names) == 1 else '/joint_states'
+
+
+def _count(tallies: dict[str, _Tally], measurement: Measurement, joints: str) -> None:
     if isinstance(measurement, JointSamples):
-        # Joint samples carry no topic; there is one joint state topic in a cell.
-        tally = tallies.setdefault('/joint_states', _Tally('sensor_msgs/msg/JointState'))
+        tally = tallies.setdefault(joints, _Tally(JOINT_STATE))
         tally.channels = measurement.joint_names
         _count_stamps(tally, measurement.stamp_ns)
     elif isinstance(measurement, StampedSamples):

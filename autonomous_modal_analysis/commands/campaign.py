@@ -5,6 +5,9 @@ from typing import Annotated, Any, TYPE_CHECKING
 
 import typer
 
+from autonomous_modal_analysis.options import check_namespace, Namespace
+from modal_core.errors import SettingsError
+
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
@@ -54,6 +57,7 @@ def campaign(
             ' released and started it at the bridge.',
         ),
     ] = False,
+    namespace: Namespace = '',
     dry_run: Annotated[
         bool, typer.Option('--dry-run', help='Choose and check all motions; record nothing.')
     ] = False,
@@ -83,6 +87,11 @@ def campaign(
     from modal_core.yaml_file import load_yaml
     from structural_model.robot_files import load_layout, load_robot
 
+    check_namespace(namespace)
+    if namespace and not live:
+        raise SettingsError(
+            'the emulated arm is in no ROS domain', where='--namespace', advice='add --live'
+        )
     model, layout = load_robot(robot), load_layout(robot, sensors)
     options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
     given = {'seed': seed} | ({} if duration_s is None else {'duration_s': duration_s})
@@ -101,7 +110,7 @@ def campaign(
             OUTPUT.print(item.words(model), soft_wrap=True, markup=False)
         return
     with (
-        _at_the_robot(model)
+        _at_the_robot(model, namespace)
         if live
         else nullcontext(EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors)))
     ) as player:
@@ -112,7 +121,7 @@ def campaign(
     OUTPUT.print(f'next: ama gap {out} --model {robot}', markup=False)
 
 
-def _at_the_robot(model: 'FlexibleJointModel') -> 'AbstractContextManager[Any]':
+def _at_the_robot(model: 'FlexibleJointModel', namespace: str) -> 'AbstractContextManager[Any]':
     from autonomous_modal_analysis.ros_ready import require_ros
 
     require_ros()
@@ -122,5 +131,5 @@ def _at_the_robot(model: 'FlexibleJointModel') -> 'AbstractContextManager[Any]':
     def tell(text: str) -> None:
         MESSAGES.print(text, soft_wrap=True, markup=False)
 
-    player: AbstractContextManager[Any] = live_player(model, tell)
+    player: AbstractContextManager[Any] = live_player(model, tell, namespace)
     return player

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-import re
 import signal
 import threading
 from typing import Annotated
@@ -11,6 +10,7 @@ import typer
 import yaml
 
 from autonomous_modal_analysis.cell import cell_commands
+from autonomous_modal_analysis.options import check_namespace, Namespace
 from autonomous_modal_analysis.processes import NodeProcesses
 from autonomous_modal_analysis.ros_ready import require_ros
 from autonomous_modal_analysis.terminal import MESSAGES
@@ -32,9 +32,7 @@ def up(
         list[str] | None,
         typer.Option(help='Leave this node out (abb_emulator for a real controller).'),
     ] = None,
-    namespace: Annotated[
-        str, typer.Option(help='ROS namespace of all nodes: one for each cell of a domain.')
-    ] = '',
+    namespace: Namespace = '',
     egm_port: Annotated[
         int | None,
         typer.Option(
@@ -62,13 +60,7 @@ def up(
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    if not re.fullmatch(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', namespace, re.ASCII):
-        raise SettingsError(
-            'not a ROS namespace',
-            where='--namespace',
-            found=namespace,
-            expected='letters, digits and _, parts separated by /',
-        )
+    check_namespace(namespace)
     commands = cell_commands(config, tuple(without or ()), _overrides(egm_port, parameter or ()))
     with NodeProcesses(commands, log_folder=log_folder, namespace=namespace) as nodes:
         MESSAGES.print(f'running: {", ".join(command.name for command in commands)}')

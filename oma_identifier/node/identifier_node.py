@@ -23,7 +23,7 @@ from modal_recordings.decode import BLOCK, JOINT_STATE
 from oma_identifier.covariance import below_edge
 from oma_identifier.intake import in_order, TopicIntake
 from oma_identifier.motion import load_robot_motion
-from oma_identifier.node.cell_topics import CELL_TYPES, is_of_cell
+from oma_identifier.node.cell_topics import cells, is_of_cell
 from oma_identifier.node.excitation_watch_node import ExcitationWatch
 from oma_identifier.node.findings import quality_findings
 from oma_identifier.node.node_parameters import (
@@ -48,8 +48,6 @@ from oma_identifier.tracking import CheckpointFile, ModeTracker
 from oma_msgs.msg import ModalParameters, StabilisationDiagram
 
 POLL_PERIOD_S = 0.05
-# What the graph says of a publisher before it has heard of its node.
-NOT_YET_KNOWN = '_NODE_NAMESPACE_UNKNOWN_'
 DISCOVERY_PERIOD_S = 0.25
 DIAGNOSTICS_PERIOD_S = 1.0
 SAMPLE_DEPTH = 8000
@@ -116,8 +114,8 @@ class IdentifierNode(Node):
         named = {self.resolve_topic_name(topic) for topic in self._value('topics') if topic}
         joints = self.resolve_topic_name(self._value('joint_states_topic'))
         topics = self.get_topic_names_and_types()
-        cells = self._cells(topics)
-        if NOT_YET_KNOWN in cells:
+        others = cells(self, topics)
+        if others is None:
             return
         for topic, types in topics:
             if topic in self._subscriptions_of:
@@ -129,19 +127,10 @@ class IdentifierNode(Node):
                 wanted = topic == joints
             else:
                 wanted = (
-                    topic in named if named else is_of_cell(topic, self.get_namespace(), cells)
+                    topic in named if named else is_of_cell(topic, self.get_namespace(), others)
                 )
             if wanted:
                 self._subscribe(topic, message_type)
-
-    def _cells(self, topics: Sequence[tuple[str, Sequence[str]]]) -> set[str]:
-        """Return the namespaces of all nodes that are part of a cell."""
-        return {
-            publisher.node_namespace
-            for topic, types in topics
-            if CELL_TYPES.intersection(types)
-            for publisher in self.get_publishers_info_by_topic(topic)
-        }
 
     def _subscribe(self, topic: str, message_type: str) -> None:
         if not self.count_publishers(topic):

@@ -1,6 +1,6 @@
 """A campaign at a live cell: real bridge, emulated controller, and a person at the bridge."""
 
-from contextlib import ExitStack
+from contextlib import contextmanager, ExitStack
 import os
 from pathlib import Path
 import socket
@@ -14,10 +14,14 @@ import yaml
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
+from rclpy.node import Node
+from sensor_msgs.msg import Imu, JointState
+
 from autonomous_modal_analysis.cell import cell_commands
 from autonomous_modal_analysis.operator_node import OperatorNode
 from autonomous_modal_analysis.processes import NodeProcesses
 from autonomous_modal_analysis.spinning_node import own_domain, ros_context, spinning
+from modal_core.ros_messages import LATCHED
 from modal_recordings import open_recording
 from oma_msgs.msg import BridgeState
 
@@ -65,19 +69,39 @@ class Person:
         return self.operator.state is not None and self.operator.state.state == state
 
 
-def test_every_motion_waits_for_its_own_release(tmp_path):
+@contextmanager
+def neighbour(context):
+    """Another cell of the domain: a bridge that never moves, joints, a sensor."""
+    node = Node('robot_bridge', namespace='other', context=context)
+    states = node.create_publisher(BridgeState, '~/state', LATCHED)
+    states.publish(BridgeState(state=BridgeState.ABORTED, plan_hash='another'))
+    joints = node.create_publisher(JointState, 'joint_states', 10)
+    sensor = node.create_publisher(Imu, 'imu/elsewhere', 10)
+    node.create_timer(0.02, lambda: (joints.publish(JointState()), sensor.publish(Imu())))
+    with spinning(node):
+        yield
+
+
+@pytest.mark.parametrize('namespace', ['', 'hall/cell_1'])
+def test_every_motion_waits_for_its_own_release(tmp_path, namespace):
     environment = own_domain()
     out = tmp_path / 'campaign'
     command = [
         AMA, 'campaign', '--live', '--out', out, '--sensors', 'sensors_light', '--pose-deg', 'P1',
-        '--levels', '1,0.5', '--duration-s', DURATION_S,
+        '--levels', '1,0.5', '--duration-s', DURATION_S, '--namespace', namespace,
     ]  # fmt: skip
+    prefix = f'/{namespace}'.rstrip('/')
     with ExitStack() as stack:
         nodes = stack.enter_context(
-            NodeProcesses(cell(), environment=environment, log_folder=tmp_path / 'log')
+            NodeProcesses(
+                cell(), environment=environment, log_folder=tmp_path / 'log', namespace=namespace
+            )
         )
         context = stack.enter_context(ros_context(environment))
-        operator = stack.enter_context(spinning(OperatorNode(context=context)))
+        stack.enter_context(neighbour(context))
+        operator = stack.enter_context(
+            spinning(OperatorNode(context=context, namespace=namespace))
+        )
         stack.callback(operator.close)
         campaign = subprocess.Popen(
             [str(part) for part in command],
@@ -99,6 +123,7 @@ def test_every_motion_waits_for_its_own_release(tmp_path):
             person.wait('end of the motion', lambda: person.is_in(BridgeState.HOLDING))
         said, _ = campaign.communicate(timeout=PATIENCE_S)
     assert campaign.returncode == 0, said
+    assert f'ros2 service call {prefix}/robot_bridge/arm ' in said
     for hash_ in person.seen:
         assert f'plan_hash: {hash_}' in said
     entries = yaml.safe_load((out / 'campaign.yaml').read_text())['recordings']
@@ -106,8 +131,9 @@ def test_every_motion_waits_for_its_own_release(tmp_path):
     for entry in entries:
         info = open_recording(out / entry['file']).info()
         assert not info.damage
-        sensors = {f'/imu/{name}' for name in ('frame', 'elbow', 'forearm', 'spindle')}
-        assert {topic.name for topic in info.topics if topic.usable} == {*sensors, '/joint_states'}
+        sensors = {f'{prefix}/imu/{name}' for name in ('frame', 'elbow', 'forearm', 'spindle')}
+        usable = {topic.name for topic in info.topics if topic.usable}
+        assert usable == {*sensors, f'{prefix}/joint_states'}
         assert info.duration_s >= DURATION_S
     again = subprocess.run(
         [str(part) for part in command], env={**os.environ, **environment},
@@ -115,6 +141,23 @@ def test_every_motion_waits_for_its_own_release(tmp_path):
     )  # fmt: skip
     assert again.returncode == 0, again.stderr
     assert again.stderr.count(': kept') == 2
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (['--live', '--namespace', 'cell 1'], '--namespace: not a ROS namespace'),
+        (['--namespace', 'cell_1'], 'add --live'),
+    ],
+)
+def test_a_namespace_that_cannot_be_is_refused_at_once(tmp_path, arguments, words):
+    run = subprocess.run(
+        [str(AMA), 'campaign', '--out', str(tmp_path / 'c'), '--pose-deg', 'P1', *arguments],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert run.returncode == 2
+    assert words in ' '.join(run.stderr.split())
+    assert 'Traceback' not in run.stderr
 
 
 def test_without_a_cell_it_says_what_is_missing(tmp_path):
