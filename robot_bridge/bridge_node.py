@@ -4,6 +4,7 @@ from collections.abc import Sequence
 import contextlib
 from pathlib import Path
 import sys
+import threading
 import time
 from typing import Any
 
@@ -27,7 +28,7 @@ from robot_bridge.bridge import Bridge
 from robot_bridge.bridge_settings import LIVE, PARAMETERS, settings_from
 from robot_bridge.egm_feedback import RobotFeedback
 from robot_bridge.joint_publisher_node import JointPublisher
-from robot_bridge.name_watch_node import NameWatch
+from robot_bridge.name_watch_node import NameWatch, STATE_QOS
 from robot_bridge.operator_desk_node import OperatorDesk
 from robot_bridge.operator_flow import check_fraction
 from robot_bridge.ros_messages import diagnostic_status, state_message
@@ -55,16 +56,19 @@ class BridgeNode(LifecycleNode):
         self.bridge: Bridge | None = None
         self._plan: PlanMessage | None = None
         self._waiting_plan: PlanMessage | None = None
-        self.names = NameWatch(self)
         self._clash, self._to_activate = '', False
+        self._looking = threading.Lock()
         self.joints = JointPublisher(self)
-        self.states = self.create_publisher(BridgeState, '~/state', LATCHED)
+        self.states = self.create_publisher(BridgeState, '~/state', STATE_QOS)
         self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         quick, plans = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
-        self.desk = OperatorDesk(self, lambda: self.bridge, self._publish_state, quick)
+        self.desk = OperatorDesk(
+            self, lambda: self.bridge, self._look_around, self._publish_state, quick
+        )
         topic = 'excitation_planner/excitation_plan'
         self.create_subscription(PlanMessage, topic, self._on_plan, LATCHED, callback_group=plans)
         watch = MutuallyExclusiveCallbackGroup()
+        self.names = NameWatch(self, quick)
         # Whatever /clock says or does not say: the arm moves in the time of this machine.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         for period_s, action, group in (
@@ -140,11 +144,12 @@ class BridgeNode(LifecycleNode):
                 self.trigger_activate()
 
     def _look_around(self) -> None:
-        before, self._clash = self._clash, self.names.others()
-        if self._clash and not before:
-            self.get_logger().error(f'NAME_CLASH {self._clash}')
-        if self.bridge is not None:
-            self.bridge.flow.meet(self._clash)
+        with self._looking:
+            before, self._clash = self._clash, self.names.others()
+            if self._clash and not before:
+                self.get_logger().error(f'NAME_CLASH {self._clash}')
+            if self.bridge is not None:
+                self.bridge.flow.meet(self._clash)
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Give the port back."""
@@ -249,6 +254,7 @@ class BridgeNode(LifecycleNode):
         condition = '; '.join(part for part in (self.condition, self._clash) if part)
         message = state_message(self.bridge, name, condition)
         message.header.stamp = self.get_clock().now().to_msg()
+        self.names.tell()
         self.states.publish(message)
 
     def _publish_diagnostics(self) -> None:

@@ -26,6 +26,8 @@ class OperatorDesk:
         Whose services.
     bridge : callable
         Returns the bridge, None while it is not configured.
+    look : callable
+        Called before what may release a motion: who else has these names, as of now?
     answered : callable
         Called after every request that may have changed the state.
     quick : CallbackGroup
@@ -36,10 +38,12 @@ class OperatorDesk:
         self,
         node: LifecycleNode,
         bridge: Callable[[], Bridge | None],
+        look: Callable[[], None],
         answered: Callable[[], None],
         quick: CallbackGroup,
     ) -> None:
-        self._node, self._bridge, self._answered = node, bridge, answered
+        self._node, self._bridge = node, bridge
+        self._look, self._answered = look, answered
         slow, abort = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
         node.create_subscription(
             Heartbeat, '~/heartbeat', self._on_heartbeat, HEARTBEAT, callback_group=quick
@@ -47,7 +51,7 @@ class OperatorDesk:
         node.create_service(ArmPlan, '~/arm', self._on_arm, callback_group=slow)
         node.create_service(StartPlan, '~/start', self._on_start, callback_group=slow)
         for name, action, group in (
-            ('reset', lambda found: found.flow.reset(), slow),
+            ('reset', self._reset, slow),
             # Not behind a start that waits for the controller's web services.
             ('abort', lambda found: found.backend.abort('aborted by the operator'), abort),
         ):
@@ -63,6 +67,7 @@ class OperatorDesk:
 
     def _on_arm(self, request: ArmPlan.Request, response: ArmPlan.Response) -> ArmPlan.Response:
         try:
+            self._look()
             bridge, now_s = self._configured(), time.monotonic()
             response.token = bridge.release(
                 request.plan_hash, request.controller, request.timeout_s, now_s
@@ -76,9 +81,15 @@ class OperatorDesk:
     def _on_start(
         self, request: StartPlan.Request, response: StartPlan.Response
     ) -> StartPlan.Response:
-        return self._answer(
-            'start', lambda found: found.backend.start(time.monotonic(), request.token), response
-        )
+        def start(bridge: Bridge) -> None:
+            self._look()
+            bridge.backend.start(time.monotonic(), request.token)
+
+        return self._answer('start', start, response)
+
+    def _reset(self, bridge: Bridge) -> None:
+        self._look()
+        bridge.flow.reset()
 
     def _trigger(self, name: str, action: Callable[[Bridge], None]) -> Any:
         return lambda _, response: self._answer(name, action, response)

@@ -142,11 +142,13 @@ class Operator:
 
     # -- asking --------------------------------------------------------------------------------
 
+    def client(self, service, kind):
+        if (service, kind) not in self._clients:
+            self._clients[service, kind] = self.node.create_client(kind, service)
+        return self._clients[service, kind]
+
     def call(self, service, kind=Trigger, patience_s=30.0, **fields):
-        key = (service, kind)
-        if key not in self._clients:
-            self._clients[key] = self.node.create_client(kind, service)
-        client = self._clients[key]
+        client = self.client(service, kind)
         assert client.wait_for_service(patience_s), f'no service {service}'
         future = client.call_async(kind.Request(**fields))
         self.until(future.done, f'answer of {service}', patience_s)
@@ -167,6 +169,13 @@ class Operator:
         if self.holding:
             time.sleep(0.1)
         return answer
+
+    def arm_later(self, plan_hash, controller):
+        """Ask for a release without waiting for the answer; return its future."""
+        client = self.client('/robot_bridge/arm', ArmPlan)
+        return client.call_async(
+            ArmPlan.Request(plan_hash=plan_hash, controller=controller, timeout_s=30.0)
+        )
 
     def start(self):
         return self.call('/robot_bridge/start', StartPlan, token=self.token)

@@ -1,5 +1,6 @@
 """One operator, one arm: where names clash nothing moves, and beats count by their token."""
 
+import signal
 import time
 
 import pytest
@@ -121,6 +122,62 @@ def test_it_begins_only_when_the_other_is_gone(rig, message):
     rig.connected(second)
     operator.offer(message)
     operator.until(lambda: operator.arm(message.plan_hash).accepted, 'release')
+
+
+def waiting_cell(rig, first):
+    """Return a second cell that waits for the first one's names."""
+    second = rig.cell()
+    rig.operator.until(
+        lambda: any(state.controller == second.controller and 'not active' in state.reason
+                    and 'another node' in state.reason for state in rig.operator.states), 'wait',
+    )  # fmt: skip
+    return second
+
+
+def test_a_killed_bridge_holds_its_successor_up_for_seconds_only(rig, message):
+    """Its participant stays in the ROS graph for up to 20 s, its signs of life end at once."""
+    first = rig.cell()
+    operator = rig.connected(first)
+    second = waiting_cell(rig, first)
+    first.bridge.kill()
+    operator.states.clear()
+    operator.until(
+        lambda: operator.last and 'not active' not in operator.last.reason, 'activation', 12.0
+    )
+    # What is dead is still known of; it hides nobody who lives.
+    assert operator.node.count_publishers('/robot_bridge/state') == 2
+    rig.connected(second)
+    operator.until(lambda: operator.reset().success or operator.last.state == IDLE, 'reset')
+    third = rig.cell()
+    operator.until(
+        lambda: {state.controller for state in operator.states[-20:] if 'another node' in
+                 state.reason} == {second.controller, third.controller}, 'both say it',
+    )  # fmt: skip
+
+
+def test_a_bridge_that_stood_still_takes_itself_for_dead(rig, message):
+    """Its successor has taken its place: what it is asked the moment it goes on moves nothing."""
+    first = rig.cell()
+    operator = rig.connected(first)
+    operator.offer(message)
+    operator.until(lambda: operator.last.plan_hash == message.plan_hash, 'plan')
+    second = waiting_cell(rig, first)
+    first.bridge.process.send_signal(signal.SIGSTOP)
+    operator.states.clear()
+    operator.until(
+        lambda: operator.last and 'not active' not in operator.last.reason, 'activation', 12.0
+    )
+    operator.states.clear()
+    asked = [operator.arm_later(message.plan_hash, first.controller) for _ in range(3)]
+    first.bridge.process.send_signal(signal.SIGCONT)
+    operator.until(
+        lambda: {state.controller for state in operator.states[-20:] if state.state == ABORTED
+                 and 'clash' in state.reason} == {first.controller, second.controller}, 'clash',
+    )  # fmt: skip
+    assert not any(future.done() and future.result().accepted for future in asked)
+    assert not any(state.state in (ARMED, RUNNING) for state in operator.states)
+    for cell in rig.cells:
+        assert fastest(cell.peer) == 0.0
 
 
 def test_a_release_is_of_one_controller_one_operator_and_one_plan(rig, message):
