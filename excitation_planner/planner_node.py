@@ -1,7 +1,7 @@
 """The planner as a ROS node: parameters in, a sealed plan out; nothing here moves a robot."""
 
 from collections.abc import Sequence
-from dataclasses import fields, MISSING
+from dataclasses import fields
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -15,6 +15,7 @@ from trajectory_msgs.msg import JointTrajectory
 from excitation_planner.closed_loop import next_step, plan_next, Targets
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
+from excitation_planner.planner_parameters import PARAMETERS
 from excitation_planner.request import PlanRequest
 from excitation_planner.ros_messages import (
     modes_from_message,
@@ -68,33 +69,20 @@ class PlannerNode(Node):
     # -- parameters ----------------------------------------------------------------------------
 
     def _declare(self) -> None:
-        for name, value, text in (
-            ('robot', 'irb6660_205_190', 'robot of config/robots, or its folder'),
-            ('sensors', 'sensors', 'sensor layout of the robot'),
-        ):
-            self.declare_parameter(name, value, parameter_descriptor(text, read_only=True))
-        for name, value, text in (
-            ('plan_on_start', True, 'plan as soon as the node is up'),
-            ('closed_loop', False, 'plan the next window after each modal_parameters'),
-            ('start_pose', '', 'named pose to start at; empty: start_position, or the first pose'),
-            ('target_frequency_std_ratio', 0.002, 'closed loop stops when every σ_f/f is below'),
-            ('target_damping_ratio_std_ratio', 0.1, 'closed loop stops when every σ_ζ/ζ is below'),
-            ('longest_window_s', 300.0, 'closed loop: no window gets longer [s]'),
-        ):
-            self.declare_parameter(name, value, parameter_descriptor(text, value, (1e-6, 3600.0)))
-        for item in fields(PlanRequest):
-            value = item.default if item.default is not MISSING else ()
-            text, span = item.metadata['description'], item.metadata.get('range')
-            if isinstance(value, tuple):
+        for item in PARAMETERS:
+            if item.default == ():
                 # An empty list has no type on the wire: declare the type, not a value.
                 kind = (
                     Parameter.Type.STRING_ARRAY
                     if item.name == 'joints'
                     else Parameter.Type.DOUBLE_ARRAY
                 )
-                self.declare_parameter(item.name, kind, parameter_descriptor(text))
+                self.declare_parameter(item.name, kind, parameter_descriptor(item.text))
             else:
-                self.declare_parameter(item.name, value, parameter_descriptor(text, value, span))
+                descriptor = parameter_descriptor(
+                    item.text, item.default, item.span, item.read_only
+                )
+                self.declare_parameter(item.name, item.default, descriptor)
 
     def _request(self, changes: dict[str, Any]) -> PlanRequest:
         """Build the request from the parameters, some of them about to change."""

@@ -1,0 +1,98 @@
+"""How Sphinx builds this documentation: `make docs`, or rosdoc2 on the ROS build farm.
+
+What is only nice to have may be missing there, and is then left out: theme, notebooks, copy button.
+"""
+
+import ast
+from importlib.util import find_spec
+from pathlib import Path
+import sys
+import xml.etree.ElementTree as ElementTree
+
+
+def _source_tree() -> Path:
+    """Return the folder of ``package.xml``; rosdoc2 runs this file from a folder of its own."""
+    for start in (Path(__file__).resolve(), Path.cwd().resolve()):
+        for folder in (start, *start.parents):
+            if (folder / 'package.xml').is_file() and (folder / 'docs').is_dir():
+                return folder
+    raise FileNotFoundError(f'{__file__}: no folder above with package.xml and docs')
+
+
+def _installed(*names: str) -> list[str]:
+    return [name for name in names if find_spec(name.split('.')[0])]
+
+
+ROOT = _source_tree()
+sys.path[:0] = [str(ROOT), str(ROOT / 'docs')]
+_package = ElementTree.parse(ROOT / 'package.xml').getroot()
+
+project = _package.findtext('name')
+author = _package.findtext('maintainer')
+copyright = f'{author}. Licence: {_package.findtext("license")}'
+version = release = _package.findtext('version')
+
+extensions = [
+    'sphinx.ext.autodoc',
+    'generated_pages',
+    *(_installed('myst_nb') or ['myst_parser']),
+    *(_installed('numpydoc') or ['sphinx.ext.napoleon']),
+    *_installed('sphinx_copybutton'),
+]
+# What other pages include is no page of its own.
+exclude_patterns = [
+    '_build',
+    '**/.ipynb_checkpoints',
+    'generated_pages',
+    'reference/generated/*.md',
+]
+source_suffix = {'.rst': 'restructuredtext', '.md': 'markdown'}
+if 'myst_nb' in extensions:
+    source_suffix = {'.rst': 'restructuredtext', '.md': 'myst-nb', '.ipynb': 'myst-nb'}
+root_doc = 'index'
+
+myst_enable_extensions = ['colon_fence', 'deflist']
+myst_heading_anchors = 4
+# Notebooks are kept with what they gave; a test runs them.
+nb_execution_mode = 'off'
+
+# Members are listed where they are defined, in the order they are written.
+toc_object_entries = False
+autodoc_member_order = 'bysource'
+autodoc_typehints = 'none'
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+
+
+def _not_installed() -> list[str]:
+    """Return what the code imports and this machine lacks; autodoc takes stand-ins for it."""
+    wanted = set()
+    for path in ROOT.glob('*/**/*.py'):
+        if (path.relative_to(ROOT).parts[0]) in _ROOMS:
+            for node in ast.walk(ast.parse(path.read_text())):
+                if isinstance(node, ast.Import):
+                    wanted |= {alias.name.split('.')[0] for alias in node.names}
+                elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                    wanted.add(node.module.split('.')[0])
+    return sorted(name for name in wanted if name not in _ROOMS and find_spec(name) is None)
+
+
+from generated_pages.place import rooms  # noqa: E402
+
+_ROOMS = rooms()
+autodoc_mock_imports = _not_installed()
+
+html_theme = (_installed('furo') or _installed('sphinx_rtd_theme') or ['alabaster'])[0]
+html_title = f'{project} {release}'
+html_static_path = ['_static']
+html_css_files = ['site.css']
+html_show_sphinx = False
+
+# Theme and parser are chosen above; the pages bring their own reference of modules.
+rosdoc2_settings = {
+    'override_theme': html_theme != 'furo',
+    'support_markdown': False,
+    'enable_autodoc': False,
+    'enable_intersphinx': False,
+    'automatically_extend_intersphinx_mapping': False,
+}
