@@ -9,12 +9,13 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help demo test lint bench reproduce gap-matrix setup clean
+.PHONY: help demo test lint docs bench reproduce gap-matrix setup clean
 
 help:
 	@echo 'make demo    set up and run the whole loop on the emulated arm'
 	@echo 'make test    set up and run all tests'
 	@echo 'make lint    ruff and mypy'
+	@echo 'make docs    build the documentation: docs/_build/html/index.html'
 	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours, BENCH=faults for random faults'
 	@echo 'make reproduce   compute the findings of the paper anew (about five minutes)'
 	@echo 'make gap-matrix   hide effects in an independent arm and see what is named (an hour)'
@@ -60,11 +61,15 @@ $(VENV)-bench/.ready: setup.py $(VENV)/.messages
 bench: $(VENV)-bench/.ready
 	$(VENV)-bench/bin/python -m benchmarks $(BENCH)
 
+docs: $(VENV)/.docs-ready
+	$(BIN)/python -m sphinx -W --keep-going -q -j auto -b html docs docs/_build/html
+	@echo 'docs/_build/html/index.html'
+
 reproduce: $(VENV)/.docs-ready
 	$(BIN)/python -m examples.paper
 
 $(VENV)/.docs-ready: $(VENV)/.ready
-	@echo 'Setting up what the pictures need ...'
+	@echo 'Setting up what the documentation needs ...'
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[ros,docs]'
 	@touch $@
 
@@ -72,4 +77,4 @@ gap-matrix: $(VENV)/.ready
 	$(BIN)/python benchmarks/gap_matrix.py --out gap_matrix.json
 
 clean:
-	rm -rf $(VENV) $(VENV)-bench $(VENV)-oldest $(VENV)-older build *.egg-info oma_msgs/build
+	rm -rf docs/_build docs/reference/generated $(VENV) $(VENV)-bench $(VENV)-oldest $(VENV)-older build *.egg-info oma_msgs/build

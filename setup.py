@@ -91,8 +91,15 @@ setup(
             'types-defusedxml',
         ],
         'bench': ['h5py>=3.10', 'koma-python>=1.3', 'pyOMA-2>=1.4', 'strid>=0.4'],
-        # Pictures of docs/: make reproduce.
-        'docs': ['matplotlib>=3.8'],
+        # The pages of docs/ and their pictures: make docs, make reproduce.
+        'docs': [
+            'furo>=2024.8',
+            'matplotlib>=3.8',
+            'myst-nb>=1.1',
+            'numpydoc>=1.8',
+            'sphinx>=7.4',
+            'sphinx-copybutton>=0.5',
+        ],
     },
     zip_safe=False,
     maintainer='Autonomous Modal Analysis maintainers',

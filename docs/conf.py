@@ -1,6 +1,6 @@
 """How Sphinx builds this documentation: `make docs`, or rosdoc2 on the ROS build farm.
 
-What is only nice to have may be missing there, and is then left out: theme, notebooks, copy button.
+What is only nice to have may be missing there, and is left out: theme, notebooks, copy button.
 """
 
 import ast
@@ -25,11 +25,12 @@ def _installed(*names: str) -> list[str]:
 
 ROOT = _source_tree()
 sys.path[:0] = [str(ROOT), str(ROOT / 'docs')]
-_package = ElementTree.parse(ROOT / 'package.xml').getroot()
+_package = ElementTree.parse(ROOT / 'package.xml').getroot()  # noqa: S314
 
 project = _package.findtext('name')
+_title = project.replace('_', ' ').capitalize()
 author = _package.findtext('maintainer')
-copyright = f'{author}. Licence: {_package.findtext("license")}'
+copyright = f'{author}. Licence: {_package.findtext("license")}'  # noqa: A001
 version = release = _package.findtext('version')
 
 extensions = [
@@ -57,7 +58,10 @@ myst_heading_anchors = 4
 nb_execution_mode = 'off'
 
 # Members are listed where they are defined, in the order they are written.
+# Thousands of functions in every page's table of contents would take minutes.
 toc_object_entries = False
+# A source that a docstring lists without a mark in its text is fine.
+suppress_warnings = ['ref.citation']
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'none'
 numpydoc_show_class_members = False
@@ -83,7 +87,7 @@ _ROOMS = rooms()
 autodoc_mock_imports = _not_installed()
 
 html_theme = (_installed('furo') or _installed('sphinx_rtd_theme') or ['alabaster'])[0]
-html_title = f'{project} {release}'
+html_title = f'{_title} {release}'
 html_static_path = ['_static']
 html_css_files = ['site.css']
 html_show_sphinx = False

@@ -10,8 +10,6 @@ from typing import Any
 
 from generated_pages.commands import commands_page
 from generated_pages.effects import effects_page
-from generated_pages.import_picture import ImportPicture
-from generated_pages.measured import Measured
 from generated_pages.messages import messages_page
 from generated_pages.modules import module_pages
 from generated_pages.parameters import parameters_page
@@ -37,8 +35,10 @@ def write_pages(app: Any) -> None:
             path.unlink()
 
 
-def keep_bars(app: Any, what: str, name: str, item: object, options: Any, lines: list[str]) -> None:
-    """Keep ``|x|`` in docstrings an absolute value: in reStructuredText bars mark a substitution."""
+def keep_bars(
+    app: Any, what: str, name: str, item: object, options: Any, lines: list[str]
+) -> None:
+    """Keep ``|x|`` an absolute value: in reStructuredText bars mark a substitution."""
     for number, line in enumerate(lines):
         parts = line.split('``')
         parts[::2] = [part.replace('|', r'\|') for part in parts[::2]]
@@ -47,6 +47,9 @@ def keep_bars(app: Any, what: str, name: str, item: object, options: Any, lines:
 
 def setup(app: Any) -> dict[str, bool]:
     """Register the pages and the directives."""
+    # Here, so that tests read the pages without Sphinx.
+    from generated_pages.directives import ImportPicture, Measured
+
     app.connect('builder-inited', write_pages)
     app.connect('autodoc-process-docstring', keep_bars, priority=900)
     app.add_directive('import-picture', ImportPicture)

@@ -22,7 +22,9 @@ def _lines() -> Iterator[str]:
         command = group.commands[name]
         yield f'(ama-{name})=\n## ama {name}\n\n{_plain(command.help)}\n'
         yield f'```text\nama {name} {_usage(command.params)}\n```\n'
-        yield from _table('argument', [p for p in command.params if p.param_type_name == 'argument'])
+        yield from _table(
+            'argument', [p for p in command.params if p.param_type_name == 'argument']
+        )
         yield from _table('option', [p for p in command.params if p.param_type_name == 'option'])
 
 

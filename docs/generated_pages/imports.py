@@ -4,7 +4,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from generated_pages.place import ROOT, rooms
+from generated_pages.place import rooms, ROOT
 
 Arrows = dict[str, set[str]]
 """Every part, and the parts it imports."""
@@ -87,23 +87,21 @@ def _reached(part: str, arrows: Arrows) -> set[str]:
 
 
 def levels(arrows: Arrows) -> list[list[str]]:
-    """Return the parts in rows; what is imported stands below what imports it.
+    """Return the parts in rows; what is imported stands below all that import it.
 
     Parts of a circle share a row.
     """
-    height: dict[str, int] = {}
+    depth: dict[str, int] = {}
 
-    def climb(part: str, above: frozenset[str]) -> int:
-        if part not in height:
-            below = [
-                climb(other, above | {part})
-                for other in arrows[part]
-                if other not in above and part not in _reached(other, arrows)
+    def dive(part: str) -> int:
+        if part not in depth:
+            above = [
+                dive(other)
+                for other, imported in arrows.items()
+                if part in imported and other not in _reached(part, arrows)
             ]
-            height[part] = 1 + max(below, default=-1)
-        return height[part]
+            depth[part] = 1 + max(above, default=-1)
+        return depth[part]
 
-    for part in arrows:
-        climb(part, frozenset())
-    top = max(height.values(), default=-1)
-    return [sorted(p for p in arrows if height[p] == row) for row in range(top, -1, -1)]
+    deepest = max((dive(part) for part in arrows), default=-1)
+    return [sorted(p for p in arrows if depth[p] == row) for row in range(deepest + 1)]

@@ -4,7 +4,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from generated_pages.place import first_sentence, packages, ROOT, rooms
+from generated_pages.place import first_sentence, packages, rooms, ROOT
 
 # What a process starts with; to import it is to run it.
 NOT_IMPORTED = ('__main__.py',)

@@ -35,7 +35,7 @@ def node_parameters() -> dict[str, list[Row]]:
 
 
 def _identifier() -> list[Row]:
-    from oma_identifier.node_parameters import PARAMETERS
+    from oma_identifier.node.node_parameters import PARAMETERS
 
     return [
         Row(p.name, p.default, p.description, None if p.low is None else (p.low, p.high))
@@ -50,7 +50,7 @@ def _bridge() -> list[Row]:
 
 
 def _emulator() -> list[Row]:
-    from robot_bridge.emulator.emulator_parameters import PARAMETERS
+    from abb_emulator.emulator_parameters import PARAMETERS
 
     return [Row(p.name, p.default, p.text) for p in PARAMETERS]
 
