@@ -6,7 +6,7 @@ below ``reference/generated``; a page that is included there cannot go stale.  T
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NewType
 
 from generated_pages.commands import commands_page
 from generated_pages.effects import effects_page
@@ -45,12 +45,20 @@ def keep_bars(
         lines[number] = '``'.join(parts)
 
 
+def leave_out_new_types(
+    app: Any, what: str, name: str, item: object, skip: bool, options: Any
+) -> bool | None:
+    """Leave out names made by ``NewType``: numpydoc takes them for classes and fails."""
+    return True if isinstance(item, NewType) else None
+
+
 def setup(app: Any) -> dict[str, bool]:
     """Register the pages and the directives."""
     # Here, so that tests read the pages without Sphinx.
     from generated_pages.directives import ImportPicture, Measured
 
     app.connect('builder-inited', write_pages)
+    app.connect('autodoc-skip-member', leave_out_new_types)
     app.connect('autodoc-process-docstring', keep_bars, priority=900)
     app.add_directive('import-picture', ImportPicture)
     app.add_directive('measured', Measured)
