@@ -9,20 +9,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from modal_core.samples import Samples
 from oma_identifier.quality import noise_rms
+from oma_identifier.synchrony.explained_power import explained, nearly_explained, RANK
 from oma_identifier.synchrony.sensor_peaks import Columns, Peak
 
 INCOHERENT = 'incoherent'
 NO_RESPONSE = 'no_response'
 ROWS_AT_ONCE = 4096
-ROUNDING = 1e-13
-"""Share of the strongest direction's power that is none of its own."""
-RANK = 3
-"""Modes that overlap at a peak.  Fewer other channels cannot tell so many apart: of two healthy
-channels two of three pairs came below ``LEAST_COHERENCE``, hence nothing is said of them."""
 LEAST_COHERENCE = 0.8
 """Share of a sensor's power at a peak, noise left out, that the others explain.  In 200 records of
 random structures each, up to twelve modes below 70 Hz damped by up to 5 %: 0.4 % of 1,011 healthy
@@ -31,6 +26,9 @@ whose clock drifted, all 267, of those with images of higher frequencies 94 % of
 LEFT_OUT_COHERENCE = 0.6
 """The same below which a sensor is left out; between the two it is named only.  Of the healthy
 sensors above, 0.1 % of three axes and 0.4 % of one axis come below."""
+SURELY = 0.95
+"""Coherence, told of all sensors at once, from where on none is looked at by itself.  Of 251 views
+of random structures that were below ``LEAST_COHERENCE`` none came there, the highest to 0.9."""
 ABOVE_NOISE = 4.0
 """Power of a peak over that of the noise, from where on it is looked at."""
 ALIKE = 0.2
@@ -40,6 +38,7 @@ that rattles: the two cannot be told apart, and neither is a mode of the structu
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Places = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,10 +72,11 @@ def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Co
     floor = _floor(samples)
     names = samples.channel_names
     flags = {names[place]: NO_RESPONSE for place in _without_response(peaks, floor)}
-    left, shown = dict(columns), [_Shown.at(peak) for peak in peaks]
+    left, shown = dict(columns), [_Shown.at(peak, floor) for peak in peaks]
     out: list[str] = []
-    while len(left) > 1:
-        worst = {name: _worst(name, left, shown, floor) for name in left}
+    while len(left) > 1 and shown:
+        least = np.min([peak.coherence(list(left.values())) for peak in shown], axis=0)
+        worst = dict(zip(left, least, strict=True))
         name = min(worst, key=lambda each: worst[each])
         if worst[name] >= LEAST_COHERENCE:
             break
@@ -117,12 +117,14 @@ def _without_response(peaks: list[Peak], floor: Real) -> list[int]:
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """What all channels show of one peak.
+    """What the channels show of one peak.
 
     Parameters
     ----------
     products : (n_channels, n_channels) complex array
         Sums over all lines of the channels' conjugate values times one another.
+    floor : (n_channels,) array
+        The same of their noise alone, at most, of each with itself.
     n_values : int
         Of each channel.
     n_free : float
@@ -130,59 +132,41 @@ class _Shown:
     """
 
     products: Complex
+    floor: Real
     n_values: int
     n_free: float
 
     @classmethod
-    def at(cls, peak: Peak) -> '_Shown':
+    def at(cls, peak: Peak, floor: Real) -> '_Shown':
         values = peak.spectra.reshape(-1, peak.spectra.shape[2])
-        return cls(values.conj().T @ values, len(values), peak.n_free)
+        return cls(values.conj().T @ values, len(values) * floor, len(values), peak.n_free)
 
-    def explained(self, own: NDArray[np.int64], others: NDArray[np.int64]) -> float:
-        """Return the power of some channels along the strongest directions of others."""
-        among = self.products[np.ix_(others, others)]
-        strongest = (len(others) - RANK, len(others) - 1)
-        power, weights = eigh(among, subset_by_index=strongest)
-        along = np.sum(np.abs(weights.conj().T @ self.products[np.ix_(others, own)]) ** 2, axis=1)
-        real = power > ROUNDING * power[-1]
-        return float(np.sum(along[real] / power[real]))
+    def coherence(self, sensors: list[Places]) -> Real:
+        """Return each sensor's with the others; 1 where it does not show the peak.
 
+        Neither does it where its noise hides the peak, or the others are too few to tell.
+        """
+        every = np.concatenate(sensors)
+        products, each = self.products[np.ix_(every, every)], np.diag(self.products).real
+        count = np.array([len(own) for own in sensors])
+        total, noise = (np.array([x[own].sum() for own in sensors]) for x in (each, self.floor))
+        n_others = len(every) - count
+        beside = (each[every].sum() - total) / np.maximum(n_others, 1)
+        shows = (total > ABOVE_NOISE * noise) & (total / count > ALIKE * beside)
+        shows &= np.minimum(n_others, int(self.n_free) // 4) >= RANK
+        found = np.ones(len(sensors))
+        if not shows.any():
+            return found
+        places = np.split(np.arange(len(every)), np.cumsum(count)[:-1])
+        power = nearly_explained(products, places)
+        found[shows] = self._share(power[shows], total[shows], noise[shows])
+        for sensor in np.flatnonzero(found < SURELY):
+            others = np.delete(np.arange(len(every)), places[sensor])
+            exactly = np.asarray(explained(products, places[sensor], others))
+            found[sensor] = self._share(exactly, total[sensor], noise[sensor])
+        return found
 
-@dataclass(frozen=True, slots=True)
-class _View:
-    """One peak as a sensor and the others see it: power in shares of variance, and coherence."""
-
-    own: float
-    others: float
-    coherence: float
-
-
-def _views(name: str, columns: Columns, peaks: list[_Shown], floor: Real) -> list[_View]:
-    own = columns[name]
-    others = np.concatenate([each for other, each in columns.items() if other != name])
-    seen = [_view(peak, own, others, floor) for peak in peaks]
-    return [view for view in seen if view is not None]
-
-
-def _view(
-    peak: _Shown, own: NDArray[np.int64], others: NDArray[np.int64], floor: Real
-) -> _View | None:
-    """Return None where a sensor's noise hides the peak, or the others are too few to tell."""
-    each = np.diag(peak.products).real
-    total = float(each[own].sum())
-    noise = float(peak.n_values * floor[own].sum())
-    enough = min(len(others), int(peak.n_free) // 4) >= RANK
-    if total < ABOVE_NOISE * noise or not enough:
-        return None
-    rest = total - peak.explained(own, others)
-    # Chance explains its share of what is not common.
-    rest *= peak.n_free / (peak.n_free - RANK)
-    power = float(each[others].mean()) / peak.n_values
-    coherence = 1.0 - max(0.0, rest - noise) / (total - noise)
-    return _View(total / (peak.n_values * len(own)), power, coherence)
-
-
-def _worst(name: str, columns: Columns, peaks: list[_Shown], floor: Real) -> float:
-    """Return the least coherence of the peaks that a sensor shows, beside the others or alone."""
-    views = _views(name, columns, peaks, floor)
-    return min((v.coherence for v in views if v.own > ALIKE * v.others), default=1.0)
+    def _share(self, power: Real, total: Real, noise: Real) -> Real:
+        # Chance explains its share of what is not common.
+        rest = (total - power) * self.n_free / (self.n_free - RANK)
+        return np.asarray(1.0 - np.maximum(0.0, rest - noise) / (total - noise))

@@ -18,22 +18,12 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
+from oma_identifier.synchrony.delay_likelihood import DelayLikelihood
 from oma_identifier.synchrony.peak_view import LATEST_S, PeakView
 
 SHORT_S = 2e-4
 """Nobody knows the order of magnitude of a delay: from here on all are as likely."""
-COMPLEX = (0.01, 0.03, 0.1, 0.3, 0.5)
-"""Imaginary parts over the size of a shape, root mean square, that a structure may have; with 0.3
-at most in the truth, forces that are correlated make it up to 0.5."""
-ODD = 0.05
-"""Share of peaks that are no single mode: their phases say nothing."""
-BENDS = ((0.8, 1.0, 0.003), (0.15, 4.0, 0.03))
-"""Shares of peaks, and by how much their phase bends from one side to the other: in deviations of
-that phase, and in radians beside.  In 1,450 pairs of synchronous sensors of random structures half
-were bent by 0.5 deviations, a tenth by more than 2, a hundredth by more than 5 to 24, by tails of
-other modes.  The rest are no single mode (``ODD``)."""
 ODDS = 1e3
 """Of a delay against none, from where on it is believed.  Of 968 synchronous sensors of random
 structures, shapes of up to 30 % imaginary part, one came there; none was said to be late."""
@@ -44,9 +34,17 @@ FINE = 0.15
 MOST_TRIED = 30_000
 NEAR = 0.7
 """Radians at the highest peak around the best delay that belong to it; the next is π away."""
-N_NEAR = 801
+SPACED = np.sinh(np.linspace(-5.0, 5.0, 161)) / math.sinh(5.0)
+"""Where such delays are tried, in shares of that: most densely in the middle."""
+BESIDE = 1e-8
+"""How likely, against the best, a delay is that need not be looked at."""
+DEEP = 1e-26
+"""How likely the best may be, against what is likeliest at each peak, to be found at once."""
+CELL = 16
+"""Delays that are ruled out together."""
 
 Real = NDArray[np.float64]
+Places = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,36 +85,101 @@ class SensorDelay:
         return self.share > SURE
 
 
-def delay_of(views: Sequence[PeakView]) -> SensorDelay:
-    """Return the delay of a sensor, and the odds of it."""
+def delays_of(views: Sequence[PeakView]) -> list[SensorDelay]:
+    """Return the delay of each sensor, and the odds of it."""
     if not views:
-        return SensorDelay()
-    highest_hz = max(view.frequency_hz for view in views)
-    step_s = max(FINE / (2.0 * math.pi * highest_hz), 2.0 * LATEST_S / MOST_TRIED)
-    n_steps = math.ceil(LATEST_S / step_s)
-    tried_s = _about(0.0, n_steps * step_s, 2 * n_steps + 1)
-    likelihood = _likelihood(views, tried_s)
-    weight = likelihood + np.log(_prior(tried_s) * step_s)
-    best_s = float(tried_s[np.argmax(weight)])
-    # The likelihood may be narrower than the steps.
-    near_s = _about(best_s, 1.5 * step_s, 61)
-    best_s = float(near_s[np.argmax(_likelihood(views, near_s))])
-    reach_s = max(NEAR / (2.0 * math.pi * highest_hz), 2.0 * step_s)
-    near_s = _about(best_s, reach_s, N_NEAR)
-    near = _likelihood(views, near_s) + np.log(_prior(near_s) * 2.0 * reach_s / N_NEAR)
-    others = logsumexp(weight[np.abs(tried_s - best_s) > reach_s])
-    this = float(logsumexp(near))
-    any_delay = float(logsumexp([this, others, _any_phases(views)]))
-    found = SensorDelay(
-        log_odds=any_delay - float(likelihood[n_steps]),
-        share=math.exp(this - any_delay),
-        highest_hz=highest_hz,
-    )
-    return _with_delay(found, near_s, np.exp(near - this))
+        return []
+    found = [SensorDelay()] * len(views[0].phase_std)
+    seen = np.flatnonzero(np.any([view.is_seen for view in views], axis=0))
+    if len(seen):
+        search = _Search([view.of(seen) for view in views])
+        for place, delay in zip(seen, search.found(), strict=True):
+            found[place] = delay
+    return found
 
 
-def _about(middle: float, reach: float, n: int) -> Real:
-    return np.asarray(np.linspace(middle - reach, middle + reach, n), dtype=np.float64)
+class _Search:
+    """The search for the delays of sensors.
+
+    Parameters
+    ----------
+    views : sequence of PeakView
+        Each sensor is seen at one of them at least.
+    """
+
+    def __init__(self, views: Sequence[PeakView]) -> None:
+        self._likelihood = DelayLikelihood(views)
+        seen_hz = [np.where(view.is_seen, view.frequency_hz, 0.0) for view in views]
+        self._highest_hz = np.max(seen_hz, axis=0)
+        step_s = FINE / (2.0 * math.pi * self._highest_hz)
+        self._step_s = np.maximum(step_s, 2.0 * LATEST_S / MOST_TRIED)
+        self._all = np.arange(len(step_s))
+        self._none = self._likelihood(self._all, np.zeros(len(step_s)), np.zeros(len(step_s)))
+
+    def found(self) -> list[SensorDelay]:
+        """Return what was found of each sensor."""
+        sensor, tried_s, likelihood = self._everywhere()
+        chance = likelihood * _prior(tried_s) * self._step_s[sensor]
+        # The likelihood may be narrower than the steps.
+        best_s = self._best(sensor, tried_s, chance)
+        near_s, near = self._around(best_s, 1.5 * self._step_s, np.linspace(-1.0, 1.0, 61))
+        best_s = near_s[self._all, np.argmax(near, axis=1)]
+        reach_s = np.maximum(NEAR / (2.0 * math.pi * self._highest_hz), 2.0 * self._step_s)
+        near_s, near = self._around(best_s, reach_s, SPACED)
+        near *= _prior(near_s) * reach_s[:, None] * np.gradient(SPACED)
+        this = near.sum(axis=1)
+        far = np.abs(tried_s - best_s[sensor]) > reach_s[sensor]
+        others = np.bincount(sensor[far], chance[far], len(self._all))
+        any_delay = this + others + self._likelihood.any_phases()
+        share, log_odds = this / any_delay, np.log(any_delay / self._none)
+        found = [
+            SensorDelay(
+                0.0, math.inf, float(log_odds[k]), float(share[k]), float(self._highest_hz[k])
+            )
+            for k in self._all
+        ]
+        chances = near / this[:, None]
+        return [_with_delay(*each) for each in zip(found, near_s, chances, strict=True)]
+
+    def _everywhere(self) -> tuple[Places, Real, Real]:
+        """Return sensors, delays [s] and their likelihood: of all that may count."""
+        least = BESIDE * np.maximum(self._none, DEEP * self._likelihood.most)
+        while True:
+            sensor, tried_s = self._worth_trying(least)
+            likelihood = self._likelihood(sensor, tried_s, least)
+            most = self._none.copy()
+            np.maximum.at(most, sensor, likelihood)
+            if (BESIDE * most >= least).all():
+                return sensor, tried_s, likelihood
+            least = np.minimum(least, BESIDE * most)
+
+    def _worth_trying(self, least: Real) -> tuple[Places, Real]:
+        """Return the sensors and delays that the beats leave, a grid through no delay."""
+        n_cells = np.ceil(LATEST_S / self._step_s / CELL).astype(np.int64)
+        sensor = np.repeat(self._all, 2 * n_cells)
+        cell = np.concatenate([np.arange(-n, n) for n in n_cells])
+        cell_s = CELL * self._step_s[sensor]
+        bound = self._likelihood.within(sensor, cell * cell_s, (cell + 1) * cell_s)
+        left = bound >= least[sensor]
+        sensor, cell = sensor[left], cell[left]
+        step = (CELL * cell[:, None] + np.arange(CELL)).ravel()
+        sensor = np.repeat(sensor, CELL)
+        delay_s = step * self._step_s[sensor]
+        inside = np.abs(delay_s) < LATEST_S + self._step_s[sensor]
+        return sensor[inside], delay_s[inside]
+
+    def _best(self, sensor: Places, tried_s: Real, weight: Real) -> Real:
+        order = np.lexsort((weight, sensor))
+        last = np.searchsorted(sensor[order], self._all, side='right') - 1
+        return np.asarray(tried_s[order][last])
+
+    def _around(self, middle_s: Real, reach_s: Real, places: Real) -> tuple[Real, Real]:
+        """Return delays about those of all sensors, and their likelihood, (n_sensors, n)."""
+        delay_s = middle_s[:, None] + reach_s[:, None] * places
+        at_middle = self._likelihood(self._all, middle_s, np.zeros(len(middle_s)))
+        sensor = np.repeat(self._all, len(places))
+        found = self._likelihood(sensor, delay_s.ravel(), BESIDE * at_middle)
+        return delay_s, found.reshape(delay_s.shape)
 
 
 def _with_delay(found: SensorDelay, near_s: Real, chance: Real) -> SensorDelay:
@@ -132,48 +195,3 @@ def _prior(delay_s: Real) -> Real:
     return np.asarray(
         0.5 / (np.abs(delay_s) + SHORT_S) / math.log1p(LATEST_S / SHORT_S), dtype=np.float64
     )
-
-
-def _likelihood(views: Sequence[PeakView], tried_s: Real) -> Real:
-    """Return the logarithm of the likelihood of delays."""
-    levels = np.array(COMPLEX)[:, None]
-    by_level = np.zeros((len(COMPLEX), len(tried_s)))
-    for view in views:
-        square = np.interp(tried_s, view.lag_s, view.square.real) + 1j * np.interp(
-            tried_s, view.lag_s, view.square.imag
-        )
-        angle = 0.5 * np.angle(square * np.exp(4j * math.pi * view.frequency_hz * tried_s))
-        variance = view.phase_std**2 + (levels * view.complexity) ** 2
-        by_level += np.log((1.0 - ODD) * _wrapped(angle, variance) + ODD / math.pi)
-    phases = logsumexp(by_level, axis=0) - math.log(len(COMPLEX))
-    return np.asarray(phases + _beats(views, tried_s), dtype=np.float64)
-
-
-def _beats(views: Sequence[PeakView], tried_s: Real) -> Real:
-    likelihood = np.zeros(len(tried_s))
-    for view in views:
-        if view.width_hz > 0.0:
-            bent = 2.0 * math.pi * view.width_hz * (tried_s - view.beat_s)
-            density = np.full(len(tried_s), ODD / (2.0 * LATEST_S))
-            for share, factor, bend in BENDS:
-                std = math.hypot(factor * view.phase_std, bend)
-                density += share * view.width_hz * _normal(bent / std) * 2.0 * math.pi / std
-            likelihood += np.log(density)
-    return likelihood
-
-
-def _normal(value: Real) -> Real:
-    return np.asarray(np.exp(-0.5 * value**2) / math.sqrt(2.0 * math.pi), dtype=np.float64)
-
-
-def _any_phases(views: Sequence[PeakView]) -> float:
-    """Return the same for phases that have nothing to do with each other."""
-    return float(_beats(views, np.zeros(1))[0]) - len(views) * math.log(math.pi)
-
-
-def _wrapped(angle: Real, variance: Real) -> Real:
-    """Return the normal density wrapped to half a turn."""
-    density = sum(
-        np.exp(-0.5 * (angle + turn) ** 2 / variance) for turn in (-math.pi, 0.0, math.pi)
-    )
-    return np.asarray(density / np.sqrt(2.0 * math.pi * variance), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""How one sensor is seen from others at one peak: phase, beat, and what chance does to them.
+"""How sensors are seen from others at one peak: phase, beat, and what chance does to them.
 
 References
 ----------
@@ -6,7 +6,8 @@ Knapp and Carter (1976), doi:10.1109/TASSP.1976.1162830 (delay from phases, weig
 Bendat and Piersol (2010), Random Data, 4th ed., table 9.6 (variance of a phase).
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -28,78 +29,117 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True)
 class PeakView:
-    """How one sensor is seen from others at one peak.
+    """How sensors are seen from others at one peak.
 
     Parameters
     ----------
     frequency_hz : float [Hz]
         Of the peak.
     lag_s : (n_lags,) array [s]
-        Delays to put right.
-    square : (n_lags,) complex array
+        Delays to put right, equidistant.
+    square : (n_sensors, n_lags) complex array
         Sum of the squared cross powers of all pairs of channels: it has twice their phase,
         whatever the signs of the shape's entries.
-    phase_std : float [rad]
-        What chance does to the phase.
-    complexity : float
+    phase_std : (n_sensors,) array [rad]
+        What chance does to the phase; not a number where a sensor is not seen.
+    complexity : (n_sensors,) array
         What a shape's imaginary parts do to it, in multiples of those.
-    beat_s : float [s]
+    beat_s : (n_sensors,) array [s]
         Delay of the beat of this band.
-    width_hz : float [Hz]
+    width_hz : (n_sensors,) array [Hz]
         Of the band, root mean square; 0 where it has no beat of its own.
     """
 
     frequency_hz: float
     lag_s: Real
     square: Complex
-    phase_std: float
-    complexity: float
-    beat_s: float
-    width_hz: float
+    phase_std: Real
+    complexity: Real
+    beat_s: Real
+    width_hz: Real
+
+    @property
+    def is_seen(self) -> NDArray[np.bool_]:
+        """Which sensors are, (n_sensors,)."""
+        return np.isfinite(self.phase_std)
+
+    def of(self, sensors: NDArray[np.int64]) -> 'PeakView':
+        """Return the same of some sensors only."""
+        return replace(
+            self,
+            square=self.square[sensors],
+            phase_std=self.phase_std[sensors],
+            complexity=self.complexity[sensors],
+            beat_s=self.beat_s[sensors],
+            width_hz=self.width_hz[sensors],
+        )
 
 
-def view_at(peak: Peak, own: Complex, beside: Complex, complexity: float) -> PeakView | None:
-    """Return how a sensor is seen at a peak; None where it is not.
+def view_at(
+    peak: Peak, own: Sequence[NDArray[np.int64]], beside: NDArray[np.int64], complexity: Real
+) -> PeakView:
+    """Return how sensors are seen at a peak.
 
     Parameters
     ----------
     peak : Peak
         Where.
-    own, beside : (n_tapers, n_lines, n) complex array
-        Spectra of the sensor's channels and of others, which are in step.
-    complexity : float
+    own : sequence of int array
+        Channels of each of the sensors.
+    beside : int array
+        Channels of others, which are in step.
+    complexity : (n_sensors,) array
         See :class:`PeakView`.
     """
     spread_hz = max(float(np.ptp(peak.line_hz)), 1e-9)
     n_lags = math.ceil(LATEST_S * spread_hz / 0.2)
     lag_s = LATEST_S * (np.arange(-n_lags, n_lags + 1) / n_lags)
     turn = np.exp(2j * np.pi * np.outer(lag_s, peak.line_hz))
-    cross = np.einsum('tla,tlb->lab', own, beside.conj()).reshape(len(peak.line_hz), -1)
-    cross = turn @ cross
-    own_power, other_power = np.abs(own) ** 2, np.abs(beside) ** 2
-    coherence = np.sum(np.abs(cross) ** 2, axis=1) / (own_power.sum() * other_power.sum() + 1e-300)
-    best = int(np.argmax(coherence))
-    if peak.n_free < FEWEST_FREE or coherence[best] < COHERENT:
-        return None
-    clear = min(float(coherence[best]), 0.9999)
-    phase_std = math.sqrt((1.0 - clear) / (2.0 * clear * peak.n_free))
-    weight = np.sqrt(own_power.sum(axis=(0, 2)) * other_power.sum(axis=(0, 2)))
-    width_hz = _width(peak, weight) if len(peak.line_hz) >= BEAT_LINES else 0.0
-    square = np.sum(cross**2, axis=1)
-    beat_s = _top(lag_s, coherence, best)
-    return PeakView(peak.frequency_hz, lag_s, square, phase_std, complexity, beat_s, width_hz)
+    power = np.sum(np.abs(peak.spectra) ** 2, axis=0)
+    others = power[:, beside].sum(axis=1)
+    each = np.array([power[:, columns].sum(axis=1) for columns in own])
+    crosses = [turn @ _cross(peak, columns, beside) for columns in own]
+    total = each.sum(axis=1) * others.sum() + 1e-300
+    coherence = np.array([np.sum(np.abs(cross) ** 2, axis=1) for cross in crosses])
+    coherence /= total[:, None]
+    best = np.argmax(coherence, axis=1)
+    top = coherence.max(axis=1)
+    clear = np.minimum(top, 0.9999)
+    with np.errstate(divide='ignore'):
+        phase_std = np.sqrt((1.0 - clear) / (2.0 * clear * peak.n_free))
+    is_seen = (top >= COHERENT) & (peak.n_free >= FEWEST_FREE)
+    has_beat = len(peak.line_hz) >= BEAT_LINES
+    return PeakView(
+        peak.frequency_hz,
+        lag_s,
+        np.array([np.sum(cross**2, axis=1) for cross in crosses]),
+        np.where(is_seen, phase_std, np.nan),
+        complexity,
+        _tops(lag_s, coherence, best),
+        _widths(peak, np.sqrt(each * others)) if has_beat else np.zeros(len(own)),
+    )
 
 
-def _top(lag_s: Real, coherence: Real, best: int) -> float:
-    """Return where a parabola through three values has its top."""
-    if not 0 < best < len(lag_s) - 1:
-        return float(lag_s[best])
-    below, top, above = coherence[best - 1 : best + 2]
+def _cross(peak: Peak, own: NDArray[np.int64], beside: NDArray[np.int64]) -> Complex:
+    """Return the products of two sensors' channels, (n_lines, n_pairs)."""
+    first = peak.spectra[:, :, own].transpose(1, 2, 0)
+    second = peak.spectra[:, :, beside].conj().transpose(1, 0, 2)
+    return np.asarray((first @ second).reshape(len(peak.line_hz), -1))
+
+
+def _tops(lag_s: Real, coherence: Real, best: NDArray[np.int64]) -> Real:
+    """Return where parabolas through three values have their tops."""
+    inside = np.clip(best, 1, len(lag_s) - 2)
+    rows = np.arange(len(best))
+    below, top, above = (coherence[rows, inside + k] for k in (-1, 0, 1))
     bend = 2.0 * top - below - above
-    step = 0.5 * (above - below) / bend if bend > 0.0 else 0.0
-    return float(lag_s[best] + step * (lag_s[1] - lag_s[0]))
+    is_top = (inside == best) & (bend > 0.0)
+    step = 0.5 * (above - below) / np.where(is_top, bend, np.inf)
+    return np.asarray(lag_s[best] + step * (lag_s[1] - lag_s[0]))
 
 
-def _width(peak: Peak, weight: Real) -> float:
-    middle = np.average(peak.line_hz, weights=weight)
-    return math.sqrt(float(np.average((peak.line_hz - middle) ** 2, weights=weight)))
+def _widths(peak: Peak, weight: Real) -> Real:
+    """Return the width of the band of each sensor; weights (n_sensors, n_lines)."""
+    share = weight / np.maximum(weight.sum(axis=1, keepdims=True), 1e-300)
+    middle = share @ peak.line_hz
+    return np.asarray(np.sqrt(np.sum(share * (peak.line_hz - middle[:, None]) ** 2, axis=1)))

@@ -5,11 +5,12 @@ that phase.  Sensors are put in step one after the other, each against all that 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 import math
 
 import numpy as np
 
-from oma_identifier.synchrony.delay_odds import delay_of, SensorDelay
+from oma_identifier.synchrony.delay_odds import delays_of, SensorDelay
 from oma_identifier.synchrony.peak_view import view_at
 from oma_identifier.synchrony.sensor_peaks import Columns, Peak
 
@@ -61,14 +62,14 @@ class _Alignment:
     """
 
     def __init__(self, peaks: list[Peak], columns: Columns) -> None:
-        self._peaks, self._columns = peaks, columns
+        self._columns = columns
         power = np.array([np.mean(np.abs(peak.spectra) ** 2, axis=(0, 1)) for peak in peaks])
         mean = power.mean(axis=1)
         # Power of each sensor over the mean of all, by peak.
         self._power = {
             name: power[:, own].mean(axis=1) / mean + 1e-12 for name, own in columns.items()
         }
-        self._spectra = [peak.spectra.copy() for peak in peaks]
+        self._peaks = [replace(peak, spectra=peak.spectra.copy()) for peak in peaks]
 
     def found(self, first: int) -> dict[str, SensorDelay]:
         """Return the delays, beginning with the sensor that sees most (0), or the next (1)."""
@@ -76,7 +77,7 @@ class _Alignment:
         in_step = [names.pop(first)]
         found = {in_step[0]: SensorDelay(std_s=0.0, log_odds=-math.inf)}
         while names:
-            tried = {name: self._compare(name, in_step) for name in names}
+            tried = self._compare(names, in_step)
             found |= tried
             sure = [n for n, d in tried.items() if d.log_odds < 0.0 or (d.is_odd and d.is_known)]
             if not sure:
@@ -92,18 +93,18 @@ class _Alignment:
         if seconds == 0.0:
             return
         own = self._columns[name]
-        for peak, spectra in zip(self._peaks, self._spectra, strict=True):
+        for peak in self._peaks:
             turn = np.exp(2j * np.pi * (peak.frequency_hz + peak.line_hz) * seconds)
-            spectra[:, :, own] *= turn[:, None]
+            peak.spectra[:, :, own] *= turn[:, None]
 
-    def _compare(self, name: str, others: Sequence[str]) -> SensorDelay:
-        own = self._columns[name]
+    def _compare(self, names: Sequence[str], others: Sequence[str]) -> dict[str, SensorDelay]:
+        own = [self._columns[name] for name in names]
         beside = np.concatenate([self._columns[other] for other in others])
         power = np.mean([self._power[other] for other in others], axis=0)
         # An imaginary part turns a small entry of a shape more than a large one.
-        complexity = np.sqrt(0.5 / self._power[name] + 0.5 / power)
+        complexity = [np.sqrt(0.5 / self._power[name] + 0.5 / power) for name in names]
         views = [
-            view_at(peak, spectra[:, :, own], spectra[:, :, beside], float(turned))
-            for peak, spectra, turned in zip(self._peaks, self._spectra, complexity, strict=True)
+            view_at(peak, own, beside, turned)
+            for peak, turned in zip(self._peaks, np.transpose(complexity), strict=True)
         ]
-        return delay_of([view for view in views if view is not None])
+        return dict(zip(names, delays_of(views), strict=True))

@@ -21,7 +21,7 @@ FEWEST_LINES = 9
 PROMINENCE_DB = 6.0
 """Height above both valleys: two and a half deviations of a difference of averaged powers."""
 MOST_PEAKS = 16
-CHANNELS_AT_ONCE = 8
+CHANNELS_AT_ONCE = 16
 MOST_LINES = 400
 """A broader peak tells no more than this many lines of it."""
 TOP = 0.86
@@ -31,6 +31,7 @@ Columns = Mapping[str, NDArray[np.int64]]
 """Channels by sensor: what shares a clock."""
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Single = NDArray[np.complex64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,21 +72,18 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     step_hz = samples.sample_rate_hz / half
     own = np.arange(TAPERS, int(TOP * half / 2))
     power = np.zeros(len(own))
-    fits = 8 * TAPERS * len(own) * len(samples.channels) < LARGE_BYTES
+    fits = 8 * half * len(samples.channels) < LARGE_BYTES
     held = []
-    for spectra in _spectra(samples, half, own):
-        power += (np.abs(spectra) ** 2).sum(axis=(0, 2))
-        held += [spectra] if fits else []
+    for fine in _transforms(samples, half):
+        power += _power(fine, len(own))
+        held += [fine] if fits else []
     ranges = _ranges(own, power)
     if not ranges:
         return []
     wanted = np.concatenate([own[first:last] for first, last in ranges])
-    if fits:
-        parts = [spectra[:, wanted - own[0]] for spectra in held]
-    else:
-        # Transformed once more, rather than spectra of all channels in memory.
-        parts = list(_spectra(samples, half, wanted))
-    every = np.concatenate(parts, axis=2).astype(np.complex128)
+    # Else transformed once more, rather than spectra of all channels in memory.
+    again = held if fits else _transforms(samples, half)
+    every = np.concatenate([_tapered(fine, wanted) for fine in again], axis=2)
     ends = np.cumsum([last - first for first, last in ranges])
     return [
         _peak(spectra, power[first:last], own[first:last] * step_hz)
@@ -93,19 +91,33 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     ]
 
 
-def _spectra(
-    samples: Samples, half: int, wanted: NDArray[np.int64]
-) -> Iterator[NDArray[np.complex64]]:
-    """Yield the wanted lines of a few channels at a time, (TAPERS, n_lines, n_channels)."""
+def _transforms(samples: Samples, half: int) -> Iterator[Single]:
+    """Yield the transforms of a few channels at a time, (half + 1, n_channels)."""
     for first in range(0, len(samples.channels), CHANNELS_AT_ONCE):
         rows = samples.acceleration[:, first : first + CHANNELS_AT_ONCE]
         rows = rows - rows.mean(axis=0)
-        scale = rows.std(axis=0)
-        rows /= np.where(scale > 0.0, scale, np.inf)
+        size = np.sqrt(np.einsum('tc,tc->c', rows, rows) / len(rows))
+        single = np.empty(rows.shape, dtype=np.float32)
+        np.divide(rows, np.where(size > 0.0, size, np.inf), out=single, casting='same_kind')
         # Twice the lines: taper k is a difference of lines k above and below.
-        fine = rfft(rows.astype(np.float32), 2 * half, axis=0)
-        tapers = range(1, TAPERS + 1)
-        yield np.stack([fine[2 * wanted - k] - fine[2 * wanted + k] for k in tapers])
+        yield rfft(single, 2 * half, axis=0)
+
+
+def _power(fine: Single, n_lines: int) -> Real:
+    """Return the power of all channels and tapers in the lines from ``TAPERS`` on."""
+    power = np.zeros(n_lines)
+    for taper in range(1, TAPERS + 1):
+        below, above = (fine[2 * TAPERS + k :: 2][:n_lines] for k in (-taper, taper))
+        parts = (below - above).view(np.float32)
+        power += np.einsum('lc,lc->l', parts, parts)
+    return power
+
+
+def _tapered(fine: Single, wanted: NDArray[np.int64]) -> Complex:
+    """Return the wanted lines of every taper, (TAPERS, n_lines, n_channels)."""
+    tapers = range(1, TAPERS + 1)
+    lines = np.stack([fine[2 * wanted - k] - fine[2 * wanted + k] for k in tapers])
+    return lines.astype(np.complex128)
 
 
 def _ranges(line: NDArray[np.int64], power: Real) -> list[tuple[int, int]]:
