@@ -1,6 +1,7 @@
 """Print our figures beside the peers' and what is to be reached: `python -m benchmarks`.
 
 The quick run takes some minutes; `--full` takes about two hours and says more about chance.
+Every group is kept in docs/measured/results, from where the documentation takes its tables.
 """
 
 import argparse
@@ -11,6 +12,7 @@ import platform
 import warnings
 
 from benchmarks import peers
+from benchmarks.results import write_lines
 from benchmarks.table import HEADER, Line
 
 LIBRARIES = ('numpy', 'scipy', *peers.PEERS.values())
@@ -76,13 +78,18 @@ def main() -> None:
     parser.add_argument('--store', type=Path, help='file that keeps the runs of the scatter')
     arguments = parser.parse_args()
     warnings.simplefilter('ignore')
-    print(f'Python {platform.python_version()}, {", ".join(_versions())}; one BLAS thread')
+    versions = list(_versions())
+    print(f'Python {platform.python_version()}, {", ".join(versions)}; one BLAS thread')
     short: list[str] = []
     for name in arguments.groups or GROUPS:
         print(f'\n## {name.capitalize()}\n\n{HEADER}')
+        lines = []
         for line in GROUPS[name](arguments.full, arguments.store):
             print(line.markdown(), flush=True)
-            short += [line.what] if line.met is False else []
+            lines.append(line)
+        short += [line.what for line in lines if line.met is False]
+        # Only a whole group is kept: the documentation shows it.
+        write_lines(name, lines, (*versions, 'full' if arguments.full else 'quick run'))
     print(f'\n{len(short)} fall short')
     for what in short:
         print(f'* {what}')

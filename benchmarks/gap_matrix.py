@@ -23,10 +23,12 @@ import numpy as np
 from scipy.stats import beta
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / 'test' / 'model_gap'))
+sys.path[:0] = [str(HERE.parent), str(HERE.parent / 'test' / 'model_gap')]
 
 from hidden_campaign import make_campaign, picked_up, SENSORS  # noqa: E402
 
+from benchmarks.gap_table import COLUMNS, table_rows  # noqa: E402
+from benchmarks.results import write_rows  # noqa: E402
 from modal_core.atomic_file import write_text  # noqa: E402
 from modal_core.channel import Sensor, SensorLayout  # noqa: E402
 from modal_core.share import share_path  # noqa: E402
@@ -39,6 +41,7 @@ from structural_model import load_robot  # noqa: E402
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')
 SENSOR_NAMES = [name for name, _, _ in SENSORS]
+TABLES = ('gap_full_size', 'gap_outside', 'gap_small')
 QUICK = {'n_fit': 3, 'n_held': 2, 'duration': 16.0}
 OUTSIDE = (
     'hysteresis', 'drifting_stiffness', 'end_stop', 'clipping', 'stribeck_friction',
@@ -220,6 +223,7 @@ def main():
     parser.add_argument('--calibrate', type=int, metavar='N', help='N healthy arms, no effects')
     parser.add_argument('--tolerance', type=float, default=1.0, help='times the stated tolerances')
     parser.add_argument('--out', type=Path)
+    parser.add_argument('--table', choices=TABLES, help='of the documentation, to be written anew')
     options = parser.parse_args()
     if options.calibrate:
         calibrate(options)
@@ -239,6 +243,8 @@ def main():
             if options.out:
                 write_text(options.out, json.dumps(rows, indent=1))
     summary(rows)
+    if options.table:
+        write_rows(options.table, COLUMNS, table_rows(rows))
 
 
 def calibrate(options):

@@ -87,6 +87,8 @@ _ROOMS = rooms()
 autodoc_mock_imports = _not_installed()
 
 html_theme = (_installed('furo') or _installed('sphinx_rtd_theme') or ['alabaster'])[0]
+# `--live` in a help text is two hyphens.
+smartquotes = False
 html_title = f'{_title} {release}'
 html_static_path = ['_static']
 html_css_files = ['site.css']

@@ -18,4 +18,10 @@ def markdown(results: dict[str, Any]) -> str:
 
 def _provenance(results: dict[str, Any]) -> str:
     parts = (results['date'], f'version {results["version"]}', *results.get('where', ()))
-    return f'*Measured by `{results["command"]}`: {", ".join(parts)}.*'
+    command = results['command']
+    by = (
+        'in single runs by hand, which no program repeats'
+        if command == 'by hand'
+        else f'by `{command}`'
+    )
+    return f'*Measured {by}: {", ".join(parts)}.*'

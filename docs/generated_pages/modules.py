@@ -41,7 +41,7 @@ def _page(folder: Path, children: list[Path]) -> Iterator[str]:
         yield from (f'.. automodule:: {name}', '   :no-members:', '')
     if children:
         yield from ('.. toctree::', '   :maxdepth: 1', '')
-        yield from (f'   {_dotted(child)}' for child in children)
+        yield from (f'   {child.name} <{_dotted(child)}>' for child in children)
         yield ''
     modules = _modules(folder)
     if modules:

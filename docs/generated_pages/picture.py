@@ -78,7 +78,9 @@ def _words(part: str) -> list[str]:
     place = ROOT.joinpath(*part.split('.'))
     path = place / '__init__.py' if place.is_dir() else place.with_suffix('.py')
     text = ast.get_docstring(ast.parse(path.read_text())) if path.exists() else ''
-    return textwrap.wrap(first_sentence(text), LETTERS, max_lines=3, placeholder=' …')
+    return textwrap.wrap(
+        first_sentence(text).replace('`', ''), LETTERS, max_lines=3, placeholder=' …'
+    )
 
 
 def _box(part: str, place: tuple[float, float, float], words: list[str]) -> str:

@@ -1,0 +1,135 @@
+"""Results as files, from which the documentation makes its tables, and whether they are stale.
+
+A file states what measured it: the programs of its group, without their imports and comments.
+When these change, the figures are of something else and have to be measured again.
+"""
+
+import ast
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+import datetime
+from hashlib import sha256
+import json
+from pathlib import Path
+import platform
+from typing import Any
+
+from benchmarks.table import Line
+from modal_core.atomic_file import write_text
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / 'docs' / 'measured' / 'results'
+COLUMNS = ('what', 'ours', 'peer', 'ratio', 'reach', '')
+
+
+@dataclass(frozen=True)
+class Group:
+    """A group of figures.
+
+    Parameters
+    ----------
+    name : str
+        Also of its file.
+    programs : tuple of str
+        Files or folders that measure it, relative to the root; none: a run by hand, which is
+        not repeated by any program.
+    command : str
+        Measures it anew.
+    """
+
+    name: str
+    programs: tuple[str, ...]
+    command: str
+
+
+def _group(name: str, *programs: str) -> Group:
+    own = programs or (f'benchmarks/{name}.py',)
+    return Group(name, (*own, 'benchmarks/plant.py'), f'make bench BENCH={name}')
+
+
+GAP = (
+    'benchmarks/gap_matrix.py',
+    'test/model_gap/hidden_campaign.py',
+    'test/model_gap/independent_arm.py',
+)
+MATRIX = 'benchmarks/gap_matrix.py'
+GROUPS = {
+    group.name: group
+    for group in (
+        _group(
+            'speed',
+            *(f'benchmarks/{name}.py' for name in ('speed', 'cases', 'ours', 'peers', 'record')),
+        ),
+        _group('streaming'),
+        _group('selection'),
+        _group('scatter'),
+        _group('tracking'),
+        _group('throughput'),
+        _group('faults', 'benchmarks/faults'),
+        Group('shapes', (), 'by hand'),
+        Group('complex_shapes', (), 'by hand'),
+        Group('gap_full_size', GAP, f'{MATRIX} --first-seed 901 --seeds 2 --table gap_full_size'),
+        Group('gap_small', GAP, f'{MATRIX} --first-seed 900 --quick --table gap_small'),
+        Group('gap_outside', GAP, f'{MATRIX} --only outside --first-seed 903 --table gap_outside'),
+        Group('gap_healthy', (), f'{MATRIX} --calibrate 16 --first-seed 2000 --quick'),
+        Group('gap_other_simulator', (), 'by hand'),
+        Group('gap_single_runs', (), 'by hand'),
+    )
+}
+
+
+def definition(group: Group) -> str:
+    """Return the fingerprint of what a group measures; empty where no program does."""
+    if not group.programs:
+        return ''
+    seen = sha256()
+    for program in group.programs:
+        place = ROOT / program
+        for path in sorted(place.rglob('*.py')) if place.is_dir() else [place]:
+            seen.update(_bare(path.read_text()).encode())
+    return seen.hexdigest()[:16]
+
+
+def _bare(text: str) -> str:
+    """Return a program without imports, docstrings and comments: what a move may change.
+
+    Of the text, since the parser's own output differs between versions of Python.
+    """
+    lines = text.splitlines()
+    for node in ast.walk(ast.parse(text)):
+        said = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if said or isinstance(node, ast.Import | ast.ImportFrom):
+            own = range(node.lineno - 1, node.end_lineno or node.lineno)
+            lines = ['' if number in own else line for number, line in enumerate(lines)]
+    bare = [line.partition('  #')[0].rstrip() for line in lines]
+    return '\n'.join(line for line in bare if line and not line.lstrip().startswith('#'))
+
+
+def write_lines(name: str, lines: Iterable[Line], where: Sequence[str] = ()) -> None:
+    """Keep the lines of a group that was measured just now."""
+    verdict = {True: 'ok', False: 'short', None: ''}
+    rows = [
+        [line.what, line.ours, line.peer, line.ratio, line.reach, verdict[line.met]]
+        for line in lines
+    ]
+    write_rows(name, COLUMNS, rows, where)
+
+
+def write_rows(
+    name: str, columns: Sequence[str], rows: Sequence[Sequence[str]], where: Sequence[str] = ()
+) -> None:
+    """Keep a table of a group that was measured just now."""
+    from modal_core.version import suite_version
+
+    group = GROUPS[name]
+    results: dict[str, Any] = {
+        'command': group.command,
+        'date': datetime.date.today().isoformat(),
+        'version': suite_version(),
+        'where': [f'Python {platform.python_version()}', *where],
+        'definition': definition(group),
+        'columns': list(columns),
+        'rows': [list(row) for row in rows],
+    }
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    write_text(FOLDER / f'{name}.json', json.dumps(results, indent=1, ensure_ascii=False) + '\n')

@@ -1,0 +1,70 @@
+"""Measured figures in the documentation are what programs wrote, and none is stale."""
+
+import json
+from pathlib import Path
+import re
+import sys
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / 'docs')]
+
+from generated_pages.measured import markdown  # noqa: E402
+
+from benchmarks.results import definition, FOLDER, Group, GROUPS, write_lines  # noqa: E402
+from benchmarks.table import Line  # noqa: E402
+
+PAGES = sorted((ROOT / 'docs' / 'measured').glob('*.md'))
+
+
+def shown() -> list[str]:
+    return [
+        name for page in PAGES for name in re.findall(r'```{measured} (\w+)', page.read_text())
+    ]
+
+
+def stale(group: Group, results: dict) -> bool:
+    return results['definition'] != definition(group)
+
+
+def test_every_file_of_results_is_shown_once_and_no_other():
+    assert sorted(shown()) == sorted(GROUPS) == sorted(path.stem for path in FOLDER.glob('*'))
+
+
+def test_no_table_of_figures_is_kept_by_hand():
+    """Tables by hand may say what to do, but hold no number."""
+    for page in PAGES:
+        rows = re.findall(r'^\|.*$', page.read_text(), re.M)
+        assert not [row for row in rows if re.search(r'\d', row)], f'{page.name}: use {{measured}}'
+
+
+@pytest.mark.parametrize('name', GROUPS)
+def test_no_figure_is_stale(name):
+    """A change of what is measured, or a new version, asks for measuring again."""
+    group, results = GROUPS[name], json.loads((FOLDER / f'{name}.json').read_text())
+    advice = f'{name}.json is stale: run {group.command}, and commit what it wrote'
+    assert not stale(group, results), advice
+    assert f"version='{results['version']}'" in (ROOT / 'setup.py').read_text(), advice
+    assert all(len(row) == len(results['columns']) for row in results['rows'])
+    assert markdown(results).count('\n') == len(results['rows']) + 4
+
+
+def test_a_changed_program_makes_its_figures_stale(tmp_path, monkeypatch):
+    """Thresholds and seeds count; imports and comments, which a move changes, do not."""
+    import benchmarks.results as module
+
+    monkeypatch.setattr(module, 'ROOT', tmp_path)
+    monkeypatch.setattr(module, 'FOLDER', tmp_path / 'results')
+    monkeypatch.setitem(module.GROUPS, 'tracking', Group('tracking', ('b.py',), 'make bench'))
+    program = tmp_path / 'b.py'
+    program.write_text('import old\n\nREACH = 0.99\n')
+    write_lines('tracking', [Line('right ids', '1 | 2', reach='≥ 99 %', met=False)])
+    results = json.loads((tmp_path / 'results' / 'tracking.json').read_text())
+    group = module.GROUPS['tracking']
+    assert not stale(group, results)
+    assert '| right ids | 1 \\| 2 | - | - | ≥ 99 % | short |' in markdown(results)
+    program.write_text('"""Says more."""\n\nimport new  # elsewhere\n\nREACH = 0.99\n')
+    assert not stale(group, results)
+    program.write_text('import new\n\nREACH = 0.9\n')
+    assert stale(group, results)
