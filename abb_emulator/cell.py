@@ -6,16 +6,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.arm import Arm
-from abb_emulator.arm_effect import ArmEffect
-from abb_emulator.arm_structure import GAIN_SIGMA, PLACE_SIGMA_M, with_effects, with_tolerances
 from abb_emulator.controller import Controller, ControllerSettings
-from abb_emulator.delay_line import DelayLine
-from abb_emulator.gear_settings import GearSettings
-from abb_emulator.sensor_errors import SensorErrors
-from abb_emulator.sensors import SensorArray, SensorSettings
-from abb_emulator.servo import Servo, ServoSettings
-from abb_emulator.udp_client import UdpClient
+from abb_emulator.drives import Servo, ServoSettings
+from abb_emulator.egm import UdpClient
+from abb_emulator.mechanics import (
+    Arm,
+    ArmEffect,
+    GAIN_SIGMA,
+    GearSettings,
+    PLACE_SIGMA_M,
+    with_effects,
+    with_tolerances,
+)
+from abb_emulator.sensing import DelayLine, SensorArray, SensorErrors, SensorSettings
 from modal_core.channel import ANGULAR_VELOCITY, Channel
 from modal_core.errors import SettingsError
 from structural_model.flexible_joint_model import FlexibleJointModel

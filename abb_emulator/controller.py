@@ -12,14 +12,10 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.egm_session import EgmSession, Phase, Status
-from abb_emulator.guidance_law import GuidanceLaw, GuidanceSettings
-from abb_emulator.joint_move import JointMove, MoveLimits
-from abb_emulator.motion import Motion, Stop
-from abb_emulator.supervision import Supervision
-from abb_emulator.udp_client import UdpClient
+from abb_emulator.drives import JointMove, Motion, MoveLimits, Stop, Supervision
+from abb_emulator.egm import EgmSession, GuidanceLaw, GuidanceSettings, Phase, Status, UdpClient
 from modal_core.errors import BridgeError
-from robot_bridge.egm_messages import RAPID_RUNNING, RAPID_STOPPED, RAPID_UNDEFINED
+from robot_bridge.egm import RAPID_RUNNING, RAPID_STOPPED, RAPID_UNDEFINED
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]

@@ -12,15 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.arm_effect import ArmEffect, read_effects
 from abb_emulator.cell import ArmSide, CellSettings, MotorSide
 from abb_emulator.controller import Controller, Program
-from abb_emulator.gear_settings import GearSettings
-from abb_emulator.guidance_law import GuidanceLaw, GuidanceSettings
-from abb_emulator.program_task import ProgramTask
+from abb_emulator.drives import ServoSettings
+from abb_emulator.egm import GuidanceLaw, GuidanceSettings
+from abb_emulator.mechanics import ArmEffect, GearSettings, read_effects
+from abb_emulator.rapid import ProgramTask
 from abb_emulator.recorder import Recorder
-from abb_emulator.sensors import SensorSettings
-from abb_emulator.servo import ServoSettings
+from abb_emulator.sensing import SensorSettings
 from excitation_planner.plan import ExcitationPlan, MOVES
 from excitation_planner.rapid import rapid_module
 from modal_core.channel import SensorLayout
@@ -33,8 +32,7 @@ from modal_core.measurements import (
 from modal_recordings.encode import encode
 from modal_recordings.raw_message import RawMessage
 from modal_recordings.writer import RecordingWriter
-from robot_bridge.plan_path import PlanPath
-from robot_bridge.plan_player import PlanPlayer, PlayerSettings
+from robot_bridge.player import PlanPath, PlanPlayer, PlayerSettings
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.robot_files import load_layout, load_robot
 

@@ -9,8 +9,8 @@ from modal_core.share import share_path
 
 # node name, module, parameter file; the order is the order they start in
 NODES = (
-    ('abb_emulator', 'abb_emulator.emulator_node', 'emulator.yaml'),
-    ('robot_bridge', 'robot_bridge.bridge_node', 'bridge.yaml'),
+    ('abb_emulator', 'abb_emulator.node.emulator_node', 'emulator.yaml'),
+    ('robot_bridge', 'robot_bridge.node.bridge_node', 'bridge.yaml'),
     ('excitation_planner', 'excitation_planner.planner_node', 'planner.yaml'),
     ('oma_identifier', 'oma_identifier.node.identifier_node', 'identifier.yaml'),
 )

@@ -9,11 +9,11 @@ from autonomous_modal_analysis.missing import EXIT_MISSING, explain, MissingErro
 from modal_core.quiet_loading import quiet_loading
 
 NODES = {
-    'abb_emulator': 'abb_emulator.emulator_node',
+    'abb_emulator': 'abb_emulator.node.emulator_node',
     'excitation_planner': 'excitation_planner.planner_node',
     'oma_identifier': 'oma_identifier.node.identifier_node',
-    'replay': 'robot_bridge.replay_node',
-    'robot_bridge': 'robot_bridge.bridge_node',
+    'replay': 'robot_bridge.node.replay_node',
+    'robot_bridge': 'robot_bridge.node.bridge_node',
 }
 
 

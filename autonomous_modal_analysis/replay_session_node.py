@@ -117,7 +117,7 @@ def replay(
 def _replay_command(settings: ReplaySettings) -> NodeCommand:
     return NodeCommand(
         name=REPLAY,
-        module='robot_bridge.replay_node',
+        module='robot_bridge.node.replay_node',
         parameters=settings.replay_parameters,
     )
 

@@ -10,13 +10,10 @@ from excitation_planner.plan import ExcitationPlan
 from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backends import make_backend
 from robot_bridge.bridge_settings import BridgeSettings
-from robot_bridge.egm_feedback import RobotFeedback
-from robot_bridge.egm_link import EgmLink, Packet
-from robot_bridge.operator_flow import FlowState
-from robot_bridge.packet_log import PacketLog
-from robot_bridge.plan_path import PlanPath
-from robot_bridge.plan_player import Reference
-from robot_bridge.session_check import Judgement, SessionCheck, SessionLimits
+from robot_bridge.egm import EgmLink, Judgement, Packet, RobotFeedback, SessionCheck, SessionLimits
+from robot_bridge.operator import FlowState
+from robot_bridge.player import PlanPath, Reference
+from robot_bridge.recording import PacketLog
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 SPEED_SLACK = 1.2

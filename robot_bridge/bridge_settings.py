@@ -8,8 +8,8 @@ from typing import Any
 
 from modal_core.errors import BridgeError
 from robot_bridge.backends import BACKENDS, BackendSettings, is_real
-from robot_bridge.operator_flow import FlowSettings
-from robot_bridge.plan_player import PlayerSettings
+from robot_bridge.operator import FlowSettings
+from robot_bridge.player import PlayerSettings
 from robot_bridge.web_password import web_password
 
 MEGABYTE = 1_000_000

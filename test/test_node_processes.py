@@ -17,9 +17,9 @@ pytestmark = pytest.mark.node
 MODULES = {
     'oma_identifier': 'oma_identifier.node.identifier_node',
     'excitation_planner': 'excitation_planner.planner_node',
-    'robot_bridge': 'robot_bridge.bridge_node',
-    'abb_emulator': 'abb_emulator.emulator_node',
-    'replay': 'robot_bridge.replay_node',
+    'robot_bridge': 'robot_bridge.node.bridge_node',
+    'abb_emulator': 'abb_emulator.node.emulator_node',
+    'replay': 'robot_bridge.node.replay_node',
 }
 
 

@@ -164,7 +164,7 @@ def imported(path: Path) -> list[str]:
     return names
 
 
-FOLDED = ('oma_identifier', 'model_gap')
+FOLDED = ('oma_identifier', 'model_gap', 'robot_bridge', 'abb_emulator')
 """Rooms whose folders show the method."""
 
 

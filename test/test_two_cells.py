@@ -60,7 +60,7 @@ class Cell:
         parameters = {
             **CALM,
             **{f'{node}.robot': str(robot) for node in nodes},
-            'robot_bridge.packet_log': str(self.folder / 'egm.mcap'),
+            'robot_bridge.recording.packet_log': str(self.folder / 'egm.mcap'),
             'excitation_planner.seed': str(seed),
             'excitation_planner.duration_s': '30.0',
         }
@@ -96,7 +96,7 @@ class Cell:
 
         The times, (n,) [s], count from where its bridge gave up the motion, if it did.
         """
-        from robot_bridge.egm_messages import EgmRobot
+        from robot_bridge.egm.egm_messages import EgmRobot
 
         rows, given_up_s = [], None
         with (self.folder / 'egm.mcap').open('rb') as file:

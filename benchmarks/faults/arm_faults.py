@@ -13,17 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abb_emulator.cell import CellSettings, MotorSide
-from abb_emulator.guidance_law import GuidanceSettings
-from abb_emulator.guidance_program import guidance_program
-from abb_emulator.link_faults import LinkFaults
-from abb_emulator.udp_client import UdpClient
+from abb_emulator.egm import GuidanceSettings, LinkFaults, UdpClient
+from abb_emulator.rapid.guidance_program import guidance_program
 from excitation_planner.trajectory import Trajectory
 from modal_core.errors import BridgeError
-from robot_bridge.egm_link import EgmLink, Packet
-from robot_bridge.egm_messages import EgmRobot
-from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
-from robot_bridge.plan_path import PlanPath
-from robot_bridge.session_check import SessionCheck, SessionLimits
+from robot_bridge.egm import EgmLink, EgmRobot, Packet, SessionCheck, SessionLimits
+from robot_bridge.operator import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.player import PlanPath
 from structural_model import load_robot
 
 CYCLE_S = 0.004032

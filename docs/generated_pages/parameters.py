@@ -50,7 +50,7 @@ def _bridge() -> list[Row]:
 
 
 def _emulator() -> list[Row]:
-    from abb_emulator.emulator_parameters import PARAMETERS
+    from abb_emulator.node.emulator_parameters import PARAMETERS
 
     return [Row(p.name, p.default, p.text) for p in PARAMETERS]
 
@@ -62,7 +62,7 @@ def _planner() -> list[Row]:
 
 
 def _replay() -> list[Row]:
-    from robot_bridge.replay_parameters import PARAMETERS
+    from robot_bridge.node.replay_parameters import PARAMETERS
 
     return [Row(name, default, text) for name, default, text in PARAMETERS]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from abb_emulator.cell import ArmSide, CellSettings, MotorSide
-from abb_emulator.sensors import SensorSettings
+from abb_emulator.sensing import SensorSettings
 from excitation_planner import ExcitationPlan, plan_excitation, PlanRequest, RANDOM_PULSES
 from excitation_planner.sensitivity import actual_change
 from modal_core.indicators import mac
@@ -26,7 +26,7 @@ from modal_core.mode import Mode
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
 from oma_identifier.settings import IdentificationSettings
-from robot_bridge.plan_path import PlanPath
+from robot_bridge.player import PlanPath
 from structural_model import load_layout, load_robot
 from structural_model.flexible_joint_model import FlexibleJointModel
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.servo import Servo, ServoSettings
+from abb_emulator.drives import Servo, ServoSettings
 from examples.paper.cell import plan_pulses, robot, SAMPLE_RATE_HZ
 from examples.paper.output import COLOURS, GREY, panels, save, say, show_table
 from excitation_planner.pulses import rectangular_train

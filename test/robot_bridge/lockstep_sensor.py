@@ -6,10 +6,10 @@ import socket
 import numpy as np
 
 from abb_emulator.cell import CellSettings, MotorSide
-from abb_emulator.guidance_law import GuidanceSettings
-from abb_emulator.link_faults import LinkFaults
-from abb_emulator.program_task import ProgramTask
-from abb_emulator.udp_client import UdpClient
+from abb_emulator.egm.guidance_law import GuidanceSettings
+from abb_emulator.egm.link_faults import LinkFaults
+from abb_emulator.egm.udp_client import UdpClient
+from abb_emulator.rapid.program_task import ProgramTask
 
 SEED = 11
 

@@ -29,9 +29,9 @@ LATCHED = QoSProfile(
 HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
 MODULES = {
-    'robot_bridge': 'robot_bridge.bridge_node',
-    'abb_emulator': 'abb_emulator.emulator_node',
-    'replay': 'robot_bridge.replay_node',
+    'robot_bridge': 'robot_bridge.node.bridge_node',
+    'abb_emulator': 'abb_emulator.node.emulator_node',
+    'replay': 'robot_bridge.node.replay_node',
 }
 FILES = {'robot_bridge': 'bridge.yaml', 'abb_emulator': 'emulator.yaml'}
 

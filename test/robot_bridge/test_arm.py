@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from abb_emulator.arm import Arm
-from abb_emulator.gear_settings import GearSettings
+from abb_emulator.mechanics.arm import Arm
+from abb_emulator.mechanics.gear_settings import GearSettings
 from modal_core.channel import ANGULAR_VELOCITY, Channel
 from structural_model import load_layout, load_robot
 from structural_model.matrices import damped_modes

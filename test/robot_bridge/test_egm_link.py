@@ -5,9 +5,9 @@ import time
 import numpy as np
 import pytest
 
-from robot_bridge.egm_link import _bound_socket, _receipt_ns, EgmLink
-from robot_bridge.plan_player import Reference
-from robot_bridge.session_check import SessionCheck, SessionLimits
+from robot_bridge.egm.egm_link import _bound_socket, _receipt_ns, EgmLink
+from robot_bridge.egm.session_check import SessionCheck, SessionLimits
+from robot_bridge.player.plan_player import Reference
 
 N_WAITING, STALE_S = 60, 0.02
 

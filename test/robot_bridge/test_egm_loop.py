@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from abb_emulator.cell import CellSettings, MotorSide
-from abb_emulator.egm_session import Phase
-from abb_emulator.guidance_law import GuidanceSettings
-from abb_emulator.guidance_program import guidance_program
-from abb_emulator.link_faults import LinkFaults
-from abb_emulator.udp_client import UdpClient
+from abb_emulator.egm.egm_session import Phase
+from abb_emulator.egm.guidance_law import GuidanceSettings
+from abb_emulator.egm.link_faults import LinkFaults
+from abb_emulator.egm.udp_client import UdpClient
+from abb_emulator.rapid.guidance_program import guidance_program
 from excitation_planner.trajectory import Trajectory
 from modal_core.errors import BridgeError
-from robot_bridge.egm_link import EgmLink
-from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
-from robot_bridge.plan_path import PlanPath
-from robot_bridge.session_check import SessionCheck, SessionLimits
+from robot_bridge.egm.egm_link import EgmLink
+from robot_bridge.egm.session_check import SessionCheck, SessionLimits
+from robot_bridge.operator.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.player.plan_path import PlanPath
 from structural_model import load_robot
 
 CYCLE_S = 0.004032
@@ -236,7 +236,7 @@ def test_wildcard_addresses_are_refused():
 
 
 def test_the_controller_listens_to_one_port_of_the_sensor_only(loop):
-    from robot_bridge.egm_command import encode_sensor
+    from robot_bridge.egm.egm_command import encode_sensor
 
     loop.run(100)
     port = loop.controller.client._socket.getsockname()

@@ -6,9 +6,9 @@ from google.protobuf import descriptor_pool
 import pytest
 
 from modal_core.errors import MessageError
-from robot_bridge.egm_command import decode_sensor, encode_sensor
-from robot_bridge.egm_feedback import decode_robot
-from robot_bridge.egm_messages import EgmRobot, EgmSensor, PACKAGE
+from robot_bridge.egm.egm_command import decode_sensor, encode_sensor
+from robot_bridge.egm.egm_feedback import decode_robot
+from robot_bridge.egm.egm_messages import EgmRobot, EgmSensor, PACKAGE
 
 
 def varint(value):

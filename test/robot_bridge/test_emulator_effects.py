@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 import yaml
 
-from abb_emulator.arm import Arm
-from abb_emulator.arm_effect import ArmEffect, KINDS, read_effects
-from abb_emulator.arm_structure import with_effects, with_tolerances
 from abb_emulator.cell import ArmSide, CellSettings
-from abb_emulator.gear_settings import GearSettings
-from abb_emulator.gear_springs import GearSprings
+from abb_emulator.mechanics.arm import Arm
+from abb_emulator.mechanics.arm_effect import ArmEffect, KINDS, read_effects
+from abb_emulator.mechanics.arm_structure import with_effects, with_tolerances
+from abb_emulator.mechanics.gear_settings import GearSettings
+from abb_emulator.mechanics.gear_springs import GearSprings
 from abb_emulator.run_plan import ArmOptions, run_plan
-from abb_emulator.sensors import SensorSettings
+from abb_emulator.sensing.sensors import SensorSettings
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
 from modal_core.channel import Channel
@@ -327,7 +327,7 @@ def test_a_delayed_command_delays_everything(model, channels, start_deg, motion,
 
 
 def test_a_soft_mount_has_its_transfer_function(model, channels, start_deg):
-    from abb_emulator.sensor_errors import SensorErrors
+    from abb_emulator.sensing.sensor_errors import SensorErrors
 
     made = effect('sensor_mount_resonance')
     errors = SensorErrors([made], channels, RATE_HZ, np.full(len(channels), 3.0))

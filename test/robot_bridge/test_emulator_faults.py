@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from abb_emulator.cell import ArmSide, CellSettings, MotorSide
-from abb_emulator.fault_desk import Fault, FaultDesk, KINDS
-from abb_emulator.guidance_law import GuidanceSettings
-from abb_emulator.link_faults import LinkFaults
-from abb_emulator.rapid_parser import parse_module
-from abb_emulator.rapid_program import RapidProgram
-from abb_emulator.udp_client import UdpClient
+from abb_emulator.egm.guidance_law import GuidanceSettings
+from abb_emulator.egm.link_faults import LinkFaults
+from abb_emulator.egm.udp_client import UdpClient
+from abb_emulator.node.fault_desk import Fault, FaultDesk, KINDS
+from abb_emulator.rapid.rapid_parser import parse_module
+from abb_emulator.rapid.rapid_program import RapidProgram
 from modal_core.errors import BridgeError
 from structural_model.robot_files import load_layout
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from abb_emulator.cell import CellSettings, MotorSide
-from abb_emulator.guidance_law import GuidanceSettings
-from abb_emulator.jerk_profile import jerk_profile
-from abb_emulator.joint_move import JointMove, MoveLimits
-from abb_emulator.program_task import ProgramTask
-from abb_emulator.rapid_parser import parse_module
+from abb_emulator.drives.jerk_profile import jerk_profile
+from abb_emulator.drives.joint_move import JointMove, MoveLimits
+from abb_emulator.egm.guidance_law import GuidanceSettings
+from abb_emulator.rapid.program_task import ProgramTask
+from abb_emulator.rapid.rapid_parser import parse_module
 from excitation_planner.moves import moves_of
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import rapid_module, RapidOptions

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from abb_emulator.cell import CellSettings, MotorSide
-from abb_emulator.guidance_law import GuidanceSettings
-from abb_emulator.program_task import ProgramTask
-from abb_emulator.rws_server import RwsServer
-from abb_emulator.rws_station import Station
+from abb_emulator.egm.guidance_law import GuidanceSettings
+from abb_emulator.rapid.program_task import ProgramTask
+from abb_emulator.rws.rws_server import RwsServer
+from abb_emulator.rws.rws_station import Station
 
 MODULE = """MODULE Small
   CONST jointtarget jA:=[[2,45,-10,90,-90,0],[9E9,9E9,9E9,9E9,9E9,9E9]];

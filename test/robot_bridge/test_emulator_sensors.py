@@ -5,8 +5,8 @@ import pytest
 from scipy.signal import welch
 
 from abb_emulator.cell import ArmSide, CellSettings, MotorSide
-from abb_emulator.sensors import SensorArray, SensorSettings
-from abb_emulator.servo import Servo, ServoSettings
+from abb_emulator.drives.servo import Servo, ServoSettings
+from abb_emulator.sensing.sensors import SensorArray, SensorSettings
 from modal_core.channel import ANGULAR_VELOCITY, Channel
 
 RATE_HZ = 2048.0

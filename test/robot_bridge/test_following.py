@@ -6,15 +6,15 @@ import threading
 import numpy as np
 import pytest
 
-from abb_emulator.guidance_law import GuidanceLaw, GuidanceSettings
-from abb_emulator.servo import Servo, ServoSettings
-from robot_bridge.egm_feedback import RobotFeedback
-from robot_bridge.egm_messages import MCI_RUNNING
-from robot_bridge.following_check import FollowingCheck
-from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
-from robot_bridge.plan_path import PlanPath
-from robot_bridge.session_check import Judgement, Verdict
-from robot_bridge.stream_flow import StreamFlow
+from abb_emulator.drives.servo import Servo, ServoSettings
+from abb_emulator.egm.guidance_law import GuidanceLaw, GuidanceSettings
+from robot_bridge.egm.egm_feedback import RobotFeedback
+from robot_bridge.egm.egm_messages import MCI_RUNNING
+from robot_bridge.egm.session_check import Judgement, Verdict
+from robot_bridge.operator.following_check import FollowingCheck
+from robot_bridge.operator.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.operator.stream_flow import StreamFlow
+from robot_bridge.player.plan_path import PlanPath
 
 CYCLE_S = 0.004032
 RATE_HZ = 2.0 / CYCLE_S

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from abb_emulator.controller import CYCLE_S
-from abb_emulator.guidance_law import GuidanceLaw, GuidanceSettings
+from abb_emulator.egm.guidance_law import GuidanceLaw, GuidanceSettings
 
 WIDE = {'max_speed_deviation_deg_s': 1e3, 'condition_time_s': 1e9, 'ramp_in_s': CYCLE_S}
 

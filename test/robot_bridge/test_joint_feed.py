@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robot_bridge.egm_feedback import RobotFeedback
-from robot_bridge.joint_feed import JointFeed
+from robot_bridge.egm.egm_feedback import RobotFeedback
+from robot_bridge.node.joint_feed import JointFeed
 
 BEGIN_NS = 1_700_000_000_000_000_000
 DELAY_NS = 300_000

@@ -10,16 +10,16 @@ import time
 import pytest
 
 from modal_recordings import open_recording, RecordingWriter
-from robot_bridge.egm_link import Packet
-from robot_bridge.packet_log import PacketLog
+from robot_bridge.egm.egm_link import Packet
+from robot_bridge.recording.packet_log import PacketLog
 
 AMA = Path(sys.executable).with_name('ama')
 MOST_LOST_S = 0.2
 LOGGING = """
 import sys, time
 from pathlib import Path
-from robot_bridge.egm_link import Packet
-from robot_bridge.packet_log import PacketLog
+from robot_bridge.egm.egm_link import Packet
+from robot_bridge.recording.packet_log import PacketLog
 
 log = PacketLog(Path(sys.argv[1]))
 log.add_event(time.time_ns(), 'RUNNING: started by the operator')
@@ -79,7 +79,7 @@ def test_a_state_is_on_the_disk_when_it_is_told(tmp_path):
 def test_the_next_log_does_not_touch_what_an_accident_left(tmp_path):
     path = tmp_path / 'egm.mcap'
     left = tmp_path / 'egm.unfinished.mcap'
-    child = 'import os, sys; from robot_bridge.packet_log import PacketLog; '
+    child = 'import os, sys; from robot_bridge.recording.packet_log import PacketLog; '
     child += 'from pathlib import Path; PacketLog(Path(sys.argv[1])); os._exit(9)'
     subprocess.run([sys.executable, '-c', child, str(path)], check=False)
     before = left.read_bytes()

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from modal_core.errors import BridgeError, PlanError
-from robot_bridge.egm_feedback import RobotFeedback
-from robot_bridge.egm_messages import MCI_RUNNING, MCI_STOPPED
-from robot_bridge.guidance_backend import GuidanceBackend
-from robot_bridge.operator_flow import FlowSettings, FlowState, OperatorFlow
-from robot_bridge.plan_path import PlanPath
-from robot_bridge.plan_player import PlanPlayer, PlayerSettings
-from robot_bridge.session_check import Judgement, Verdict
+from robot_bridge.backends.guidance_backend import GuidanceBackend
+from robot_bridge.egm.egm_feedback import RobotFeedback
+from robot_bridge.egm.egm_messages import MCI_RUNNING, MCI_STOPPED
+from robot_bridge.egm.session_check import Judgement, Verdict
+from robot_bridge.operator.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.player.plan_path import PlanPath
+from robot_bridge.player.plan_player import PlanPlayer, PlayerSettings
 
 CYCLE_S = 0.004032
 READY = RobotFeedback(

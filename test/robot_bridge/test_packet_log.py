@@ -7,8 +7,8 @@ from mcap.reader import make_reader
 import pytest
 
 from modal_recordings import writer
-from robot_bridge.egm_link import Packet
-from robot_bridge.packet_log import N_FILES, PacketLog
+from robot_bridge.egm.egm_link import Packet
+from robot_bridge.recording.packet_log import N_FILES, PacketLog
 
 PACKET = bytes(range(200))
 

@@ -13,12 +13,12 @@ from excitation_planner.plan import RANDOM_PULSES
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
-from robot_bridge.backends import BackendSettings, make_backend
-from robot_bridge.egm_feedback import RobotFeedback
-from robot_bridge.egm_messages import MCI_STOPPED
-from robot_bridge.operator_flow import FlowSettings, FlowState
-from robot_bridge.plan_path import PlanPath
-from robot_bridge.session_check import Judgement, Verdict
+from robot_bridge.backends.backends import BackendSettings, make_backend
+from robot_bridge.egm.egm_feedback import RobotFeedback
+from robot_bridge.egm.egm_messages import MCI_STOPPED
+from robot_bridge.egm.session_check import Judgement, Verdict
+from robot_bridge.operator.operator_flow import FlowSettings, FlowState
+from robot_bridge.player.plan_path import PlanPath
 from structural_model.robot_files import load_layout
 
 _spec = importlib.util.spec_from_file_location(

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 from abb_emulator.cell import CellSettings, MotorSide
-from abb_emulator.guidance_law import GuidanceSettings
-from abb_emulator.program_task import ProgramTask
-from abb_emulator.rws_server import RwsServer
-from abb_emulator.rws_station import Station
+from abb_emulator.egm.guidance_law import GuidanceSettings
+from abb_emulator.rapid.program_task import ProgramTask
+from abb_emulator.rws.rws_server import RwsServer
+from abb_emulator.rws.rws_station import Station
 from excitation_planner.plan import RANDOM_PULSES
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import module_name, rapid_module
 from excitation_planner.request import PlanRequest
-from robot_bridge.egm_command import decode_sensor
-from robot_bridge.operator_flow import FlowSettings, FlowState
-from robot_bridge.released_program import ReleasedProgram
-from robot_bridge.rws_client import RwsClient
+from robot_bridge.egm.egm_command import decode_sensor
+from robot_bridge.operator.operator_flow import FlowSettings, FlowState
+from robot_bridge.rws.released_program import ReleasedProgram
+from robot_bridge.rws.rws_client import RwsClient
 from structural_model.robot_files import load_layout
 
 CYCLE_S = 0.004032

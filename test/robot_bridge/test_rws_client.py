@@ -13,17 +13,17 @@ import numpy as np
 import pytest
 
 from abb_emulator.cell import CellSettings, MotorSide
-from abb_emulator.guidance_law import GuidanceSettings
-from abb_emulator.program_task import ProgramTask
-from abb_emulator.rws_server import RwsServer
-from abb_emulator.rws_station import Station
+from abb_emulator.egm.guidance_law import GuidanceSettings
+from abb_emulator.rapid.program_task import ProgramTask
+from abb_emulator.rws.rws_server import RwsServer
+from abb_emulator.rws.rws_station import Station
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import module_name, rapid_module
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
-from robot_bridge.backends import BackendSettings, make_backend
-from robot_bridge.released_program import ReleasedProgram
-from robot_bridge.rws_client import RwsClient
+from robot_bridge.backends.backends import BackendSettings, make_backend
+from robot_bridge.rws.released_program import ReleasedProgram
+from robot_bridge.rws.rws_client import RwsClient
 from robot_bridge.web_password import SHIPPED, web_password
 
 _spec = importlib.util.spec_from_file_location(

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from robot_bridge.egm_feedback import RobotFeedback
-from robot_bridge.session_check import SessionCheck, SessionLimits, Verdict
+from robot_bridge.egm.egm_feedback import RobotFeedback
+from robot_bridge.egm.session_check import SessionCheck, SessionLimits, Verdict
 
 HOME = ('127.0.0.1', 40000)
 FIRST = RobotFeedback(

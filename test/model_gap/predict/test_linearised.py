@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from abb_emulator.arm import Arm
+from abb_emulator.mechanics.arm import Arm
 from model_gap.campaign.campaign import GapRecord
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra

@@ -14,8 +14,8 @@ from oma_identifier.settings import IdentificationSettings
 
 pytest.importorskip('pinocchio')
 robot_files = pytest.importorskip('structural_model.robot_files')
-from abb_emulator.arm import Arm  # noqa: E402
-from abb_emulator.servo import Servo, ServoSettings  # noqa: E402
+from abb_emulator.drives.servo import Servo, ServoSettings  # noqa: E402
+from abb_emulator.mechanics.arm import Arm  # noqa: E402
 
 START = 1_700_000_000_000_000_000
 RATE_HZ, DURATION_S, BLOCK = 512.0, 26.0, 64

@@ -1,0 +1,107 @@
+"""Which backend a name stands for."""
+
+from dataclasses import dataclass, field
+from ipaddress import ip_address
+from pathlib import Path
+
+from modal_core.errors import BridgeError
+from robot_bridge.backends.backend import Backend
+from robot_bridge.backends.guidance_backend import GuidanceBackend
+from robot_bridge.backends.rapid_backend import RapidBackend
+from robot_bridge.operator import FlowSettings, OperatorFlow, StreamFlow
+from robot_bridge.rws import RwsClient
+from structural_model.flexible_joint_model import FlexibleJointModel
+
+BACKENDS = ('abb_egm', 'abb_rapid', 'emulator')
+METHODS = ('egm', 'rapid')
+# What a controller itself allows in manual mode (ISO 10218-1, reduced speed).
+REDUCED_SPEED_M_S = 0.25
+
+
+@dataclass(frozen=True, slots=True)
+class BackendSettings:
+    """What a backend is made from.
+
+    Parameters
+    ----------
+    name : str
+        One of ``BACKENDS``.
+    method : str
+        Of the emulator: ``egm`` or ``rapid``.
+    guidance_enabled : bool
+        Let EGM guidance move a real arm.
+    controller_address : str
+        The only host listened to.
+    rapid_file : Path
+        Where the module of a plan goes.
+    rws_address, rws_user, rws_password : str
+        Web services that load, start and stop programs and tell the mode; no address: by hand.
+    point_speed_m_s : float [m/s]
+        Fastest point of the arm in any plan.
+    flow : FlowSettings
+        Limits of the operator flow.
+    """
+
+    name: str = 'emulator'
+    method: str = 'egm'
+    guidance_enabled: bool = False
+    controller_address: str = '127.0.0.1'
+    rapid_file: Path = Path('AmaExcitation.mod')
+    rws_address: str = ''
+    rws_user: str = ''
+    rws_password: str = field(default='', repr=False)
+    point_speed_m_s: float = REDUCED_SPEED_M_S
+    flow: FlowSettings = field(default_factory=FlowSettings)
+
+
+def make_backend(settings: BackendSettings, model: FlexibleJointModel) -> Backend:
+    """Return the backend of a name.
+
+    Raises
+    ------
+    BridgeError
+        Unknown name or method, or guidance of a real arm that is not enabled.
+    """
+    name, method = settings.name, settings.method
+    if name == 'replay':
+        raise BridgeError('recordings are played by a node of their own', advice='start replay')
+    if name not in BACKENDS:
+        raise BridgeError('unknown backend', found=name, expected=', '.join(BACKENDS))
+    if method not in METHODS:
+        raise BridgeError('unknown method', found=method, expected=', '.join(METHODS))
+    control = None
+    if settings.rws_address:
+        control = RwsClient(settings.rws_address, settings.rws_user, settings.rws_password)
+    if name == 'abb_rapid' or (name == 'emulator' and method == 'rapid'):
+        flow = StreamFlow(settings.flow)
+        return RapidBackend(name, flow, model, settings.rapid_file, control)
+    real = is_real(settings) and not settings.flow.dry_run
+    if real and not settings.guidance_enabled:
+        raise BridgeError(
+            'guidance is not enabled',
+            where=name,
+            advice='read docs/reference/abb.md, then set guidance_enabled true, or method rapid',
+        )
+    fast = settings.point_speed_m_s > REDUCED_SPEED_M_S
+    if real and fast and control is None:
+        raise BridgeError(
+            'EGM does not tell the operating mode',
+            where='point_speed_m_s',
+            found=f'{settings.point_speed_m_s:g} m/s',
+            expected=f'at most {REDUCED_SPEED_M_S:g} m/s, or rws_address',
+        )
+    return GuidanceBackend(name, OperatorFlow(settings.flow), control if fast else None)
+
+
+def is_real(settings: BackendSettings) -> bool:
+    """Tell whether a real arm may be behind it: an emulator is on this machine only."""
+    # Calling a real controller an emulator must not be the way around a question.
+    return settings.name != 'emulator' or not is_loopback(settings.controller_address)
+
+
+def is_loopback(address: str) -> bool:
+    """Tell whether an address is of this machine only."""
+    try:
+        return ip_address(address).is_loopback
+    except ValueError:
+        return False

@@ -1,0 +1,131 @@
+"""RAPID: the plan runs as a program of the controller, and the bridge only listens."""
+
+from pathlib import Path
+import time
+
+from excitation_planner.plan import ExcitationPlan, MOVES
+from excitation_planner.rapid import module_name, rapid_module, start_tolerance_deg
+from modal_core.atomic_file import write_text
+from modal_core.errors import BridgeError, PlanError
+from robot_bridge.backends.backend import Backend
+from robot_bridge.egm import Judgement, RobotFeedback
+from robot_bridge.operator import FlowState, StreamFlow
+from robot_bridge.player import PlanPath, Reference
+from robot_bridge.rws import ProgramControl, ReleasedProgram
+from structural_model.flexible_joint_model import FlexibleJointModel
+
+STOP_AGAIN_S = 0.1
+
+
+class RapidBackend(Backend):
+    """Writes each plan as a RAPID module, started through a control or by hand at the pendant.
+
+    The controller streams its joints by EGM while the program runs; nothing is ever replied.
+    Without a control the bridge cannot stop the arm either: the pendant can.
+
+    Parameters
+    ----------
+    name : str
+        As the operator knows it.
+    flow : StreamFlow
+        Follows the program by its stream.
+    model : FlexibleJointModel
+        Robot of the plans.
+    path : Path
+        File the module is written to, whole or not at all.
+    control : ProgramControl or None
+        Loads, starts and stops the program; None leaves that to a person.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        flow: StreamFlow,
+        model: FlexibleJointModel,
+        path: Path,
+        control: ProgramControl | None = None,
+    ) -> None:
+        super().__init__(name, flow)
+        self._model, self._path, self._control = model, path, control
+        self._programs: dict[str, ReleasedProgram] = {}
+        self._being_started = False
+        if control is not None and not flow.settings.dry_run:
+            flow.stop_program = self._stop
+
+    def take(self, plan: ExcitationPlan, path: PlanPath) -> str:
+        """Write the module of a plan and take the plan in hand."""
+        if plan.signal not in MOVES:
+            raise PlanError(
+                'a RAPID program cannot play this signal',
+                found=plan.signal,
+                expected=' or '.join(MOVES),
+                advice='plan random_pulses, or use EGM guidance',
+            )
+        program = ReleasedProgram(
+            name=module_name(plan),
+            text=rapid_module(plan, self._model),
+            start_deg=tuple(path.start_deg.tolist()),
+            tolerance_deg=start_tolerance_deg(plan),
+        )
+        # Kept by hash: what is started is what was armed, whatever arrives in between.
+        kept = self.flow.path.plan_hash if self.flow.path is not None else ''
+        self._programs = {key: self._programs[key] for key in self._programs if key == kept}
+        self._programs[plan.plan_hash] = program
+        self.flow.offer(path)
+        write_text(self._path, program.text)
+        return f'plan {plan.plan_hash[:12]} checked and written to {self._path}'
+
+    def answer(
+        self, feedback: RobotFeedback, judgement: Judgement, now_s: float
+    ) -> Reference | None:
+        """Follow the program; reply nothing."""
+        return self.flow.on_feedback(feedback, judgement, now_s)
+
+    def start(self, now_s: float, token: str) -> None:
+        """Begin: with a control, load and run the armed module.
+
+        Raises
+        ------
+        BridgeError
+            Not armed, not the token of the release, no heartbeat, or the controller refuses.
+        """
+        control = None if self.flow.settings.dry_run else self._control
+        armed = self.flow.path.plan_hash if self.flow.path is not None else ''
+        program = self._programs.get(armed)
+        if control is None or program is None:
+            self.flow.start(now_s, token)
+            return
+        if self.flow.state == FlowState.ARMED:
+            # Refused here, the release stays and nothing has been touched.
+            control.check(program)
+        self.flow.start(now_s, token)
+        try:
+            control.load(program)
+            self._check_wanted()
+            self._being_started = True
+            try:
+                control.run(program, self._check_wanted)
+            finally:
+                self._being_started = False
+            # Aborted while it was being started: the stop may have come before the start.
+            self._check_wanted()
+        except BridgeError as error:
+            self.flow.abort(str(error))
+            self._stop()
+            raise
+
+    def _check_wanted(self) -> None:
+        if self.flow.state == FlowState.ABORTED:
+            raise BridgeError(f'aborted: {self.flow.reason}')
+
+    def _stop(self) -> None:
+        """Stop the program; while START is under way again and again: it may act any moment."""
+        if self._control is None:
+            return
+        try:
+            self._control.stop()
+            while self._being_started:
+                time.sleep(STOP_AGAIN_S)
+                self._control.stop()
+        except BridgeError as error:
+            self.flow.note(f'NOT STOPPED, use the pendant: {error}')

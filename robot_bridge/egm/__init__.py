@@ -1,0 +1,45 @@
+"""Externally Guided Motion of ABB: the packets, and the link they come and go by.
+
+In come the controller's UDP packets; out go feedback that was judged (session, order, clock,
+jumps) and the replies. The messages are those of ABB's egm.proto.
+"""
+
+from robot_bridge.egm.egm_command import decode_sensor, SensorCommand
+from robot_bridge.egm.egm_feedback import RobotFeedback
+from robot_bridge.egm.egm_link import ask_for_real_time, EgmLink, Packet
+from robot_bridge.egm.egm_messages import (
+    EgmRobot,
+    file_descriptor,
+    MCI_ERROR,
+    MCI_RUNNING,
+    MCI_STOPPED,
+    MESSAGE_TYPE_DATA,
+    PACKAGE,
+    RAPID_RUNNING,
+    RAPID_STOPPED,
+    RAPID_UNDEFINED,
+)
+from robot_bridge.egm.session_check import Judgement, SessionCheck, SessionLimits, Verdict
+
+__all__ = [
+    'MCI_ERROR',
+    'MCI_RUNNING',
+    'MCI_STOPPED',
+    'MESSAGE_TYPE_DATA',
+    'PACKAGE',
+    'RAPID_RUNNING',
+    'RAPID_STOPPED',
+    'RAPID_UNDEFINED',
+    'EgmLink',
+    'EgmRobot',
+    'Judgement',
+    'Packet',
+    'RobotFeedback',
+    'SensorCommand',
+    'SessionCheck',
+    'SessionLimits',
+    'Verdict',
+    'ask_for_real_time',
+    'decode_sensor',
+    'file_descriptor',
+]

@@ -1,0 +1,15 @@
+"""Who may move the arm, when, and what stops it.
+
+In come judged feedback and an operator's requests; out go references, or none, and a state that
+tells the reason. Following, pace and lateness are watched on the way.
+"""
+
+from robot_bridge.operator.operator_flow import (
+    check_fraction,
+    FlowSettings,
+    FlowState,
+    OperatorFlow,
+)
+from robot_bridge.operator.stream_flow import StreamFlow
+
+__all__ = ['FlowSettings', 'FlowState', 'OperatorFlow', 'StreamFlow', 'check_fraction']

@@ -1,0 +1,121 @@
+"""Whether a controller is as it must be before a released program is started.
+
+Every check refuses in one line; what the controller does not tell counts as not so.
+"""
+
+from urllib.parse import quote, unquote
+
+from modal_core.errors import BridgeError
+from robot_bridge.rws.released_program import ReleasedProgram
+from robot_bridge.rws.web_services import WebServices
+
+TASK = 'T_ROB1'
+EXECUTION, TASKS, MODULES = '/rw/rapid/execution', '/rw/rapid/tasks', '/rw/rapid/modules'
+JOINT_TARGET = '/rw/motionsystem/mechunits/ROB_1/jointtarget'
+# Single cycle, not yet begun and already over.
+ONCE = ('once', 'oncedone')
+
+
+def check_automatic(web: WebServices) -> None:
+    """Refuse any mode but automatic."""
+    web.expect('/rw/panel/opmode', 'opmode', 'AUTO')
+
+
+def check_ready(web: WebServices) -> None:
+    """Refuse a controller that is not in automatic mode, with motors on, at rest, alone."""
+    check_automatic(web)
+    web.expect('/rw/panel/ctrlstate', 'ctrlstate', 'motoron')
+    web.expect(EXECUTION, 'ctrlexecstate', 'stopped')
+    tasks = {state.get('name', ''): state for state in web.states(TASKS)}
+    if _is_on(tasks.get(TASK, {}).get('active', '')):
+        tasks.pop(TASK)
+    else:
+        raise BridgeError('the task is not active', where=TASK, advice='see the task panel')
+    for name, state in tasks.items():
+        moves = state.get('motiontask', '').lower() == 'true'
+        normal = state.get('type', '').lower().startswith('norm')
+        if _is_on(state.get('active', '')) and (moves or normal):
+            raise BridgeError(
+                'another task would be started too',
+                where='task panel',
+                found=name,
+                expected=f'{TASK} alone',
+                advice='deselect it in the task panel',
+            )
+
+
+def check_loaded(web: WebServices, program: ReleasedProgram) -> None:
+    """Refuse another text under this name, and a program pointer elsewhere."""
+    text = _module_text(web, program.name)
+    if not any(program.is_text(form) for form in (text, unquote(text))):
+        raise BridgeError(
+            'the module in the controller is not the one that was released',
+            where=program.name,
+            advice='load and compare it at the pendant',
+        )
+    states = web.states(f'{TASKS}/{TASK}/pcp')
+    pointer = next((item for item in states if item.get('_title') == 'progpointer'), {})
+    # The resource itself spells it so.
+    module = pointer.get('modulemame', pointer.get('modulename', ''))
+    place = (module.casefold(), pointer.get('routinename', '').casefold())
+    if place != (program.name.casefold(), 'main'):
+        raise BridgeError(
+            'the program pointer is not at main of the released module',
+            where=TASK,
+            found='/'.join(place),
+            expected=f'{program.name}/main',
+        )
+
+
+def check_place(web: WebServices, program: ReleasedProgram) -> None:
+    """Refuse an arm that stands elsewhere than at the start of the plan."""
+    try:
+        state = web.states(JOINT_TARGET)[0]
+        axes = [float(state[f'rax_{number}']) for number in range(1, 7)]
+        external = [float(state.get(f'eax_{letter}', '9E9')) for letter in 'abcdef']
+    except (LookupError, ValueError) as error:
+        raise BridgeError(
+            'the controller does not tell where the arm stands', where=JOINT_TARGET
+        ) from error
+    program.check_place(axes, external)
+
+
+def check_once(web: WebServices) -> None:
+    """Refuse a run mode that begins anew at the end of the program."""
+    cycle = web.value(EXECUTION, 'cycle')
+    if cycle not in ONCE:
+        raise BridgeError(
+            'the program would begin anew at its end',
+            where='run mode',
+            found=cycle,
+            expected=ONCE[0],
+        )
+
+
+def names_like(web: WebServices, name: str) -> list[str]:
+    """Return the other loaded modules that carry another plan's hash."""
+    stem = name.rpartition('_')[0].casefold()
+    loaded = [state.get('name', '') for state in web.states(MODULES, task=TASK)]
+    return [
+        other
+        for other in loaded
+        if stem
+        and other.casefold() != name.casefold()
+        and other.rpartition('_')[0].casefold() == stem
+    ]
+
+
+def _module_text(web: WebServices, name: str) -> str:
+    """Return a loaded module as the controller holds it."""
+    path = f'{MODULES}/{quote(name)}'
+    states = web.states(path, resource='module-text', task=TASK)
+    state = states[0] if states else {}
+    file = state.get('file-path', '').strip('"')
+    # A long module is not answered but written to a file.
+    if 'module-text' not in state and file.startswith('$'):
+        return web.ask('GET', f'/fileservice/{quote(file, safe="/$")}').decode(errors='replace')
+    return state.get('module-text', '')
+
+
+def _is_on(text: str) -> bool:
+    return text.lower() in ('on', 'true')
