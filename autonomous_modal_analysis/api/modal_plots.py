@@ -102,14 +102,15 @@ def plot_tracks(windows: Sequence[IdentifiedWindow], ax: Any = None) -> Any:
     """Draw the natural frequency of every mode over the windows with its standard deviation."""
     ax = new_axes(ax)
     begin_ns = min((window.start_ns for window in windows), default=0)
-    tracks: dict[int, list[tuple[float, float, float]]] = {}
-    for window in windows:
-        middle_ns = (window.start_ns + window.end_ns) / 2.0 - begin_ns
+    middle_ns = [(window.start_ns + window.end_ns) / 2.0 - begin_ns for window in windows]
+    time_s = np.divide(middle_ns, NANOSECONDS_PER_SECOND)
+    tracks: dict[int, NDArray[np.float64]] = {}
+    for place, window in enumerate(windows):
         for mode in window.modes:
-            point = (middle_ns / NANOSECONDS_PER_SECOND, mode.frequency_hz, mode.frequency_std_hz)
-            tracks.setdefault(mode.id, []).append(point)
-    for number, points in sorted(tracks.items()):
-        time_s, frequency_hz, std_hz = np.transpose(points)
+            # NaN breaks the line where a window does not show the mode.
+            track = tracks.setdefault(mode.id, np.full((2, len(windows)), np.nan))
+            track[:, place] = mode.frequency_hz, mode.frequency_std_hz
+    for number, (frequency_hz, std_hz) in sorted(tracks.items()):
         ax.errorbar(time_s, frequency_hz, std_hz, fmt='o-', ms=4, lw=1, label=f'mode {number}')
     ax.set_xlabel('middle of the window [s]')
     ax.set_ylabel('natural frequency [Hz]')
@@ -121,24 +122,24 @@ def plot_tracks(windows: Sequence[IdentifiedWindow], ax: Any = None) -> Any:
 def plot_bars(modes: ModeSet) -> Any:
     """Draw each shape as bars over the channels."""
     names = modes.channel_names
-    figure, axes = _grid(modes, {'sharey': True}, width_in=1.2 + 0.25 * len(names))
-    for ax, mode in zip(axes, modes, strict=False):
+    axes = _grid(modes, {'sharey': True}, width_in=1.2 + 0.25 * len(names))
+    for ax, mode in zip(axes, modes, strict=True):
         std = None if mode.shape_std is None else mode.shape_std.real
         place = np.arange(len(names))
         ax.bar(place, mode.shape.real, yerr=std, color=MODE, ecolor='#17212c', capsize=2)
         ax.plot(place, mode.shape.imag, 'o', ms=3, c='#b4711a')
         ax.axhline(0.0, c='#5a6875', lw=0.8)
         ax.set_xticks(place, names, rotation=90 if len(names) > 3 else 0, fontsize='small')
-    return figure
+    return axes
 
 
 def plot_on_geometry(
     modes: ModeSet, geometry: Geometry, displacements: Sequence[NDArray[np.complex128]]
 ) -> Any:
     """Draw each shape on points and lines: at rest in grey, moved in colour."""
-    figure, axes = _grid(modes, {'subplot_kw': {'projection': '3d'}}, width_in=2.8)
+    axes = _grid(modes, {'subplot_kw': {'projection': '3d'}}, width_in=2.8)
     size_m = max(float(np.ptp(geometry.points_m, axis=0).max()), 1e-9)
-    for ax, displacement in zip(axes, displacements, strict=False):
+    for ax, displacement in zip(axes, displacements, strict=True):
         moved = rotate_to_real(displacement.reshape(-1, 1)).real.reshape(-1, 3)
         largest = max(float(np.linalg.norm(moved, axis=1).max()), 1e-12)
         shifted = geometry.points_m + DRAWN_SHARE * size_m / largest * moved
@@ -149,15 +150,17 @@ def plot_on_geometry(
         ax.set_aspect('equal')
         for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
             axis.set_ticklabels([])
-    return figure
+    return axes
 
 
-def _grid(modes: ModeSet, options: dict[str, Any], width_in: float) -> tuple[Any, list[Any]]:
-    """Return a figure with one titled axes per mode."""
+def _grid(modes: ModeSet, options: dict[str, Any], width_in: float) -> Any:
+    """Return an array with one titled axes per mode, all in one figure; empty without modes."""
     pyplot = optional('matplotlib.pyplot')
-    n_columns = max(1, min(AXES_PER_ROW, len(modes)))
-    n_rows = max(1, math.ceil(len(modes) / n_columns))
-    figure, grid = pyplot.subplots(
+    if not len(modes):
+        return np.empty(0, dtype=object)
+    n_columns = min(AXES_PER_ROW, len(modes))
+    n_rows = math.ceil(len(modes) / n_columns)
+    _, grid = pyplot.subplots(
         n_rows,
         n_columns,
         figsize=(n_columns * max(width_in, 2.2), 2.6 * n_rows),
@@ -165,9 +168,9 @@ def _grid(modes: ModeSet, options: dict[str, Any], width_in: float) -> tuple[Any
         layout='constrained',
         **options,
     )
-    axes = list(grid.flat)
+    axes = grid.flatten()
     for ax, mode in zip(axes, modes, strict=False):
         ax.set_title(f'{mode.frequency_hz:.4g} Hz, {100 * mode.damping_ratio:.2g} %', fontsize=9)
     for ax in axes[len(modes) :]:
         ax.remove()
-    return figure, axes
+    return axes[: len(modes)]

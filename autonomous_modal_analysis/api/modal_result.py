@@ -236,8 +236,8 @@ class ModalResult(Result):
 
         Returns
         -------
-        matplotlib Figure
-            One axes per mode.
+        (n_modes,) array of matplotlib Axes
+            In one figure.
 
         Raises
         ------

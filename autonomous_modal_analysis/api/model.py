@@ -140,8 +140,8 @@ class ModelAtPose(Result):
 
         Returns
         -------
-        matplotlib Figure
-            One axes per mode.
+        (n_modes,) array of matplotlib Axes
+            In one figure.
 
         Raises
         ------

@@ -1,6 +1,6 @@
 """Plan a motion that shakes every mode, and see what it will show before anything moves."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api.modal_plots import new_axes
+from autonomous_modal_analysis.api.recording import open_recording, Recording
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_robot, Robot, sensors_of
 from autonomous_modal_analysis.plan_view import plan_json
 from autonomous_modal_analysis.pose import parse_pose
-from autonomous_modal_analysis.terminal import with_deviation
+from autonomous_modal_analysis.terminal import no_progress, ProgressCallback, with_deviation
 from excitation_planner.participation import ModeForecast
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
@@ -21,7 +22,7 @@ from excitation_planner.rapid import rapid_module
 from excitation_planner.request import PlanRequest
 from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
-from modal_core.errors import SettingsError
+from modal_core.errors import ModelError, SettingsError
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -38,10 +39,13 @@ class PlannedMotion(Result):
         Frozen, seeded, hashed: what a person releases is what is played.
     model : FlexibleJointModel
         The robot.
+    robot : str, path or FlexibleJointModel
+        As it was named.
     """
 
     plan: ExcitationPlan
     model: FlexibleJointModel
+    robot: Robot
 
     @property
     def plan_hash(self) -> str:
@@ -121,6 +125,48 @@ class PlannedMotion(Result):
             The file cannot be written.
         """
         write_text(Path(path), rapid_module(self.plan, self.model))
+
+    def emulate(
+        self,
+        path: str | Path,
+        arm: Mapping[str, object] | None = None,
+        progress: ProgressCallback = no_progress,
+    ) -> Recording:
+        """Play the plan on the emulated controller and arm, as fast as it goes, and record it.
+
+        Parameters
+        ----------
+        path : path
+            MCAP file to write.
+        arm : mapping or None
+            What is hidden in the arm and its sensors: ``seed``, ``effects``, ``tolerance``, ... as
+            ``ama campaign --arm`` reads it; None: as the model says.
+        progress : callable
+            Told the fraction done, 0..1.
+
+        Returns
+        -------
+        Recording
+
+        Raises
+        ------
+        ModalAnalysisError
+            An option is wrong, the controller stopped the motion, or the robot is not given by
+            name or folder.
+        """
+        from abb_emulator.run_plan import ArmOptions
+        from autonomous_modal_analysis.emulated_player import EmulatedPlayer
+
+        if not isinstance(self.robot, str | Path):
+            raise ModelError(
+                'the emulated arm is made from the files of a robot',
+                where='robot',
+                found=self.model.robot_name,
+                expected='its name or folder',
+            )
+        options = ArmOptions.from_mapping({**(arm or {}), 'robot': str(self.robot)})
+        EmulatedPlayer(options).play(self.plan, Path(path), progress)
+        return open_recording(path)
 
     def plot_trajectory(self, ax: Any = None) -> Any:
         """Draw how far each joint turns from its start.
@@ -234,7 +280,7 @@ def plan(
     if approach_from is not None:
         changes |= {'signal': 'approach', 'approach_from': _angles(arm, approach_from)}
     sensors = sensors_of(robot, arm, layout) or SensorLayout(())
-    return PlannedMotion(plan_excitation(arm, sensors, replace(wish, **changes)), arm)
+    return PlannedMotion(plan_excitation(arm, sensors, replace(wish, **changes)), arm, robot)
 
 
 def _angles(arm: FlexibleJointModel, pose_deg: str | Sequence[float] | None) -> tuple[float, ...]:

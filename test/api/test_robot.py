@@ -75,6 +75,20 @@ def test_an_approach_ends_where_the_plan_starts():
         there.plot_spectrum()
 
 
+@pytest.mark.slow
+def test_an_emulated_plan_shows_the_modes_of_the_model(tmp_path):
+    """The plan's own forecast of the standard deviations is a lower bound."""
+    made = ama.plan(ROBOT, duration_s=20)
+    found = made.emulate(tmp_path / 'emulated.mcap', {'seed': 5}).identify(robot=ROBOT)
+    expected = {name: np.array(values) for name, values in made.columns().items()}
+    assert len(found) >= 5
+    for frequency_hz, std_hz in zip(found.frequencies_hz, found.frequencies_std_hz, strict=True):
+        nearest = np.argmin(np.abs(expected['frequency_hz'] - frequency_hz))
+        assert abs(expected['frequency_hz'][nearest] - frequency_hz) < 5.0 * std_hz
+    with pytest.raises(ModelError, match='name or folder'):
+        ama.plan(load_robot(ROBOT), duration_s=10).emulate(tmp_path / 'none.mcap')
+
+
 @pytest.mark.parametrize(
     ('ask', 'kind', 'words'),
     [
@@ -99,7 +113,7 @@ def test_what_is_wrong_is_one_line(ask, kind, words):
 @pytest.mark.usefixtures('no_window')
 def test_pictures_of_models_and_plans():
     found, made = ama.model(ROBOT, max_frequency_hz=25), ama.plan(ROBOT, duration_s=10)
-    assert len(found.plot_shapes().axes) == len(found.frequencies_hz)
+    assert len(found.plot_shapes()) == len(found.frequencies_hz)
     turned = made.plot_trajectory().lines[0].get_ydata()
     assert np.abs(turned).max() == pytest.approx(
         np.rad2deg(np.abs(made.position[:, 0] - made.position[0, 0]).max())
