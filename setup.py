@@ -97,6 +97,7 @@ setup(
             'matplotlib>=3.8',
             'myst-nb>=1.1',
             'numpydoc>=1.8',
+            'pandas>=2.0',
             'sphinx>=7.4',
             'sphinx-copybutton>=0.5',
         ],
