@@ -5,24 +5,20 @@ is watched, not what anybody says of it.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 import socket
 import time
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.cell import CellSettings, MotorSide
-from abb_emulator.egm import GuidanceSettings, LinkFaults, UdpClient
-from abb_emulator.rapid.guidance_program import guidance_program
+from benchmarks.faults.guided_arm import COASTS_S, CYCLE_S, GuidedArm
 from excitation_planner.trajectory import Trajectory
 from modal_core.errors import BridgeError
-from robot_bridge.egm import EgmLink, EgmRobot, Packet, SessionCheck, SessionLimits
-from robot_bridge.operator import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.egm import EgmRobot, SessionLimits
+from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.player import PlanPath
-from structural_model import load_robot
 
-CYCLE_S = 0.004032
 BEAT_CYCLES = 12
 LINK_S = 0.1
 RUN_S, FAULT_S, STOPPED_S = 3.0, 1.2, 1.0
@@ -31,31 +27,9 @@ STILL_DEG = 2e-3
 """Range of an axis that counts as standstill: servo noise and rounding."""
 BEYOND_DEG = 0.05
 """How far an axis may leave the plan's range: what the servo overshoots (measured: 0.01)."""
-COASTS_S = 0.1
-"""How long the controller goes on at the last speed it was asked for (CommTimeout)."""
-GUIDANCE = GuidanceSettings(
-    low_pass_hz=100.0,
-    max_speed_deviation_deg_s=30.0,
-    window_low_deg=(-1e-3,) * 6,
-    window_high_deg=(1e-3,) * 6,
-    condition_time_s=1e6,
-    comm_timeout_s=COASTS_S,
-)
 
 
-class SpoiledClient(UdpClient):
-    """The controller's end of the link, whose packets a fault may change."""
-
-    spoil: Callable[[bytes], list[bytes]] = staticmethod(lambda data: [data])
-
-    def send(self, data: bytes, now_s: float) -> None:
-        """Send what the fault makes of a packet."""
-        for part in self.spoil(data):
-            super().send(part, now_s)
-
-
-@dataclass
-class ArmRun:
+class ArmRun(GuidedArm):
     """One run of a short plan.
 
     Attributes
@@ -66,33 +40,18 @@ class ArmRun:
         Of the bridge.
     """
 
-    rng: np.random.Generator
-    beats: bool = True
-    beat_token: str = ''
-    measured: list[NDArray[np.float64]] = field(default_factory=list)
-    states: list[FlowState] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.model = load_robot('irb6660_205_190')
-        self.start_deg = np.degrees(self.model.to_controller(self.model.pose('P1')))
+    def __init__(self, rng: np.random.Generator) -> None:
         # Python paces the controller here: on a busy machine a cycle may be late.
-        self.flow = OperatorFlow(FlowSettings(dry_run=False, link_timeout_s=LINK_S))
-        self.packets: list[Packet] = []
-        limits = SessionLimits(controller_address='127.0.0.1')
-        self.link = EgmLink(
-            '127.0.0.1', 0, SessionCheck(limits),
-            lambda feedback, judgement, now_s, _: self.flow.on_feedback(
-                feedback, judgement, now_s
-            ),
-            self.flow.abort, self.flow.poll, self.packets.append,
-        )  # fmt: skip
-        self.faults = LinkFaults(self.rng)
-        self.client = SpoiledClient(self.link.address, self.faults, '127.0.0.1')
-        self.motors = MotorSide(self.model, self.start_deg, self.client, CellSettings())
-        self.controller = self.motors.controller
-        self.controller.start(guidance_program(self.controller, GUIDANCE, True))
+        super().__init__(
+            rng,
+            FlowSettings(dry_run=False, link_timeout_s=LINK_S),
+            SessionLimits(controller_address='127.0.0.1'),
+        )
+        self.rng = rng
+        self.beats, self.beat_token = True, ''
+        self.measured: list[NDArray[np.float64]] = []
+        self.states: list[FlowState] = []
         self.path = self._plan()
-        self.link.start()
 
     def _plan(self) -> PlanPath:
         time_s = np.arange(0.0, RUN_S, 0.004)
@@ -101,11 +60,6 @@ class ArmRun:
         speed = np.radians(amplitude) * 2 * np.pi * hz * np.cos(2 * np.pi * np.outer(time_s, hz))
         trajectory = Trajectory.from_velocity(self.model.pose('P1'), speed * fade[:, None], 0.004)
         return PlanPath.from_trajectory('random', trajectory, self.model.to_controller)
-
-    def close(self) -> None:
-        """Give the ports back."""
-        self.link.close()
-        self.client.close()
 
     def run(self, duration_s: float) -> None:
         """Let the controller go through its cycles at its own pace."""

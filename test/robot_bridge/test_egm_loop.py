@@ -6,62 +6,28 @@ import time
 import numpy as np
 import pytest
 
-from abb_emulator.cell import CellSettings, MotorSide
 from abb_emulator.egm.egm_session import Phase
-from abb_emulator.egm.guidance_law import GuidanceSettings
-from abb_emulator.egm.link_faults import LinkFaults
-from abb_emulator.egm.udp_client import UdpClient
-from abb_emulator.rapid.guidance_program import guidance_program
+from benchmarks.faults.guided_arm import CYCLE_S, GUIDANCE, GuidedArm
 from excitation_planner.trajectory import Trajectory
 from modal_core.errors import BridgeError
 from robot_bridge.egm.egm_link import EgmLink
 from robot_bridge.egm.session_check import SessionCheck, SessionLimits
-from robot_bridge.operator.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.operator.operator_flow import FlowSettings, FlowState
 from robot_bridge.player.plan_path import PlanPath
-from structural_model import load_robot
-
-CYCLE_S = 0.004032
-GUIDANCE = GuidanceSettings(
-    low_pass_hz=100.0,
-    max_speed_deviation_deg_s=30.0,
-    window_low_deg=(-1e-3,) * 6,
-    window_high_deg=(1e-3,) * 6,
-    condition_time_s=1e6,
-    comm_timeout_s=0.1,
-)
 
 
-class Loop:
+class Loop(GuidedArm):
     """An emulated controller and a bridge on loopback, in lockstep."""
 
     def __init__(self, guidance=GUIDANCE, **flow):
-        self.model = load_robot('irb6660_205_190')
-        self.start_deg = np.degrees(self.model.to_controller(self.model.pose('P1')))
-        self.flow = OperatorFlow(
-            FlowSettings(
-                **{'dry_run': False, 'link_timeout_s': 1.0, 'heartbeat_timeout_s': 0.0, **flow}
-            )
+        asked = {'dry_run': False, 'link_timeout_s': 1.0, 'heartbeat_timeout_s': 0.0, **flow}
+        super().__init__(
+            np.random.default_rng(3),
+            FlowSettings(**asked),
+            SessionLimits(controller_address='127.0.0.1', silence_s=5.0),
+            guidance,
         )
-        self.packets = []
-        limits = SessionLimits(controller_address='127.0.0.1', silence_s=5.0)
-        self.link = EgmLink(
-            '127.0.0.1', 0, SessionCheck(limits),
-            lambda feedback, judgement, now_s, _: self.flow.on_feedback(
-                feedback, judgement, now_s
-            ),
-            self.flow.abort, self.flow.poll, self.packets.append,
-        )  # fmt: skip
-        self.faults = LinkFaults(np.random.default_rng(3))
-        client = UdpClient(self.link.address, self.faults, '127.0.0.1')
-        self.motors = MotorSide(self.model, self.start_deg, client, CellSettings())
-        self.controller = self.motors.controller
-        self.controller.start(guidance_program(self.controller, guidance, True))
-        self.link.start()
         self.planned, self.measured = [], []
-
-    def close(self):
-        self.link.close()
-        self.controller.client.close()
 
     def run(self, cycles, wait=True):
         for _ in range(cycles):

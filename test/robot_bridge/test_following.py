@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from abb_emulator.drives.servo import Servo, ServoSettings
-from abb_emulator.egm.guidance_law import GuidanceLaw, GuidanceSettings
+from abb_emulator.egm.guidance_law import GuidanceLaw
+from benchmarks.faults.guided_arm import CYCLE_S, GUIDANCE
 from robot_bridge.egm.egm_feedback import RobotFeedback
 from robot_bridge.egm.egm_messages import MCI_RUNNING
 from robot_bridge.egm.session_check import Judgement, Verdict
@@ -16,15 +17,7 @@ from robot_bridge.operator.operator_flow import FlowSettings, FlowState, Operato
 from robot_bridge.operator.stream_flow import StreamFlow
 from robot_bridge.player.plan_path import PlanPath
 
-CYCLE_S = 0.004032
 RATE_HZ = 2.0 / CYCLE_S
-GUIDANCE = GuidanceSettings(
-    low_pass_hz=100.0,
-    max_speed_deviation_deg_s=30.0,
-    window_low_deg=(-1e-3,) * 6,
-    window_high_deg=(1e-3,) * 6,
-    condition_time_s=1e6,
-)
 
 
 class Arm:
