@@ -31,6 +31,9 @@ class Channel:
         SI unit of the samples.
     delay_s : float [s]
         By how much the samples are later than their stamps.
+    since_ns : int [ns]
+        Time since when the channel is what it is; before it was plugged, mounted or amplified
+        otherwise.  0: always.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Channel:
     position_m: Vector = (0.0, 0.0, 0.0)
     unit: str = ACCELERATION
     delay_s: float = 0.0
+    since_ns: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,8 @@ class ChannelQuality:
     lag_s, lag_std_s : float [s]
         How much later than the joint states its stamps are, or else than those of the other
         sensors; NaN where nothing tells.
+    since_ns : int [ns]
+        Time since when it is what it is, where it changed within the record; 0: always.
     excluded : bool
         Took no part in the identification.
     flags : tuple of str
@@ -47,6 +49,7 @@ class ChannelQuality:
     noise_rms: float = math.nan
     lag_s: float = math.nan
     lag_std_s: float = math.nan
+    since_ns: int = 0
     excluded: bool = False
     flags: tuple[str, ...] = ()
 

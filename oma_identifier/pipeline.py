@@ -4,14 +4,14 @@ The same object serves the node, the command line and the model gap.  It reads n
 comes with the samples.
 
     measurements → SampleBuffer → Window → RobotSignals (rigid motion and drive lines removed)
-      → Synchroniser (late sensors put in step)
+      → Synchroniser (late sensors put in step) → SensorChanges (changed ones told apart)
       → RecordStreams (condition, output covariance per band)
       → identify_bands (block Hankel, poles per model order, stabilise, cluster, select with σ)
       → Refiner (maximum likelihood where it holds)
       → ModeTracker → WindowResult
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from modal_core.measurements import Measurement
 from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
-from modal_core.window import Window
+from modal_core.window import Pose, Window
 from oma_identifier.covariance import WhenFull
 from oma_identifier.identify import (
     check_samples,
@@ -63,7 +63,7 @@ from oma_identifier.spectra import (
     SpectralPeaks,
 )
 from oma_identifier.subspace import RecordStreams
-from oma_identifier.synchrony import Synchroniser
+from oma_identifier.synchrony import SensorChanges, Synchroniser
 from oma_identifier.tracking import ModeTracker, TrackedModes
 from oma_identifier.whole_record import WholeRecord
 
@@ -102,6 +102,7 @@ class IdentificationPipeline:
         self._buffer = SampleBuffer(self.settings, layout)
         self._clean = RobotSignals(robot)
         self._synchronise = Synchroniser()
+        self._mark_changes = SensorChanges()
         self._explains: PeakTest = never
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
@@ -158,7 +159,10 @@ class IdentificationPipeline:
     def _identify(self, window: Window) -> WindowResult:
         cleaned = self._clean(window)
         check_samples(cleaned.samples)
+        every = cleaned.samples
         cleaned = self._synchronise(cleaned)
+        peaks = self._synchronise.peaks
+        cleaned = self._mark_changes(every, peaks, cleaned, window.pose)
         if self._synchronise.corrects_earlier:
             self._forget()
         samples = cleaned.samples
@@ -200,7 +204,7 @@ class IdentificationPipeline:
                 self._selector,
             )
             found = without_explained(found, evidence)
-        self.last_tracked = self.tracker.update(found.modes, window.pose)
+        self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
 
     def _by_method(
@@ -217,9 +221,19 @@ class IdentificationPipeline:
         kept.add(samples)
         self._explains = cleaned.explains
         found = with_lines(self._found_by_method(samples), cleaned.lines)
-        self.last_tracked = self.tracker.update(found.modes, window.pose)
+        self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
         window = replace(window, quality=with_flags(window.quality, cleaned))
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
+
+    def _tracked(
+        self, modes: ModeSet, channels: Sequence[Channel], pose: Pose | None
+    ) -> TrackedModes:
+        """Give modes their ids; what a channel was before it changed is another one to them."""
+        names = {c.name: f'{c.name} since {c.since_ns}' for c in channels if c.since_ns}
+        own = tuple(names.get(name, name) for name in modes.channel_names)
+        tracked = self.tracker.update(replace(modes, channel_names=own), pose)
+        as_sent = replace(tracked.modes, channel_names=modes.channel_names)
+        return replace(tracked, modes=as_sent)
 
     def _found_by_method(self, samples: Samples) -> Identified:
         responses, inputs = split_inputs(samples)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.faults.scene import measured, Scene, stamps_of, START_NS, Track
+from benchmarks.faults.sensor_faults import SENSOR_FAULTS
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 
 Fault = Callable[[np.random.Generator, Scene], Scene]
@@ -454,4 +455,5 @@ FAULTS: tuple[Fault, ...] = (
     foreign_block,
     foreign_sample,
     foreign_joints,
+    *SENSOR_FAULTS,
 )

@@ -51,6 +51,8 @@ class Cleaned:
         Of the joints, on the clock of the responses; None where a model cannot find it in them.
     left_out : tuple of str
         Channels that ``samples`` does without.
+    since_ns : dict of str to int [ns]
+        Since when changed channels are what they are.
     """
 
     samples: Samples
@@ -61,6 +63,7 @@ class Cleaned:
     lags: dict[str, Lag] = field(default_factory=dict)
     motion: JointMotion | None = None
     left_out: tuple[str, ...] = ()
+    since_ns: dict[str, int] = field(default_factory=dict)
 
 
 def with_flags(quality: DataQuality, cleaned: Cleaned) -> DataQuality:
@@ -76,6 +79,8 @@ def _with_finding(channel: ChannelQuality, cleaned: Cleaned) -> ChannelQuality:
         channel = replace(channel, lag_s=lag.seconds, lag_std_s=lag.std_s)
     if channel.name in cleaned.channel_flags:
         channel = replace(channel, flags=(*channel.flags, cleaned.channel_flags[channel.name]))
+    if channel.name in cleaned.since_ns:
+        channel = replace(channel, since_ns=cleaned.since_ns[channel.name])
     if channel.name in cleaned.left_out:
         channel = replace(channel, excluded=True)
     return channel

@@ -2,9 +2,11 @@
 
 import math
 
+from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.quality import ChannelQuality, DataQuality
 from oma_identifier.motion import LATE
 from oma_identifier.quality import channels_by_flag, named
+from oma_identifier.synchrony import CHANGES
 
 ORDINARY = ('partial', 'rigid_motion_removed', 'drive_lines')
 """Flags of a window that say how it was worked on, and no fault."""
@@ -25,9 +27,16 @@ def quality_findings(quality: DataQuality) -> list[tuple[str, str]]:
             found.append(('CHANNEL_EXCLUDED', f'{channel.name}: {", ".join(channel.flags)}'))
         if LATE in channel.flags:
             found.append((LATE.upper(), f'{channel.name}: {_delay(channel)}'))
+        for kind in CHANGES.intersection(channel.flags):
+            since = f'{channel.since_ns / NANOSECONDS_PER_SECOND:.1f} s'
+            found.append((kind.upper(), f'{channel.name}: another sensor since {since}'))
     by_flag = channels_by_flag(quality.channels)
-    by_flag.pop(LATE, None)
-    return found + [(flag.upper(), named(names, MOST_NAMED)) for flag, names in by_flag.items()]
+    told = {LATE, *CHANGES}
+    return found + [
+        (flag.upper(), named(names, MOST_NAMED))
+        for flag, names in by_flag.items()
+        if flag not in told
+    ]
 
 
 def _delay(channel: ChannelQuality) -> str:

@@ -94,12 +94,12 @@ def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Co
 def _floor(samples: Samples) -> Real:
     """Return the power of each channel's noise in a line of the peaks' spectra, at most."""
     rows = samples.acceleration
-    share = noise_rms(rows) ** 2 / np.maximum(_variance(rows), 1e-300)
+    share = noise_rms(rows) ** 2 / np.maximum(variance(rows), 1e-300)
     # A line of a taper is a difference of two lines of a transform.
     return np.asarray(2.0 * len(rows) * share)
 
 
-def _variance(rows: Real) -> Real:
+def variance(rows: Real) -> Real:
     """Return the variance of each column, without a copy of all of them."""
     mean, total = rows.mean(axis=0), np.zeros(rows.shape[1])
     for first in range(0, len(rows), ROWS_AT_ONCE):

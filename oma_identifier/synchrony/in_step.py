@@ -20,7 +20,7 @@ from oma_identifier.motion import Cleaned, Lag, LATE, never
 from oma_identifier.synchrony.coherence import check_coherence, Coherence
 from oma_identifier.synchrony.delay_odds import SensorDelay
 from oma_identifier.synchrony.sensor_delay import sensor_delays
-from oma_identifier.synchrony.sensor_peaks import Columns, sensor_peaks
+from oma_identifier.synchrony.sensor_peaks import Columns, Peak, sensor_peaks
 from oma_identifier.time_axis import HALF_WIDTH, interpolate
 
 LARGEST_PHASE_RAD = math.radians(10.0)
@@ -47,10 +47,13 @@ class Synchroniser:
     ----------
     corrects_earlier : bool
         The newest window shows that sensors are late of which earlier ones did not tell.
+    peaks : list of Peak
+        Of all channels of the newest window; none where it was not looked at.
     """
 
     def __init__(self) -> None:
         self.corrects_earlier = False
+        self.peaks: list[Peak] = []
         self._held: dict[str, SensorDelay] = {}
         self._coherence = Coherence()
         self._of: tuple[tuple[Channel, ...], float] = ((), 0.0)
@@ -75,7 +78,7 @@ class Synchroniser:
             return replace(cleaned, channel_flags=flags) if apart else cleaned
         own = {c.name: late[sensor_of(c)] for c in channels if sensor_of(c) in late}
         lags = {n: Lag(d.seconds, d.std_s) if d.is_known else UNKNOWN for n, d in own.items()}
-        return _in_step(
+        return in_step(
             replace(
                 cleaned,
                 channel_flags={**apart, **dict.fromkeys(own, LATE), **cleaned.channel_flags},
@@ -100,7 +103,7 @@ class Synchroniser:
 
     def _look(self, samples: Samples) -> None:
         """Estimate the delays anew when half a window is new, or the clock was set back."""
-        self.corrects_earlier = False
+        self.corrects_earlier, self.peaks = False, []
         grid = samples.channels, samples.sample_rate_hz
         if grid != self._of:
             self._of, self._held = grid, {}
@@ -111,8 +114,8 @@ class Synchroniser:
         self._middle_ns = (samples.start_ns + samples.end_ns) // 2
         if samples.duration_s < SHORTEST_S:
             return
-        columns = _columns(samples.channels)
-        peaks = sensor_peaks(samples) if len(columns) > 1 else []
+        columns = columns_of(samples.channels)
+        peaks = self.peaks = sensor_peaks(samples) if len(columns) > 1 else []
         fresh = sensor_delays(peaks, columns)
         late = {name for name, delay in fresh.items() if delay.is_odd}
         on_time = {name: own for name, own in columns.items() if name not in late}
@@ -129,7 +132,8 @@ class Synchroniser:
             }
 
 
-def _columns(channels: Sequence[Channel]) -> Columns:
+def columns_of(channels: Sequence[Channel]) -> Columns:
+    """Return the channels of each sensor."""
     sensors = [sensor_of(channel) for channel in channels]
     return {
         name: np.flatnonzero([other == name for other in sensors])
@@ -163,7 +167,8 @@ def _aligns(delay: SensorDelay) -> bool:
     return delay.is_known and phase < LARGEST_PHASE_RAD
 
 
-def _in_step(cleaned: Cleaned, delay_s: Real, kept: NDArray[np.bool_]) -> Cleaned:
+def in_step(cleaned: Cleaned, delay_s: Real, kept: NDArray[np.bool_]) -> Cleaned:
+    """Return a window with its channels moved, [s], and only those of them that are kept."""
     samples, first = _moved(cleaned.samples, delay_s, kept)
     moved_ns = first * NANOSECONDS_PER_SECOND / samples.sample_rate_hz
     motion = cleaned.motion

@@ -68,7 +68,7 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     Riedel and Sidorenko (1995), doi:10.1109/78.365298 (sine tapers, and their transforms as
     differences of lines).
     """
-    half = next_fast_len(len(samples.acceleration))
+    half = transform_length(samples)
     step_hz = samples.sample_rate_hz / half
     own = np.arange(TAPERS, int(TOP * half / 2))
     power = np.zeros(len(own))
@@ -86,9 +86,14 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     every = np.concatenate([_tapered(fine, wanted) for fine in again], axis=2)
     ends = np.cumsum([last - first for first, last in ranges])
     return [
-        _peak(spectra, power[first:last], own[first:last] * step_hz)
+        _peak(spectra, power[first:last], step_hz * own[first:last].astype(np.float64))
         for spectra, (first, last) in zip(np.split(every, ends[:-1], axis=1), ranges, strict=True)
     ]
+
+
+def transform_length(samples: Samples) -> int:
+    """Return the rows that a transform of a window reaches over, zeros at its end included."""
+    return int(next_fast_len(len(samples.acceleration)))
 
 
 def _transforms(samples: Samples, half: int) -> Iterator[Single]:
