@@ -252,7 +252,7 @@ def explain(quality: DataQuality, found: Identified) -> DataQuality:
     return replace(quality, identifiable=False, reason=reason)
 
 
-def line_evidence(samples: Samples, found: Identified) -> LineEvidence | None:
+def line_evidence(samples: Samples, found: Identified) -> LineEvidence:
     """Return what tells the modes found in samples from the leakage of lines."""
     return LineEvidence.of(samples, tuple(found.harmonics.frequency_hz), found.modes)
 

@@ -129,7 +129,7 @@ def _without_lines(
     poles: PoleTable,
     lines: tuple[Mode, ...],
     explains: PeakTest,
-    evidence: LineEvidence | None,
+    evidence: LineEvidence,
 ) -> MethodResult:
     """Sort out what is no mode of the structure, and number the poles' modes anew."""
     spectral = modes.method in SPECTRAL
@@ -140,7 +140,7 @@ def _without_lines(
         is_line = not mode.damping_ratio > SHARP and any(
             abs(line.frequency_hz / mode.frequency_hz - 1.0) < SHARP for line in lines
         )
-        is_line |= evidence is not None and evidence.explains(mode, anywhere=spectral)
+        is_line |= evidence.explains(mode, anywhere=spectral)
         width_hz = mode.frequency_hz * np.nan_to_num(mode.damping_ratio)
         if not is_line and not explains(mode.frequency_hz, width_hz, mode.shape):
             kept.append(mode)

@@ -2,10 +2,16 @@
 
 Between lines a covariance of finite length holds their leakage and their products, and a subspace
 method finds well determined poles to describe it.  So every line is fitted to the samples and
-taken out: a mode must stand above the floor in what is left.  The floor at a mode is the median
-power on either flank, the lower of both; noise without any mode passes with ``CHANCE``.  Where
-the lines take next to nothing out of a mode's band they explain nothing of it: it is not tested,
-unless the method makes modes of peaks of noise.
+taken out, and a taper keeps what their modulation leaves behind at its place.  A mode must show
+two things in what is left:
+
+* It stands above the floor between both flanks; noise without any mode passes with ``CHANCE``.
+  Medians are compared, so that a few narrow peaks are neither response nor floor.  Where lines
+  and leakage do not make up most of a mode's band they do not explain it: this is not tested,
+  unless the method makes modes of peaks of noise.
+* It has skirts.  The response to random forces falls by the mode's own bell, to the square of the
+  distance; whatever else there is only adds to it.  A line with its modulation ends: power on a
+  flank that is too far below the bell of the estimated mode says that there is none.
 
 References
 ----------
@@ -18,20 +24,22 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len, rfft
-from scipy.signal.windows import blackmanharris
+from scipy.fft import next_fast_len
 from scipy.stats import f as fisher_f
 
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.spectra.sinusoids import fit_sinusoids, Sinusoids
+from oma_identifier.spectra.line_search import power, sinusoids_of
 
 CHANCE = 0.01
-"""Probability that noise is taken for response, over both flanks and all channels."""
-MOST_CHANNELS, MOST_LINES = 12, 32
-SEARCHES = 4
-UNTOUCHED = 0.8
-"""Share of a mode's power that lines leave in every channel where they explain nothing of it."""
+"""Probability that noise is taken for response, over all channels."""
+NO_SKIRTS = 1e-4
+"""Probability that a mode is taken for a line, over both flanks."""
+ALLOWED = 3.0
+"""Factor by which the bell of an estimated mode may be too high on its flanks."""
+MOST_CHANNELS = 12
+UNTOUCHED = 0.5
+"""Share of the power at a mode that is left in every channel where lines do not explain it."""
 REACH = 4
 """Spectral lines on both sides of a sinusoid that say nothing of what is beside it."""
 UNKNOWN_WIDTH = 6.0
@@ -40,31 +48,38 @@ NARROW = 8.0
 """Half-width of a mode in spectral lines below which it could pass for a line itself."""
 FLANK, LEAST_FLANK = 4.0, 60.0
 """Length of a flank in half-widths of the mode, at least in spectral lines."""
-MEDIAN = math.log(2.0)
-"""Median over mean of a periodogram; its variance is 2.08 times that of the mean."""
-BACKGROUND = 64
-FALL = 1e-2
-"""Of a narrow peak within ``FAR_SIDE`` spectral lines to both sides, with a taper."""
-FAR_SIDE = 6
-STANDS_OUT = 50.0
-"""Peak over the median around it: of 10⁶ powers of noise one is above 20."""
+LEAST_SHARE = 0.25
+"""Of a flank that must be free of sinusoids."""
+SKIRT, LEAST_SKIRT = 4.0, 10.0
+"""The same for the part of it where the bell is looked for."""
+LOBE = 4.0
+"""Half-width of the taper's main lobe in spectral lines: nothing nearer is beside a peak."""
+HIDDEN = 2.0 * LOBE
+"""Half-width in spectral lines where a line hides a narrow mode."""
+BLUR = 1.5
+"""Its half-power half-width, roughly."""
+SHARED = 2.0
+"""Spectral lines behind one independent value, of the taper."""
+MEDIAN, MEDIAN_VARIANCE = math.log(2.0), 2.08
+"""Median over mean of a periodogram; its variance over that of the mean."""
 ROUNDING = 1e-26
 """Share of the samples' power below which there is nothing but rounding."""
 
 Real = NDArray[np.float64]
+Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)
 class LineEvidence:
-    """Power spectra of the lines of a stretch, and of what is left without them.
+    """Power spectra of a stretch, and of what is left of it without lines and leakage.
 
     Parameters
     ----------
     spacing_hz : float [Hz]
         Of the spectral lines, from 0.
-    leaked, left : (n_lines, n_channels) array
-        Power that the sinusoids leak, and that which is left without them, of channels scaled to
-        unit mean square.
+    seen, left : (n_lines, n_channels) array
+        Power in the stretch cut out as it is, which a covariance sees as well; and that which is
+        left without sinusoids, tapered.  Of channels scaled to unit mean square.
     free : (n_lines,) bool array
         Where no sinusoid was near.
     n_averages : int
@@ -72,16 +87,14 @@ class LineEvidence:
     """
 
     spacing_hz: float
-    leaked: NDArray[np.float32]
+    seen: NDArray[np.float32]
     left: NDArray[np.float32]
     free: NDArray[np.bool_]
     n_averages: int = 1
 
     @classmethod
-    def of(
-        cls, samples: Samples, lines_hz: Sequence[float], modes: ModeSet
-    ) -> 'LineEvidence | None':
-        """Return the evidence of a stretch; None when there are no lines in it.
+    def of(cls, samples: Samples, lines_hz: Sequence[float], modes: ModeSet) -> 'LineEvidence':
+        """Return the evidence of a stretch.
 
         Parameters
         ----------
@@ -95,20 +108,12 @@ class LineEvidence:
         rows = _scaled(samples)
         spacing_hz = samples.sample_rate_hz / len(rows)
         known = np.array(sorted(lines_hz), dtype=np.float64) / spacing_hz
-        kept = _kept(modes, spacing_hz)
-        lines, left = _sinusoids(rows, known, kept)
-        if not len(lines.turn):
-            return None
-        rest = _power(left)
-        leaked, free = np.zeros_like(rest), np.ones(len(rest), dtype=bool)
-        place = np.arange(len(rest))
-        for turn, phasor in zip(lines.turn, lines.phasor, strict=True):
-            apart = np.abs(place - turn * len(rows) / (2.0 * np.pi))
-            free &= apart > REACH + 0.5
-            # The envelope: how many periods of a line the stretch holds must not matter.
-            envelope = 0.25 * len(rows) / np.maximum(np.pi * apart, 1.0) ** 2
-            leaked += np.outer(envelope, np.abs(phasor) ** 2).astype(np.float32)
-        return cls(spacing_hz, leaked, rest, free)
+        lines, left = sinusoids_of(rows, known, _kept(modes, spacing_hz))
+        seen = power(rows, tapered=False)
+        free = np.ones(len(seen), dtype=bool)
+        for place in lines.turn * len(rows) / (2.0 * np.pi):
+            free &= np.abs(np.arange(len(free)) - place) > REACH + 0.5
+        return cls(spacing_hz, seen, power(left, tapered=True), free)
 
     def joined(self, other: 'LineEvidence | None') -> 'LineEvidence':
         """Return the evidence of two windows together, of the first where they differ."""
@@ -118,7 +123,7 @@ class LineEvidence:
         share = np.float32(other.n_averages / total)
         return replace(
             self,
-            leaked=self.leaked + share * (other.leaked - self.leaked),
+            seen=self.seen + share * (other.seen - self.seen),
             left=self.left + share * (other.left - self.left),
             free=self.free & other.free,
             n_averages=total,
@@ -132,42 +137,71 @@ class LineEvidence:
         mode : Mode
             Supposed.
         anywhere : bool
-            Test it as well where lines take next to nothing out of its band: for methods that
-            make modes of peaks of noise.
+            It must stand above the floor even where lines are next to nothing of its band: for
+            methods that make modes of peaks of noise.
         """
         at, width = mode.frequency_hz / self.spacing_hz, _half_width(mode, self.spacing_hz)
-        inside = self._lines(at - width, at + width)
+        inside = self._lines(at - max(width, BLUR), at + max(width, BLUR))
         if len(inside) == 0:
-            return False
-        left, leaked = (each[inside].mean(axis=0) for each in (self.left, self.leaked))
-        if not anywhere and (left > UNTOUCHED * (left + leaked)).all():
-            return False
-        flank = max(FLANK * width, LEAST_FLANK)
-        begin = max(2.0 * width, width + 2.0)
-        sides = (
-            self._lines(at - begin - flank, at - begin),
-            self._lines(at + begin, at + begin + flank),
-        )
-        chances = [
-            self._chances(left, len(inside), side)
-            for side in sides
-            if len(side) >= 0.25 * LEAST_FLANK
+            # A line hides the top of the bell: the skirts must show.
+            return not self._stands_out(at, HIDDEN, self._lines(at - HIDDEN, at + HIDDEN))
+        tested = anywhere or self._is_touched(at, width)
+        if tested and not self._stands_out(at, width, inside):
+            return True
+        return self._ends(at, width, inside)
+
+    def _is_touched(self, at: float, width: float) -> bool:
+        near = self._lines(at - max(width, LEAST_SKIRT), at + max(width, LEAST_SKIRT))
+        left, seen = (each[near].mean(axis=0) for each in (self.left, self.seen))
+        return bool((left < UNTOUCHED * seen).any())
+
+    def _stands_out(self, at: float, width: float, inside: Places) -> bool:
+        """Tell whether there is more at a place than on both its flanks, in any channel."""
+        sides = self._sides(at, width, max(FLANK * width, LEAST_FLANK))
+        if not sides or len(inside) == 0:
+            return True
+        level = np.median(self.left[inside], axis=0) / MEDIAN
+        floors = np.array([np.median(self.left[side], axis=0) / MEDIAN for side in sides])
+        # Between flanks leakage falls by a power of the distance.
+        floor = np.exp(np.log(np.maximum(floors, np.finfo(np.float32).tiny)).mean(axis=0))
+        degrees = [
+            2.0 * self._n_independent(n_lines) / MEDIAN_VARIANCE
+            for n_lines in (len(inside), sum(len(side) for side in sides))
         ]
-        if not chances:
-            return False
         # What is no more than rounding is no response, whatever it does.
-        chance = np.where(left > ROUNDING * len(self.left), np.min(chances, axis=0), 1.0)
-        return bool(chance.min() * len(chance) * len(chances) > CHANCE)
+        is_more = level > ROUNDING * len(self.left)
+        chance = np.where(is_more, fisher_f.sf(level / floor, *degrees), 1.0)
+        return bool(chance.min() * len(chance) <= CHANCE)
 
-    def _chances(self, power: Real, n_inside: int, side: NDArray[np.intp]) -> Real:
-        """Return for each channel the probability of so much power above a flank."""
-        n_independent = 0.5 * (self.n_averages + 1)
-        floor = np.median(self.left[side], axis=0) / MEDIAN
-        floor = np.maximum(floor, np.finfo(np.float32).tiny)
-        degrees = 2.0 * n_inside * n_independent, 2.0 * len(side) * n_independent / 2.08
-        return np.asarray(fisher_f.sf(power / floor, *degrees))
+    def _ends(self, at: float, width: float, inside: Places) -> bool:
+        """Tell whether there is less on a flank than the bell of a mode would leave there."""
+        sides = self._sides(at, width, max(SKIRT * width, LEAST_SKIRT))
+        weights = self.left[inside].mean(axis=0)
+        top = self._over_bell(at, width, inside, weights).mean()
+        n_top, chances = self._n_independent(len(inside)), []
+        for side in sides:
+            skirt = np.median(self._over_bell(at, width, side, weights)) / MEDIAN
+            n_skirt = self._n_independent(len(side)) / MEDIAN_VARIANCE
+            chances.append(fisher_f.cdf(ALLOWED * skirt / top, 2.0 * n_skirt, 2.0 * n_top))
+        return len(chances) > 0 and min(chances) * len(chances) < NO_SKIRTS
 
-    def _lines(self, first: float, last: float) -> NDArray[np.intp]:
+    def _over_bell(self, at: float, width: float, lines: Places, weights: Real) -> Real:
+        bell = 1.0 / ((lines - at) ** 2 + math.hypot(width, BLUR) ** 2)
+        return np.asarray(self.left[lines] @ weights / bell, dtype=np.float64)
+
+    def _n_independent(self, n_lines: int) -> float:
+        return max(1.0, n_lines / SHARED) * 0.5 * (self.n_averages + 1)
+
+    def _sides(self, at: float, width: float, length: float) -> list[Places]:
+        """Return the free spectral lines of both flanks, where there are enough."""
+        begin = max(2.0 * width, width + LOBE + BLUR)
+        sides = (
+            self._lines(at - begin - length, at - begin),
+            self._lines(at + begin, at + begin + length),
+        )
+        return [side for side in sides if len(side) >= LEAST_SHARE * length]
+
+    def _lines(self, first: float, last: float) -> Places:
         """Return the free spectral lines from one place to another."""
         low, high = max(1, round(first)), max(1, min(round(last) + 1, len(self.free)))
         return low + np.flatnonzero(self.free[low:high])
@@ -195,57 +229,3 @@ def _scaled(samples: Samples) -> Real:
     rows = data - data.mean(axis=0)
     size = np.sqrt(np.mean(rows**2, axis=0))
     return np.asarray(rows[:, size > 0.0] / size[size > 0.0])
-
-
-def _power(rows: Real) -> NDArray[np.float32]:
-    spectrum = rfft(rows, axis=0)
-    return np.asarray((spectrum.real**2 + spectrum.imag**2) / len(rows), dtype=np.float32)
-
-
-def _sinusoids(rows: Real, known: Real, kept: list[tuple[float, float]]) -> tuple[Sinusoids, Real]:
-    """Return the sinusoids in rows, near the known places and elsewhere, and rows less them.
-
-    What a taper shows to be narrow is looked for in what is left, again and again: strong lines
-    hide weak ones.
-    """
-    to_turn = 2.0 * np.pi / len(rows)
-    places, left = known, rows
-    fitted = Sinusoids(np.empty(0), np.empty((0, rows.shape[1]), dtype=complex))
-    for search in range(SEARCHES):
-        if search or not len(places):
-            more = _narrow_peaks(left, places, kept)[: MOST_LINES - len(places)]
-            if not len(more):
-                break
-            places = np.concatenate([places, more])
-        fitted = fit_sinusoids(rows, places * to_turn)
-        places, left = fitted.turn / to_turn, fitted.taken_from(rows)
-    return fitted, left
-
-
-def _narrow_peaks(rows: Real, known: Real, kept: list[tuple[float, float]]) -> Real:
-    """Return the places of narrow peaks in spectral lines, the strongest first."""
-    taper = blackmanharris(len(rows), sym=False)[:, None]
-    power = _power(taper * rows)
-    n_whole = len(power) // BACKGROUND * BACKGROUND
-    if n_whole < 2 * BACKGROUND:
-        return np.empty(0)
-    blocks = power[:n_whole].reshape(-1, BACKGROUND, power.shape[1])
-    level = np.median(blocks, axis=1)
-    level = np.minimum(level, np.minimum(np.roll(level, 1, axis=0), np.roll(level, -1, axis=0)))
-    beyond = np.minimum(np.arange(len(power)) // BACKGROUND, len(level) - 1)
-    ratio = power / np.maximum(level, np.finfo(np.float32).tiny)[beyond]
-    best = ratio.max(axis=1)
-    inner = slice(FAR_SIDE, len(power) - FAR_SIDE)
-    sides = np.maximum(best[: -2 * FAR_SIDE], best[2 * FAR_SIDE :])
-    peaks = best[inner] >= best[FAR_SIDE - 1 : -FAR_SIDE - 1]
-    peaks &= best[inner] > best[FAR_SIDE + 1 : len(best) - FAR_SIDE + 1]
-    peaks &= (best[inner] > STANDS_OUT) & (sides < FALL * best[inner])
-    found = FAR_SIDE + np.flatnonzero(peaks)
-    found = found[np.argsort(-best[found])]
-    new = [place for place in found if not _is_taken(float(place), known, kept)]
-    return np.array(new, dtype=np.float64)
-
-
-def _is_taken(place: float, known: Real, kept: list[tuple[float, float]]) -> bool:
-    near = bool(np.any(np.abs(known - place) < 1.0))
-    return near or any(low - 2.0 <= place <= high + 2.0 for low, high in kept)

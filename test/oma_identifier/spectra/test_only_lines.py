@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from modal_core.measurements import SampleBlock
+from modal_core.mode import Mode, ModeSet
 from oma_identifier.identify import identify_samples, ONLY_LINES
 from oma_identifier.methods.methods import identify_by
 from oma_identifier.pipeline import IdentificationPipeline
@@ -14,15 +15,21 @@ from oma_identifier.spectra.line_evidence import LineEvidence
 from oma_identifier.spectra.sinusoids import fit_sinusoids
 
 
-def sines(seed, rate_hz, duration_s, lines_hz, noise_db, n_channels, modulated=0.0):
-    """Return rows of sines of random sizes and phases, the noise below them by so many dB."""
+def sines(seed, rate_hz, duration_s, lines_hz, noise_db, n_channels, modulated=0.0, wander=0.0):
+    """Return rows of sines of random sizes and phases, the noise below them by so many dB.
+
+    Their sizes are modulated by a share, their phases by so many radians of the first line, 2.3
+    periods over the record.
+    """
     rng = np.random.default_rng(seed)
     time = np.arange(int(rate_hz * duration_s)) / rate_hz
     rows = np.zeros((len(time), n_channels))
+    slow = 2.0 * np.pi * 2.3 / duration_s * time
     for hz in lines_hz:
         size = rng.standard_normal(n_channels) * np.exp(rng.normal())
-        envelope = 1.0 + modulated * np.sin(2.0 * np.pi * 2.3 / duration_s * time + hz)
-        rows += np.outer(np.sin(2.0 * np.pi * hz * time + rng.uniform(0.0, 6.0)) * envelope, size)
+        envelope = 1.0 + modulated * np.sin(slow + hz)
+        turned = wander * hz / lines_hz[0] * np.cos(slow) + rng.uniform(0.0, 6.0)
+        rows += np.outer(np.sin(2.0 * np.pi * hz * time + turned) * envelope, size)
     noise = rng.standard_normal(rows.shape)
     return rows + rows.std() * 10.0 ** (noise_db / 20.0) * noise
 
@@ -48,6 +55,11 @@ CASES = {
     'modulated': (6, 72.0, 100.0, (5.2, 9.9, 13.7, 20.3, 28.8), -40.0, 2, 0.03),
     'in noise': (7, 155.0, 94.0, 8.1 * np.arange(1, 6), -40.0, 11, 0.0),
     'loud noise': (8, 88.0, 130.0, (4.4, 9.8, 25.1), -20.0, 3, 0.0),
+    'modulated, hardly any noise': (71, 72.0, 60.0, (5.2, 9.9, 13.7, 20.3, 28.8), -100.0, 2, 0.1),
+    'a series that wanders': (72, 100.0, 60.0, 5.3 * np.arange(1, 7), -80.0, 3, 0.0, 0.3),
+    'wandering, one channel': (74, 128.0, 74.0, (11.67, 23.34, 35.0), -80.0, 1, 0.0, 0.1),
+    'wandering, no noise': (75, 155.0, 65.0, (7.9,), -200.0, 2, 0.0, 0.1),
+    'strongly modulated': (77, 100.0, 66.0, (9.1, 20.6, 33.0), -70.0, 1, 0.3),
 }
 
 
@@ -86,13 +98,41 @@ def test_modes_beside_strong_lines_stay(structure):
         np.testing.assert_allclose(found, (6.0, 14.0, 23.0), rtol=0.01, err_msg=f'seed {seed}')
 
 
-def test_without_lines_nothing_is_tested(structure):
+def test_without_lines_no_mode_is_explained(structure):
     for seed in range(40, 44):
         samples = structure((6.0, 14.0), (0.002, 0.02)).simulate(
             np.random.default_rng(seed), 120.0, 100.0
         )
-        found = identify_samples(samples)
-        assert LineEvidence.of(samples, (), found.modes) is None, f'seed {seed}'
+        found = identify_samples(samples).modes
+        assert len(found) == 2, f'seed {seed}'
+        evidence = LineEvidence.of(samples, (), found)
+        assert not any(evidence.explains(mode) for mode in found), f'seed {seed}'
+
+
+@pytest.mark.parametrize('damping_ratio', [0.002, 0.01, 0.03])
+def test_a_mode_has_skirts(structure, damping_ratio):
+    known = structure((12.0,), (damping_ratio,), n_channels=3)
+    mode = Mode(12.0, damping_ratio, known.shapes[:, 0])
+    for seed in range(90, 130):
+        samples = known.simulate(np.random.default_rng(seed), 60.0, 100.0)
+        evidence = LineEvidence.of(samples, (), ModeSet((mode,), samples.channel_names))
+        assert not evidence.explains(mode), f'seed {seed}'
+
+
+@pytest.mark.parametrize('damping_ratio', [0.01, 0.03])
+def test_a_modulated_line_has_no_skirts(structure, damping_ratio):
+    """It is modulated at the rate at which the supposed mode would decay."""
+    known = structure((12.0,), (damping_ratio,), n_channels=3)
+    mode, time = Mode(12.0, damping_ratio, known.shapes[:, 0]), np.arange(6000) / 100.0
+    for seed in range(90, 110):
+        rng = np.random.default_rng(seed)
+        like = known.simulate(rng, 60.0, 100.0)
+        swing = 12.0 * damping_ratio * 2.0 * np.pi * time + rng.uniform(0.0, 6.0)
+        line = np.sin(2.0 * np.pi * 12.0 * time) * (1.0 + 0.9 * np.sin(swing))
+        noise = 1e-4 * rng.standard_normal((6000, 3))
+        samples = replace(like, acceleration=np.outer(line, (1.0, 0.4, -0.7)) + noise)
+        evidence = LineEvidence.of(samples, (), ModeSet((mode,), samples.channel_names))
+        assert evidence.explains(mode), f'seed {seed}'
 
 
 def test_noise_beside_a_line_is_response_only_by_chance(structure):

@@ -1,0 +1,87 @@
+"""Sinusoids of a stretch: those near known places, and those that a taper shows to be narrow."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import rfft
+from scipy.signal.windows import blackmanharris
+
+from oma_identifier.spectra.sinusoids import fit_sinusoids, Sinusoids
+
+MOST_LINES = 32
+SEARCHES = 4
+BACKGROUND = 64
+FALL = 1e-2
+"""Of a narrow peak within ``FAR_SIDE`` spectral lines to both sides, with a taper."""
+FAR_SIDE = 6
+STANDS_OUT = 50.0
+"""Peak over the median around it: of 10⁶ powers of noise one is above 20."""
+
+Real = NDArray[np.float64]
+
+
+def power(rows: Real, *, tapered: bool) -> NDArray[np.float32]:
+    """Return the periodogram of rows, (n_lines, n_channels), of noise the same with a taper."""
+    if tapered:
+        taper = blackmanharris(len(rows), sym=False)
+        rows = rows * (taper / np.sqrt(np.mean(taper**2)))[:, None]
+    spectrum = rfft(rows, axis=0)
+    return np.asarray((spectrum.real**2 + spectrum.imag**2) / len(rows), dtype=np.float32)
+
+
+def sinusoids_of(
+    rows: Real, known: Real, kept: list[tuple[float, float]]
+) -> tuple[Sinusoids, Real]:
+    """Return the sinusoids in rows, near the known places and elsewhere, and rows less them.
+
+    What a taper shows to be narrow is looked for in what is left, again and again: strong lines
+    hide weak ones.
+
+    Parameters
+    ----------
+    rows : (n_samples, n_channels) array
+        Samples without offset.
+    known : (n_known,) array
+        Places of known lines in spectral lines, to less than one.
+    kept : list of (first, last)
+        Places where narrow peaks are no lines, in spectral lines.
+    """
+    to_turn = 2.0 * np.pi / len(rows)
+    places, left = known, rows
+    fitted = Sinusoids(np.empty(0), np.empty((0, rows.shape[1]), dtype=complex))
+    for search in range(SEARCHES):
+        if search or not len(places):
+            more = _narrow_peaks(left, places, kept)[: MOST_LINES - len(places)]
+            if not len(more):
+                break
+            places = np.concatenate([places, more])
+        fitted = fit_sinusoids(rows, places * to_turn)
+        places, left = fitted.turn / to_turn, fitted.taken_from(rows)
+    return fitted, left
+
+
+def _narrow_peaks(rows: Real, known: Real, kept: list[tuple[float, float]]) -> Real:
+    """Return the places of narrow peaks in spectral lines, the strongest first."""
+    each = power(rows, tapered=True)
+    n_whole = len(each) // BACKGROUND * BACKGROUND
+    if n_whole < 2 * BACKGROUND:
+        return np.empty(0)
+    blocks = each[:n_whole].reshape(-1, BACKGROUND, each.shape[1])
+    level = np.median(blocks, axis=1)
+    level = np.minimum(level, np.minimum(np.roll(level, 1, axis=0), np.roll(level, -1, axis=0)))
+    beyond = np.minimum(np.arange(len(each)) // BACKGROUND, len(level) - 1)
+    ratio = each / np.maximum(level, np.finfo(np.float32).tiny)[beyond]
+    best = ratio.max(axis=1)
+    inner = slice(FAR_SIDE, len(each) - FAR_SIDE)
+    sides = np.maximum(best[: -2 * FAR_SIDE], best[2 * FAR_SIDE :])
+    peaks = best[inner] >= best[FAR_SIDE - 1 : -FAR_SIDE - 1]
+    peaks &= best[inner] > best[FAR_SIDE + 1 : len(best) - FAR_SIDE + 1]
+    peaks &= (best[inner] > STANDS_OUT) & (sides < FALL * best[inner])
+    found = FAR_SIDE + np.flatnonzero(peaks)
+    found = found[np.argsort(-best[found])]
+    new = [place for place in found if not _is_taken(float(place), known, kept)]
+    return np.array(new, dtype=np.float64)
+
+
+def _is_taken(place: float, known: Real, kept: list[tuple[float, float]]) -> bool:
+    near = bool(np.any(np.abs(known - place) < 1.0))
+    return near or any(low - 2.0 <= place <= high + 2.0 for low, high in kept)
