@@ -10,8 +10,6 @@ charge.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from enum import IntEnum
 import math
 import threading
 
@@ -20,60 +18,15 @@ from numpy.typing import NDArray
 
 from modal_core.errors import BridgeError
 from robot_bridge.egm import Judgement, MCI_RUNNING, RobotFeedback, Verdict
+from robot_bridge.operator.flow_settings import check_fraction, FlowSettings, FlowState, not_ready
 from robot_bridge.operator.following_check import FollowingCheck
 from robot_bridge.operator.lateness import Lateness
 from robot_bridge.operator.pace_check import PaceCheck
 from robot_bridge.operator.release import Release
-from robot_bridge.player import PlanPath, PlanPlayer, PlayerSettings, Reference
+from robot_bridge.player import PlanPath, PlanPlayer, Reference
 
 Array = NDArray[np.float64]
 LONGEST_ARM_S = 300.0
-
-
-class FlowState(IntEnum):
-    """States of the bridge; the numbers of oma_msgs/BridgeState."""
-
-    DISCONNECTED = 0
-    IDLE = 1
-    ARMED = 2
-    RUNNING = 3
-    STOPPING = 4
-    HOLDING = 5
-    ABORTED = 6
-
-
-@dataclass(frozen=True, slots=True)
-class FlowSettings:
-    """Limits of the operator flow.
-
-    Parameters
-    ----------
-    cycle_s : float [s]
-        Period of the controller.
-    link_timeout_s : float [s]
-        Silence after which the link counts as lost.
-    most_missed_cycles : int
-        Packets in a row that may be missing while moving.
-    heartbeat_timeout_s : float [s]
-        Silence of the operator's heartbeat that stops the motion; 0 asks for no heartbeat.
-    start_tolerance_deg : float [deg]
-        Largest distance of any axis from the start pose at ``start``.
-    max_following_error_deg : float [deg]
-        Largest distance of the measured from the wanted axis angle; what the plan allows is less.
-    dry_run : bool
-        Go through everything and send nothing.
-    player : PlayerSettings
-        Ramps.
-    """
-
-    cycle_s: float = 0.004032
-    link_timeout_s: float = 0.012
-    most_missed_cycles: int = 3
-    heartbeat_timeout_s: float = 0.13
-    start_tolerance_deg: float = 0.2
-    max_following_error_deg: float = 2.0
-    dry_run: bool = True
-    player: PlayerSettings = field(default_factory=PlayerSettings)
 
 
 class OperatorFlow:
@@ -195,7 +148,7 @@ class OperatorFlow:
             if path is None or feedback is None or hold is None:
                 raise BridgeError('no plan or no feedback')
             self._pace.check()
-            blocked = None if self.settings.dry_run else _not_ready(feedback)
+            blocked = None if self.settings.dry_run else not_ready(feedback)
             if blocked:
                 raise BridgeError(f'the controller is not ready: {blocked}')
             for place in (np.array(feedback.joints_deg), hold):
@@ -437,7 +390,7 @@ class OperatorFlow:
         elif judgement.n_steps > self.settings.most_missed_cycles + 1:
             self.abort(f'link lost: {judgement.n_steps - 1} packets missing')
         elif self.state == FlowState.RUNNING and not self.settings.dry_run:
-            blocked = _not_ready(feedback)
+            blocked = not_ready(feedback)
             if blocked:
                 self.abort(blocked)
         elif self.state == FlowState.ARMED and not self.settings.dry_run:
@@ -499,26 +452,3 @@ class OperatorFlow:
             self.release.end()
         self.state, self.reason = state, reason
         self.on_change(state, reason)
-
-
-def check_fraction(fraction: float) -> None:
-    """Refuse a speed override that is not within 0..1.
-
-    Raises
-    ------
-    BridgeError
-        It is not.
-    """
-    if not 0.0 <= fraction <= 1.0:
-        raise BridgeError('bad speed_override', found=fraction, expected='0..1')
-
-
-def _not_ready(feedback: RobotFeedback) -> str:
-    """Return why the controller would not follow; empty when it would."""
-    if not feedback.motors_on:
-        return 'motors are off'
-    if feedback.mci_state != MCI_RUNNING:
-        return f'the EGM session is {feedback.mci_name}'
-    if not feedback.rapid_running:
-        return 'the RAPID program is not running'
-    return ''

@@ -11,7 +11,8 @@ import threading
 import numpy as np
 
 from robot_bridge.egm import Judgement, RobotFeedback, Verdict
-from robot_bridge.operator.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.operator.flow_settings import FlowSettings, FlowState
+from robot_bridge.operator.operator_flow import OperatorFlow
 from robot_bridge.player import Reference
 
 LONGEST_WAIT_S = 120.0

@@ -12,7 +12,7 @@ from excitation_planner.trajectory import Trajectory
 from modal_core.errors import BridgeError
 from robot_bridge.egm.egm_link import EgmLink
 from robot_bridge.egm.session_check import SessionCheck, SessionLimits
-from robot_bridge.operator.operator_flow import FlowSettings, FlowState
+from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.player.plan_path import PlanPath
 
 

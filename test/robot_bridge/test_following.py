@@ -12,8 +12,8 @@ from benchmarks.faults.guided_arm import CYCLE_S, GUIDANCE
 from robot_bridge.egm.egm_feedback import RobotFeedback
 from robot_bridge.egm.egm_messages import MCI_RUNNING
 from robot_bridge.egm.session_check import Judgement, Verdict
+from robot_bridge.operator import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.operator.following_check import FollowingCheck
-from robot_bridge.operator.operator_flow import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.operator.stream_flow import StreamFlow
 from robot_bridge.player.plan_path import PlanPath
 

@@ -10,7 +10,7 @@ from robot_bridge.backends.guidance_backend import GuidanceBackend
 from robot_bridge.egm.egm_feedback import RobotFeedback
 from robot_bridge.egm.egm_messages import MCI_RUNNING, MCI_STOPPED
 from robot_bridge.egm.session_check import Judgement, Verdict
-from robot_bridge.operator.operator_flow import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.operator import FlowSettings, FlowState, OperatorFlow
 from robot_bridge.player.plan_path import PlanPath
 from robot_bridge.player.plan_player import PlanPlayer, PlayerSettings
 

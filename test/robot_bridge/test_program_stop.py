@@ -17,7 +17,7 @@ from robot_bridge.backends.backends import BackendSettings, make_backend
 from robot_bridge.egm.egm_feedback import RobotFeedback
 from robot_bridge.egm.egm_messages import MCI_STOPPED
 from robot_bridge.egm.session_check import Judgement, Verdict
-from robot_bridge.operator.operator_flow import FlowSettings, FlowState
+from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.player.plan_path import PlanPath
 from structural_model.robot_files import load_layout
 

@@ -19,7 +19,7 @@ from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import module_name, rapid_module
 from excitation_planner.request import PlanRequest
 from robot_bridge.egm.egm_command import decode_sensor
-from robot_bridge.operator.operator_flow import FlowSettings, FlowState
+from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.rws_client import RwsClient
 from structural_model.robot_files import load_layout

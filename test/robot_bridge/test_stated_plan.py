@@ -12,7 +12,7 @@ from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError
 from robot_bridge.bridge import Bridge
 from robot_bridge.bridge_settings import PARAMETERS, settings_from
-from robot_bridge.operator.operator_flow import FlowState
+from robot_bridge.operator import FlowState
 from structural_model.robot_files import load_layout
 
 
