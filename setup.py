@@ -9,6 +9,7 @@ ROOMS = (
     'excitation_planner',
     'modal_core',
     'modal_recordings',
+    'modal_reports',
     'model_gap',
     'oma_identifier',
     'robot_bridge',

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autonomous_modal_analysis.report import Geometry
 from autonomous_modal_analysis.results import Identification
 from excitation_planner.sensitivity import expanded_shapes
 from modal_core.channel import SensorLayout
 from modal_core.indicators import normalise, rotate_to_real
 from modal_core.mode import ModeSet
+from modal_reports import Geometry
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 

@@ -7,8 +7,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from autonomous_modal_analysis.results import mode_json, plain
-from autonomous_modal_analysis.terminal import OUTPUT, with_deviation
+from autonomous_modal_analysis.terminal import OUTPUT
 from modal_core.mode import Mode
+from modal_reports import DAMPING, fixed, FREQUENCY, percent
 from oma_identifier.compare import Comparison, ModeChange
 
 HEADINGS = (
@@ -81,28 +82,18 @@ def changes_json(comparison: Comparison) -> dict[str, object]:
 def _row(change: ModeChange) -> tuple[str, ...]:
     first, second = change.first, change.second
     return (
-        with_deviation(first.frequency_hz, first.frequency_std_hz),
-        with_deviation(second.frequency_hz, second.frequency_std_hz),
-        f'{100.0 * change.frequency_change:+.2f}%',
-        _surprise(change.frequency_surprise),
-        with_deviation(100.0 * first.damping_ratio, 100.0 * first.damping_ratio_std),
-        with_deviation(100.0 * second.damping_ratio, 100.0 * second.damping_ratio_std),
-        _surprise(change.damping_surprise),
-        f'{change.mac:.3f}',
-        _mac(change.expected_mac.least),
+        FREQUENCY.number(first.frequency_hz, first.frequency_std_hz),
+        FREQUENCY.number(second.frequency_hz, second.frequency_std_hz),
+        percent(change.frequency_change, 2, sign=True),
+        fixed(change.frequency_surprise, 1, sign=True),
+        DAMPING.number(first.damping_ratio, first.damping_ratio_std),
+        DAMPING.number(second.damping_ratio, second.damping_ratio_std),
+        fixed(change.damping_surprise, 1, sign=True),
+        fixed(change.mac, 3),
+        fixed(change.expected_mac.least, 3),
         '*' * change.is_significant + '~' * change.is_shape_changed,
     )
 
 
-def _surprise(value: float) -> str:
-    return f'{value:+.1f}' if value == value else '–'
-
-
-def _mac(value: float) -> str:
-    return f'{value:.3f}' if value == value else '–'
-
-
 def _listed(modes: Sequence[Mode]) -> str:
-    return ', '.join(
-        f'{with_deviation(mode.frequency_hz, mode.frequency_std_hz)} Hz' for mode in modes
-    )
+    return ', '.join(FREQUENCY.text(mode.frequency_hz, mode.frequency_std_hz) for mode in modes)

@@ -12,9 +12,10 @@ from autonomous_modal_analysis.demonstration import DemoRun, DemoSettings
 from autonomous_modal_analysis.identification import IdentifiedRecording, identify_recording
 from autonomous_modal_analysis.output import save_results, show_written
 from autonomous_modal_analysis.report import match_truth, TrueMode
-from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, with_deviation
+from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
 from modal_core.mode import ModeSet
 from modal_recordings.open_recording import open_recording
+from modal_reports import DAMPING, fixed, FREQUENCY, percent
 from oma_identifier.settings import IdentificationSettings
 from structural_model.robot_files import load_layout, load_robot
 
@@ -156,13 +157,13 @@ def _row(mode: ComparedMode, n_windows: int) -> tuple[str, ...]:
         return (*truth, '', '', '', live)
     return (
         f'{true.frequency_hz:.2f}',
-        with_deviation(found.frequency_hz, found.frequency_std_hz),
-        f'{100 * true.frequency_error:+.2f}%',
-        f'{true.frequency_error_sigma:+.1f}',
+        FREQUENCY.number(found.frequency_hz, found.frequency_std_hz),
+        percent(true.frequency_error, 2, sign=True),
+        fixed(true.frequency_error_sigma, 1, sign=True),
         f'{100 * true.damping_ratio:.2f}',
-        with_deviation(100 * found.damping_ratio, 100 * found.damping_ratio_std),
-        f'{true.damping_error_sigma:+.1f}',
-        f'{true.mac:.3f}',
+        DAMPING.number(found.damping_ratio, found.damping_ratio_std),
+        fixed(true.damping_error_sigma, 1, sign=True),
+        fixed(true.mac, 3),
         live,
     )
 

@@ -4,7 +4,8 @@ import numpy as np
 from rich.markup import escape
 
 from autonomous_modal_analysis.results import plain
-from autonomous_modal_analysis.terminal import OUTPUT, with_deviation
+from autonomous_modal_analysis.terminal import OUTPUT
+from modal_reports import FREQUENCY
 from oma_msgs.msg import ModalParameters
 
 NANOSECONDS = 1_000_000_000
@@ -39,7 +40,7 @@ def window_line(message: ModalParameters) -> str:
     if not message.data_quality.identifiable:
         return f'{heading}: not identifiable, {message.data_quality.reason}'
     modes = ', '.join(
-        f'#{mode.id} {with_deviation(mode.frequency_hz, mode.frequency_std_hz)} Hz'
+        f'#{mode.id} {FREQUENCY.text(mode.frequency_hz, mode.frequency_std_hz)}'
         for mode in message.modes
         if not mode.harmonic
     )

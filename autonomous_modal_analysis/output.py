@@ -10,7 +10,6 @@ from autonomous_modal_analysis.identification import IdentifiedRecording
 from autonomous_modal_analysis.mode_tracks import mode_tracks
 from autonomous_modal_analysis.report import (
     ReportContent,
-    Spectrum,
     TrueMode,
     write_report,
 )
@@ -18,6 +17,7 @@ from autonomous_modal_analysis.report.words import band_words
 from autonomous_modal_analysis.results import Identification, write_csv, write_json
 from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT
 from modal_core.version import PACKAGE, suite_version
+from modal_reports import Spectrum
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.arm_drawing import ArmDrawing

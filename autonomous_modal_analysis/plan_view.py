@@ -12,6 +12,7 @@ from excitation_planner.plan import APPROACH, ExcitationPlan, MOVES
 from excitation_planner.programmed_move import MOST_OFF, programmed_moves
 from excitation_planner.rapid import start_tolerance_deg
 from modal_core.errors import PlanError
+from modal_reports import DAMPING, FREQUENCY
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 # What a fine point takes a controller (assumed).
@@ -102,12 +103,12 @@ def _joints(plan: ExcitationPlan) -> Table:
 def _modes(plan: ExcitationPlan) -> Table:
     assert plan.prediction is not None  # noqa: S101 - asked by the caller
     table = Table(title='expected modes', title_justify='left')
-    for heading in ('frequency [Hz]', 'damping [%]', r'signal/noise \[dB]', 'best sensor', 'seen'):
+    for heading in (FREQUENCY.label, DAMPING.label, r'signal/noise \[dB]', 'best sensor', 'seen'):
         table.add_column(heading, justify='right')
     for mode in plan.prediction.modes:
         table.add_row(
-            f'{mode.frequency_hz:.2f} ± {mode.frequency_std_hz:.2f}',
-            f'{100 * mode.damping_ratio:.2f} ± {100 * mode.damping_ratio_std:.2f}',
+            FREQUENCY.number(mode.frequency_hz, mode.frequency_std_hz),
+            DAMPING.number(mode.damping_ratio, mode.damping_ratio_std),
             f'{mode.signal_to_noise_db:.0f}',
             mode.best_channel,
             f'no: {mode.reason}' if mode.missed else 'yes',

@@ -5,7 +5,10 @@ import os
 import sys
 from typing import TextIO
 
-PLAIN = {'±': '+/-', 'σ': 'sigma', '°': 'deg', '²': '^2', '≥': '>=', '≤': '<=', 'µ': 'u', '–': '-'}
+PLAIN = {
+    '±': '+/-', 'σ': 'sigma', '°': 'deg', '²': '^2', '≥': '>=', '≤': '<=', 'µ': 'u', '–': '-',
+    '−': '-',
+}  # fmt: skip
 HANDLER = 'autonomous_modal_analysis.plain'
 
 

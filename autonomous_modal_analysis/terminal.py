@@ -11,9 +11,18 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.segment import Segment
 from rich.table import Table
 
-from autonomous_modal_analysis.mode_marks import mark, SCATTERED, SCATTERED_MEANS
 from modal_core.mode import Mode
 from modal_core.printable import printable
+from modal_reports import (
+    DAMPING,
+    fixed,
+    FREQUENCY,
+    mark,
+    MPC,
+    MPD,
+    SCATTERED,
+    SCATTERED_MEANS,
+)
 
 
 class PlainConsole(Console):
@@ -71,28 +80,18 @@ def print_json(value: object) -> None:
 def modes_table(modes: Sequence[Mode], title: str) -> Table:
     """Return a table of modes, and of lines marked as harmonic, for people."""
     table = Table(title=escape(title), title_justify='left')
-    for heading in ('mode', 'frequency [Hz]', 'damping [%]', 'MPC', 'MPD [°]', ''):
+    for heading in ('mode', FREQUENCY.label, DAMPING.label, MPC.label, MPD.label, ''):
         table.add_column(heading, justify='right')
     for mode in modes:
         table.add_row(
             str(mode.id) if mode.id else '',
-            with_deviation(mode.frequency_hz, mode.frequency_std_hz),
-            ''
-            if mode.harmonic
-            else with_deviation(100.0 * mode.damping_ratio, 100.0 * mode.damping_ratio_std),
-            f'{mode.mpc:.3f}',
-            f'{math.degrees(mode.mpd):.1f}',
+            FREQUENCY.number(mode.frequency_hz, mode.frequency_std_hz),
+            '' if mode.harmonic else DAMPING.number(mode.damping_ratio, mode.damping_ratio_std),
+            fixed(mode.mpc, 3),
+            fixed(math.degrees(mode.mpd), 1),
             mark(mode),
         )
     if any(mark(mode) == SCATTERED for mode in modes):
         table.caption = f'{SCATTERED}: {SCATTERED_MEANS}'
         table.caption_justify = 'left'
     return table
-
-
-def with_deviation(value: float, deviation: float) -> str:
-    """Write a value with its standard deviation, both to the deviation's second digit."""
-    if not math.isfinite(deviation) or deviation <= 0.0:
-        return f'{value:.4g}'
-    decimals = max(0, 1 - math.floor(math.log10(deviation)))
-    return f'{value:.{decimals}f} ± {deviation:.{decimals}f}'

@@ -8,6 +8,7 @@ import yaml
 
 from modal_core.atomic_file import atomic_path, write_text
 from modal_core.channel import SensorLayout
+from modal_reports import with_sigma
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects
 from model_gap.hypothesis import corrected_layout
@@ -68,8 +69,7 @@ def effect_label(effect: KnownEffect) -> str:
     place = f' at {effect.location}' if effect.location else ''
     variant = f' ({effect.variant})' if effect.variant else ''
     numbers = ', '.join(
-        f'{item.name} = {item.value:.4g} ± {item.sigma:.2g}'
-        + ('' if item.unit == '1' else f' {item.unit}')
+        f'{item.name} = {with_sigma(item.value, item.sigma, item.unit)}'
         for item in effect.parameters
     )
     return f'{effect.type}{place}{variant}' + (f': {numbers}' if numbers else '')

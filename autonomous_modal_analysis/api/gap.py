@@ -6,16 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from autonomous_modal_analysis.api.modal_plots import BEHIND, MODE, new_axes
+from autonomous_modal_analysis.api.modal_plots import new_axes
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_layout, read_robot, Robot
 from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
 from modal_core.errors import SettingsError
+from modal_reports import percent
+from modal_reports.palette import on_white
 from model_gap.campaign import Campaign, campaign_layout, read_campaign
 from model_gap.comparison import compare, Comparison
 from model_gap.find_gap import find_gap, GapResult
 from model_gap.gap_json import found_effects, gap_mapping, over_noise
-from model_gap.report import effect_words, headline, percent
+from model_gap.report import effect_words, headline
 from model_gap.result_folder import ResultFolder
 from model_gap.search import SearchSettings
 
@@ -146,9 +148,9 @@ class ModelGap(Result):
         rows = np.arange(len(places), 0, -1)
         before = [over_noise(place.before) or 0.0 for place in places]
         after = [over_noise(place.after) or 0.0 for place in places]
-        ax.barh(rows + 0.2, before, 0.4, color=BEHIND, label='before')
-        ax.barh(rows - 0.2, after, 0.4, color=MODE, label='after')
-        ax.axvline(1.0, c='#5a6875', lw=0.8)
+        ax.barh(rows + 0.2, before, 0.4, color=on_white('before'), label='before')
+        ax.barh(rows - 0.2, after, 0.4, color=on_white('after'), label='after')
+        ax.axvline(1.0, c=on_white('soft'), lw=0.8)
         ax.set_yticks(rows, [place.name for place in places])
         ax.set_xlabel('gap in units of the noise')
         ax.legend(fontsize='small')

@@ -8,15 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api.optional import optional
-from autonomous_modal_analysis.report.geometry import Geometry
 from autonomous_modal_analysis.results import IdentifiedWindow
 from modal_core.indicators import rotate_to_real
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import ModeSet
 from modal_core.poles import PoleStatus
+from modal_reports import DAMPING, FREQUENCY, Geometry
+from modal_reports.palette import on_white
 from oma_identifier.result import WindowResult
 
-MODE, HARMONIC, REST, BEHIND = '#1c5d99', '#8a4fa3', '#9aa6b1', '#b4bec7'
+MODE, HARMONIC, REST, BEHIND = (
+    on_white(role) for role in ('accent', 'harmonic', 'faint', 'unstable')
+)
+CURVES = tuple(on_white(role) for role in ('spectrum', 'faint', 'unphysical'))
 POLES = (
     (PoleStatus.KEPT, 'of a mode', MODE, 16),
     (PoleStatus.HARMONIC, 'harmonic', HARMONIC, 10),
@@ -87,7 +91,7 @@ def _draw_spectrum(
             spectrum.frequency_hz,
             column,
             lw=1.0 if number == 0 else 0.7,
-            c=colour or ('#47545f', REST, '#c6ced6')[min(number, 2)],
+            c=colour or CURVES[min(number, 2)],
         )
     ax.margins(x=0)
 
@@ -126,9 +130,9 @@ def plot_bars(modes: ModeSet) -> Any:
     for ax, mode in zip(axes, modes, strict=True):
         std = None if mode.shape_std is None else mode.shape_std.real
         place = np.arange(len(names))
-        ax.bar(place, mode.shape.real, yerr=std, color=MODE, ecolor='#17212c', capsize=2)
-        ax.plot(place, mode.shape.imag, 'o', ms=3, c='#b4711a')
-        ax.axhline(0.0, c='#5a6875', lw=0.8)
+        ax.bar(place, mode.shape.real, yerr=std, color=MODE, ecolor=on_white('ink'), capsize=2)
+        ax.plot(place, mode.shape.imag, 'o', ms=3, c=on_white('candidate'))
+        ax.axhline(0.0, c=on_white('soft'), lw=0.8)
         ax.set_xticks(place, names, rotation=90 if len(names) > 3 else 0, fontsize='small')
     return axes
 
@@ -170,7 +174,9 @@ def _grid(modes: ModeSet, options: dict[str, Any], width_in: float) -> Any:
     )
     axes = grid.flatten()
     for ax, mode in zip(axes, modes, strict=False):
-        ax.set_title(f'{mode.frequency_hz:.4g} Hz, {100 * mode.damping_ratio:.2g} %', fontsize=9)
+        ax.set_title(
+            f'{FREQUENCY.text(mode.frequency_hz)}, {DAMPING.text(mode.damping_ratio)}', fontsize=9
+        )
     for ax in axes[len(modes) :]:
         ax.remove()
     return axes[: len(modes)]

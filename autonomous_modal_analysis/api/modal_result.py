@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from autonomous_modal_analysis.api import modal_plots
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.identification import IdentifiedRecording
-from autonomous_modal_analysis.mode_marks import mark
 from autonomous_modal_analysis.output import save_results
 from autonomous_modal_analysis.report.words import band_words
 from autonomous_modal_analysis.results import identification_json, IdentifiedWindow
-from autonomous_modal_analysis.terminal import with_deviation
 from modal_core.channel import SensorLayout
 from modal_core.mode import Mode, ModeSet
+from modal_reports import count, DAMPING, fixed, FREQUENCY, mark, MPC
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.arm_drawing import ArmDrawing
@@ -118,8 +117,7 @@ class ModalResult(Result):
         """Say how many modes were found, where, or why none was."""
         identification = self.found.identification
         reason = identification.quality.reason or 'nothing stands out of the noise'
-        count = '1 mode' if len(self) == 1 else f'{len(self)} modes'
-        text = f'{count} of {self.name} by {self.modes.method}'
+        text = f'{count(len(self), "mode")} of {self.name} by {self.modes.method}'
         text += '' if len(self) else f': {reason}'
         if identification.band is not None:
             text += f'; {band_words(identification.band)}'
@@ -151,14 +149,12 @@ class ModalResult(Result):
         modes = self._listed()
         marks = [mark(mode) for mode in modes]
         return {
-            'frequency [Hz]': [with_deviation(m.frequency_hz, m.frequency_std_hz) for m in modes],
-            'damping [%]': [
-                ''
-                if mode.harmonic
-                else with_deviation(100.0 * mode.damping_ratio, 100.0 * mode.damping_ratio_std)
+            FREQUENCY.label: [FREQUENCY.number(m.frequency_hz, m.frequency_std_hz) for m in modes],
+            DAMPING.label: [
+                '' if mode.harmonic else DAMPING.number(mode.damping_ratio, mode.damping_ratio_std)
                 for mode in modes
             ],
-            'MPC': [f'{mode.mpc:.3f}' for mode in modes],
+            MPC.label: [fixed(mode.mpc, 3) for mode in modes],
             **({'': marks} if any(marks) else {}),
         }
 

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autonomous_modal_analysis.report.geometry import Geometry, sensor_displacements
 from modal_core.channel import SensorLayout
 from modal_core.errors import LayoutError
 from modal_core.mode import ModeSet
+from modal_reports import Geometry, sensor_displacements
 
 Displacements = tuple[NDArray[np.complex128], ...]
 

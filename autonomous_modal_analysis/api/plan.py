@@ -14,7 +14,7 @@ from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_robot, Robot, sensors_of
 from autonomous_modal_analysis.plan_view import plan_json
 from autonomous_modal_analysis.pose import parse_pose
-from autonomous_modal_analysis.terminal import no_progress, ProgressCallback, with_deviation
+from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
 from excitation_planner.participation import ModeForecast
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
@@ -23,6 +23,8 @@ from excitation_planner.request import PlanRequest
 from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, SettingsError
+from modal_reports import DAMPING, FREQUENCY
+from modal_reports.palette import on_white
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -100,11 +102,8 @@ class PlannedMotion(Result):
         """Return the expected modes as texts."""
         modes = self.expected_modes
         return {
-            'frequency [Hz]': [with_deviation(m.frequency_hz, m.frequency_std_hz) for m in modes],
-            'damping [%]': [
-                with_deviation(100.0 * mode.damping_ratio, 100.0 * mode.damping_ratio_std)
-                for mode in modes
-            ],
+            FREQUENCY.label: [FREQUENCY.number(m.frequency_hz, m.frequency_std_hz) for m in modes],
+            DAMPING.label: [DAMPING.number(m.damping_ratio, m.damping_ratio_std) for m in modes],
             'signal/noise [dB]': [f'{mode.signal_to_noise_db:.0f}' for mode in modes],
             'best sensor': [mode.best_channel for mode in modes],
             'seen': [f'no: {mode.reason}' if mode.missed else 'yes' for mode in modes],
@@ -210,7 +209,7 @@ class PlannedMotion(Result):
                 ax.semilogy(spectrum.frequency_hz, column, lw=0.8, label=name)
         for mode in self.expected_modes:
             style = ':' if mode.missed else '-'
-            ax.axvline(mode.frequency_hz, c='#5a6875', lw=0.8, ls=style, alpha=0.7)
+            ax.axvline(mode.frequency_hz, c=on_white('soft'), lw=0.8, ls=style, alpha=0.7)
         largest = float(spectrum.density.max())
         ax.set_ylim(1e-6 * largest, 3.0 * largest)
         ax.set_xlabel('frequency [Hz]')

@@ -6,26 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from autonomous_modal_analysis.report.geometry import Geometry
 from autonomous_modal_analysis.report.truth import TrueMode
 from autonomous_modal_analysis.results import Identification
 from modal_core.poles import PoleTable
-
-
-@dataclass(frozen=True, slots=True)
-class Spectrum:
-    """Singular-value spectrum of the responses.
-
-    Parameters
-    ----------
-    frequency_hz : (n_frequencies,) array [Hz]
-        Ascending.
-    singular_value : (n_frequencies, n_values) array [(m/s²)²/Hz]
-        Of the cross-spectral density matrix, largest first.
-    """
-
-    frequency_hz: NDArray[np.float64]
-    singular_value: NDArray[np.float64]
+from modal_reports import Geometry, Spectrum
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,35 +1,39 @@
-"""One HTML file that shows a whole identification and needs nothing else to open."""
+"""One HTML file that shows a whole identification."""
 
-import base64
-import hashlib
-import json
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
-
-from autonomous_modal_analysis.mode_marks import SCATTERED, SCATTERED_MEANS
 from autonomous_modal_analysis.mode_tracks import mode_tracks
 from autonomous_modal_analysis.report.content import ReportContent
-from autonomous_modal_analysis.report.number_text import fixed
-from autonomous_modal_analysis.report.payload import payload
-from autonomous_modal_analysis.report.tables import channel_rows, mode_rows
-from autonomous_modal_analysis.report.words import count, facts, headline, quality_words
+from autonomous_modal_analysis.report.mode_rows import mode_rows
+from autonomous_modal_analysis.report.tables import channels_table, modes_table
+from autonomous_modal_analysis.report.words import facts, headline
 from autonomous_modal_analysis.results import plain
 from modal_core.atomic_file import write_text
+from modal_core.indicators import mac
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-
-HERE = Path(__file__).parent
-SCRIPTS = (
-    'vendor/uPlot.iife.min.js',
-    'static/common.js',
-    'static/stabilisation.js',
-    'static/mode_shapes.js',
-    'static/tracks.js',
-    'static/report.js',
+from modal_core.mode import ModeSet
+from modal_reports import (
+    capital,
+    count,
+    fixed,
+    heat_map,
+    HeatScale,
+    mode_shapes_data,
+    Page,
+    quality_words,
+    render,
+    SCATTERED,
+    SCATTERED_MEANS,
+    stabilisation_data,
+    Strip,
+    tracks_data,
 )
-STYLES = ('vendor/uPlot.min.css', 'static/report.css')
+
+TEMPLATE = Path(__file__).parent / 'templates' / 'modal.html.j2'
+MAC_SCALE = HeatScale(0.0, 1.0)
+# More would not be read.
+MOST_IN_MAC = 16
 
 
 def write_report(path: Path, content: ReportContent) -> None:
@@ -52,54 +56,32 @@ def render_report(content: ReportContent) -> str:
     ----------
     content : ReportContent
         What it says.  Names in it may come from anywhere: they are only ever shown as text.
-
-    Returns
-    -------
-    str
-        HTML without any reference to a network; its content security policy admits only the
-        scripts and styles inside, by their hashes.
     """
-    script = _script()
-    style = '\n'.join(_asset(name) for name in STYLES)
-    environment = Environment(
-        loader=FileSystemLoader(HERE / 'templates'),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template('report.html.j2').render(
-        content=content,
-        headline=headline(content),
-        facts=facts(content),
-        rows=mode_rows(content),
-        truth_known=content.truth is not None,
-        scattered=SCATTERED,
-        scattered_means=SCATTERED_MEANS,
-        quality=quality_words(content.identification.quality),
-        channels=channel_rows(content.identification.quality.channels),
-        poor_windows=_poor_windows(content),
-        settings=[
-            *settings_rows(content.identification.band, 'band.'),
-            *settings_rows(content.identification.settings),
+    identification = content.identification
+    rows, known = mode_rows(content), content.truth is not None
+    tracks = mode_tracks(identification.windows)
+    values = {
+        'content': content,
+        'headline': headline(content),
+        'facts': facts(content),
+        'modes': modes_table(rows, known=known),
+        'truth_known': known,
+        'scattered': any(row.scattered for row in rows),
+        'scattered_words': f'{capital(SCATTERED)}: {SCATTERED_MEANS}.',
+        'mac': _mac(identification.modes),
+        'quality': quality_words(identification.quality),
+        'channels': channels_table(identification.quality.channels),
+        'poor_windows': _poor_windows(content),
+        'settings': [
+            *settings_rows(identification.band, 'band.'),
+            *settings_rows(identification.settings),
         ],
-        tracks=mode_tracks(content.identification.windows),
-        fixed=fixed,
-        count=count,
-        script=Markup(script),  # noqa: S704 - our own files, read from the package
-        style=Markup(style),  # noqa: S704
-        script_hash=_hash(script),
-        style_hash=_hash(style),
-        data=Markup(embedded_json(payload(content))),  # noqa: S704 - escaped there
-    )
-
-
-def embedded_json(value: object) -> str:
-    """Return JSON that cannot end or escape the element it sits in."""
-    text = json.dumps(value, allow_nan=False, ensure_ascii=True, separators=(',', ':'))
-    for character in '<>&':
-        text = text.replace(character, f'\\u{ord(character):04x}')
-    return text
+        'moving': [track for track in tracks if track.moves_with_pose],
+        'capital': capital,
+        'count': count,
+    }
+    page = Page('Modal analysis report', content.title, TEMPLATE, values, _charts(content))
+    return render(page)
 
 
 def settings_rows(settings: object, prefix: str = '') -> list[tuple[str, str]]:
@@ -129,6 +111,35 @@ def _value_words(value: object) -> str:
     return str(value)
 
 
+def _charts(content: ReportContent) -> dict[str, object]:
+    identification = content.identification
+    modes, geometry = identification.modes, content.geometry
+    true = {id(true.mode): true for true in content.truth or () if true.mode is not None}
+    strips = (
+        Strip(mode, true[id(mode)].frequency_hz, true[id(mode)].damping_ratio)
+        if id(mode) in true
+        else Strip(mode)
+        for mode in modes
+    )
+    lines = (*modes, *identification.harmonics)
+    return {
+        'stabilisation': stabilisation_data(content.poles, content.spectrum, lines),
+        'mode_shapes': mode_shapes_data(modes, geometry, content.displacements),
+        'tracks': tracks_data(identification.windows, strips),
+    }
+
+
+def _mac(modes: ModeSet) -> object:
+    """Return the map of MAC between the modes, nothing where there is little to compare."""
+    shown = [mode for mode in modes if not mode.harmonic]
+    if not 2 <= len(shown) <= MOST_IN_MAC or len(modes.channel_names) < 2:
+        return ''
+    shapes = ModeSet(tuple(shown), modes.channel_names).shapes
+    names = [str(mode.id) if mode.id else fixed(mode.frequency_hz, 1) for mode in shown]
+    panels = [('', mac(shapes, shapes))]
+    return heat_map('MAC between the modes', names, names, panels, MAC_SCALE, '{:.2f}'.format)
+
+
 def _poor_windows(content: ReportContent) -> list[dict[str, object]]:
     windows = content.identification.windows
     return [
@@ -141,18 +152,3 @@ def _poor_windows(content: ReportContent) -> list[dict[str, object]]:
         for window in windows
         if not window.quality.identifiable or window.quality.flags
     ]
-
-
-def _script() -> str:
-    licence = _asset('vendor/uPlot-LICENSE.txt').replace('*/', '* /')
-    return '\n'.join((f'/* uPlot:\n{licence}\n*/', *(_asset(name) for name in SCRIPTS)))
-
-
-def _asset(name: str) -> str:
-    # The hash must be of what a browser reads: HTML turns carriage returns into line feeds.
-    return HERE.joinpath(name).read_text(encoding='utf-8').replace('\r\n', '\n').strip('\n')
-
-
-def _hash(text: str) -> str:
-    digest = hashlib.sha256(text.encode('utf-8')).digest()
-    return f'sha256-{base64.b64encode(digest).decode("ascii")}'

@@ -25,7 +25,7 @@ from examples.paper.cell import (
     Truth,
     truth,
 )
-from examples.paper.output import COLOURS, GREY, panels, save, say, show_table
+from examples.paper.output import COLOURS, GREY, PALE, panels, save, say, show_table
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.poles import PoleStatus, PoleTable
@@ -255,7 +255,7 @@ def draw(found: list[Experiment]) -> None:
             poles = count.poles
             behind = axis.twinx()
             behind.semilogy(
-                spectrum.frequency_hz, spectrum.singular_value[:, 0], color='#cbd5e1', lw=0.8
+                spectrum.frequency_hz, spectrum.singular_value[:, 0], color=PALE, lw=0.8
             )
             behind.set_ylim(1e-7, 1e2)
             behind.grid(visible=False)
@@ -284,7 +284,7 @@ def draw(found: list[Experiment]) -> None:
         axes[row][0].set_ylabel('model order')
     axes[0][0].scatter([], [], s=10, marker='o', color=COLOURS[0], label='stable pole')
     axes[0][0].scatter([], [], s=10, marker='x', color=COLOURS[1], label='unstable pole')
-    axes[0][0].plot([], [], color='#cbd5e1', label='largest singular value (1e-7 to 1e2)')
+    axes[0][0].plot([], [], color=PALE, label='largest singular value (1e-7 to 1e2)')
     axes[0][0].plot([], [], ':', color=GREY, label='true natural frequency')
     figure.legend(loc='outside lower center', ncols=4)
     save(figure, 'paper_all_joints.png')

@@ -7,9 +7,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from modal_reports import palette
+
 IMAGES = Path(__file__).resolve().parents[2] / 'docs' / 'images'
-COLOURS = ('#2a6f97', '#c1121f', '#588157', '#e09f3e', '#6a4c93', '#7f5539', '#457b9d')
-GREY = '#8d99ae'
+COLOURS, GREY, PALE = palette.SERIES, palette.SERIES_GREY, palette.SERIES_PALE
 WIDTH = 112
 
 
@@ -41,7 +42,7 @@ def panels(n_rows: int, n_columns: int, size: tuple[float, float]) -> tuple[Any,
             'axes.spines.top': False,
             'axes.spines.right': False,
             'axes.grid': True,
-            'grid.color': '#e5e7eb',
+            'grid.color': palette.SERIES_GRID,
             'axes.axisbelow': True,
             'axes.titlesize': 9,
             'axes.titlelocation': 'left',

@@ -4,6 +4,6 @@ In come a found gap and its comparison; out go the page and the lines of its sum
 """
 
 from model_gap.report.page import write_report
-from model_gap.report.words import effect_words, headline, percent, summary_lines
+from model_gap.report.words import effect_words, headline, summary_lines
 
-__all__ = ['effect_words', 'headline', 'percent', 'summary_lines', 'write_report']
+__all__ = ['effect_words', 'headline', 'summary_lines', 'write_report']

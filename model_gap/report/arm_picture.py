@@ -2,16 +2,18 @@
 
 from collections.abc import Mapping
 
-from markupsafe import escape, Markup
+from markupsafe import Markup
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import SensorLayout
-from model_gap.report.drawing import heat
+from modal_reports import HeatScale, svg
 from structural_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
 SIZE, MARGIN = 420, 46
+# From the noise to thirty times it.
+TIMES_THE_NOISE = HeatScale(1.0, 10.0**1.5, logarithmic=True)
 
 
 def arm_picture(
@@ -44,30 +46,20 @@ def arm_picture(
     flat = _flattened(points, sensors)
     arm, dots = flat[: len(points)], flat[len(points) :]
     joints = _joint_points(model, links)
-    parts = [_polyline(arm)]
-    for place in places:
-        parts.append(_mark(place, links, arm, joints))
+    parts = [svg.polyline('arm', arm.tolist())]
+    parts += [_mark(place, links, arm, joints) for place in places]
     for name, index in joints.items():
-        x, y = arm[index]
-        parts.append(f'<circle class="joint" cx="{x:.1f}" cy="{y:.1f}" r="6"/>')
-        hot = ' hot' if name in places else ''
-        parts.append(
-            f'<text class="tick{hot}" x="{x - 9:.1f}" y="{y + 16:.1f}" text-anchor="end">'
-            f'{escape(name.replace("joint_", "J"))}</text>'
-        )
-    for sensor, (x, y) in zip(layout, dots, strict=True):
+        x, y = arm[index].tolist()
+        kind = 'tick hot' if name in places else 'tick'
+        parts.append(svg.circle('joint', x, y, 6))
+        parts.append(svg.text(x - 9, y + 16, name.replace('joint_', 'J'), kind, 'end'))
+    for sensor, (x, y) in zip(layout, dots.tolist(), strict=True):
         value = left.get(sensor.name, 1.0)
-        hot = ' hot' if f'sensor:{sensor.name}' in places else ''
-        parts.append(
-            f'<circle class="sensor{hot}" cx="{x:.1f}" cy="{y:.1f}" r="{9 if hot else 5}" '
-            f'fill="{heat(value)}"><title>{escape(sensor.name)}: {value:.1f}</title>'
-            '</circle>'
-        )
+        hot = f'sensor:{sensor.name}' in places
+        kind = f'sensor heat-{TIMES_THE_NOISE.step(value)}{" hot" if hot else ""}'
+        parts.append(svg.circle(kind, x, y, 9 if hot else 5, f'{sensor.name}: {value:.1f}'))
     marked = ', '.join(places) or 'no place'
-    return Markup(  # noqa: S704  numbers and escaped text only
-        f'<svg viewBox="0 0 {SIZE} {SIZE}" role="img" '
-        f'aria-label="the arm from the side; marked: {escape(marked)}">{"".join(parts)}</svg>'
-    )
+    return svg.svg((SIZE, SIZE), f'the arm from the side; marked: {marked}', parts)
 
 
 def _flattened(points: Array, sensors: Array) -> Array:
@@ -95,21 +87,12 @@ def _joint_points(model: FlexibleJointModel, links: list[str]) -> dict[str, int]
     return found
 
 
-def _polyline(arm: Array) -> str:
-    text = ' '.join(f'{x:.1f},{y:.1f}' for x, y in arm)
-    return f'<polyline class="arm" points="{text}"/>'
-
-
 def _mark(place: str, links: list[str], arm: Array, joints: Mapping[str, int]) -> str:
-    if place in joints:
-        x, y = arm[joints[place]]
-        return f'<circle class="mark" cx="{x:.1f}" cy="{y:.1f}" r="20"/>'
-    if place in links:
+    if place in links and place not in joints:
         index = links.index(place)
-        last = min(index + 1, len(arm) - 1)
-        (x1, y1), (x2, y2) = arm[index], arm[last]
-        return f'<line class="mark" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>'
-    if place == 'base':
-        x, y = arm[0]
-        return f'<circle class="mark" cx="{x:.1f}" cy="{y:.1f}" r="24"/>'
+        start, end = arm[index].tolist(), arm[min(index + 1, len(arm) - 1)].tolist()
+        return svg.line('mark', (start[0], start[1]), (end[0], end[1]))
+    if place in joints or place == 'base':
+        x, y = arm[joints.get(place, 0)].tolist()
+        return svg.circle('mark', x, y, 20 if place in joints else 24)
     return ''

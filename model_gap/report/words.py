@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 import math
 
+from modal_reports import capital, percent, with_sigma
 from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects
@@ -72,7 +73,7 @@ def sentence(effect: KnownEffect) -> str:
                 degrees=math.degrees(math.hypot(*turn)) if turn else math.nan,
             )
         )
-    return text[:1].upper() + text[1:]
+    return capital(text)
 
 
 class _Numbers(dict):  # type: ignore[type-arg]
@@ -96,26 +97,12 @@ def effect_words(result: GapResult) -> list[str]:
         place = f' at {effect.location}' if effect.location else ''
         variant = f' ({effect.variant})' if effect.variant else ''
         numbers = ', '.join(
-            number_words(item.name, item.value, item.sigma, item.unit)
+            f'{item.name.replace("_", " ")} {with_sigma(item.value, item.sigma, item.unit)}'
             for item in effect.parameters
         )
         name = effect.type.replace('_', ' ')
         lines.append(f'{name}{place}{variant}' + (f': {numbers}' if numbers else ''))
     return lines
-
-
-def number_words(name: str, value: float, sigma: float, unit: str) -> str:
-    """Return a parameter with deviation and unit."""
-    return f'{name.replace("_", " ")} {value:.4g} ± {sigma:.2g}' + (
-        '' if unit == '1' else f' {unit}'
-    )
-
-
-def percent(value: float | None) -> str:
-    """Return a fraction as per cent."""
-    if value is None or not math.isfinite(value):
-        return '–'
-    return f'{100.0 * value:.1f} %'
 
 
 def summary_lines(result: GapResult) -> list[str]:

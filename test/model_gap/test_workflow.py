@@ -1,7 +1,10 @@
 """From recordings to a verdict: hidden effects are found, healthy arms are left alone."""
 
+import importlib.util
 import json
+from pathlib import Path
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -20,6 +23,22 @@ from model_gap.result_folder import ResultFolder
 from model_gap.search.search import Search, SearchSettings
 from model_gap.updated_model import write_updated_model
 from structural_model import load_layout, load_robot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from hidden_campaign import SENSORS
+
+
+def browser_helper():
+    path = Path(__file__).resolve().parents[1] / 'modal_reports' / 'browser.py'
+    spec = importlib.util.spec_from_file_location('gap_browser', path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+browser = browser_helper()
 
 SEED = 21
 FEW = SearchSettings(
@@ -126,6 +145,28 @@ def test_result_files(softer, compared, tmp_path):
     assert '<script' not in page
     assert 'http://' not in page
     assert 'https://' not in page
+    assert "'unsafe-inline'" not in page
+
+
+@pytest.mark.skipif(browser.find_browser() is None, reason='no Chromium')
+def test_report_in_a_browser(softer, compared, tmp_path):
+    path = tmp_path / 'report.html'
+    write_report(softer, path, compared)
+    with browser.browser_page() as page:
+        for width, dark in ((1280, False), (420, True)):
+            page.open(path, width=width, dark=dark)
+            assert page.evaluate('document.documentElement.scrollWidth') <= width
+        headings = page.evaluate("[...document.querySelectorAll('h2')].map(h => h.textContent)")
+        rows = page.evaluate(
+            "[...document.querySelectorAll('table')].map(t => t.tBodies[0].rows.length)"
+        )
+        curves = page.evaluate("document.querySelectorAll('.hero polyline').length")
+        cells = page.evaluate("document.querySelectorAll('.map rect').length")
+        assert page.problems == []
+        assert page.requests == [path.resolve().as_uri()] * 2
+    assert headings[-1] == 'Provenance' and 'Compared' in headings
+    assert min(rows) >= 1 and curves == 3
+    assert cells == 2 * len(SENSORS) * len({(row.low_hz, row.high_hz) for row in compared.sensors})
 
 
 def test_what_was_found_is_kept_before_it_is_compared(softer, compared, tmp_path):

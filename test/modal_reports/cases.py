@@ -7,18 +7,13 @@ import numpy as np
 import scipy.linalg
 import scipy.signal
 
-from autonomous_modal_analysis.report import (
-    Geometry,
-    match_truth,
-    ReportContent,
-    sensor_displacements,
-    Spectrum,
-)
+from autonomous_modal_analysis.report import match_truth, ReportContent
 from autonomous_modal_analysis.results import Identification, IdentifiedWindow
 from modal_core.channel import Channel
 from modal_core.mode import ModeSet
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
+from modal_reports import Geometry, sensor_displacements, Spectrum
 from oma_identifier.identify import identify_samples
 from oma_identifier.settings import IdentificationSettings
 

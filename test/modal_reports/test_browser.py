@@ -180,7 +180,7 @@ def test_every_case_draws_without_errors(page, tmp_path, arm, name, width):
     shapes = inked(page, '.card canvas')
     assert len(shapes) == n_modes
     assert all(count > 50 for count in shapes)
-    charts = inked(page, '#stabilisation-chart .uplot canvas')
+    charts = inked(page, '[data-chart=stabilisation] .uplot canvas')
     if name not in ('no modes', 'empty tables', 'merged'):
         assert len(charts) == 1
         assert charts[0] > 2000
@@ -232,9 +232,9 @@ def test_hover_names_the_pole_and_drag_zooms(page, tmp_path, arm):
     page.evaluate("document.querySelector('#stabilisation').scrollIntoView()")
     box = page.evaluate(
         '(({x, y, width, height}) => ({x, y, width, height}))'
-        "(document.querySelector('#stabilisation-chart .u-over').getBoundingClientRect())"
+        "(document.querySelector('#stabilisation .u-over').getBoundingClientRect())"
     )
-    data = "JSON.parse(document.getElementById('report-data').textContent)"
+    data = "JSON.parse(document.getElementById('report-data').textContent).stabilisation"
     f_max = page.evaluate(f'{data}.spectrum.frequency_hz.at(-1)')
     top = page.evaluate(f'Math.max(...{data}.poles.model_order)') * 1.03
     kept = [i for i, m in enumerate(arm.poles.mode_id) if m and arm.poles.status[i] == 0]

@@ -97,9 +97,11 @@
     });
   }
 
-  modal.modeShapes = function (host, toolHost, data) {
+  modal.charts.mode_shapes = function (host, data) {
     const modes = data.modes;
     if (!modes.length) { host.append(modal.element('p', 'note', 'No shapes to draw.')); return; }
+    const tools = modal.element('div', 'tools'), cardHost = modal.element('div', 'cards');
+    host.append(tools, cardHost);
     const geometry = data.geometry;
     const box = geometry && frame(geometry.points_m);
     const shown = new Set();
@@ -107,12 +109,12 @@
       const solid = Boolean(geometry && mode.moved_real);
       const card = modal.element('figure', solid ? 'card' : 'card flat'), canvas = modal.element('canvas'), caption = modal.element('figcaption');
       caption.append(modal.element('b', '', mode.id ? 'Mode ' + mode.id : 'Mode'),
-        modal.element('span', '', modal.significant(mode.frequency_hz) + ' Hz'),
-        modal.element('span', '', modal.significant(100 * mode.damping_ratio, 3) + ' %'));
+        modal.element('span', '', mode.frequency),
+        modal.element('span', '', mode.damping));
       if (mode.harmonic) caption.append(modal.element('span', '', 'harmonic'));
       canvas.setAttribute('role', 'img');
-      canvas.setAttribute('aria-label', 'Shape of the mode at ' + modal.significant(mode.frequency_hz) + ' Hz');
-      card.append(canvas, caption); host.append(card);
+      canvas.setAttribute('aria-label', 'Shape of the mode at ' + mode.frequency);
+      card.append(canvas, caption); cardHost.append(card);
       if (solid) {
         let largest = 1e-300;
         mode.moved_real.forEach((row, i) => { largest = Math.max(largest, Math.hypot(...row, ...mode.moved_imag[i])); });
@@ -140,7 +142,7 @@
     const button = modal.element('button');
     button.type = 'button'; button.id = 'play';
     button.addEventListener('click', () => play(!playing));
-    toolHost.append(button);
+    tools.append(button);
 
     const observer = new IntersectionObserver((entries) => {
       entries.forEach((entry) => (entry.isIntersecting ? shown.add(entry.target) : shown.delete(entry.target)));

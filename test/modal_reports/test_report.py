@@ -7,28 +7,21 @@ import re
 import numpy as np
 import pytest
 
-from autonomous_modal_analysis.report import (
-    Geometry,
-    interpolate_displacements,
-    match_truth,
-    render_report,
-    ReportContent,
-    sensor_displacements,
-    Spectrum,
-)
-from autonomous_modal_analysis.report.number_text import (
-    deviation_text,
-    fixed,
-    significant,
-    UNKNOWN,
-    value_text,
-)
-from autonomous_modal_analysis.report.page import embedded_json
-from autonomous_modal_analysis.report.payload import payload, pooled
-from autonomous_modal_analysis.report.tables import mode_rows
+from autonomous_modal_analysis.report import match_truth, render_report, ReportContent
+from autonomous_modal_analysis.report.mode_rows import mode_rows
 from autonomous_modal_analysis.report.words import facts, headline
 from autonomous_modal_analysis.results import Identification
 from modal_core.mode import Mode, ModeSet
+from modal_reports import (
+    embedded_json,
+    Geometry,
+    interpolate_displacements,
+    pooled,
+    sensor_displacements,
+    Spectrum,
+    stabilisation_data,
+    UNKNOWN,
+)
 
 
 def modes(*frequencies, std=0.01):
@@ -40,31 +33,6 @@ def modes(*frequencies, std=0.01):
         ),
         tuple(f'c{index}' for index in range(len(shapes))),
     )
-
-
-@pytest.mark.parametrize(
-    ('value', 'std', 'text', 'deviation'),
-    [
-        (12.34567, 0.0123, '12.346', '0.012'),
-        (12.34567, math.nan, '12.35', '–'),
-        (1234.5, 25.0, '1234', '25'),
-        (math.nan, 0.1, '–', '0.10'),
-    ],
-)
-def test_numbers_show_the_digits_their_deviation_supports(value, std, text, deviation):
-    assert value_text(value, std) == text
-    assert deviation_text(value, std) == deviation
-
-
-def test_significant_digits():
-    assert [significant(value) for value in (0.0, 1.0, 128.004, 1e-7, -2.5)] == [
-        '0', '1.00', '128', '1.00e-07', '\N{MINUS SIGN}2.50',
-    ]  # fmt: skip
-
-
-def test_zero_has_no_sign():
-    texts = [fixed(value, 1, sign=True) for value in (-0.01, 0.0, 0.14, -0.06)]
-    assert texts == ['0.0', '0.0', '+0.1', '\N{MINUS SIGN}0.1']
 
 
 def test_truth_is_matched_by_shape_where_frequencies_cross():
@@ -150,7 +118,11 @@ def test_lines_of_machines_are_shown_as_lines_and_counted_apart():
     assert [row.note for row in rows] == ['', 'harmonic']
     assert rows[1].frequency.value.startswith('24')
     assert rows[1].damping.value == UNKNOWN
-    assert [entry['frequency_hz'] for entry in payload(content)['harmonics']] == [24.0]
+    drawn = stabilisation_data(None, None, (*found.modes, *found.harmonics))['lines']
+    assert [(each['frequency_hz'], each['harmonic']) for each in drawn] == [
+        (3.0, False),
+        (24.0, True),
+    ]
 
 
 def test_a_mode_whose_phases_scatter_is_marked_and_the_mark_explained():

@@ -9,12 +9,7 @@
   const isDark = () => (root.dataset.theme ? root.dataset.theme === 'dark' : prefersDark.matches);
   if (asked) root.dataset.theme = asked[1];
 
-  if (at('stabilisation-chart')) modal.stabilisation(at('stabilisation-chart'), data);
-  modal.modeShapes(at('shape-cards'), at('shape-tools'), data);
-  if (at('track-chart')) {
-    modal.tracks(at('track-chart'), data);
-    modal.strips(at('track-strips'), data);
-  }
+  document.querySelectorAll('[data-chart]').forEach((host) => modal.charts[host.dataset.chart](host, data[host.dataset.chart]));
 
   const button = at('theme');
   const label = () => { button.textContent = isDark() ? 'Light' : 'Dark'; };

@@ -2,6 +2,9 @@
 (function (modal) {
   'use strict';
 
+  /* Each takes the element to draw in and its data. */
+  modal.charts = {};
+
   modal.colour = (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
 
   modal.element = (tag, className, text) => {
@@ -33,14 +36,6 @@
   modal.significant = (value, digits) => {
     if (value === null || value === undefined) return '–';
     return Number(value.toPrecision(digits || 4)).toString();
-  };
-
-  /* A value to the digits its standard deviation supports. */
-  modal.withDeviation = (value, deviation, unit) => {
-    if (value === null || value === undefined) return '–';
-    if (!(deviation > 0)) return modal.significant(value) + ' ' + unit;
-    const decimals = Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(deviation))));
-    return value.toFixed(decimals) + ' ± ' + deviation.toFixed(decimals) + ' ' + unit;
   };
 
   modal.tooltip = {

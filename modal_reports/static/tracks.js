@@ -65,7 +65,7 @@
     return best;
   }
 
-  modal.tracks = function (host, data) {
+  function overview(host, data) {
     const windows = data.windows, tracks = tracksOf(windows);
     if (!tracks.size) { host.append(modal.element('p', 'note', 'No mode was found in any window.')); return; }
     const end = windows[windows.length - 1].end_s;
@@ -78,8 +78,7 @@
       if (!found) { modal.tooltip.hide(); return; }
       const mode = found.point.mode, box = u.over.getBoundingClientRect();
       modal.tooltip.show([found.id ? 'mode ' + found.id : 'not tracked',
-        modal.withDeviation(mode.frequency_hz, mode.frequency_std_hz, 'Hz'),
-        'damping ' + modal.withDeviation(100 * mode.damping_ratio, 100 * (mode.damping_ratio_std || 0), '%'),
+        mode.frequency, 'damping ' + mode.damping,
         'window ' + windows[found.point.row].index].join('\n'), box.left + u.cursor.left, box.top + u.cursor.top);
     };
     const full = { x: [0, end], y: [0, top * 1.08] };
@@ -101,7 +100,7 @@
     plot.root.setAttribute('role', 'img');
     plot.root.setAttribute('aria-label', 'Frequencies over ' + windows.length + ' windows');
     modal.onRedraw(() => { plot.setSize({ width: host.clientWidth, height: HEIGHT }); plot.redraw(false, true); });
-  };
+  }
 
   function drawStrip(canvas, strip) {
     const { context, width, height } = modal.context(canvas);
@@ -138,21 +137,21 @@
     context.fillText(high.toFixed(decimals), right + 6, pad); context.fillText(low.toFixed(decimals), right + 6, height - pad);
   }
 
-  modal.strips = function (host, data) {
+  function strips(host, data) {
     const tracks = tracksOf(data.windows), end = data.windows[data.windows.length - 1].end_s;
     const drawn = [];
-    data.modes.forEach((mode) => {
+    data.strips.forEach((mode) => {
       const track = mode.id ? tracks.get(mode.id) : null;
       if (!track) return;
-      const kinds = [['Hz', 'frequency_hz', 'frequency_std_hz', 'true_frequency_hz', 1], ['% damping', 'damping_ratio', 'damping_ratio_std', 'true_damping_ratio', 100]];
-      kinds.forEach(([unit, key, std, truth, factor]) => {
+      const kinds = [[mode.frequency, 'frequency_hz', 'frequency_std_hz', 'true_frequency_hz', 1], [mode.damping + ' damping', 'damping_ratio', 'damping_ratio_std', 'true_damping_ratio', 100]];
+      kinds.forEach(([text, key, std, truth, factor]) => {
         const times = (value) => (value === null ? null : factor * value);
         const strip = {
           end, whole: times(mode[key]), wholeStd: times(mode[std]), truth: times(mode[truth]),
           points: track.map((point) => ({ time: point.time, value: times(point.mode[key]), std: times(point.mode[std]) })),
         };
         const figure = modal.element('figure', 'strip'), canvas = modal.element('canvas');
-        figure.append(modal.element('figcaption', '', 'Mode ' + mode.id + ' · ' + modal.withDeviation(strip.whole, strip.wholeStd, unit)), canvas);
+        figure.append(modal.element('figcaption', '', 'Mode ' + mode.id + ' · ' + text), canvas);
         host.append(figure);
         drawn.push(() => drawStrip(canvas, strip));
       });
@@ -160,5 +159,12 @@
     const paint = () => drawn.forEach((draw) => draw());
     paint();
     modal.onRedraw(paint);
+  }
+
+  modal.charts.tracks = function (host, data) {
+    const chart = modal.element('div', 'chart'), below = modal.element('div', 'strips');
+    host.append(chart, below);
+    overview(chart, data);
+    strips(below, data);
   };
 })(window.modal);

@@ -32,7 +32,7 @@
     return [Math.min(Math.pow(10, Math.floor(Math.log10(low))), top / 10), top];
   }
 
-  modal.stabilisation = function (host, data) {
+  modal.charts.stabilisation = function (host, data) {
     const poles = data.poles, spectrum = data.spectrum;
     if (!poles && !spectrum) { host.append(modal.element('p', 'note', 'No spectrum and no poles were recorded.')); return; }
     const columns = spectrum ? spectrum.singular_value : [];
@@ -56,8 +56,7 @@
       context.font = modal.font(11 * ratio);
       context.textAlign = 'center';
       let last = -Infinity;
-      const lines = data.modes.concat(data.harmonics || []);
-      lines.sort((a, b) => a.frequency_hz - b.frequency_hz).forEach((mode) => {
+      data.lines.forEach((mode) => {
         const x = u.valToPos(mode.frequency_hz, 'x', true);
         if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) return;
         const colour = modal.colour(mode.harmonic ? 'harmonic' : 'accent');

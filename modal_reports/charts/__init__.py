@@ -1,0 +1,40 @@
+"""One implementation of each chart.
+
+In come arrays, tables of poles and sets of modes.  For a still picture out goes SVG; for a chart
+that moves (zoom, hover, turn) out goes the data that the script of its name in ``static/`` draws.
+"""
+
+from modal_reports.charts import svg
+from modal_reports.charts.bars import Bar, bar_chart
+from modal_reports.charts.geometry import (
+    Geometry,
+    interpolate_displacements,
+    sensor_displacements,
+)
+from modal_reports.charts.heat import heat_map
+from modal_reports.charts.lines import LARGE, SMALL, spectrum_plot
+from modal_reports.charts.marks import error_mark, meter
+from modal_reports.charts.mode_shapes import mode_shapes_data
+from modal_reports.charts.stabilisation import pooled, Spectrum, stabilisation_data
+from modal_reports.charts.tracks import Strip, tracks_data
+
+__all__ = [
+    'LARGE',
+    'SMALL',
+    'Bar',
+    'Geometry',
+    'Spectrum',
+    'Strip',
+    'bar_chart',
+    'error_mark',
+    'heat_map',
+    'interpolate_displacements',
+    'meter',
+    'mode_shapes_data',
+    'pooled',
+    'sensor_displacements',
+    'spectrum_plot',
+    'stabilisation_data',
+    'svg',
+    'tracks_data',
+]

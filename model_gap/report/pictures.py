@@ -1,0 +1,139 @@
+"""The pictures of the report: the gap as bars, on the arm, by sensor and band, in spectra."""
+
+import dataclasses
+import itertools
+import math
+
+from markupsafe import Markup
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_reports import (
+    Bar,
+    bar_chart,
+    fixed,
+    heat_map,
+    LARGE,
+    percent,
+    SMALL,
+    spectrum_plot,
+)
+from model_gap.campaign import record_spectra
+from model_gap.comparison import SpectraPair, used_bands
+from model_gap.find_gap import GapResult
+from model_gap.gap_json import accepted_effects
+from model_gap.report.arm_picture import arm_picture, TIMES_THE_NOISE
+
+SMOOTHING_HZ = 0.3
+FINE_BINS = 1200
+PICTURES = 7
+WHOLE = {'payload': 'flange', 'base_compliance': 'base'}
+
+
+def gap_bars(result: GapResult) -> Markup:
+    """Draw the gap on held-out and fitted poses, before and after, over the noise."""
+    return bar_chart(
+        'gap before and after',
+        [
+            Bar('held out, before', result.gap_before_heldout, 'before'),
+            Bar('held out, after', result.gap_after_heldout, 'after'),
+            Bar('fitted, before', result.gap_before, 'before'),
+            Bar('fitted, after', result.gap_after, 'after'),
+        ],
+        percent,
+        ('noise', result.noise_floor),
+    )
+
+
+def gap_on_arm(result: GapResult) -> Markup:
+    """Draw where the gap is, and what it is put down to."""
+    search = result.search
+    left = {item.name: math.sqrt(item.before) for item in result.where if item.kind == 'sensor'}
+    places = tuple(item.location or WHOLE.get(item.type, '') for item in accepted_effects(result))
+    pose = search.campaign.records[0].pose
+    layout = search.campaign.layout
+    return arm_picture(search.model, pose, layout, left, tuple(filter(None, places)))
+
+
+def gap_map(result: GapResult, shown: list[SpectraPair]) -> Markup:
+    """Draw what is left over by sensors and bands, before beside after."""
+    names = [channel.name.rsplit('.', 1)[0] for channel in result.search.campaign.layout.channels]
+    sensors = list(dict.fromkeys(names))
+    bands = used_bands(shown)
+    shape = (len(sensors), len(bands))
+    before, after, count = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    for pair, (column, band) in itertools.product(shown, enumerate(bands)):
+        inside = pair.inside(*band)
+        noise = pair.item.noise_power[:, inside]
+        measured = pair.item.measured[:, inside]
+        one = np.abs(measured - pair.before[:, inside]) ** 2 / noise
+        two = np.abs(measured - pair.after[:, inside]) ** 2 / noise
+        for row, name in enumerate(names):
+            place = sensors.index(name)
+            before[place, column] += one[row].sum()
+            after[place, column] += two[row].sum()
+            count[place, column] += inside.sum()
+    with np.errstate(invalid='ignore', divide='ignore'):
+        before, after = np.sqrt(before / count), np.sqrt(after / count)
+    columns = [f'{low:g}–{high:g}' for low, high in bands]
+    return heat_map(
+        'gap by sensor and band',
+        sensors,
+        columns,
+        [('before', before), ('after', after)],
+        TIMES_THE_NOISE,
+        lambda value: fixed(value, 1 if value < 100.0 else 0),
+    )
+
+
+def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Markup]:
+    """Draw the recording with the largest gap, the sensors in the order of theirs, bin by bin."""
+    search = result.search
+    channels = search.campaign.layout.channels
+
+    def gap(pair: SpectraPair) -> NDArray[np.float64]:
+        squares = np.abs(pair.item.measured - pair.before) ** 2 / pair.item.noise_power
+        return np.asarray(squares.mean(axis=1))
+
+    worst = max(shown, key=lambda pair: float(gap(pair).sum()))
+    order = np.argsort(-gap(worst))
+    item = record_spectra(worst.item.record, search.settings.band, FINE_BINS)
+    predictor = dataclasses.replace(search.data.fitting, records=[item])
+    (before,) = predictor.predict(search.nominal.setup())
+    (after,) = predictor.predict(result.final.setup())
+    pictures: list[Markup] = []
+    seen: set[str] = set()
+    for row in order.tolist():
+        sensor = channels[row].name.rsplit('.', 1)[0]
+        if sensor in seen or len(pictures) == PICTURES:
+            continue
+        seen.add(sensor)
+        smooth = [
+            _smoothed(item.frequency_hz, values[row]) for values in (item.measured, before, after)
+        ]
+        pictures.append(
+            spectrum_plot(
+                f'{channels[row].name}, {item.record.name}',
+                smooth[0][0],
+                [
+                    (name, level)
+                    for name, (_, level) in zip(
+                        ('measured', 'before', 'after'), smooth, strict=True
+                    )
+                ],
+                float(np.sqrt(np.median(item.noise_power[row]))),
+                SMALL if pictures else LARGE,
+            )
+        )
+    return pictures
+
+
+def _smoothed(
+    frequency: NDArray[np.float64], values: NDArray[np.complex128]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    edges = np.arange(frequency[0], frequency[-1] + SMOOTHING_HZ, SMOOTHING_HZ)
+    place = np.digitize(frequency, edges)
+    used = np.unique(place)
+    centre = np.array([frequency[place == number].mean() for number in used])
+    level = np.array([np.sqrt(np.mean(np.abs(values[place == number]) ** 2)) for number in used])
+    return centre, level
