@@ -74,7 +74,7 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     power = np.zeros(len(own))
     fits = 8 * half * len(samples.channels) < LARGE_BYTES
     held = []
-    for fine in _transforms(samples, half):
+    for fine in _transforms(samples, half, len(samples.channels) if fits else CHANNELS_AT_ONCE):
         power += _power(fine, len(own))
         held += [fine] if fits else []
     ranges = _ranges(own, power)
@@ -82,7 +82,7 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
         return []
     wanted = np.concatenate([own[first:last] for first, last in ranges])
     # Else transformed once more, rather than spectra of all channels in memory.
-    again = held if fits else _transforms(samples, half)
+    again = held if fits else _transforms(samples, half, CHANNELS_AT_ONCE)
     every = np.concatenate([_tapered(fine, wanted) for fine in again], axis=2)
     ends = np.cumsum([last - first for first, last in ranges])
     return [
@@ -96,16 +96,17 @@ def transform_length(samples: Samples) -> int:
     return int(next_fast_len(len(samples.acceleration)))
 
 
-def _transforms(samples: Samples, half: int) -> Iterator[Single]:
+def _transforms(samples: Samples, half: int, at_once: int) -> Iterator[Single]:
     """Yield the transforms of a few channels at a time, (half + 1, n_channels)."""
-    for first in range(0, len(samples.channels), CHANNELS_AT_ONCE):
-        rows = samples.acceleration[:, first : first + CHANNELS_AT_ONCE]
+    for first in range(0, len(samples.channels), at_once):
+        rows = samples.acceleration[:, first : first + at_once]
         rows = rows - rows.mean(axis=0)
         size = np.sqrt(np.einsum('tc,tc->c', rows, rows) / len(rows))
         single = np.empty(rows.shape, dtype=np.float32)
         np.divide(rows, np.where(size > 0.0, size, np.inf), out=single, casting='same_kind')
-        # Twice the lines: taper k is a difference of lines k above and below.
-        yield rfft(single, 2 * half, axis=0)
+        for column in range(0, single.shape[1], CHANNELS_AT_ONCE):
+            # Twice the lines: taper k is a difference of lines k above and below.
+            yield rfft(single[:, column : column + CHANNELS_AT_ONCE], 2 * half, axis=0)
 
 
 def _power(fine: Single, n_lines: int) -> Real:

@@ -147,8 +147,12 @@ def test_a_clock_that_steps_between_windows_is_followed():
     lags = [result.quality.channels[4].lag_s for result in results[:-1]]
     assert np.isnan(lags[:3]).all()
     np.testing.assert_allclose(lags[4:], step / RATE_HZ, atol=3e-4)
-    for result in (*results[:3], *results[4:-1]):
+    for result in results[:-1]:
         assert_true_shapes(result, shapes)
+    # The window that holds the step does without the sensor, and says so.
+    for channel in results[3].quality.channels:
+        is_late = channel.name.startswith(LATE_SENSOR)
+        assert channel.excluded == bool(channel.flags) == is_late, f'seed {SEED}'
 
 
 def test_a_clock_that_is_set_back_does_not_hide_delays():
