@@ -1,6 +1,6 @@
 """Samples of several channels on one uniform time grid."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,8 @@ from modal_core.channel import Channel
 from modal_core.errors import LayoutError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 
+ROWS_AT_ONCE = 8192
+
 
 @dataclass(frozen=True, slots=True)
 class Samples:
@@ -18,7 +20,8 @@ class Samples:
     Parameters
     ----------
     acceleration : (n_samples, n_channels) array [m/s²]
-        Finite everywhere.
+        Finite everywhere; in single precision where the source sends no more.  Sums over many
+        samples need double precision: :meth:`widened`.
     sample_rate_hz : float [Hz]
         Rate of the grid.
     channels : tuple of Channel
@@ -27,7 +30,7 @@ class Samples:
         Time of the first row.
     """
 
-    acceleration: NDArray[np.float64]
+    acceleration: NDArray[np.float64] | NDArray[np.float32]
     sample_rate_hz: float
     channels: tuple[Channel, ...]
     start_ns: int = 0
@@ -46,6 +49,19 @@ class Samples:
     def channel_names(self) -> tuple[str, ...]:
         """Names of the columns."""
         return tuple(channel.name for channel in self.channels)
+
+    def widened(
+        self,
+        rows: slice = slice(None),
+        columns: slice | NDArray[np.integer] | Sequence[int] = slice(None),
+    ) -> NDArray[np.float64]:
+        """Return some samples in double precision, copied where they are held in single."""
+        return np.asarray(self.acceleration[rows, columns], dtype=np.float64)
+
+    def stretches(self) -> Iterator[NDArray[np.float64]]:
+        """Yield all samples in double precision, some rows at a time."""
+        for first in range(0, len(self.acceleration), ROWS_AT_ONCE):
+            yield self.widened(slice(first, first + ROWS_AT_ONCE))
 
     def select(self, names: Sequence[str]) -> 'Samples':
         """Return the named channels, in that order.

@@ -236,7 +236,7 @@ def check_samples(samples: Samples) -> None:
     data = samples.acceleration
     # A sum over time is finite when all its samples are, and costs one pass.
     with np.errstate(invalid='ignore', over='ignore'):
-        finite = np.isfinite(np.ones(len(data)) @ data)
+        finite = np.isfinite(sum(np.ones(len(part)) @ part for part in samples.stretches()))
     if not finite.all():
         name = samples.channel_names[int(np.argmin(finite))]
         raise IdentificationError('not finite', where=name, expected='finite samples')

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
+from modal_core.assignment import cheapest_pairs
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.compare.expected_mac import expected_mac, ExpectedMac, UNKNOWN
@@ -99,7 +99,7 @@ def compare(first: ModeSet, second: ModeSet) -> Comparison:
     ]
     least = np.array([[each.least for each in row] for row in expected]).reshape(alike.shape)
     allowed = (shift < FARTHEST_SHARE) & (alike > np.fmin(least, LEAST_MAC))
-    rows, columns = linear_sum_assignment(np.where(allowed, cost, 1e3))
+    rows, columns = cheapest_pairs(np.where(allowed, cost, 1e3))
     pairs = [
         (row, column) for row, column in zip(rows, columns, strict=True) if allowed[row, column]
     ]

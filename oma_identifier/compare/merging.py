@@ -201,10 +201,10 @@ def merge_covariances(setups: Sequence[Samples], block_rows: int, orders: range)
     n_shared = len(shared)
     names, parts = list(shared), []
     first: NDArray[np.float64] | None = None
-    scale = setups[0].select(shared).acceleration.std(axis=0)
+    scale = setups[0].select(shared).widened().std(axis=0)
     for samples in setups:
         moving = [name for name in samples.channel_names if name not in shared]
-        rows = samples.select([*shared, *moving]).acceleration
+        rows = samples.select([*shared, *moving]).widened()
         rows = rows - rows.mean(axis=0)
         rows[:, :n_shared] /= scale
         gram = HankelGram(rows, rows[:, :n_shared], 2 * block_rows)

@@ -11,9 +11,13 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import butter, firwin, kaiser_beta, sosfilt, sosfilt_zi
 
 from oma_identifier.covariance.bands import Band
+from oma_identifier.covariance.filters import (
+    butterworth_high_pass,
+    kaiser_low_pass,
+    RunningFilter,
+)
 from oma_identifier.covariance.references import LONGEST
 
 PASS, STOP = 0.4, 0.6
@@ -21,7 +25,8 @@ PASS, STOP = 0.4, 0.6
 ATTENUATION_DB = 70.0
 HIGH_PASS_ORDER = 4
 GROUP = 16
-"""Outputs of the decimation filter made at once."""
+"""Outputs of the decimation filter that are one product of matrices."""
+ROWS_AT_ONCE = 4096
 
 
 class Decimator:
@@ -38,18 +43,14 @@ class Decimator:
         # Kaiser: length for the attenuation and transition width (Oppenheim & Schafer, 7.76)
         width = 2.0 * math.pi * (STOP - PASS) / factor
         n_taps = math.ceil((ATTENUATION_DB - 8.0) / (2.285 * width)) | 1
-        self.taps = firwin(
-            n_taps,
-            (PASS + STOP) / factor,
-            window=('kaiser', kaiser_beta(ATTENUATION_DB)),
-        )
+        self.taps = kaiser_low_pass(n_taps, (PASS + STOP) / factor, ATTENUATION_DB)
         # The filter is symmetric, so a row of taps is the filter itself.
         self._group = np.zeros((GROUP, (GROUP - 1) * factor + len(self.taps)))
         for row in range(GROUP):
             self._group[row, row * factor : row * factor + len(self.taps)] = self.taps
-        self._past: NDArray[np.float64] | None = None
+        self._past: NDArray[np.floating] | None = None
 
-    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
         """Filter and decimate the next rows.
 
         Parameters
@@ -80,7 +81,7 @@ class Decimator:
         )
         return filtered
 
-    def _filtered(self, data: NDArray[np.float64], n_out: int) -> NDArray[np.float64]:
+    def _filtered(self, data: NDArray[np.floating], n_out: int) -> NDArray[np.float64]:
         """Return outputs that each see the taps from ``factor`` times their number on.
 
         One product of matrices makes a group of outputs of all channels.
@@ -89,10 +90,13 @@ class Decimator:
         step = group * self.factor
         n_groups = n_out // group
         filtered = np.empty((n_out, data.shape[1]))
-        if n_groups:
-            whole = sliding_window_view(data, reach, axis=0)[::step][:n_groups]
-            whole = self._group @ whole.transpose(0, 2, 1)
-            filtered[: n_groups * group] = whole.reshape(n_groups * group, -1)
+        at_once = max(1, ROWS_AT_ONCE // step)
+        for first in range(0, n_groups, at_once):
+            last = min(first + at_once, n_groups)
+            part = np.asarray(data[first * step : (last - 1) * step + reach], dtype=np.float64)
+            whole = sliding_window_view(part, reach, axis=0)[::step].transpose(0, 2, 1)
+            found = self._group @ whole
+            filtered[first * group : last * group] = found.reshape(-1, data.shape[1])
         rest = n_out - n_groups * group
         if rest:
             used = (rest - 1) * self.factor + len(self.taps)
@@ -111,20 +115,15 @@ class HighPass:
     """
 
     def __init__(self, corner_hz: float, sample_rate_hz: float) -> None:
-        self._sections = butter(
-            HIGH_PASS_ORDER, corner_hz, 'highpass', fs=sample_rate_hz, output='sos'
-        )
-        self._state: NDArray[np.float64] | None = None
+        sections = butterworth_high_pass(HIGH_PASS_ORDER, corner_hz / sample_rate_hz)
+        self._filter = RunningFilter(sections)
 
-    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
         """Filter the next rows, (n_samples, n_channels) in and out."""
         if len(rows) == 0:
-            return rows
-        if self._state is None:
-            # Start as if the first row had been there for ever: gravity leaves no step.
-            self._state = sosfilt_zi(self._sections)[:, :, np.newaxis] * rows[0]
-        filtered, self._state = sosfilt(self._sections, rows, axis=0, zi=self._state)
-        return np.asarray(filtered)
+            return rows.astype(np.float64)
+        # It starts as if the first row had been there for ever: gravity leaves no step.
+        return self._filter(rows.astype(np.float64, copy=False))
 
 
 class Decimation:
@@ -132,11 +131,11 @@ class Decimation:
 
     def __init__(self) -> None:
         self._stages: dict[tuple[int, ...], tuple[Decimator, int]] = {}
-        self._made: dict[tuple[int, ...], NDArray[np.float64]] = {}
+        self._made: dict[tuple[int, ...], NDArray[np.floating]] = {}
         self._number = 0
         self.n_rows = 0
 
-    def take(self, rows: NDArray[np.float64], ahead: 'Decimation | None' = None) -> None:
+    def take(self, rows: NDArray[np.floating], ahead: 'Decimation | None' = None) -> None:
         """Take the next rows, (n_samples, n_channels).
 
         Parameters
@@ -149,7 +148,7 @@ class Decimation:
         self.n_rows = len(rows)
         self._made = {**(ahead._made if ahead is not None else {}), (): rows}
 
-    def __call__(self, factors: tuple[int, ...]) -> NDArray[np.float64]:
+    def __call__(self, factors: tuple[int, ...]) -> NDArray[np.floating]:
         """Return the rows taken last, decimated by all factors in turn."""
         if factors not in self._made:
             stage, last = self._stages.get(factors, (None, 0))
@@ -182,12 +181,12 @@ class BandConditioner:
         self._decimation = Decimation()
         self._high_pass = HighPass(band.high_pass_hz, band.sample_rate_hz)
 
-    def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
         """Condition the next rows, (n_samples, n_channels) to (n_decimated, n_channels)."""
         self._decimation.take(rows)
         conditioned = list(self.of(self._decimation))
         self._decimation.drop()
-        return np.concatenate(conditioned) if conditioned else rows[:0]
+        return np.concatenate(conditioned) if conditioned else rows[:0].astype(np.float64)
 
     def of(self, decimation: Decimation) -> Iterator[NDArray[np.float64]]:
         """Condition the rows that a decimation shared with other bands took last, in stretches.

@@ -126,7 +126,8 @@ class Segment:
         if source.name not in self.rows:
             first_row = self.next_window * self.hop_rows
             n_channels = len(source.channels)
-            self.rows[source.name] = SourceRows(first_row, n_channels, self.window_rows)
+            rows = SourceRows(first_row, n_channels, self.window_rows, source.stream.dtype)
+            self.rows[source.name] = rows
         self.rows[source.name].reach(self.n_rows)
         return self.rows[source.name]
 

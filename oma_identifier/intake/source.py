@@ -166,11 +166,9 @@ class Source:
             return
         if times.restarted:
             self.flags.add('clock_jump')
-        self.stream.add(
-            times.stamp_ns,
-            np.asarray(block.acceleration[:, self.columns], dtype=np.float64),
-            confirmed=True,
-        )
+        # A copy: what came with the block may be part of a file or a message.
+        values = block.acceleration[:, self.columns].astype(self.stream.dtype)
+        self.stream.add(times.stamp_ns, values, confirmed=True)
 
     def restart(self) -> None:
         """Go on with what came after the clock jumped back."""
@@ -179,7 +177,7 @@ class Source:
         self.repeats.restart(first_ns)
         self.unclear_ns = [start for start in self.unclear_ns if start < first_ns]
         events = self.stream.events
-        self.stream = SourceStream(len(self.channels), self.set_aside)
+        self.stream = SourceStream(len(self.channels), self.set_aside, self.stream.dtype)
         self.stream.events = events
         self._counted = None
         for number, part in enumerate(later):
@@ -343,12 +341,18 @@ def make_source(
         channels=channels,
         columns=slice(None) if len(columns) == len(given) else columns,
         sent=_sent(measurement),
-        stream=SourceStream(len(channels)),
+        stream=SourceStream(len(channels), dtype=_precision(measurement)),
         clock=clock,
     )
     if clock is not None:
         source.period_ns = NANOSECONDS_PER_SECOND / clock.sample_rate_hz
     return source
+
+
+def _precision(measurement: StampedSamples | SampleBlock) -> 'np.dtype[np.floating]':
+    """Return the least precision that loses nothing of what is sent, in the machine's order."""
+    single = measurement.acceleration.dtype.itemsize <= np.dtype(np.float32).itemsize
+    return np.dtype(np.float32 if single else np.float64)
 
 
 def _sent(measurement: StampedSamples | SampleBlock) -> tuple[str, ...]:

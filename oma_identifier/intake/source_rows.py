@@ -14,6 +14,7 @@ RESERVE = 1.25
 """Rows there is room for, in windows: each row is moved a few times while windows slide.  Of
 large windows there is room for one only: memory counts more than moves."""
 MOVED_AT_ONCE = 4096
+DOUBLE: 'np.dtype[np.floating]' = np.dtype(np.float64)
 OWN_REFERENCES = 4
 """To an array nobody looks at: by the rows, the tuple and the loop that ask, and the call."""
 
@@ -32,7 +33,7 @@ class _Part:
 class _Held:
     """Room for rows: ``values``, ``lost`` and ``filled`` as in :class:`GridRows`."""
 
-    values: NDArray[np.float64]
+    values: NDArray[np.floating]
     lost: NDArray[np.bool_]
     filled: NDArray[np.bool_]
 
@@ -44,7 +45,7 @@ class CutRows:
     Parameters
     ----------
     values : (n_rows, n_channels) array [m/s²]
-        Zero where lost; shared, not to be written to.
+        As precise as the source sends; zero where lost; shared, not to be written to.
     lost, filled : (n_rows,) bool array
         As in :class:`GridRows`.
     bad : (n_channels,) bool array
@@ -53,7 +54,7 @@ class CutRows:
         Of the values.
     """
 
-    values: NDArray[np.float64]
+    values: NDArray[np.floating]
     lost: NDArray[np.bool_]
     filled: NDArray[np.bool_]
     bad: NDArray[np.bool_]
@@ -71,12 +72,21 @@ class SourceRows:
         Columns.
     window_rows : int
         Length of the windows that are cut.
+    dtype : numpy dtype
+        Precision in which the source sends: what is interpolated between its samples is not known
+        any better, and rounding in single precision is 1e-7 of it.
     """
 
-    def __init__(self, first_row: int, n_channels: int, window_rows: int) -> None:
-        large = window_rows * n_channels * np.dtype(np.float64).itemsize >= LARGE_BYTES
+    def __init__(
+        self,
+        first_row: int,
+        n_channels: int,
+        window_rows: int,
+        dtype: 'np.dtype[np.floating]' = DOUBLE,
+    ) -> None:
+        large = window_rows * n_channels * dtype.itemsize >= LARGE_BYTES
         self._reserve = window_rows if large else int(RESERVE * window_rows)
-        self._held = _room(0, n_channels)
+        self._held = _room(0, n_channels, dtype)
         self._first = first_row
         self._end = first_row
         self._needed = first_row
@@ -98,7 +108,7 @@ class SourceRows:
         own = range(self._end, self._end + count)
         bad = _any(rows.bad)
         bad_rows = rows.bad if bad.any() else None
-        self._parts.append(_Part(own, summarise(rows.values), bad, bad_rows))
+        self._parts.append(_Part(own, self._summary(here), bad, bad_rows))
         self._end = own.stop
 
     def _move(self, count: int) -> None:
@@ -107,7 +117,7 @@ class SourceRows:
         room = max(self._reserve, self.n_held + count)
         old = self._held
         fits = room <= len(old.lost) and not _is_looked_at(old)
-        new = old if fits else _room(room, old.values.shape[1])
+        new = old if fits else _room(room, old.values.shape[1], old.values.dtype)
         for array, before in zip(_arrays(new), _arrays(old), strict=True):
             for first in range(0, self.n_held, MOVED_AT_ONCE):
                 last = min(first + MOVED_AT_ONCE, self.n_held)
@@ -149,7 +159,10 @@ class SourceRows:
         if part.bad_rows is not None:
             first = inside.start - part.rows.start
             bad = _any(part.bad_rows[first : first + len(inside)])
-        return _Part(inside, summarise(self._held.values[self._places(inside)]), bad)
+        return _Part(inside, self._summary(self._places(inside)), bad)
+
+    def _summary(self, here: slice) -> Summary:
+        return summarise(np.asarray(self._held.values[here], dtype=np.float64))
 
     def _places(self, rows: range) -> slice:
         return slice(rows.start - self._first, rows.stop - self._first)
@@ -159,13 +172,15 @@ def _any(bad: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(bad.any(axis=0))
 
 
-def _arrays(rows: GridRows | _Held) -> tuple[NDArray[np.float64] | NDArray[np.bool_], ...]:
+def _arrays(rows: GridRows | _Held) -> tuple[NDArray[np.floating] | NDArray[np.bool_], ...]:
     return rows.values, rows.lost, rows.filled
 
 
-def _room(n_rows: int, n_channels: int) -> _Held:
+def _room(n_rows: int, n_channels: int, dtype: 'np.dtype[np.floating]') -> _Held:
     return _Held(
-        np.empty((n_rows, n_channels)), np.empty(n_rows, dtype=bool), np.empty(n_rows, dtype=bool)
+        np.empty((n_rows, n_channels), dtype),
+        np.empty(n_rows, dtype=bool),
+        np.empty(n_rows, dtype=bool),
     )
 
 

@@ -98,12 +98,13 @@ def cut_window(
 
 def _side_by_side(
     cuts: Sequence[CutRows], qualities: Sequence[Sequence[ChannelQuality]], n_rows: int
-) -> NDArray[np.float64]:
+) -> NDArray[np.floating]:
     """Return the healthy columns as one array; those of one source are not copied."""
     healthy = [[not quality.excluded for quality in each] for each in qualities]
     if len(cuts) == 1 and all(healthy[0]):
         return cuts[0].values
-    values = np.empty((n_rows, sum(map(sum, healthy))))
+    dtype = np.result_type(*(cut.values for cut in cuts))
+    values = np.empty((n_rows, sum(map(sum, healthy))), dtype)
     start = 0
     for cut, chosen in zip(cuts, healthy, strict=True):
         stop = start + sum(chosen)

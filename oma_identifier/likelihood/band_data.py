@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.likelihood.indices import ModeIndex
-from oma_identifier.likelihood.line_spectra import Spectra
+from oma_identifier.likelihood.line_spectra import Spectra, VALUES_AT_ONCE
 from oma_identifier.likelihood.noise_scale import noise_scale, unexplained_scale
 from oma_identifier.likelihood.whittle import accelerance, BandData, BandModel, SlopePrior
 
@@ -341,7 +341,7 @@ def _force_levels(
         near = spectra.near(start.frequency_hz[mode], width)
         shape = shapes[:, mode]
         length = np.linalg.norm(shape)
-        response = (scale * shape.conj()) @ spectra.values[:, near] / length
+        response = spectra.along(scale * shape.conj(), near) / length
         gain = accelerance(
             spectra.frequency_hz[near], start.frequency_hz[[mode]], start.damping_ratio[[mode]]
         )
@@ -372,10 +372,28 @@ def averages_from(
     """
     first = _first_of_averages(frequency_hz, centres_hz, half_widths_hz)
     count = np.diff(np.append(first, len(frequency_hz))).astype(float)
-    products = values[:, :, None] * values[:, None, :].conj()
-    periodogram = np.add.reduceat(products, first, axis=0) / count[:, None, None]
+    periodogram = _summed_products(values, first) / count[:, None, None]
     mean_hz = np.add.reduceat(frequency_hz, first) / count
     return BandData(mean_hz, periodogram, count, float(n_noise), noise)
+
+
+def _summed_products(values: Complex, first: NDArray[np.intp]) -> Complex:
+    """Return the products of the channels with one another, summed from each first line on.
+
+    Some averages at a time: a broad band has tens of thousands of lines.
+    """
+    n_lines, n_channels = values.shape
+    at_once = max(1, VALUES_AT_ONCE // n_channels**2)
+    summed = np.empty((len(first), n_channels, n_channels), dtype=complex)
+    ends = np.append(first[1:], n_lines)
+    begin = 0
+    while begin < len(first):
+        end = max(begin + 1, int(np.searchsorted(ends, first[begin] + at_once, side='right')))
+        part = values[first[begin] : ends[end - 1]]
+        products = part[:, :, None] * part[:, None, :].conj()
+        summed[begin:end] = np.add.reduceat(products, first[begin:end] - first[begin], axis=0)
+        begin = end
+    return summed
 
 
 def _first_of_averages(

@@ -58,6 +58,11 @@ class Spectra:
         found = [weights.T @ parts for _, parts in self.parts(lines)]
         return np.concatenate(found, axis=1).view(np.complex128)
 
+    def along(self, weights: NDArray[np.complex128], lines: slice) -> NDArray[np.complex128]:
+        """Return one combination of the channels, (n_channels,) weights, at (n_lines,) lines."""
+        values = self.values[:, lines]
+        return np.concatenate([weights @ values[:, h] for h in self.stretches(values.shape[1])])
+
     def stretches(self, n_lines: int) -> Iterator[slice]:
         """Yield so many lines in stretches: what is made of all channels may not be large."""
         at_once = max(1, VALUES_AT_ONCE // len(self.values))
@@ -100,9 +105,9 @@ def spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
     for first in range(0, len(channels), CHANNELS_AT_ONCE):
         chosen = channels[first : first + CHANNELS_AT_ONCE]
         if chosen[-1] - chosen[0] == len(chosen) - 1:
-            rows = data[:, chosen[0] : chosen[-1] + 1].T.copy()
+            rows = np.array(data[:, chosen[0] : chosen[-1] + 1].T, np.float64, order='C')
         else:
-            rows = np.ascontiguousarray(data[:, chosen].T)
+            rows = np.array(data[:, chosen].T, np.float64, order='C')
         for row in rows:
             row -= row.mean() + (row @ time) * time
         single = rows[:, :length].astype(np.float32)

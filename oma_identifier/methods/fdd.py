@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
-from scipy.signal import find_peaks
-from scipy.signal.windows import hann
 
 from modal_core.indicators import mac, mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.prominence import prominent_peaks
 from modal_core.samples import Samples
+from modal_core.tapers import hann
 from oma_identifier.likelihood import averages_from, BandModel, fit_band
 from oma_identifier.refinement import LARGEST_MISFIT, refine
 
@@ -68,7 +68,8 @@ def decompose(samples: Samples, resolution_hz: float | None = None) -> Decomposi
     ----------
     Brincker, Zhang and Andersen (2001), doi:10.1088/0964-1726/10/3/303.
     """
-    rows = samples.acceleration - samples.acceleration.mean(axis=0)
+    rows = samples.widened()
+    rows = rows - rows.mean(axis=0)
     scale = rows.std(axis=0)
     inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0.0)
     covariance = (rows.T @ rows) * np.outer(inverse, inverse)
@@ -79,7 +80,7 @@ def decompose(samples: Samples, resolution_hz: float | None = None) -> Decomposi
         length = min(len(rows), max(32, round(rate / resolution_hz)))
     reduced = rows @ (basis * inverse[:, None])
     starts = range(0, len(rows) - length + 1, max(1, length // 2))
-    taper = hann(length, sym=False)[:, None]
+    taper = hann(length)[:, None]
     density = np.zeros((length // 2 + 1, basis.shape[1], basis.shape[1]), dtype=complex)
     for start in starts:
         lines = rfft(reduced[start : start + length] * taper, axis=0)
@@ -127,7 +128,7 @@ def peaks(spectrum: Decomposition) -> NDArray[np.int64]:
     """Return the lines where ln σ₁ peaks by several times its own scatter."""
     first = np.log(np.maximum(spectrum.singular_value[:, 0], np.finfo(float).tiny))
     prominence = SIGNIFICANT / np.sqrt(spectrum.n_averages)
-    found, _ = find_peaks(first, prominence=prominence)
+    found = prominent_peaks(first, prominence).place
     # A peak of noise has another shape at the next line.
     alike = [
         line
@@ -171,9 +172,8 @@ def efdd(
     lines = _inside(spectrum, band_hz)
     if len(lines) == 0:
         return ModeSet((), samples.channel_names, 'efdd')
-    rows = (samples.acceleration - samples.acceleration.mean(axis=0)) / np.where(
-        spectrum.scale > 0.0, spectrum.scale, np.inf
-    )
+    rows = samples.widened()
+    rows = (rows - rows.mean(axis=0)) / np.where(spectrum.scale > 0.0, spectrum.scale, np.inf)
     shapes = spectrum.vector[lines].T
     filters = _modal_filters(shapes)
     coordinates = rfft(rows @ filters.real.T, axis=0) + 1j * rfft(rows @ filters.imag.T, axis=0)

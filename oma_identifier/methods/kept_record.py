@@ -23,7 +23,7 @@ class KeptRecord:
 
     def __init__(self, method: str) -> None:
         self._method = method
-        self._parts: list[NDArray[np.float64]] = []
+        self._parts: list[NDArray[np.floating]] = []
         self._first: Samples | None = None
         self._end_ns = 0
         self._n_bytes = 0
@@ -41,7 +41,7 @@ class KeptRecord:
             self._parts.append(new.copy())
             self._end_ns = samples.end_ns
 
-    def _new_rows(self, samples: Samples) -> NDArray[np.float64]:
+    def _new_rows(self, samples: Samples) -> NDArray[np.floating]:
         if self._first is None:
             self._first = replace(samples, acceleration=samples.acceleration[:0].copy())
             return samples.acceleration

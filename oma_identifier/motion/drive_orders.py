@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as fisher_f
 
+from modal_core.chance import fisher_tail
 from modal_core.indicators import normalise
 from modal_core.mode import Mode
 from modal_core.samples import Samples
@@ -114,7 +114,7 @@ def remove_drive_orders(
             continue
         order = _test(samples, track)
         if order.line.chance < CHANCE:
-            samples = replace(samples, acceleration=_without(samples.acceleration, track))
+            samples = replace(samples, acceleration=_without(samples.widened(), track))
             found.append(order)
     return WithoutOrders(samples, tuple(found))
 
@@ -152,7 +152,7 @@ class _Track:
 def _test(samples: Samples, track: _Track) -> DriveOrder:
     mean_hz = float(track.frequency_hz.mean())
     if track.moves:
-        line = Line(mean_hz, _shape(samples.acceleration, track), _chance(samples, track))
+        line = Line(mean_hz, _shape(samples.widened(), track), _chance(samples, track))
     else:
         line = line_at(samples, mean_hz)
     low, high = float(track.frequency_hz.min()), float(track.frequency_hz.max())
@@ -161,8 +161,8 @@ def _test(samples: Samples, track: _Track) -> DriveOrder:
 
 def _chance(samples: Samples, track: _Track) -> float:
     """Return the probability that noise stands out of its neighbourhood like this."""
-    strongest = np.argsort(samples.acceleration.std(axis=0))[::-1][:MOST_CHANNELS]
-    data = samples.acceleration[:, strongest]
+    data = samples.widened()
+    data = data[:, np.argsort(data.std(axis=0))[::-1][:MOST_CHANNELS]]
     scale = data.std(axis=0)
     n_segments, length = track.frames()
     used = n_segments * length
@@ -177,7 +177,7 @@ def _chance(samples: Samples, track: _Track) -> float:
     asked = np.sort(ratios)[: round(ASKED * n_segments)]
     n_channels, n_beside = data.shape[1], 2 * len(NEIGHBOURS)
     return float(
-        fisher_f.sf(
+        fisher_tail(
             asked.mean() / AT_LEAST,
             2 * n_channels * len(asked),
             2 * (n_beside - n_channels + 1) * len(asked),

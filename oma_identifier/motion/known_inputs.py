@@ -44,8 +44,9 @@ def split_inputs(samples: Samples) -> tuple[Samples, NDArray[np.float64] | None]
     if not known.any():
         return samples, None
     channels = tuple(c for c, other in zip(samples.channels, known, strict=True) if not other)
-    data = samples.acceleration
-    return replace(samples, acceleration=data[:, ~known], channels=channels), data[:, known]
+    inputs = samples.widened(columns=np.flatnonzero(known))
+    responses = samples.acceleration[:, ~known]
+    return replace(samples, acceleration=responses, channels=channels), inputs
 
 
 def at_samples(

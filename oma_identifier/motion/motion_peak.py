@@ -67,7 +67,7 @@ def is_motion(
 
 
 def _response(samples: Samples, along: NDArray[np.float64]) -> NDArray[np.complex128]:
-    signal = samples.acceleration @ along
+    signal = np.concatenate([part @ along for part in samples.stretches()])
     taper = _taper(np.arange(len(signal), dtype=float) / len(signal))
     lines = rfft((signal - signal.mean()) * taper) / samples.sample_rate_hz
     return np.asarray(lines, dtype=complex)

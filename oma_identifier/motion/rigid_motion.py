@@ -115,7 +115,7 @@ class RigidMotionRemoval:
             return RigidRemoval(samples, {}, motion)
         slow = motion_of(samples, joints, self._robot, fit.reach_hz)
         rigid = self._predict(samples, slow or motion, chosen, fit)
-        left, flags = samples.acceleration.copy(), {}
+        left, flags = samples.acceleration.astype(np.float64), {}
         for place, column in enumerate(columns):
             if not _fits(left[:, column], rigid[:, place], samples.sample_rate_hz):
                 flags[samples.channels[column].name] = MISMATCH
@@ -136,7 +136,7 @@ class RigidMotionRemoval:
         if channels == chosen and samples.start_ns < middle_ns and self._fit is not None:
             return self._fit
         fresh = rigid_fit(
-            samples.acceleration[:, columns],
+            samples.widened(columns=columns),
             self._readings(samples, motion, chosen, 0, np.zeros(len(chosen))),
             samples.sample_rate_hz,
             [channel.name.rpartition('.')[0] or channel.name for channel in chosen],

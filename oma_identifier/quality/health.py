@@ -138,7 +138,7 @@ def joined(parts: Sequence[Summary]) -> Summary:
     )
 
 
-def examine(values: NDArray[np.float64], summary: Summary) -> list[ChannelHealth]:
+def examine(values: NDArray[np.floating], summary: Summary) -> list[ChannelHealth]:
     """Look at the channels of a window.
 
     Parameters
@@ -165,7 +165,7 @@ def examine(values: NDArray[np.float64], summary: Summary) -> list[ChannelHealth
         else:
             if maybe_still[place] and _is_still(values[:, place]):
                 flags.append('flatline')
-            if maybe_clipped[place] and is_clipped(np.ascontiguousarray(values[:, place])):
+            if maybe_clipped[place] and is_clipped(_column(values, place)):
                 flags.append('clipping')
             if kurtosis[place] > IMPULSIVE_KURTOSIS:
                 flags.append('impulsive')
@@ -174,7 +174,11 @@ def examine(values: NDArray[np.float64], summary: Summary) -> list[ChannelHealth
     return found
 
 
-def noise_rms(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _column(values: NDArray[np.floating], place: int) -> NDArray[np.float64]:
+    return np.ascontiguousarray(values[:, place], dtype=np.float64)
+
+
+def noise_rms(values: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return how much white noise each channel has at most, (n_channels,) array [m/s²].
 
     Second differences take out what is slow against the sample rate; of white noise of variance
@@ -186,14 +190,15 @@ def noise_rms(values: NDArray[np.float64]) -> NDArray[np.float64]:
         A few short stretches of it are looked at.
     """
     starts = np.linspace(0, max(0, len(values) - NOISE_ROWS), NOISE_STRETCHES).astype(int)
-    bends = [np.diff(values[start : start + NOISE_ROWS], 2, axis=0) for start in starts]
+    looked_at = [values[start : start + NOISE_ROWS].astype(np.float64) for start in starts]
+    bends = [np.diff(rows, 2, axis=0) for rows in looked_at]
     if len(bends[0]) == 0:
         return np.full(values.shape[1], np.nan)
     size = np.median(np.abs(np.concatenate(bends)), axis=0)
     return np.asarray(size / (MEDIAN_OF_GAUSSIAN * np.sqrt(6.0)))
 
 
-def _is_still(signal: NDArray[np.float64]) -> bool:
+def _is_still(signal: NDArray[np.floating]) -> bool:
     return _longest_run(signal[1:] == signal[:-1]) > FLAT_SHARE * len(signal)
 
 
@@ -223,7 +228,7 @@ def _longest_run(still: NDArray[np.bool_]) -> int:
 
 
 def compare(
-    values: NDArray[np.float64], qualities: Sequence[ChannelQuality]
+    values: NDArray[np.floating], qualities: Sequence[ChannelQuality]
 ) -> list[ChannelQuality]:
     """Flag channels whose gain or polarity does not fit their neighbours.
 
@@ -241,7 +246,7 @@ def compare(
     rms = np.array([quality.rms for quality in qualities])
     apart = ~np.eye(len(rms), dtype=bool)
     others = np.median(np.broadcast_to(rms, apart.shape)[apart].reshape(len(rms), -1), axis=1)
-    spaced = values[:: max(1, len(values) // FEW_SAMPLES)]
+    spaced = values[:: max(1, len(values) // FEW_SAMPLES)].astype(np.float64)
     with np.errstate(invalid='ignore', divide='ignore'):
         correlation = np.atleast_2d(np.corrcoef(spaced.T))
     np.fill_diagonal(correlation, np.nan)

@@ -75,7 +75,7 @@ class RepeatWatch:
         self._open: dict[int, _Run] = {}
         self._flat: dict[tuple[int, int], int] = {}
 
-    def add(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    def add(self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating]) -> None:
         """Look at the next samples, (n_samples, n_channels) array [m/s²], as sent."""
         if len(stamp_ns) == 0:
             return

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
+from modal_core.assignment import cheapest_pairs
 from modal_core.indicators import mac
 from oma_identifier.likelihood import GroupFit, ModeIndex, StartModes
 
@@ -51,7 +51,7 @@ def _labels(now: StartModes, each: GroupFit, start: StartModes) -> list[ModeInde
     wider = np.abs(start.half_width_hz[given, None] - now.half_width_hz[each.group]) / width
     unlike = 1.0 - mac(start.shapes[:, given], now.shapes[:, each.group])
     distance = np.minimum(np.hypot(apart, wider), FARTHEST) + unlike
-    rows, positions = linear_sum_assignment(distance)
+    rows, positions = cheapest_pairs(distance)
     known = {int(at): given[row] for row, at in zip(rows, positions, strict=True)}
     others = iter(mode for mode in each.group if mode not in given)
     return [known[at] if at in known else next(others) for at in range(len(each.group))]

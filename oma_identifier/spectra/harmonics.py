@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as fisher_f
 
+from modal_core.chance import fisher_tail
 from modal_core.samples import Samples
 
 N_SEGMENTS = 12
@@ -94,7 +94,7 @@ def _line_near(samples: Samples, frequency_hz: float) -> Line:
         frequency_hz=float(frequency_hz + offsets[best]),
         shape=np.asarray(turns[best] @ phasors / N_SEGMENTS, dtype=complex),
         # One complex phasor and one frequency were fitted to the segments.
-        chance=float(fisher_f.sf(ratio, 2, 2 * (N_SEGMENTS - 2))),
+        chance=float(fisher_tail(ratio, 2, 2 * (N_SEGMENTS - 2))),
     )
 
 
@@ -106,11 +106,10 @@ def _segment_phasors(samples: Samples, frequency_hz: float) -> NDArray[np.comple
     taper = np.tile(np.blackman(length + 2)[1:-1], N_SEGMENTS)
     carrier = taper * np.exp(-2j * np.pi * frequency_hz * time)
     carrier = carrier.reshape(N_SEGMENTS, length)
-    data = samples.acceleration[: len(time)].reshape(N_SEGMENTS, length, -1)
-    turned = _sums(carrier.real, data) + 1j * _sums(carrier.imag, data)
-    turned -= carrier.sum(axis=1)[:, None] * samples.acceleration[: len(time)].mean(axis=0)
+    turned = np.empty((N_SEGMENTS, len(samples.channels)), dtype=complex)
+    for number, part in enumerate(carrier):
+        rows = samples.widened(slice(number * length, (number + 1) * length))
+        turned[number] = part.real @ rows + 1j * (part.imag @ rows)
+    mean = samples.acceleration[: len(time)].mean(axis=0, dtype=np.float64)
+    turned -= carrier.sum(axis=1)[:, None] * mean
     return np.asarray(turned * (2.0 / (0.42 * length)))
-
-
-def _sums(carrier: NDArray[np.float64], data: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray((carrier[:, None] @ data)[:, 0])

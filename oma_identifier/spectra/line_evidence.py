@@ -25,8 +25,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
-from scipy.stats import f as fisher_f
 
+from modal_core.chance import fisher_share, fisher_tail
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.spectra.line_search import power, sinusoids_of
@@ -173,7 +173,7 @@ class LineEvidence:
         ]
         # What is no more than rounding is no response, whatever it does.
         is_more = level > ROUNDING * len(self.left)
-        chance = np.where(is_more, fisher_f.sf(level / floor, *degrees), 1.0)
+        chance = np.where(is_more, fisher_tail(level / floor, *degrees), 1.0)
         return bool(chance.min() * len(chance) <= CHANCE)
 
     def _ends(self, at: float, width: float, inside: Places) -> bool:
@@ -185,7 +185,7 @@ class LineEvidence:
         for side in sides:
             skirt = np.median(self._over_bell(at, width, side, weights)) / MEDIAN
             n_skirt = self._n_independent(len(side)) / MEDIAN_VARIANCE
-            chances.append(fisher_f.cdf(ALLOWED * skirt / top, 2.0 * n_skirt, 2.0 * n_top))
+            chances.append(fisher_share(ALLOWED * skirt / top, 2.0 * n_skirt, 2.0 * n_top))
         return len(chances) > 0 and min(chances) * len(chances) < NO_SKIRTS
 
     def _over_bell(self, at: float, width: float, lines: Places, weights: Real) -> Real:
@@ -223,12 +223,12 @@ def _kept(modes: ModeSet, spacing_hz: float) -> list[tuple[float, float]]:
 
 def _scaled(samples: Samples) -> Real:
     """Return at most a dozen channels without offset, of unit mean square, of a length to like."""
-    data = samples.acceleration
-    length = next_fast_len(len(data) - len(data) // 100, real=True)
-    data = data[: length if length <= len(data) else len(data)]
-    if data.shape[1] > MOST_CHANNELS:
-        chosen = np.linspace(0, data.shape[1] - 1, MOST_CHANNELS).round().astype(int)
-        data = data[:, chosen]
+    n_rows, n_channels = samples.acceleration.shape
+    length = next_fast_len(n_rows - n_rows // 100, real=True)
+    chosen: slice | NDArray[np.intp] = slice(None)
+    if n_channels > MOST_CHANNELS:
+        chosen = np.linspace(0, n_channels - 1, MOST_CHANNELS).round().astype(int)
+    data = samples.widened(slice(length if length <= n_rows else n_rows), chosen)
     rows = data - data.mean(axis=0)
     size = np.sqrt(np.mean(rows**2, axis=0))
     return np.asarray(rows[:, size > 0.0] / size[size > 0.0])

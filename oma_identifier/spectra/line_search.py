@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
-from scipy.signal.windows import blackmanharris
 
+from modal_core.tapers import blackman_harris
 from oma_identifier.spectra.sinusoids import fit_sinusoids, Sinusoids
 
 MOST_LINES = 32
@@ -22,7 +22,7 @@ Real = NDArray[np.float64]
 def power(rows: Real, *, tapered: bool) -> NDArray[np.float32]:
     """Return the periodogram of rows, (n_lines, n_channels), of noise the same with a taper."""
     if tapered:
-        taper = blackmanharris(len(rows), sym=False)
+        taper = blackman_harris(len(rows))
         rows = rows * (taper / np.sqrt(np.mean(taper**2)))[:, None]
     spectrum = rfft(rows, axis=0)
     return np.asarray((spectrum.real**2 + spectrum.imag**2) / len(rows), dtype=np.float32)

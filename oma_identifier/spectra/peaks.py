@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.linalg import eigh
-from scipy.stats import f as fisher_f
 
+from modal_core.chance import fisher_tail
 from modal_core.samples import Samples
 
 FLANK = (2.0, 4.0)
@@ -44,13 +44,12 @@ class SpectralPeaks:
     @cached_property
     def _lines(self) -> NDArray[np.complex64]:
         """Return the discrete Fourier transform, (n_lines, n_channels), of the liveliest."""
-        data = self._samples.acceleration
-        length = next_fast_len(len(data) - len(data) // 100, real=True)
-        length = length if length <= len(data) else len(data)
-        data = data[:length]
-        if data.shape[1] > MOST_CHANNELS:
-            chosen = np.linspace(0, data.shape[1] - 1, MOST_CHANNELS).round().astype(int)
-            data = data[:, chosen]
+        n_rows, n_channels = self._samples.acceleration.shape
+        length = next_fast_len(n_rows - n_rows // 100, real=True)
+        chosen: slice | NDArray[np.intp] = slice(None)
+        if n_channels > MOST_CHANNELS:
+            chosen = np.linspace(0, n_channels - 1, MOST_CHANNELS).round().astype(int)
+        data = self._samples.widened(slice(length if length <= n_rows else n_rows), chosen)
         rows = np.ascontiguousarray(data.T)
         rows = rows - rows.mean(axis=1, keepdims=True)
         size = rows.std(axis=1)
@@ -115,7 +114,7 @@ class SpectralPeaks:
         chances = []
         for flank in (low, high):
             off = np.abs(flank[1::2] @ weight) ** 2
-            chances.append(fisher_f.sf(on.mean() / off.mean(), 2 * len(on), 2 * len(off)))
+            chances.append(fisher_tail(on.mean() / off.mean(), 2 * len(on), 2 * len(off)))
         return float(max(chances))
 
 

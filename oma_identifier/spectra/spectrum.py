@@ -7,10 +7,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
-from scipy.signal.windows import hann
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
+from modal_core.tapers import hann
 
 N_VALUES = 3
 LONGEST_SEGMENT_S = 60.0
@@ -58,7 +58,7 @@ def singular_value_spectrum(
     rate, data = samples.sample_rate_hz, samples.acceleration
     length = max(16, int(min(LONGEST_SEGMENT_S * rate, 2 * len(data) / (FEWEST_SEGMENTS + 1))))
     length = min(next_fast_len(length, real=True), len(data))
-    taper = hann(length, sym=False)
+    taper = hann(length)
     scale = 2.0 / (rate * np.sum(taper**2))
     frequency = np.fft.rfftfreq(length, 1.0 / rate)
     keep = slice(1, int(np.searchsorted(frequency, max_frequency_hz or rate, side='right')))
@@ -72,7 +72,7 @@ def singular_value_spectrum(
     at_once = max(1, VALUES_AT_ONCE // len(data)) if by_segment else n_channels
     products: list[NDArray[np.complex64]] = []
     for first in range(0, n_channels, at_once):
-        rows = _centred(data[:, first : first + at_once])
+        rows = _centred(samples.widened(columns=slice(first, first + at_once)))
         segments = sliding_window_view(rows, length, axis=1)[:, ::step]
         lines = rfft(segments * taper, axis=2)[:, :, keep].transpose(2, 1, 0)
         part = _products(lines if by_segment else lines.transpose(0, 2, 1))

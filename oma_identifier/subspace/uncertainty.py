@@ -19,7 +19,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from oma_identifier.covariance import OutputCovariance
 from oma_identifier.subspace.lag_gradient import LagGradient, times
@@ -207,4 +207,4 @@ def _cosines(n_terms: int, n_blocks: int) -> NDArray[np.float64]:
 @lru_cache(maxsize=256)
 def _widening(n_terms: int) -> float:
     """Return Student's t over the normal quantile at two standard deviations."""
-    return float(student_t.ppf(TWO_SIGMA, n_terms)) / 2.0
+    return float(stdtrit(n_terms, TWO_SIGMA)) / 2.0

@@ -99,9 +99,9 @@ def _floor(samples: Samples) -> Real:
     return np.asarray(2.0 * len(rows) * share)
 
 
-def variance(rows: Real) -> Real:
+def variance(rows: NDArray[np.floating]) -> Real:
     """Return the variance of each column, without a copy of all of them."""
-    mean, total = rows.mean(axis=0), np.zeros(rows.shape[1])
+    mean, total = rows.mean(axis=0, dtype=np.float64), np.zeros(rows.shape[1])
     for first in range(0, len(rows), ROWS_AT_ONCE):
         part = rows[first : first + ROWS_AT_ONCE] - mean
         total += np.einsum('tc,tc->c', part, part)

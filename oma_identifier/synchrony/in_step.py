@@ -207,7 +207,8 @@ def _moved(samples: Samples, delay_s: Real, kept: NDArray[np.bool_]) -> tuple[Sa
     for place, column in enumerate(places):
         if shift[column]:
             at = np.arange(first, last) + shift[column]
-            rows[:, place] = interpolate(data[:, column : column + 1], at)[:, 0]
+            own = samples.widened(columns=slice(column, column + 1))
+            rows[:, place] = interpolate(own, at)[:, 0]
     channels = tuple(
         replace(channel, delay_s=channel.delay_s + float(delay_s[column]))
         for column, channel in enumerate(samples.channels)

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import find_peaks, peak_widths
 
 from modal_core.free_memory import LARGE_BYTES
+from modal_core.prominence import crossings, prominent_peaks
 from modal_core.samples import Samples
 
 TAPERS = 3
@@ -99,7 +99,7 @@ def transform_length(samples: Samples) -> int:
 def _transforms(samples: Samples, half: int, at_once: int) -> Iterator[Single]:
     """Yield the transforms of a few channels at a time, (half + 1, n_channels)."""
     for first in range(0, len(samples.channels), at_once):
-        rows = samples.acceleration[:, first : first + at_once]
+        rows = samples.widened(columns=slice(first, first + at_once))
         rows = rows - rows.mean(axis=0)
         size = np.sqrt(np.einsum('tc,tc->c', rows, rows) / len(rows))
         single = np.empty(rows.shape, dtype=np.float32)
@@ -129,17 +129,15 @@ def _tapered(fine: Single, wanted: NDArray[np.int64]) -> Complex:
 def _ranges(line: NDArray[np.int64], power: Real) -> list[tuple[int, int]]:
     """Return first and last lines of peaks, the most prominent first."""
     level = 10.0 * np.log10(_smooth(line, power) + 1e-30)
-    tops, found = find_peaks(level, prominence=PROMINENCE_DB)
-    order = np.argsort(found['prominences'])[::-1][:MOST_PEAKS]
-    # Half of the height.
-    data = found['prominences'][order], found['left_bases'][order], found['right_bases'][order]
-    height = np.minimum(3.0 / data[0], 1.0)
+    found = prominent_peaks(level, PROMINENCE_DB)
     ranges: list[tuple[int, int]] = []
-    for place, top in enumerate(tops[order]):
-        part = tuple(each[place : place + 1] for each in data)
-        _, _, left, right = peak_widths(level, [top], height[place], prominence_data=part)
-        reach = min(max(float(right[0] - left[0]) / 2.0, 3.0), MOST_LINES / 2.0)
-        middle = (float(right[0] + left[0])) / 2.0
+    for number in np.argsort(found.prominence)[::-1][:MOST_PEAKS]:
+        top, rise = int(found.place[number]), float(found.prominence[number])
+        half = float(level[top]) - min(3.0 / rise, 1.0) * rise
+        ends = int(found.left[number]), int(found.right[number])
+        left, right = crossings(level, top, half, *ends)
+        reach = min(max((right - left) / 2.0, 3.0), MOST_LINES / 2.0)
+        middle = (right + left) / 2.0
         first, last = max(0, round(middle - reach)), round(middle + reach) + 1
         if not any(first < end and last > begin for begin, end in ranges):
             ranges.append((first, last))

@@ -18,6 +18,7 @@ REORDER_NS = NANOSECONDS_PER_SECOND
 """Samples this late are still put in place."""
 FORWARD_NS = 2 * NANOSECONDS_PER_SECOND
 """A stamp further ahead than this must be confirmed by the next ones."""
+DOUBLE: 'np.dtype[np.floating]' = np.dtype(np.float64)
 AT_ONCE = 1024
 """Samples looked at one by one before the rest is looked at as a whole again."""
 
@@ -54,13 +55,13 @@ class OrderedSamples:
     """
 
     stamp_ns: NDArray[np.int64]
-    values: NDArray[np.float64]
+    values: NDArray[np.floating]
 
 
 @dataclass(frozen=True, slots=True)
 class _Sample:
     stamp_ns: int
-    row: NDArray[np.float64]
+    row: NDArray[np.floating]
 
 
 class SourceStream:
@@ -72,6 +73,8 @@ class SourceStream:
         Columns of the samples.
     set_aside : Counter or None
         Where samples are counted whose stamps others do not confirm.
+    dtype : numpy dtype
+        Precision of the samples.
 
     Attributes
     ----------
@@ -81,8 +84,14 @@ class SourceStream:
         Samples held.
     """
 
-    def __init__(self, n_channels: int, set_aside: 'Counter[str] | None' = None) -> None:
+    def __init__(
+        self,
+        n_channels: int,
+        set_aside: 'Counter[str] | None' = None,
+        dtype: 'np.dtype[np.floating]' = DOUBLE,
+    ) -> None:
         self.n_channels = n_channels
+        self.dtype = dtype
         self.events = EventCounts()
         self.set_aside: Counter[str] = Counter() if set_aside is None else set_aside
         self.first_ns: int | None = None
@@ -101,7 +110,7 @@ class SourceStream:
         return self.first_ns is None and len(self._suspects) > 0
 
     def add(
-        self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64], *, confirmed: bool = False
+        self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating], *, confirmed: bool = False
     ) -> None:
         """Add samples in order of arrival.
 
@@ -122,7 +131,7 @@ class SourceStream:
             confirmed = False
 
     def _take(
-        self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64], *, confirmed: bool
+        self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating], *, confirmed: bool
     ) -> int:
         """Take in the first of some samples; returns how many of them."""
         if self.jumped:
@@ -139,13 +148,13 @@ class SourceStream:
             return self._take_one_by_one(stamp_ns[:AT_ONCE], values[:AT_ONCE])
         return len(stamp_ns)
 
-    def _begin(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    def _begin(self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating]) -> None:
         """Begin, or go on after a jump forwards."""
         self.first_ns = int(stamp_ns[0])
         self.newest_ns = self.first_ns - 1
         self.add(stamp_ns, values)
 
-    def _take_one_by_one(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> int:
+    def _take_one_by_one(self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating]) -> int:
         accepted: list[int] = []
         for row, stamp in enumerate(stamp_ns.tolist()):
             ahead = stamp - self.newest_ns
@@ -197,11 +206,11 @@ class SourceStream:
         """Drop samples that have waited in vain to be confirmed."""
         self._suspects.expire()
 
-    def _accept(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    def _accept(self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating]) -> None:
         self.newest_ns = int(stamp_ns[-1])
         self._keep(stamp_ns, values)
 
-    def _keep(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    def _keep(self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating]) -> None:
         if len(stamp_ns):
             self._pending.append(OrderedSamples(stamp_ns, values))
             self.n_pending += len(stamp_ns)
@@ -209,7 +218,7 @@ class SourceStream:
     def samples(self) -> OrderedSamples:
         """Return all samples held, in order and without repeats."""
         if not self._pending:
-            empty = np.empty((0, self.n_channels))
+            empty = np.empty((0, self.n_channels), self.dtype)
             return OrderedSamples(np.empty(0, dtype=np.int64), empty)
         if len(self._pending) > 1 or not self._sorted:
             stamps = np.concatenate([part.stamp_ns for part in self._pending])
@@ -229,7 +238,8 @@ class SourceStream:
     def n_bytes(self) -> int:
         """Memory that waiting samples and events take, about."""
         later = sum(part.values.nbytes for part in self.jumped)
-        return 8 * self.n_channels * self.n_pending + later + 40 * self.events.n_held
+        held = self.dtype.itemsize * self.n_channels * self.n_pending
+        return held + later + 40 * self.events.n_held
 
     def drop(self) -> None:
         """Give up all that waits."""
@@ -257,7 +267,7 @@ def _size(sample: _Sample) -> int:
     return sample.row.nbytes
 
 
-def _repeats(stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64]:
+def _repeats(stamp_ns: NDArray[np.int64], values: NDArray[np.floating]) -> NDArray[np.int64]:
     """Return the rows that came before, stamp and values; a stamp alone may serve for several."""
     repeats = []
     shared = np.flatnonzero(np.diff(stamp_ns) == 0) + 1

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
+from modal_core.assignment import cheapest_pairs
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose
@@ -123,7 +123,7 @@ class ModeTracker:
         # Of two tracks that fit alike, the one seen more takes the mode: -2 ln of its odds.
         odds = [max(1, track.n_seen) / (1.0 + track.missed) for track in self.tracks]
         surprise = 2.0 * np.log(np.max(odds) / odds)
-        rows, columns = linear_sum_assignment(np.where(cost <= GATE, cost + surprise, FORBIDDEN))
+        rows, columns = cheapest_pairs(np.where(cost <= GATE, cost + surprise, FORBIDDEN))
         links = {
             int(row): int(column)
             for row, column in zip(rows, columns, strict=True)
