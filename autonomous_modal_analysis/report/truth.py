@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linear_sum_assignment
 
+from modal_core.assignment import cheapest_pairs
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 
@@ -96,7 +96,7 @@ def match_truth(
     cost = np.where(allowed, error + np.nan_to_num(1.0 - agreement), 1e3)
     partner = {
         int(row): int(column)
-        for row, column in zip(*linear_sum_assignment(cost), strict=True)
+        for row, column in zip(*cheapest_pairs(cost), strict=True)
         if allowed[row, column]
     }
     return tuple(
