@@ -99,14 +99,18 @@ def transform_length(samples: Samples) -> int:
 def _transforms(samples: Samples, half: int, at_once: int) -> Iterator[Single]:
     """Yield the transforms of a few channels at a time, (half + 1, n_channels)."""
     for first in range(0, len(samples.channels), at_once):
-        rows = samples.widened(columns=slice(first, first + at_once))
-        rows = rows - rows.mean(axis=0)
-        size = np.sqrt(np.einsum('tc,tc->c', rows, rows) / len(rows))
-        single = np.empty(rows.shape, dtype=np.float32)
-        np.divide(rows, np.where(size > 0.0, size, np.inf), out=single, casting='same_kind')
+        single = _of_unit_size(samples.widened(columns=slice(first, first + at_once)))
         for column in range(0, single.shape[1], CHANNELS_AT_ONCE):
             # Twice the lines: taper k is a difference of lines k above and below.
             yield rfft(single[:, column : column + CHANNELS_AT_ONCE], 2 * half, axis=0)
+
+
+def _of_unit_size(rows: Real) -> NDArray[np.float32]:
+    rows = rows - rows.mean(axis=0)
+    size = np.sqrt(np.einsum('tc,tc->c', rows, rows) / len(rows))
+    single = np.empty(rows.shape, dtype=np.float32)
+    np.divide(rows, np.where(size > 0.0, size, np.inf), out=single, casting='same_kind')
+    return single
 
 
 def _power(fine: Single, n_lines: int) -> Real:
