@@ -186,7 +186,7 @@ class LineEvidence:
             skirt = np.median(self._over_bell(at, width, side, weights)) / MEDIAN
             n_skirt = self._n_independent(len(side)) / MEDIAN_VARIANCE
             chances.append(fisher_share(ALLOWED * skirt / top, 2.0 * n_skirt, 2.0 * n_top))
-        return len(chances) > 0 and min(chances) * len(chances) < NO_SKIRTS
+        return len(chances) > 0 and float(min(chances)) * len(chances) < NO_SKIRTS
 
     def _over_bell(self, at: float, width: float, lines: Places, weights: Real) -> Real:
         bell = 1.0 / ((lines - at) ** 2 + math.hypot(width, BLUR) ** 2)
