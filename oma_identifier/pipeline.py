@@ -25,19 +25,9 @@ from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Pose, Window
 from oma_identifier.covariance import WhenFull
-from oma_identifier.identify import (
-    check_samples,
-    explain,
-    Identified,
-    identify_bands,
-    line_evidence,
-    no_poles,
-    refine_found,
-    with_lines,
-    without_explained,
-)
+from oma_identifier.identify import check_samples, explain, identify_bands, refine_found
 from oma_identifier.intake import SampleBuffer
-from oma_identifier.methods import identify_by, KeptRecord
+from oma_identifier.methods import identify_by, KeptRecord, method_named
 from oma_identifier.motion import (
     Cleaned,
     never,
@@ -51,7 +41,14 @@ from oma_identifier.motion import (
 from oma_identifier.one_thread import one_thread
 from oma_identifier.refinement import Refiner
 from oma_identifier.result import WindowResult
-from oma_identifier.selection import BandSelector
+from oma_identifier.selection import (
+    BandSelector,
+    Identified,
+    line_evidence,
+    no_poles,
+    with_lines,
+    without_explained,
+)
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import (
     empty_spectrum,
@@ -110,7 +107,7 @@ class IdentificationPipeline:
         self._selector = BandSelector()
         refreshed = 1.0 if only_whole else REFRESHED
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz, refreshed)
-        method = self.settings.method
+        method = method_named(self.settings.method).name
         self._kept = None if method == 'ssi_cov' else KeptRecord(method)
 
     def _forget(self) -> None:
@@ -237,10 +234,7 @@ class IdentificationPipeline:
 
     def _found_by_method(self, samples: Samples) -> Identified:
         responses, inputs = split_inputs(samples)
-        by_method = identify_by(
-            self.settings.method, responses, self.settings, inputs, self._explains
-        )
-        return Identified(by_method.modes, by_method.harmonics, by_method.poles)
+        return identify_by(self.settings.method, responses, self.settings, inputs, self._explains)
 
     def _whole_by_method(self, kept: KeptRecord) -> WindowResult:
         samples = kept.samples()

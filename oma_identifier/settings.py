@@ -5,8 +5,6 @@ import math
 
 from modal_core.errors import SettingsError
 
-METHODS = ('ssi_cov', 'ssi_data', 'plscf', 'csi', 'efdd', 'fdd')
-"""The combined subspace method ``csi`` takes the joints' accelerations as known inputs."""
 LARGEST_ORDER = 100
 SHORTEST_REFINED_HOP_S = 5.0
 
@@ -34,8 +32,9 @@ class IdentificationSettings:
     max_damping_ratio : float
         Poles damped more are not modes.
     method : str
-        How modes are identified; all but ``ssi_cov`` start afresh with every window, and keep the
-        samples of a whole record.
+        How modes are identified, by name (:data:`oma_identifier.methods.METHODS`); all but
+        ``ssi_cov`` start afresh with every window, and keep the samples of a whole record; ``csi``
+        takes the joints' accelerations as known inputs.
     refine : bool or None
         Refine the modes of a window by maximum likelihood; None: unless the hop is so short that
         speed counts more.
@@ -73,10 +72,6 @@ class IdentificationSettings:
         if low is not None and high is not None and low >= high:
             raise SettingsError(
                 'empty band', where='min_frequency_hz', found=low, expected=f'< {high}'
-            )
-        if self.method not in METHODS:
-            raise SettingsError(
-                'unknown method', where='method', found=self.method, expected=', '.join(METHODS)
             )
 
     @property

@@ -9,22 +9,21 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from oma_identifier.covariance import WhenFull
-from oma_identifier.identify import (
-    explain,
+from oma_identifier.identify import explain, identify_bands
+from oma_identifier.motion import never, PeakTest
+from oma_identifier.result import WindowResult
+from oma_identifier.selection import (
     harmonic,
     Identified,
-    identify_bands,
+    SAME_LINE,
     with_lines,
     without_explained,
     without_modes,
 )
-from oma_identifier.motion import never, PeakTest
-from oma_identifier.result import WindowResult
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import Line, LineEvidence, SingularValueSpectrum
 from oma_identifier.subspace import RecordStreams
 
-SAME_LINE = 0.003
 MOST_STRETCHES = 4
 """Sets of channels kept apart; the longest is identified."""
 

@@ -5,7 +5,8 @@ the poly-reference least-squares method or by frequency domain decomposition, wi
 deviations by leaving out stretches in turn.
 """
 
+from oma_identifier.methods.catalogue import CATALOGUE, identify_by, method_named, METHODS
 from oma_identifier.methods.kept_record import KeptRecord
-from oma_identifier.methods.methods import identify_by
+from oma_identifier.methods.method import Method
 
-__all__ = ['KeptRecord', 'identify_by']
+__all__ = ['CATALOGUE', 'METHODS', 'KeptRecord', 'Method', 'identify_by', 'method_named']

@@ -1,37 +1,32 @@
 """Methods that solve every frequency band afresh from conditioned samples."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mac, mpc, mpd, normalise, rotate_to_real
-from modal_core.mode import Mode, ModeSet
-from modal_core.poles import PoleStatus, PoleTable
 from modal_core.samples import Samples
-from oma_identifier.covariance import Band, BandConditioner, choose_references, plan_bands
-from oma_identifier.identify import no_poles
-from oma_identifier.methods import plscf
-from oma_identifier.methods.half_spectra import LagSums
+from oma_identifier.covariance import Band, BandConditioner, plan_bands
 from oma_identifier.methods.jackknife import jackknife
-from oma_identifier.selection import BandPoles, Cluster, cluster_poles, stabilise
+from oma_identifier.motion import never, PeakTest
+from oma_identifier.selection import (
+    BandPoles,
+    Identified,
+    join_bands,
+    line_evidence,
+    select_in_band,
+    without_explained,
+)
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.subspace import combined_gram, combined_poles, data_gram, data_poles, RawPoles
+from oma_identifier.spectra import line_at, SpectralPeaks
+from oma_identifier.subspace import RawPoles
 
-BLOCK_ROWS = 20
-PLSCF_REFERENCES = 6
-PLSCF_LAGS = 512
-LEAST_SHARE = 0.5
-"""A mode repeats over more than half of the model orders, spurious poles over fewer."""
-LEAST_MPC = 0.5
-NEAR, SAME_MAC = 2.0, 0.9
-"""Two poles nearer to each other, in half-widths, and of shapes more alike are one mode."""
 SAMPLES_PER_ORDER = 20
-WIDEST, FROM_LIMIT = 0.7, 6.0
-"""Largest deviation in half-widths of the peak, and in multiples of the least any method has."""
+LEAST_SHARE = 0.5
 STILL = 1e-3
 """Share of the strongest input below which another does not move in a band."""
 
@@ -54,79 +49,132 @@ class Problem:
         Which band.
     orders : range
         Even model orders.
+    scale : (n_channels,) array [m/s²]
+        Root mean square of the responses before.
     """
 
     rows: Real
     n_channels: int
     band: Band
     orders: range
+    scale: Real
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the record [s]."""
+        return len(self.rows) / self.band.sample_rate_hz
 
 
-Solver = Callable[[Problem, IdentificationSettings], Solve]
-"""Sums what a method needs of the rows, once per band; what it returns solves."""
+@dataclass(frozen=True, slots=True)
+class JackknifedBand:
+    """Poles of one band whose scatter the jackknife of blocks tells.
+
+    Parameters
+    ----------
+    problem : Problem
+        The band.
+    solve : callable
+        Solves it at some orders, without a stretch.
+    poles : BandPoles
+        All orders.
+    """
+
+    problem: Problem
+    solve: Solve
+    poles: BandPoles
+
+    @classmethod
+    def of(cls, problem: Problem, solve: Solve) -> 'JackknifedBand':
+        """Solve all orders."""
+        raw = solve(problem.orders, None)
+        rate_hz = problem.band.sample_rate_hz
+        pole = np.asarray(np.log(raw.eigenvalue) * rate_hz, dtype=complex)
+        return cls(problem, solve, BandPoles(raw.model_order, raw.eigenvalue, pole, raw.shape))
+
+    @property
+    def band(self) -> Band:
+        """Which band."""
+        return self.problem.band
+
+    @property
+    def n_orders(self) -> int:
+        """How many model orders were solved."""
+        return len(np.unique(self.poles.model_order))
+
+    @property
+    def scale(self) -> Real:
+        """Root mean square of the channels in the band, (n_channels,) array [m/s²]."""
+        return self.problem.scale
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the record [s]."""
+        return self.problem.duration_s
+
+    @property
+    def least_members(self) -> int:
+        """Model orders over which a mode repeats: more than half, spurious poles over fewer."""
+        return max(3, math.ceil(LEAST_SHARE * self.n_orders))
+
+    def influence(self, rows: NDArray[np.int64]) -> NDArray[np.complex128]:
+        """Return what each block of time does to the poles in these rows.
+
+        Returns
+        -------
+        (n_blocks, n_rows) complex array [rad/s]
+            Of NaN for a pole that is not found again without some of the blocks.
+        """
+        orders = self.poles.model_order[rows]
+        series = jackknife(
+            self.problem.rows[:, : self.problem.n_channels],
+            partial(self.solve, range(int(orders.min()), int(orders.max()) + 1, 2)),
+            orders,
+            np.log(self.poles.eigenvalue[rows]),
+            self.poles.shape[:, rows],
+        )
+        return np.asarray(series * self.band.sample_rate_hz)
 
 
-def by_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solve:
-    """Prepare data-driven subspace identification."""
-    references = choose_references(problem.rows, settings.n_references)
-    block_rows = settings.block_rows or max(
-        BLOCK_ROWS, math.ceil(1.5 * settings.max_order / len(references))
-    )
-    gram = data_gram(problem.rows, references, block_rows)
+class BandedMethod(ABC):
+    """A parametric method that solves band after band."""
 
-    def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
-        return data_poles(gram.without(left_out), references, block_rows, orders)
+    name: str
+    needs_inputs = False
 
-    return solve
+    @abstractmethod
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
+        """Sum what the method needs of the rows, once per band; what it returns solves."""
 
-
-def by_csi(problem: Problem, settings: IdentificationSettings) -> Solve:
-    """Prepare combined subspace identification; a band without inputs is solved without."""
-    outputs, inputs = problem.rows[:, : problem.n_channels], problem.rows[:, problem.n_channels :]
-    inputs = inputs[:, inputs.any(axis=0)]
-    if not inputs.size:
-        return by_ssi_data(replace(problem, rows=outputs), settings)
-    references = choose_references(outputs, settings.n_references)
-    block_rows = settings.block_rows or BLOCK_ROWS
-    gram = combined_gram(outputs, inputs, block_rows)
-
-    def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
-        rest = gram.without(left_out)
-        return combined_poles(rest, inputs.shape[1], references, block_rows, orders)
-
-    return solve
-
-
-def by_plscf(problem: Problem, settings: IdentificationSettings) -> Solve:
-    """Prepare poly-reference least squares; its polynomial order counts twice."""
-    references = choose_references(problem.rows, settings.n_references or PLSCF_REFERENCES)
-    band, rate = problem.band, problem.band.sample_rate_hz
-    reach = (0.7 * band.low_hz / rate, min(0.49, 1.05 * band.high_hz / rate))
-    sums = LagSums(problem.rows, references, min(PLSCF_LAGS, len(problem.rows) // 4))
-    highest = max(3, 2 * problem.orders[-1] // len(references))
-
-    def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
-        # A polynomial order has a pole pair for every two references.
-        first, last = orders[0] // 2, orders[-1] // 2
-        degrees = range(max(2, first), min(last, highest) + 1)
-        if len(orders) == 1:
-            degrees = range(first, first + 1)
-        raw = plscf.from_covariance(sums.covariance(left_out), degrees, reach)
-        return RawPoles(2 * raw.model_order // len(references), raw.eigenvalue, raw.shape)
-
-    return solve
+    def identify(
+        self,
+        samples: Samples,
+        settings: IdentificationSettings,
+        inputs: Real | None = None,
+        explains: PeakTest = never,
+    ) -> Identified:
+        """Identify the modes of one stretch."""
+        peaks = SpectralPeaks(samples)
+        known = inputs if self.needs_inputs else None
+        selections = [
+            select_in_band(
+                JackknifedBand.of(problem, self.prepare(problem, settings)), settings, peaks
+            )
+            for problem in _problems(samples, settings, known)
+        ]
+        found = join_bands(
+            selections,
+            samples.channels,
+            self.name,
+            lambda frequency_hz: line_at(samples, frequency_hz),
+            explains,
+        )
+        return without_explained(found, line_evidence(samples, found))
 
 
-def banded(
-    method: str,
-    samples: Samples,
-    settings: IdentificationSettings,
-    solver: Solver,
-    inputs: Real | None = None,
-) -> tuple[ModeSet, PoleTable]:
-    """Condition and solve every frequency band, select, and join."""
-    tables: list[PoleTable] = []
-    modes: list[Mode] = []
+def _problems(
+    samples: Samples, settings: IdentificationSettings, inputs: Real | None
+) -> Iterator[Problem]:
+    """Condition every band that has samples enough."""
     data = samples.acceleration
     if inputs is not None:
         data = np.concatenate([data, inputs], axis=1)
@@ -139,146 +187,9 @@ def banded(
         rows = np.divide(rows, scale, out=np.zeros_like(rows), where=scale > 0.0)
         if inputs is not None:
             rows[:, n_channels:][:, scale[n_channels:] <= STILL * inputs.std(axis=0).max()] = 0.0
-        problem = Problem(rows, n_channels, band, _orders(rows, settings))
-        solve = solver(problem, settings)
-        raw = solve(problem.orders, None)
-        poles = BandPoles(
-            raw.model_order,
-            raw.eigenvalue,
-            np.asarray(np.log(raw.eigenvalue) * band.sample_rate_hz, dtype=complex),
-            raw.shape,
-        )
-        status, clusters = _selected(poles, band, settings)
-        mode_id = np.zeros(len(status), dtype=np.int64)
-        for cluster, deviation in _determined(problem, solve, poles, clusters, status):
-            modes.append(_mode_of(poles, cluster, scale[:n_channels], deviation))
-            mode_id[cluster.members] = len(modes)
-        shape = poles.shape * scale[:n_channels, None]
-        tables.append(PoleTable(poles.model_order, poles.pole, shape, status, mode_id))
-    ordered = sorted(_distinct(modes), key=lambda mode: mode.frequency_hz)
-    table = _joined(tables, modes, ordered, n_channels)
-    return ModeSet(tuple(ordered), samples.channel_names, method), table
+        yield Problem(rows, n_channels, band, _orders(rows, settings), scale[:n_channels])
 
 
 def _orders(rows: Real, settings: IdentificationSettings) -> range:
     highest = min(settings.max_order, len(rows) // SAMPLES_PER_ORDER)
     return range(settings.min_order + settings.min_order % 2, highest + 1, 2)
-
-
-def _selected(
-    poles: BandPoles, band: Band, settings: IdentificationSettings
-) -> tuple[NDArray[np.uint8], list[Cluster]]:
-    status = stabilise(poles, band, settings.max_damping_ratio)
-    candidates = np.flatnonzero(status == PoleStatus.KEPT)
-    least = max(3, math.ceil(LEAST_SHARE * len(np.unique(poles.model_order))))
-    status[candidates] = PoleStatus.CLUSTER_OUTLIER
-    found: list[Cluster] = []
-    for cluster in sorted(cluster_poles(poles, candidates), key=len, reverse=True):
-        shape = poles.shape[:, [cluster.centre]]
-        if len(cluster) < least:
-            status[cluster.members] = PoleStatus.SMALL_CLUSTER
-        elif len(shape) > 1 and mpc(shape)[0] < LEAST_MPC:
-            status[cluster.members] = PoleStatus.COMPLEX_SHAPE
-        elif not any(_same(poles, cluster, other) for other in found):
-            found.append(cluster)
-            status[cluster.members] = PoleStatus.KEPT
-    return status, found
-
-
-def _determined(
-    problem: Problem,
-    solve: Solve,
-    poles: BandPoles,
-    found: list[Cluster],
-    status: NDArray[np.uint8],
-) -> list[tuple[Cluster, Real]]:
-    """Return the clusters that the data determine, with relative standard deviations."""
-    kept: list[tuple[Cluster, Real]] = []
-    left = list(found)
-    while left:
-        # The model order that shows most of the modes, the lowest of such.
-        orders = np.concatenate([poles.model_order[cluster.members] for cluster in left])
-        order = int(np.argmax(np.bincount(orders)))
-        here = [c for c in left if order in poles.model_order[c.members]]
-        left = [c for c in left if not any(c is other for other in here)]
-        rows = np.array([c.members[poles.model_order[c.members] == order][0] for c in here])
-        deviation = jackknife(
-            problem.rows[:, : problem.n_channels],
-            partial(solve, range(order, order + 1, 2)),
-            np.log(poles.eigenvalue[rows]),
-            poles.shape[:, rows],
-        )
-        duration_s = len(problem.rows) / problem.band.sample_rate_hz
-        for cluster, row, own in zip(here, rows, deviation.T, strict=True):
-            if _is_determined(poles.pole[row], own, duration_s):
-                kept.append((cluster, own))
-            else:
-                status[cluster.members] = PoleStatus.UNCERTAIN
-    return kept
-
-
-def _is_determined(pole: complex, deviation: Real, duration_s: float) -> bool:
-    """Tell whether a peak is narrower than its own blur, and as sharp as the record allows."""
-    damping = -pole.real / abs(pole)
-    blur = max(deviation[0] / damping, deviation[1])
-    limit = 1.0 / math.sqrt(-pole.real * duration_s)
-    return bool(blur < min(WIDEST, FROM_LIMIT * limit))
-
-
-def _mode_of(poles: BandPoles, cluster: Cluster, scale: Real, deviation: Real) -> Mode:
-    """Return the cluster's median pole with the shape of its centre."""
-    pole = poles.pole[cluster.members]
-    shape = normalise(rotate_to_real((poles.shape[:, cluster.centre] * scale)[:, None])[:, 0])
-    frequency_hz = float(np.median(np.abs(pole))) / (2.0 * math.pi)
-    damping_ratio = float(np.median(-pole.real / np.abs(pole)))
-    return Mode(
-        frequency_hz=frequency_hz,
-        damping_ratio=damping_ratio,
-        shape=shape,
-        frequency_std_hz=float(deviation[0]) * frequency_hz,
-        damping_ratio_std=float(deviation[1]) * damping_ratio,
-        mpc=float(mpc(shape[:, None])[0]),
-        mpd=float(mpd(shape[:, None])[0]),
-    )
-
-
-def _same(poles: BandPoles, first: Cluster, second: Cluster) -> bool:
-    one, other = poles.pole[first.centre], poles.pole[second.centre]
-    near = abs(one.imag - other.imag) < NEAR * max(-one.real, -other.real)
-    shapes = poles.shape[:, [first.centre, second.centre]]
-    return near and bool(mac(shapes[:, 0], shapes[:, 1])[0, 0] > SAME_MAC)
-
-
-def _distinct(modes: list[Mode]) -> list[Mode]:
-    """Return one of each mode that two bands found where they overlap: the better determined."""
-    kept: list[Mode] = []
-    for mode in sorted(modes, key=lambda mode: mode.frequency_std_hz / mode.frequency_hz):
-        width_hz = mode.damping_ratio * mode.frequency_hz
-        if not any(
-            abs(mode.frequency_hz - other.frequency_hz)
-            < NEAR * max(width_hz, other.damping_ratio * other.frequency_hz)
-            and mac(mode.shape, other.shape)[0, 0] > SAME_MAC
-            for other in kept
-        ):
-            kept.append(mode)
-    return kept
-
-
-def _joined(
-    tables: list[PoleTable], found: list[Mode], ordered: list[Mode], n_channels: int
-) -> PoleTable:
-    """Join the bands; ids follow the frequency."""
-    if not tables:
-        return no_poles(n_channels)
-    rank = {id(mode): number for number, mode in enumerate(ordered, start=1)}
-    renumber = np.array([0, *(rank.get(id(mode), 0) for mode in found)])
-    mode_id = renumber[np.concatenate([table.mode_id for table in tables])]
-    status = np.concatenate([table.status for table in tables])
-    status[(status == PoleStatus.KEPT) & (mode_id == 0)] = PoleStatus.CLUSTER_OUTLIER
-    return PoleTable(
-        np.concatenate([table.model_order for table in tables]),
-        np.concatenate([table.pole for table in tables]),
-        np.concatenate([table.shape for table in tables], axis=1),
-        status,
-        mode_id,
-    )

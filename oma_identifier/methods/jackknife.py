@@ -16,7 +16,6 @@ Hinkley (1977), Jackknifing in unbalanced situations, Technometrics 19, 285-292.
 
 from collections.abc import Callable
 from itertools import pairwise
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,19 +35,22 @@ RESONANCE_POWER = 4
 def jackknife(
     responses: NDArray[np.float64],
     solve: Callable[[tuple[int, int]], RawPoles],
+    order: NDArray[np.int64],
     pole: NDArray[np.complex128],
     shape: NDArray[np.complex128],
-) -> NDArray[np.float64]:
-    """Return the relative standard deviations of frequency and damping, (2, n_modes).
+) -> NDArray[np.complex128]:
+    """Return what each block of the record does to some poles.
 
     Parameters
     ----------
     responses : (n_samples, n_channels) array
         The record.
     solve : callable
-        From first and last row of a stretch to the poles without it, at the model order that is
-        wanted.  Windows over the gap would break the relation of known inputs to outputs by far
-        more than the noise that the scatter is due to.
+        From first and last row of a stretch to the poles without it, at the model orders that
+        are wanted.  Windows over the gap would break the relation of known inputs to outputs by
+        far more than the noise that the scatter is due to.
+    order : (n_modes,) int array
+        Model order of each pole.
     pole : (n_modes,) complex array
         Natural logarithm of the eigenvalues whose scatter is asked for.
     shape : (n_channels, n_modes) complex array
@@ -56,22 +58,24 @@ def jackknife(
 
     Returns
     -------
-    (2, n_modes) array
-        NaN for a pole that is not found again.
+    (n_blocks, n_modes) complex array
+        In units of ``pole``: the mean square of a column over the number of blocks is the
+        variance of the pole.  NaN for a pole that is not found again.
     """
     edges = np.linspace(0, len(responses), N_BLOCKS + 1).round().astype(int)
-    found = np.full((N_BLOCKS, 2, len(pole)), np.nan)
+    found = np.full((N_BLOCKS, len(pole)), np.nan, dtype=complex)
     for block, (first, last) in enumerate(pairwise(edges)):
-        found[block] = _again(solve((int(first), int(last))), pole, shape)
-    n_found = np.sum(np.isfinite(found[:, 0]), axis=0)
+        found[block] = _again(solve((int(first), int(last))), order, pole, shape)
+    n_found = np.sum(np.isfinite(found), axis=0)
     enough = n_found >= max(LEAST_FOUND * N_BLOCKS, 2)
     left = 1.0 - _shares(responses, edges, pole, shape)
-    result = np.full((2, len(pole)), math.nan)
+    result = np.full((N_BLOCKS, len(pole)), np.nan, dtype=complex)
     for mode in np.flatnonzero(enough):
-        known = np.isfinite(found[:, 0, mode])
-        values, weight = found[known, :, mode], left[known, mode]
-        mean = np.average(values, axis=0, weights=weight)
-        result[:, mode] = np.sqrt(weight @ (values - mean) ** 2 * N_BLOCKS / len(values)) / mean
+        known = np.isfinite(found[:, mode])
+        values, weight = found[known, mode], left[known, mode]
+        off = values - np.average(values, weights=weight)
+        result[~known, mode] = 0.0
+        result[known, mode] = -N_BLOCKS * np.sqrt(weight * N_BLOCKS / len(values)) * off
     return result
 
 
@@ -90,19 +94,22 @@ def _shares(
 
 
 def _again(
-    raw: RawPoles, pole: NDArray[np.complex128], shape: NDArray[np.complex128]
-) -> NDArray[np.float64]:
-    """Return frequency and damping of the pole nearest to each, NaN where there is none."""
-    values = np.full((2, len(pole)), np.nan)
+    raw: RawPoles,
+    order: NDArray[np.int64],
+    pole: NDArray[np.complex128],
+    shape: NDArray[np.complex128],
+) -> NDArray[np.complex128]:
+    """Return the pole nearest to each, NaN where there is none."""
+    values = np.full(len(pole), np.nan, dtype=complex)
     usable = np.isfinite(raw.eigenvalue) & (np.abs(raw.eigenvalue) > 0.0)
     if not usable.any():
         return values
-    poles = np.log(raw.eigenvalue[usable])
+    poles, of_order = np.log(raw.eigenvalue[usable]), raw.model_order[usable]
     alike = mac(raw.shape[:, usable], shape)
     for mode, wanted in enumerate(pole):
-        distance = np.abs(poles - wanted) / max(-wanted.real, 1e-12) + 2.0 * (1 - alike[:, mode])
+        distance = np.where(of_order == order[mode], 0.0, np.inf)
+        distance += np.abs(poles - wanted) / max(-wanted.real, 1e-12) + 2.0 * (1 - alike[:, mode])
         nearest = int(np.argmin(distance))
         if distance[nearest] < FARTHEST and poles[nearest].real < 0.0:
-            size = abs(poles[nearest])
-            values[:, mode] = size, -poles[nearest].real / size
+            values[mode] = poles[nearest]
     return values

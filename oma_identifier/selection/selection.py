@@ -24,7 +24,7 @@ from modal_core.indicators import mac, mpc
 from modal_core.poles import PoleStatus
 from oma_identifier.covariance import UPPER, UPPER_UNDECIMATED
 from oma_identifier.selection.cluster import Cluster, cluster_poles
-from oma_identifier.selection.ssi_poles import BandIdentification
+from oma_identifier.selection.identified_band import IdentifiedBand
 from oma_identifier.selection.stabilise import stabilise
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import SpectralPeaks, SUSPECT_DAMPING
@@ -38,6 +38,8 @@ DOUBTFUL, FAR, FARTHEST = 4.0, 6.0, 9.0
 """Multiples of u₀ from where on the spectrum must peak, the blur be below ``WIDEST_FAR``, and
 there is no mode."""
 WIDEST_FAR = 1.0 / 3.0
+TOO_CERTAIN = 0.7
+"""Multiple of u₀ below which nothing that random forces move can scatter."""
 LEAST_CYCLES = 1.0
 """Least number of half-power half-widths ζf that the record resolves, ζfT; of fewer, a mode cannot
 be told from a line."""
@@ -49,8 +51,6 @@ LEAST_MPC = 0.5
 """Below, the phases of a shape are nearer to a circle than to a line; a close pair mixes."""
 CLOSE = 3.0
 """Distance of a close pair, in half-power half-widths of the wider mode."""
-ORDERS_SHARE = 6
-"""A mode repeats over at least one in this many model orders, and over three."""
 SAME_MAC = 0.9
 TRIALS = (0.0, 0.2, 0.5, 0.9)
 """Members whose standard deviations are compared, as shares of a cluster by model order; those of
@@ -73,7 +73,7 @@ class SelectedPole:
 
     Parameters
     ----------
-    band : BandIdentification
+    band : IdentifiedBand
         Where it was found.
     cluster : Cluster
         Poles it is the mean of.
@@ -88,7 +88,7 @@ class SelectedPole:
         of frequency and damping.
     """
 
-    band: BandIdentification
+    band: IdentifiedBand
     cluster: Cluster
     pole: complex
     shape: NDArray[np.complex128]
@@ -108,7 +108,7 @@ class SelectedPole:
     @property
     def physical_shape(self) -> NDArray[np.complex128]:
         """Mode shape in units of the channels."""
-        return np.asarray(self.shape * self.band.source.scale)
+        return np.asarray(self.shape * self.band.scale)
 
     @property
     def is_determined(self) -> bool:
@@ -121,13 +121,18 @@ class SelectedPole:
         )
 
     @property
+    def is_too_certain(self) -> bool:
+        """Whether it scatters less than the response to any random force allows."""
+        return self.from_limit < TOO_CERTAIN
+
+    @property
     def from_limit(self) -> float:
         """The blur in multiples of the least that any method can reach."""
         return self.blur * math.sqrt(2.0 * math.pi * self._cycles)
 
     @property
     def _cycles(self) -> float:
-        return self.damping_ratio * self.frequency_hz * self.band.source.covariance.duration_s
+        return self.damping_ratio * self.frequency_hz * self.band.duration_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +141,7 @@ class BandSelection:
 
     Parameters
     ----------
-    band : BandIdentification
+    band : IdentifiedBand
         The band.
     selected : tuple of SelectedPole
         Candidates that passed, by frequency.
@@ -144,19 +149,19 @@ class BandSelection:
         A PoleStatus each.
     """
 
-    band: BandIdentification
+    band: IdentifiedBand
     selected: tuple[SelectedPole, ...]
     status: NDArray[np.uint8]
 
 
 def select_in_band(
-    band: BandIdentification, settings: IdentificationSettings, peaks: SpectralPeaks | None = None
+    band: IdentifiedBand, settings: IdentificationSettings, peaks: SpectralPeaks | None = None
 ) -> BandSelection:
     """Select the modes of one band.
 
     Parameters
     ----------
-    band : BandIdentification
+    band : IdentifiedBand
         Poles over the model order.
     settings : IdentificationSettings
         Limit of the damping.
@@ -164,14 +169,13 @@ def select_in_band(
         Of the same samples; None where they are no longer at hand.
     """
     poles = band.poles
-    status = stabilise(poles, band.source.band, settings.max_damping_ratio)
+    status = stabilise(poles, band.band, settings.max_damping_ratio)
     candidates = np.flatnonzero(status == PoleStatus.KEPT)
     status[candidates] = PoleStatus.CLUSTER_OUTLIER
-    least = max(3, math.ceil(band.n_orders / ORDERS_SHARE))
     # What costs least comes first: most clusters never need a gradient.
     likely = []
     for cluster in cluster_poles(poles, candidates):
-        if len(cluster) < least:
+        if len(cluster) < band.least_members:
             status[cluster.members] = PoleStatus.SMALL_CLUSTER
         elif _wanders(poles.pole[cluster.members]):
             status[cluster.members] = PoleStatus.UNCERTAIN
@@ -193,7 +197,7 @@ def select_in_band(
     return BandSelection(band, tuple(distinct), status)
 
 
-def _deserves_another_look(band: BandIdentification, cluster: Cluster) -> bool:
+def _deserves_another_look(band: IdentifiedBand, cluster: Cluster) -> bool:
     """Tell whether most model orders have a pole, and it is no image of a line."""
     pole = band.poles.pole[cluster.centre]
     return 2 * len(cluster) > band.n_orders and -pole.real > SUSPECT_DAMPING * abs(pole)
@@ -239,7 +243,7 @@ def _near(pole: SelectedPole, poles: list[SelectedPole], reach: float, *, narrow
 
 
 def _judge(
-    band: BandIdentification, cluster: Cluster, trials: '_Trials', peaks: SpectralPeaks | None
+    band: IdentifiedBand, cluster: Cluster, trials: '_Trials', peaks: SpectralPeaks | None
 ) -> tuple[PoleStatus, SelectedPole | None]:
     if not trials.blur < WIDEST:
         return PoleStatus.UNCERTAIN, None
@@ -281,7 +285,7 @@ def _cut_off(pole: SelectedPole) -> bool:
 
     The edge of such a filter under noise looks like a broad resonance.
     """
-    rate = pole.band.source.band.sample_rate_hz
+    rate = pole.band.band.sample_rate_hz
     flank = pole.frequency_hz * (1.0 + 2.0 * pole.damping_ratio)
     return pole.frequency_hz > UPPER * rate and flank > UPPER_UNDECIMATED * rate
 
@@ -306,7 +310,7 @@ class _Trials:
 
 
 def _trials(
-    band: BandIdentification, clusters: Sequence[Cluster], shares: Sequence[float] = TRIALS
+    band: IdentifiedBand, clusters: Sequence[Cluster], shares: Sequence[float] = TRIALS
 ) -> list[_Trials]:
     """Return the trials of all clusters, whose gradients are cheaper together."""
     if not clusters:
@@ -326,14 +330,14 @@ def _places(n_members: int, shares: Sequence[float]) -> list[int]:
     return sorted({round(share * (n_members - 1)) for share in shares})
 
 
-def _average(band: BandIdentification, cluster: Cluster, trials: _Trials) -> SelectedPole:
+def _average(band: IdentifiedBand, cluster: Cluster, trials: _Trials) -> SelectedPole:
     """Average the best determined members, with the deviation of that average.
 
     The members' influence series are averaged like the members themselves, so the deviation of
     the average is exact to first order however strongly the model orders are correlated.
     """
     rows, series = trials.rows, trials.series
-    duration_s = band.source.covariance.duration_s
+    duration_s = band.duration_s
     good = _agreeing(band.poles.pole[rows], series)
     pole = complex(np.mean(band.poles.pole[rows[good]]))
     deviation = deviation_from(series[:, good].mean(axis=1), pole, duration_s)
@@ -387,7 +391,7 @@ def _same_mode(first: SelectedPole, second: SelectedPole) -> bool:
     width = max(-first.pole.real, -second.pole.real)
     if abs(first.pole - second.pole) > 2.0 * width:
         return False
-    own = first.band.source.scale
+    own = first.band.scale
     other = second.physical_shape * np.divide(1.0, own, out=np.zeros_like(own), where=own > 0.0)
     alike = bool(mac(first.shape, other)[0, 0] > SAME_MAC)
     if first.band is not second.band:

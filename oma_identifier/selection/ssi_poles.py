@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.covariance import PERIODS
+from oma_identifier.covariance import Band, PERIODS
 from oma_identifier.selection.stabilise import BandPoles
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import (
@@ -22,6 +23,7 @@ from oma_identifier.subspace import (
 )
 
 EVERY_ORDER_TO = 28
+ORDERS_SHARE = 6
 SAMPLES_PER_ORDER = 40
 """Samples of the record per unit of the highest model order: higher orders would fit noise."""
 
@@ -51,6 +53,26 @@ class BandIdentification:
     def n_orders(self) -> int:
         """How many model orders were solved."""
         return len(self.solutions)
+
+    @property
+    def band(self) -> Band:
+        """Which band."""
+        return self.source.band
+
+    @property
+    def scale(self) -> NDArray[np.float64]:
+        """Root mean square of the channels in the band, (n_channels,) array [m/s²]."""
+        return self.source.scale
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the record [s]."""
+        return self.source.covariance.duration_s
+
+    @property
+    def least_members(self) -> int:
+        """Model orders over which a mode repeats: one in so many, gradients tell the rest."""
+        return max(3, math.ceil(self.n_orders / ORDERS_SHARE))
 
     @cached_property
     def _sensitivity(self) -> PoleSensitivity:

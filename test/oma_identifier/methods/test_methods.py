@@ -16,10 +16,10 @@ from modal_core.samples import Samples
 from oma_identifier.compare.merging import merge_covariances, merge_modes
 from oma_identifier.covariance.bands import plan_bands
 from oma_identifier.covariance.hankel_gram import HankelGram
+from oma_identifier.methods.catalogue import identify_by, METHODS
 from oma_identifier.methods.fdd import efdd, fdd
 from oma_identifier.methods.half_spectra import half_spectra, HalfSpectra, LagSums
-from oma_identifier.methods.methods import identify_by, METHODS
-from oma_identifier.methods.plscf import NormalEquations
+from oma_identifier.methods.polyreference import NormalEquations
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace.csi import csi
 from oma_identifier.subspace.ssi_data import ssi_data

@@ -8,7 +8,7 @@ import pytest
 from modal_core.measurements import SampleBlock
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.identify import identify_samples, ONLY_LINES
-from oma_identifier.methods.methods import identify_by
+from oma_identifier.methods import identify_by
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra.line_evidence import LineEvidence

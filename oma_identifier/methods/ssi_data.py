@@ -1,0 +1,34 @@
+"""Data-driven subspace identification as a method of the catalogue."""
+
+import math
+
+from oma_identifier.covariance import choose_references
+from oma_identifier.methods.banded import BandedMethod, Problem, Solve
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.subspace import data_gram, data_poles, RawPoles
+
+BLOCK_ROWS = 20
+
+
+def prepare_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solve:
+    """Sum what data-driven subspace identification needs of a band."""
+    references = choose_references(problem.rows, settings.n_references)
+    block_rows = settings.block_rows or max(
+        BLOCK_ROWS, math.ceil(1.5 * settings.max_order / len(references))
+    )
+    gram = data_gram(problem.rows, references, block_rows)
+
+    def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+        return data_poles(gram.without(left_out), references, block_rows, orders)
+
+    return solve
+
+
+class SsiData(BandedMethod):
+    """Projection of future on past responses; deviations by the jackknife of blocks."""
+
+    name = 'ssi_data'
+
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
+        """Sum what the method needs of a band."""
+        return prepare_ssi_data(problem, settings)

@@ -1,0 +1,112 @@
+"""Which candidates are images of lines of machines and drives: one decision for all methods.
+
+A pole is suspected where it has next to no damping, where it scatters less than the response to
+random forces can, and where poles without damping repeat over the model orders.  What is suspected
+is tested in the samples (:mod:`oma_identifier.spectra.harmonics`).
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+import math
+from typing import Protocol
+
+import numpy as np
+
+from oma_identifier.selection.identified_band import IdentifiedBand
+from oma_identifier.spectra import CHANCE, CHANCE_SHARP, Line, SUSPECT_DAMPING
+
+SAME_LINE = 0.003
+SHARP = 2.0 * SUSPECT_DAMPING
+"""What is damped less may be a line; the image of a line has next to no damping."""
+SAME_RUN = 0.002
+"""Relative step within the undamped poles of one line."""
+ORDERS_SHARE = 6
+"""Undamped poles of a line repeat over at least one in this many model orders, and over three."""
+
+LineTest = Callable[[float], Line | None]
+"""Frequency [Hz] to the line there, None where nothing can be said."""
+
+
+class Candidate(Protocol):
+    """What may be a mode."""
+
+    @property
+    def frequency_hz(self) -> float:
+        """Natural frequency [Hz]."""
+
+    @property
+    def damping_ratio(self) -> float:
+        """Damping ratio; NaN where a method knows none."""
+
+    @property
+    def is_too_certain(self) -> bool:
+        """Whether it scatters less than the response to any random force allows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Suspect:
+    """A frequency where a line may be, and the chance up to which noise may look like one."""
+
+    frequency_hz: float
+    chance: float = CHANCE
+
+
+def suspicious(candidates: Iterable[Candidate]) -> list[Suspect]:
+    """Return the candidates that may be images of lines."""
+    return [
+        Suspect(each.frequency_hz, CHANCE_SHARP if each.is_too_certain else CHANCE)
+        for each in candidates
+        if _is_sharp(each)
+    ]
+
+
+def undamped(of: IdentifiedBand) -> list[Suspect]:
+    """Return the frequencies where poles with hardly any damping repeat over the orders."""
+    poles, band = of.poles, of.band
+    frequency, damping = poles.frequency_hz, np.abs(poles.damping_ratio)
+    bare = np.flatnonzero(
+        (damping < SUSPECT_DAMPING) & (frequency > band.low_hz) & (frequency < band.high_hz)
+    )
+    if len(bare) == 0:
+        return []
+    bare = bare[np.argsort(frequency[bare])]
+    breaks = np.flatnonzero(np.diff(frequency[bare]) > SAME_RUN * frequency[bare[:-1]]) + 1
+    least = max(3, of.n_orders // ORDERS_SHARE)
+    resolution_hz = 0.5 / of.duration_s
+    suspects = []
+    for run in np.split(bare, breaks):
+        if len(run) < least:
+            continue
+        width_hz = float(np.median(damping[run] * frequency[run]))
+        chance = CHANCE_SHARP if width_hz < resolution_hz else CHANCE
+        suspects.append(Suspect(float(np.median(frequency[run])), chance))
+    return suspects
+
+
+def lines_among(suspects: Iterable[Suspect], test_line: LineTest) -> list[Line]:
+    """Return the lines that there are, by frequency."""
+    lines: list[Line] = []
+    for suspect in sorted(suspects, key=lambda suspect: suspect.frequency_hz):
+        line = test_line(suspect.frequency_hz)
+        if line is not None and line.chance < suspect.chance and not _known(line, lines):
+            lines.append(line)
+    return lines
+
+
+def is_line(candidate: Candidate, lines: Sequence[Line]) -> bool:
+    """Tell whether a candidate is the image of a line: as sharp or as certain, at its place."""
+    reach = float(np.fmax(SHARP, candidate.damping_ratio))
+    return _is_sharp(candidate) and any(
+        abs(line.frequency_hz / candidate.frequency_hz - 1.0) < reach for line in lines
+    )
+
+
+def _is_sharp(candidate: Candidate) -> bool:
+    # NaN, where a method knows no damping, may be a line.
+    return not candidate.damping_ratio >= SHARP or candidate.is_too_certain
+
+
+def _known(line: Line, lines: Sequence[Line]) -> bool:
+    return any(
+        math.isclose(line.frequency_hz, other.frequency_hz, rel_tol=SAME_LINE) for other in lines
+    )
