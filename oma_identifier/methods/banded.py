@@ -23,7 +23,7 @@ from oma_identifier.selection import (
 )
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import line_at, SpectralPeaks
-from oma_identifier.subspace import RawPoles
+from oma_identifier.subspace import deviation_from, PoleDeviation, RawPoles
 
 SAMPLES_PER_ORDER = 20
 LEAST_SHARE = 0.5
@@ -133,6 +133,10 @@ class JackknifedBand:
             self.poles.shape[:, rows],
         )
         return np.asarray(series * self.band.sample_rate_hz)
+
+    def deviation(self, series: NDArray[np.complex128], pole: complex) -> PoleDeviation:
+        """Return the standard deviations of a pole; blocks left out in turn are independent."""
+        return deviation_from(series, pole, math.inf)
 
 
 class BandedMethod(ABC):

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from oma_identifier.covariance import Band
 from oma_identifier.selection.stabilise import BandPoles
+from oma_identifier.subspace import PoleDeviation
 
 
 class IdentifiedBand(Protocol):
@@ -44,3 +45,6 @@ class IdentifiedBand(Protocol):
         (n_blocks, n_rows) complex array [rad/s]
             An estimate's error is the mean of its column over the blocks.
         """
+
+    def deviation(self, series: NDArray[np.complex128], pole: complex) -> PoleDeviation:
+        """Return the standard deviations of a pole from its influence series."""

@@ -28,7 +28,7 @@ from oma_identifier.selection.identified_band import IdentifiedBand
 from oma_identifier.selection.stabilise import stabilise
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import SpectralPeaks, SUSPECT_DAMPING
-from oma_identifier.subspace import deviation_from, PoleDeviation
+from oma_identifier.subspace import PoleDeviation
 
 WIDEST = 0.5
 """Largest standard deviation of the most precise member, in half-power half-widths."""
@@ -337,10 +337,9 @@ def _average(band: IdentifiedBand, cluster: Cluster, trials: _Trials) -> Selecte
     the average is exact to first order however strongly the model orders are correlated.
     """
     rows, series = trials.rows, trials.series
-    duration_s = band.duration_s
     good = _agreeing(band.poles.pole[rows], series)
     pole = complex(np.mean(band.poles.pole[rows[good]]))
-    deviation = deviation_from(series[:, good].mean(axis=1), pole, duration_s)
+    deviation = band.deviation(series[:, good].mean(axis=1), pole)
     shape = mean_shape(band.poles.shape[:, rows[good]])
     return SelectedPole(band, cluster, pole, shape, deviation, trials.blur)
 

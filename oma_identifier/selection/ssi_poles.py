@@ -13,11 +13,13 @@ from oma_identifier.selection.stabilise import BandPoles
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import (
     BandCovariance,
+    deviation_from,
     factorise,
     influence,
     MultiOrder,
     OrderSolution,
     output_matrix,
+    PoleDeviation,
     poles_of_orders,
     PoleSensitivity,
 )
@@ -73,6 +75,10 @@ class BandIdentification:
     def least_members(self) -> int:
         """Model orders over which a mode repeats: one in so many, gradients tell the rest."""
         return max(3, math.ceil(self.n_orders / ORDERS_SHARE))
+
+    def deviation(self, series: NDArray[np.complex128], pole: complex) -> PoleDeviation:
+        """Return the standard deviations of a pole; neighbouring blocks are correlated."""
+        return deviation_from(series, pole, self.duration_s)
 
     @cached_property
     def _sensitivity(self) -> PoleSensitivity:

@@ -161,13 +161,13 @@ def deviation_from(
     pole : complex [rad/s]
         Continuous-time pole.
     duration_s : float [s]
-        Length of the record.
+        Length of the record; infinite where the blocks are known to be independent.
     """
     size = abs(pole)
     d_size = (np.conj(pole) * series).real / size
     d_damping = -series.real / size + pole.real * d_size / size**2
     bandwidth_hz = max(-pole.real, 0.0) / (2.0 * np.pi)
-    n_terms = int(2.0 * duration_s * bandwidth_hz)
+    n_terms = int(min(2.0 * duration_s * bandwidth_hz, len(series)))
     return PoleDeviation(
         frequency_std_hz=deviation_of_mean(d_size / (2.0 * np.pi), n_terms),
         damping_ratio_std=deviation_of_mean(d_damping, n_terms),
