@@ -6,17 +6,23 @@ What is only nice to have may be missing there, and is left out: theme, notebook
 import ast
 from importlib.util import find_spec
 from pathlib import Path
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
 
 def _source_tree() -> Path:
-    """Return the folder of ``package.xml``; rosdoc2 runs this file from a folder of its own."""
-    for start in (Path(__file__).resolve(), Path.cwd().resolve()):
-        for folder in (start, *start.parents):
+    """Return the folder of ``package.xml``.
+
+    rosdoc2 reads this file from a ``conf.py`` of its own elsewhere, which names it.
+    """
+    this = Path(__file__).resolve()
+    named = [Path(name) for name in re.findall(r'open\("(.+?conf\.py)"\)', this.read_text())]
+    for start in (this, *named):
+        for folder in start.parents:
             if (folder / 'package.xml').is_file() and (folder / 'docs').is_dir():
                 return folder
-    raise FileNotFoundError(f'{__file__}: no folder above with package.xml and docs')
+    raise FileNotFoundError(f'{this}: no folder above with package.xml and docs')
 
 
 def _installed(*names: str) -> list[str]:
@@ -40,8 +46,11 @@ extensions = [
     *(_installed('numpydoc') or ['sphinx.ext.napoleon']),
     *_installed('sphinx_copybutton'),
 ]
-# What other pages include is no page of its own.
+# What other pages include is no page of its own; rosdoc2 adds pages of one room's modules.
 exclude_patterns = [
+    'autonomous_modal_analysis*.rst',
+    'modules.rst',
+    '__readme_include.rst',
     '_build',
     '**/.ipynb_checkpoints',
     'generated_pages',
