@@ -45,8 +45,9 @@ UNTOUCHED = 0.1
 spurious modes it was 0.06 and less in one, at modes beside a stronger one 0.3."""
 REACH = 4
 """Spectral lines on both sides of a sinusoid that say nothing of what is beside it."""
-UNKNOWN_WIDTH = 6.0
-"""Half-width in spectral lines taken for a mode of unknown damping."""
+UNKNOWN_WIDTH, WIDEST_UNKNOWN = 6.0, 0.15
+"""Half-widths tried for a mode of unknown damping: from so many spectral lines to this share of
+its frequency, which is the largest damping ratio of a mode."""
 NARROW = 8.0
 """Half-width of a mode in spectral lines below which it could pass for a line itself."""
 FLANK, LEAST_FLANK = 4.0, 60.0
@@ -144,6 +145,8 @@ class LineEvidence:
             methods that make modes of peaks of noise.
         """
         at, width = mode.frequency_hz / self.spacing_hz, _half_width(mode, self.spacing_hz)
+        if math.isnan(mode.damping_ratio):
+            return anywhere and not self._stands_out_at_some_width(at)
         inside = self._lines(at - max(width, BLUR), at + max(width, BLUR))
         if len(inside) == 0:
             # A line hides the top of the bell: the skirts must show.
@@ -152,6 +155,15 @@ class LineEvidence:
         if tested and not self._stands_out(at, width, inside):
             return True
         return self._ends(at, width, inside)
+
+    def _stands_out_at_some_width(self, at: float) -> bool:
+        """Tell whether there is more at a peak of unknown width than beside it."""
+        width = UNKNOWN_WIDTH
+        while width < WIDEST_UNKNOWN * at:
+            if self._stands_out(at, width, self._lines(at - width, at + width)):
+                return True
+            width *= 2.0
+        return False
 
     def _is_touched(self, at: float, width: float) -> bool:
         near = self._lines(at - max(width, LEAST_SKIRT), at + max(width, LEAST_SKIRT))
