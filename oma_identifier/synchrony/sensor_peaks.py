@@ -83,7 +83,11 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     wanted = np.concatenate([own[first:last] for first, last in ranges])
     # Else transformed once more, rather than spectra of all channels in memory.
     again = held if fits else _transforms(samples, half, CHANNELS_AT_ONCE)
-    every = np.concatenate([_tapered(fine, wanted) for fine in again], axis=2)
+    every = np.empty((TAPERS, len(wanted), len(samples.channels)), dtype=np.complex128)
+    first = 0
+    for fine in again:
+        every[:, :, first : first + fine.shape[1]] = _tapered(fine, wanted)
+        first += fine.shape[1]
     ends = np.cumsum([last - first for first, last in ranges])
     return [
         _peak(spectra, power[first:last], step_hz * own[first:last].astype(np.float64))
@@ -123,11 +127,10 @@ def _power(fine: Single, n_lines: int) -> Real:
     return power
 
 
-def _tapered(fine: Single, wanted: NDArray[np.int64]) -> Complex:
+def _tapered(fine: Single, wanted: NDArray[np.int64]) -> Single:
     """Return the wanted lines of every taper, (TAPERS, n_lines, n_channels)."""
     tapers = range(1, TAPERS + 1)
-    lines = np.stack([fine[2 * wanted - k] - fine[2 * wanted + k] for k in tapers])
-    return lines.astype(np.complex128)
+    return np.stack([fine[2 * wanted - k] - fine[2 * wanted + k] for k in tapers])
 
 
 def _ranges(line: NDArray[np.int64], power: Real) -> list[tuple[int, int]]:
