@@ -61,7 +61,7 @@ if 'myst_nb' in extensions:
     source_suffix = {'.rst': 'restructuredtext', '.md': 'myst-nb', '.ipynb': 'myst-nb'}
 root_doc = 'index'
 
-myst_enable_extensions = ['colon_fence', 'deflist']
+myst_enable_extensions = ['colon_fence', 'deflist', 'dollarmath']
 myst_heading_anchors = 4
 # Notebooks are kept with what they gave; a test runs them.
 nb_execution_mode = 'off'
