@@ -23,11 +23,10 @@ import numpy as np
 from scipy.stats import beta
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent), str(HERE.parent / 'test' / 'model_gap')]
-
-from hidden_campaign import make_campaign, picked_up, SENSORS  # noqa: E402
+sys.path[:0] = [str(HERE.parent)]
 
 from benchmarks.gap_table import COLUMNS, table_rows  # noqa: E402
+from benchmarks.hidden_effects import draw  # noqa: E402
 from benchmarks.results import write_rows  # noqa: E402
 from modal_core.atomic_file import write_text  # noqa: E402
 from modal_core.channel import Sensor, SensorLayout  # noqa: E402
@@ -38,6 +37,7 @@ from model_gap.decide.adequacy import adequacy  # noqa: E402
 from model_gap.find_gap import find_gap  # noqa: E402
 from model_gap.gap_json import found_effects  # noqa: E402
 from structural_model import load_robot  # noqa: E402
+from test.support.hidden_campaign import make_campaign, picked_up, SENSORS  # noqa: E402
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')
 SENSOR_NAMES = [name for name, _, _ in SENSORS]
@@ -49,99 +49,6 @@ OUTSIDE = (
 )  # fmt: skip
 # The catalogue's nearest relative at the right place is a fair name for these.
 RELATIVE = {'stribeck_friction': 'coulomb_friction'}
-
-
-def draw(kind, rng):
-    """Return one effect of a kind with numbers from its plausible range."""
-    joint = f'joint_{rng.integers(1, 6)}'
-    low = f'joint_{rng.integers(1, 4)}'
-    sensor = str(rng.choice(SENSOR_NAMES))
-    sign = rng.choice([-1.0, 1.0])
-    match kind:
-        case 'payload':
-            com = rng.uniform(-0.15, 0.15, 3)
-            return {'link': 'flange', 'mass': rng.uniform(8, 60), 'com': com}
-        case 'joint_stiffness':
-            return {'joint': joint, 'factor': float(np.exp(sign * rng.uniform(0.15, 0.6)))}
-        case 'joint_damping':
-            return {'joint': low, 'factor': float(np.exp(rng.uniform(0.7, 1.6)))}
-        case 'base_compliance':
-            return {'compliance': float(np.exp(rng.uniform(np.log(5e-9), np.log(1e-7))))}
-        case 'link_flexibility':
-            link, at = [('link_2', (0, 0, 0.35)), ('link_4', (0.4, 0, 0))][rng.integers(2)]
-            axis = (0, 1, 0) if link == 'link_2' else [(0, 1, 0), (0, 0, 1)][rng.integers(2)]
-            return {'link': link, 'at': at, 'axis': axis, 'compliance': rng.uniform(5e-8, 4e-7)}
-        case 'rod_spring':
-            # The sum is what the third drive acts on, by its own rod: a stiffer joint.
-            weights = {'joint_2': 1, 'joint_3': -1.0}
-            return {'weights': weights, 'k': rng.uniform(2e5, 2e6)}
-        case 'tuned_mass':
-            axis = (0, 0, 1) if rng.integers(2) else (0, 1, 0)
-            link = ['link_3', 'link_4'][rng.integers(2)]
-            at = (0.2, 0, 0.1) if link == 'link_3' else (0.4, 0, 0)
-            return {
-                'link': link,
-                'at': at,
-                'axis': axis,
-                'mass': rng.uniform(6, 25),
-                'f': rng.uniform(7, 30),
-                'zeta': rng.uniform(0.02, 0.1),
-            }
-        case 'coulomb_friction':
-            return {'joint': low, 'torque': rng.uniform(60, 250), 'v0': 1e-3}
-        case 'backlash':
-            return {'joint': low, 'gap': rng.uniform(3e-5, 2e-4), 'preload': 1.0}
-        case 'cubic_stiffness':
-            return {'joint': low, 'alpha': float(np.exp(rng.uniform(np.log(3e5), np.log(4e6))))}
-        case 'speed_dependent_stiffness':
-            return {'joint': low, 'beta': float(sign * rng.uniform(1, 4))}
-        case 'tonal_disturbance':
-            return {'joint': low, 'f': rng.uniform(8, 50), 'torque': rng.uniform(50, 250)}
-        case 'transmission_error':
-            return {'joint': low, 'amplitude': rng.uniform(1e-4, 4e-4), 'order': 1.0}
-        case 'servo_compliance':
-            fed = float(rng.integers(2))
-            return {'f': rng.uniform(15, 60), 'zeta': rng.uniform(0.3, 0.9), 'feedforward': fed}
-        case 'command_delay':
-            return {'delay': rng.uniform(0.003, 0.015)}
-        case 'sensor_gain':
-            return {'sensor': sensor, 'gain': float(np.exp(sign * rng.uniform(0.08, 0.6)))}
-        case 'sensor_polarity':
-            return {'sensor': sensor, 'axis': int(rng.integers(3))}
-        case 'sensor_axis_swap':
-            return {'sensor': sensor, 'axes': [(0, 1), (0, 2), (1, 2)][rng.integers(3)]}
-        case 'sensor_rotation':
-            return {
-                'sensor': sensor,
-                'axis': rng.standard_normal(3),
-                'angle': rng.uniform(0.08, 0.6),
-            }
-        case 'sensor_delay':
-            return {'sensor': sensor, 'delay': float(sign * rng.uniform(0.001, 0.01))}
-        case 'sensor_mount_resonance':
-            base = bool(rng.integers(2))
-            return {'sensor': sensor, 'f': rng.uniform(65, 160), 'zeta': 0.05, 'base': base}
-        case 'sensor_mass':
-            return {'sensor': ['elbow', 'spindle'][rng.integers(2)], 'mass': rng.uniform(2, 3)}
-        case 'hysteresis':
-            return {'joint': low, 'share': rng.uniform(0.2, 0.5), 'limit': rng.uniform(2e-5, 8e-5)}
-        case 'drifting_stiffness':
-            return {'joint': low, 'rate': rng.uniform(0.1, 0.3)}
-        case 'end_stop':
-            return {'joint': low, 'gap': rng.uniform(5e-5, 1.5e-4), 'k': 8e6}
-        case 'stribeck_friction':
-            torque = rng.uniform(60, 150)
-            static = torque * rng.uniform(1.5, 2.5)
-            return {'joint': low, 'torque': torque, 'static': static, 'speed': 5e-3}
-        case 'clock_drift':
-            return {'rate': float(sign * rng.uniform(6e-5, 2e-4))}
-        case 'loose_sensor':
-            return {'sensor': sensor, 'f': rng.uniform(40, 90), 'at': 1.5, 'size': 1.0}
-        case 'picked_up_payload':
-            return draw('payload', rng)
-        case 'clipping':
-            return {'at': rng.uniform(1.0, 2.0)}
-    raise ValueError(kind)
 
 
 SINGLE = (
@@ -328,9 +235,9 @@ def one(kind, seed, quick):
             2,
             replace=False,
         )
-        effects = [{'type': str(item), **draw(str(item), rng)} for item in chosen]
+        effects = [{'type': str(item), **draw(str(item), rng, SENSOR_NAMES)} for item in chosen]
     else:
-        effects = [{'type': kind, **draw(kind, rng)}]
+        effects = [{'type': kind, **draw(kind, rng, SENSOR_NAMES)}]
     result, seconds = run(effects, seed, size)
     found = found_effects(result)
     candidates = result.search.steps[0].candidates

@@ -49,8 +49,9 @@ def _group(name: str, *programs: str) -> Group:
 
 GAP = (
     'benchmarks/gap_matrix.py',
-    'test/model_gap/hidden_campaign.py',
-    'test/model_gap/independent_arm.py',
+    'benchmarks/hidden_effects.py',
+    'test/support/hidden_campaign.py',
+    'test/support/independent_arm.py',
 )
 MATRIX = 'benchmarks/gap_matrix.py'
 GROUPS = {

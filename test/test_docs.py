@@ -13,9 +13,8 @@ import pytest
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / 'docs'), str(ROOT / 'test')]
+sys.path[:0] = [str(ROOT / 'docs')]
 
-from docs_pages import anchors, blocks, blocks_of, DOCS, pages  # noqa: E402
 from generated_pages.commands import commands_page  # noqa: E402
 from generated_pages.effects import effects_page  # noqa: E402
 from generated_pages.imports import arrows_between_rooms, arrows_within  # noqa: E402
@@ -24,6 +23,8 @@ from generated_pages.modules import module_pages  # noqa: E402
 from generated_pages.parameters import node_parameters, parameters_page  # noqa: E402
 from generated_pages.picture import svg  # noqa: E402
 from generated_pages.place import rooms  # noqa: E402
+
+from test.support.docs_pages import anchors, blocks, blocks_of, DOCS, pages  # noqa: E402
 
 INTERFACES = sorted((ROOT / 'oma_msgs').glob('msg/*.msg')) + sorted(
     (ROOT / 'oma_msgs').glob('srv/*.srv')

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from test.api.frame import FLOORS, Frame, shaken_frame
+from test.support.frame import FLOORS, Frame, shaken_frame
 
 
 @pytest.fixture(scope='session')

@@ -6,7 +6,7 @@ import pytest
 import autonomous_modal_analysis as ama
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.indicators import mac_of_pairs
-from test.api.frame import DAMPING_RATIO, FLOORS, shaken_frame
+from test.support.frame import DAMPING_RATIO, FLOORS, shaken_frame
 
 RATE_HZ = 100.0
 NOISE = np.random.default_rng(7).normal(size=(3000, 3))

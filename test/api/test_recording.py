@@ -10,7 +10,7 @@ from modal_core.errors import RecordingError
 from modal_core.measurements import SampleBlock
 from modal_recordings import RecordingWriter
 from modal_recordings.encode import encode
-from test.api.frame import FLOORS
+from test.support.frame import FLOORS
 
 START_NS, ROWS = 1_700_000_000_000_000_000, 20
 

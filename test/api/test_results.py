@@ -10,7 +10,7 @@ import autonomous_modal_analysis as ama
 from autonomous_modal_analysis.api.modal_plots import plot_on_geometry
 from autonomous_modal_analysis.api.placed_shapes import placed_shapes
 from modal_core.errors import LayoutError
-from test.api.frame import FLOORS
+from test.support.frame import FLOORS
 
 LAYOUT = {
     'sensors': [

@@ -1,10 +1,7 @@
 """The report in a real browser: no errors, everything drawn, hostile names only ever text."""
 
 from dataclasses import replace
-import importlib.util
 import math
-from pathlib import Path
-import sys
 
 import numpy as np
 import pytest
@@ -14,21 +11,8 @@ from autonomous_modal_analysis.results import IdentifiedWindow
 from modal_core.mode import Mode, ModeSet
 from modal_core.poles import PoleTable
 from modal_core.quality import ChannelQuality, DataQuality
-
-
-def beside(name):
-    """Import a helper from this folder, which is not a package."""
-    spec = importlib.util.spec_from_file_location(
-        f'report_{name}', Path(__file__).parent / f'{name}.py'
-    )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-browser = beside('browser')
-cases = beside('cases')
+from test.support import browser
+from test.support import report_cases as cases
 
 pytestmark = pytest.mark.skipif(
     browser.find_browser() is None,

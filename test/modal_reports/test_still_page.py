@@ -1,9 +1,5 @@
 """Pages without scripts, in a real browser: tables, folds, themes, paper, hostile names."""
 
-import importlib.util
-from pathlib import Path
-import sys
-
 import pytest
 
 from modal_reports import (
@@ -20,6 +16,7 @@ from modal_reports import (
     tags,
     text,
 )
+from test.support import browser
 
 HOSTILE = '</style></script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'
 BODY = """{% extends 'page.html.j2' %}{% import 'parts.html.j2' as kit %}
@@ -28,18 +25,6 @@ BODY = """{% extends 'page.html.j2' %}{% import 'parts.html.j2' as kit %}
 {{ kit.entries([(name, name)]) }}</section>{% endblock %}"""
 
 
-def beside(name):
-    """Import a helper from this folder, which is not a package."""
-    spec = importlib.util.spec_from_file_location(
-        f'still_{name}', Path(__file__).parent / f'{name}.py'
-    )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-browser = beside('browser')
 pytestmark = pytest.mark.skipif(
     browser.find_browser() is None,
     reason='no Chromium: apt-get install chromium to test the report in a browser',

@@ -1,18 +1,12 @@
-from pathlib import Path
-import sys
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from hidden_campaign import make_campaign, SENSORS
-from write_campaign import write_campaign
 
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.share import share_path
 from model_gap.campaign.read_campaign import read_campaign
 from structural_model import load_robot
+from test.support.hidden_campaign import make_campaign, SENSORS
+from test.support.write_campaign import write_campaign
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')
 

@@ -1,10 +1,7 @@
 """From recordings to a verdict: hidden effects are found, healthy arms are left alone."""
 
-import importlib.util
 import json
-from pathlib import Path
 import re
-import sys
 
 import numpy as np
 import pytest
@@ -23,22 +20,8 @@ from model_gap.result_folder import ResultFolder
 from model_gap.search.search import Search, SearchSettings
 from model_gap.updated_model import write_updated_model
 from structural_model import load_layout, load_robot
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from hidden_campaign import SENSORS
-
-
-def browser_helper():
-    path = Path(__file__).resolve().parents[1] / 'modal_reports' / 'browser.py'
-    spec = importlib.util.spec_from_file_location('gap_browser', path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-browser = browser_helper()
+from test.support import browser
+from test.support.hidden_campaign import SENSORS
 
 SEED = 21
 FEW = SearchSettings(

@@ -1,14 +1,10 @@
 """A structure with known modes, shaken by white forces: the truth most tests compare with."""
 
 from dataclasses import dataclass
-from pathlib import Path
-import sys
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
-
-sys.path.insert(0, str(Path(__file__).parent))  # node_driver
 
 from modal_core.channel import Channel
 from modal_core.samples import Samples

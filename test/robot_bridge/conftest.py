@@ -1,31 +1,17 @@
 """Fixtures of the bridge's tests: a strict peer, processes of nodes, an operator, a short plan."""
 
-import importlib.util
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-
-def helper(name):
-    """Import a helper beside this file; the tests are no package."""
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f'{name}.py'))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope='session')
-def helpers():
-    """Return the function that imports a helper beside this file."""
-    return helper
+from test.support import strict_peer
 
 
 @pytest.fixture(scope='session')
 def peers():
     """Return the module of the independent controller."""
-    return helper('strict_peer')
+    return strict_peer
 
 
 @pytest.fixture(scope='session')
@@ -71,7 +57,9 @@ def drivers():
     """Return the module with the operator and the node processes."""
     pytest.importorskip('rclpy')
     pytest.importorskip('oma_msgs')
-    return helper('operator_driver')
+    from test.support import operator_driver
+
+    return operator_driver
 
 
 @pytest.fixture(scope='session')

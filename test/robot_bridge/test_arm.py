@@ -10,6 +10,7 @@ from abb_emulator.mechanics.gear_settings import GearSettings
 from modal_core.channel import ANGULAR_VELOCITY, Channel
 from structural_model import load_layout, load_robot
 from structural_model.matrices import damped_modes
+from test.support import reference_arm
 
 RATE_HZ = 2048.0
 STEP_S = 1.0 / RATE_HZ
@@ -26,8 +27,8 @@ def channels():
 
 
 @pytest.fixture(scope='module')
-def reference(helpers):
-    return helpers('reference_arm')
+def reference():
+    return reference_arm
 
 
 def still(pose, n):

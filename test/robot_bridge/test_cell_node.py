@@ -1,19 +1,14 @@
 """Bridge and emulated controller as processes over real UDP, with a tap between them."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
+
+from test.support.udp_tap import UdpTap
 
 pytestmark = pytest.mark.node
 RUNNING, HOLDING, ABORTED = 3, 5, 6
 CYCLE_S = 0.004032
 COMM_TIMEOUT_S, CONTROLLER_STOP_S = 0.1, 0.1
-
-_spec = importlib.util.spec_from_file_location('udp_tap', Path(__file__).with_name('udp_tap.py'))
-_tap = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_tap)
 
 
 class Cell:
@@ -22,7 +17,7 @@ class Cell:
     def __init__(self, processes, operator, drivers, peers, folder):
         self.processes, self.operator, self.peers = processes, operator, peers
         self.port, self.folder = drivers.free_port(), folder
-        self.tap = _tap.UdpTap(('127.0.0.1', self.port))
+        self.tap = UdpTap(('127.0.0.1', self.port))
         self.bridge = self.emulator = None
 
     def start_emulator(self, comm_timeout_s=1.0):

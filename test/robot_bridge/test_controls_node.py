@@ -1,7 +1,6 @@
 """The bridge as an operator's tools meet it: life cycle, parameters, reference, secrets."""
 
 import copy
-import importlib.util
 import os
 from pathlib import Path
 
@@ -18,17 +17,13 @@ from rcl_interfaces.msg import Log, Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from sensor_msgs.msg import JointState
 
+from test.support.web_controller import WebController
+
 pytestmark = pytest.mark.node
 IDLE, RUNNING, HOLDING, ABORTED = 1, 3, 5, 6
 SECRET = 'not-to-be-seen'
 NODE = '/robot_bridge'
 CALM = {'link_timeout_s': 10.0, 'heartbeat_timeout_s': 10.0}  # a busy machine is no lost link
-
-_spec = importlib.util.spec_from_file_location(
-    'web_controller', Path(__file__).with_name('web_controller.py')
-)
-_module = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_module)
 
 
 @pytest.fixture(scope='module')
@@ -164,7 +159,7 @@ def test_life_cycle_tools_parameters_and_a_dry_run(
 def test_abort_does_not_wait_for_a_start_and_the_password_is_nowhere(
     processes, drivers, operator, heard, pulses, tmp_path
 ):
-    web = _module.WebController(hold='loadmod')
+    web = WebController(hold='loadmod')
     secret = tmp_path / 'password'
     secret.write_text(f'{SECRET}\n')
     operator.states.clear()

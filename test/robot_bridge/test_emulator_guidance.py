@@ -9,6 +9,7 @@ import pytest
 from abb_emulator.cell import CellSettings
 from abb_emulator.controller import ControllerSettings
 from excitation_planner.rapid import rapid_module
+from test.support.lockstep_sensor import LockstepSensor
 
 CYCLE_S = 0.004032
 # 20 ms in whole plant steps.
@@ -43,14 +44,12 @@ def module(timeout=0.1, position=1000, speed=1000):
 
 
 @pytest.fixture
-def guide(model, start_deg, peers, helpers):
+def guide(model, start_deg, peers):
     """Return a function that starts a module in lockstep and waits until it guides."""
     made = []
 
     def start(text=None, settings=None):
-        sensor = helpers('lockstep_sensor').LockstepSensor(
-            model, start_deg, peers, text or module(), settings
-        )
+        sensor = LockstepSensor(model, start_deg, peers, text or module(), settings)
         made.append(sensor)
         return sensor.until(sensor.guided, start_deg)
 
@@ -175,12 +174,10 @@ def test_a_lost_link_ends_in_the_error_handler(
 
 
 def test_a_lost_stream_leaves_a_program_of_moves_alone_and_a_stop_ends_it(
-    guide, pulses_plan, model, start_deg, record_property, helpers, peers
+    guide, pulses_plan, model, start_deg, record_property, peers
 ):
     """The RAPID way does not need the link: only a stop ends the motion, within its ramp."""
-    sensor = helpers('lockstep_sensor').LockstepSensor(
-        model, start_deg, peers, rapid_module(pulses_plan, model)
-    )
+    sensor = LockstepSensor(model, start_deg, peers, rapid_module(pulses_plan, model))
     moves = sensor.controller
     sensor.until(lambda: len(sensor.heard) > 300)
     sensor.until(lambda: np.abs(moves.planned_speed_deg_s).max() > 2.0)
@@ -208,7 +205,7 @@ def test_a_lost_stream_leaves_a_program_of_moves_alone_and_a_stop_ends_it(
 
 
 @pytest.fixture(scope='module')
-def pulses_plan(model, helpers):
+def pulses_plan(model):
     from excitation_planner.planner import plan_excitation
     from excitation_planner.request import PlanRequest
     from structural_model.robot_files import load_layout

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from modal_core.share import share_path
+from test.support.web_client import WebClient
 
 pytestmark = pytest.mark.node
 RATE_HZ, CYCLE_US = 1024.0, 4032
@@ -330,9 +331,9 @@ def test_stops_latch_until_an_operator_starts_again(streaming, stop):
     emulator.operator.until(lambda: emulator.heard[-1].rapidExecState.state == 2, 'running')
 
 
-def test_web_services_load_run_and_stop_a_program(streaming, helpers):
+def test_web_services_load_run_and_stop_a_program(streaming):
     emulator = streaming
-    client = helpers('test_emulator_rws').Client(emulator.web_port)
+    client = WebClient(emulator.web_port)
     load, execution = '/rw/rapid/tasks/T_ROB1?action=loadmod', '/rw/rapid/execution'
     assert client.ask('PUT', '/fileservice/$HOME/short.mod', SHORT.encode())[0] == 201
     path = {'modulepath': '$HOME/short.mod', 'replace': 'true'}

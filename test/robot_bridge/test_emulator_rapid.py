@@ -5,11 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from abb_emulator.cell import CellSettings, MotorSide
 from abb_emulator.drives.jerk_profile import jerk_profile
 from abb_emulator.drives.joint_move import JointMove, MoveLimits
-from abb_emulator.egm.guidance_law import GuidanceSettings
-from abb_emulator.rapid.program_task import ProgramTask
 from abb_emulator.rapid.rapid_parser import parse_module
 from excitation_planner.moves import moves_of
 from excitation_planner.planner import plan_excitation
@@ -17,18 +14,7 @@ from excitation_planner.rapid import rapid_module, RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
 from structural_model.robot_files import load_layout
-
-CYCLE_S = 0.004032
-SEED = 5
-FRAME = """MODULE Small
-  CONST jointtarget jA:=[[1,45,-10,90,-90,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  VAR speeddata v:=[100,50,5000,1000];
-  VAR egmident e;
-  PROC main()
-    {}
-  ENDPROC
-ENDMODULE
-"""
+from test.support.rapid_bench import Bench, CYCLE_S, FRAME, SEED
 
 
 @pytest.fixture(scope='module')
@@ -39,29 +25,6 @@ def pulses(model):
         start_position=tuple(model.pose('P1').tolist()),
     )  # fmt: skip
     return plan_excitation(model, layout, request)
-
-
-class Bench:
-    """A controller without any link, and its task."""
-
-    def __init__(self, model, start_deg, **settings):
-        self.motors = MotorSide(model, start_deg, None, CellSettings(**settings), 0.0)
-        self.controller = self.motors.controller
-        self.task = ProgramTask(self.controller, GuidanceSettings(), np.random.default_rng(SEED))
-        self.planned = [np.array(start_deg)]
-
-    def cycles(self, n):
-        for _ in range(n):
-            self.motors.cycle()
-            self.planned.append(self.controller.planned_deg.copy())
-        return self
-
-    def to_the_end(self, most_s=60.0):
-        for _ in range(int(most_s / CYCLE_S)):
-            if not self.task.running:
-                return self
-            self.cycles(1)
-        raise AssertionError('program does not end')
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """Robot Web Services over real HTTP, by the digest client of the standard library."""
 
-import http.cookiejar
 import json
 import socket
 import threading
@@ -17,6 +16,7 @@ from abb_emulator.egm.guidance_law import GuidanceSettings
 from abb_emulator.rapid.program_task import ProgramTask
 from abb_emulator.rws.rws_server import RwsServer
 from abb_emulator.rws.rws_station import Station
+from test.support.web_client import WebClient
 
 MODULE = """MODULE Small
   CONST jointtarget jA:=[[2,45,-10,90,-90,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
@@ -25,36 +25,6 @@ MODULE = """MODULE Small
   ENDPROC
 ENDMODULE
 """
-
-
-class Client:
-    """A client that shares no code with the server."""
-
-    def __init__(self, port, password='robotics'):
-        self.base = f'http://127.0.0.1:{port}'
-        accounts = urllib.request.HTTPPasswordMgrWithDefaultRealm()
-        accounts.add_password(None, self.base, 'Default User', password)
-        self.cookies = http.cookiejar.CookieJar()
-        self.opener = urllib.request.build_opener(
-            urllib.request.ProxyHandler({}),
-            urllib.request.HTTPDigestAuthHandler(accounts),
-            urllib.request.HTTPCookieProcessor(self.cookies),
-        )
-
-    def ask(self, method, path, data=None):
-        if isinstance(data, dict):
-            data = urllib.parse.urlencode(data).encode()
-        request = urllib.request.Request(self.base + path, data, method=method)
-        try:
-            with self.opener.open(request, timeout=10) as answer:
-                return answer.status, answer.read()
-        except urllib.error.HTTPError as error:
-            return error.code, error.read()
-
-    def state(self, path):
-        status, body = self.ask('GET', f'{path}?json=1')
-        assert status == 200
-        return json.loads(body)['_embedded']['_state'][0]
 
 
 class Cell:
@@ -75,7 +45,7 @@ def cell(model, start_deg):
 
 @pytest.fixture
 def client(cell):
-    return Client(cell.server.port)
+    return WebClient(cell.server.port)
 
 
 LOAD = '/rw/rapid/tasks/T_ROB1?action=loadmod'
@@ -157,7 +127,7 @@ def test_the_session_cookie_saves_the_password(cell, client):
 
 
 def test_nobody_gets_in_without_the_password(cell):
-    wrong = Client(cell.server.port, 'wrong')
+    wrong = WebClient(cell.server.port, 'wrong')
     assert wrong.ask('POST', f'{EXECUTION}?action=start')[0] == 401
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
     with pytest.raises(urllib.error.HTTPError) as caught:

@@ -1,8 +1,6 @@
 """A program of the controller is stopped by every abort; where it cannot be, a person is told."""
 
 from dataclasses import replace
-import importlib.util
-from pathlib import Path
 import threading
 import time
 
@@ -20,12 +18,8 @@ from robot_bridge.egm.session_check import Judgement, Verdict
 from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.player.plan_path import PlanPath
 from structural_model.robot_files import load_layout
+from test.support.web_controller import WebController
 
-_spec = importlib.util.spec_from_file_location(
-    'web_controller', Path(__file__).with_name('web_controller.py')
-)
-_module = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_module)
 CYCLE_S = 0.004032
 
 
@@ -167,7 +161,7 @@ def web():
     made = []
 
     def start(**options):
-        made.append(_module.WebController(**options))
+        made.append(WebController(**options))
         return made[-1]
 
     yield start

@@ -1,8 +1,5 @@
 """What was released is what a program does: from the start pose only, no harder, and once."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,13 +8,8 @@ from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import rapid_module, start_tolerance_deg
 from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError, SettingsError
+from test.support.rapid_bench import Bench, CYCLE_S, FRAME
 
-_spec = importlib.util.spec_from_file_location(
-    'emulator_rapid', Path(__file__).with_name('test_emulator_rapid.py')
-)
-emulator_rapid = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(emulator_rapid)
-Bench, CYCLE_S, FRAME = emulator_rapid.Bench, emulator_rapid.CYCLE_S, emulator_rapid.FRAME
 SEED = 13
 # What rounding in a module may do to the peaks; measured: none above, range 0.003 %.
 MOST_HARDER = 1.005

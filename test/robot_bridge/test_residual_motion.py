@@ -1,9 +1,7 @@
 """How far the arm still goes when a link is lost, for each way of moving it, in its own time."""
 
 from dataclasses import replace
-import importlib.util
 import math
-from pathlib import Path
 import threading
 
 import numpy as np
@@ -14,6 +12,7 @@ from abb_emulator.egm.guidance_law import GuidanceSettings
 from abb_emulator.rapid.program_task import ProgramTask
 from abb_emulator.rws.rws_server import RwsServer
 from abb_emulator.rws.rws_station import Station
+from benchmarks.faults.guided_arm import GUIDANCE
 from excitation_planner.plan import RANDOM_PULSES
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import module_name, rapid_module
@@ -23,17 +22,12 @@ from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.rws_client import RwsClient
 from structural_model.robot_files import load_layout
+from test.support.egm_loop import Loop, sine
 
 CYCLE_S = 0.004032
 HZ, AMPLITUDE_DEG = 10.0, 0.1
 STILL_DEG_S = 0.05
 PEAK_DEG_S = AMPLITUDE_DEG * 2.0 * math.pi * HZ
-
-_spec = importlib.util.spec_from_file_location(
-    'egm_loop', Path(__file__).with_name('test_egm_loop.py')
-)
-egm_loop = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(egm_loop)
 
 
 def acting(loop):
@@ -47,9 +41,9 @@ def moving():
     made = []
 
     def start(**guidance):
-        loop = egm_loop.Loop(replace(egm_loop.GUIDANCE, **guidance))
+        loop = Loop(replace(GUIDANCE, **guidance))
         made.append(loop)
-        loop.run(20).go(egm_loop.sine(loop, HZ, AMPLITUDE_DEG)).run(350)
+        loop.run(20).go(sine(loop, HZ, AMPLITUDE_DEG)).run(350)
         for _ in range(200):
             if acting(loop).speed_deg_s[0] > 0.98 * PEAK_DEG_S:
                 return loop
@@ -80,7 +74,7 @@ def test_a_guided_arm_runs_on_as_the_law_says_until_the_time_out(
     record_property('residual_motion_deg', round(found_deg, 3))
     record_property('standstill_after_ms', round(1e3 * took_s))
     # q' = k (p - q) + v with p and v of the last reply, then the controller's own stop.
-    gain, stop_s = egm_loop.GUIDANCE.gain_1_s, loop.motors.controller.settings.stop_s
+    gain, stop_s = GUIDANCE.gain_1_s, loop.motors.controller.settings.stop_s
     speed = last.speed_deg_s[0] + gain * (last.position_deg[0] - place_deg)
     left = math.exp(-gain * comm_timeout_s)
     way_deg = speed / gain * (1.0 - left) + speed * left * stop_s / 2.0

@@ -2,8 +2,6 @@
 
 import contextlib
 from dataclasses import replace
-import importlib.util
-from pathlib import Path
 import socket
 import threading
 import time
@@ -25,13 +23,8 @@ from robot_bridge.backends.backends import BackendSettings, make_backend
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.rws_client import RwsClient
 from robot_bridge.web_password import SHIPPED, web_password
+from test.support.web_controller import WebController
 
-_spec = importlib.util.spec_from_file_location(
-    'web_controller', Path(__file__).with_name('web_controller.py')
-)
-_module = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_module)
-WebController = _module.WebController
 USER, PASSWORD = 'Default User', 'a secret word'
 MODULE = """MODULE AmaExcitation_1
   PROC main()

@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-from hidden_campaign import make_campaign, SENSORS
 import numpy as np
 import pytest
 from scipy.signal import resample_poly
-from write_campaign import write_campaign
 import yaml
 
 from modal_core.channel import SensorLayout
@@ -29,6 +27,8 @@ from model_gap.search.lines import common_lines
 from model_gap.search.search import Search, SearchSettings
 from model_gap.updated_model import write_updated_model
 from structural_model import load_layout
+from test.support.hidden_campaign import make_campaign, SENSORS
+from test.support.write_campaign import write_campaign
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')
 SHORT = {'n_fit': 2, 'n_held': 1, 'duration': 6.0}

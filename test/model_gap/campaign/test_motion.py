@@ -2,10 +2,8 @@
 
 from dataclasses import replace
 
-from hidden_campaign import make_campaign, SENSORS
 import numpy as np
 import pytest
-from write_campaign import write_campaign
 
 from modal_core.share import share_path
 from model_gap.campaign.campaign import MotionNoise
@@ -15,6 +13,8 @@ from model_gap.campaign.resample import thinned
 from model_gap.campaign.spectra import Band, record_spectra
 from model_gap.cell.setup import Setup
 from model_gap.predict.predict import Predictor
+from test.support.hidden_campaign import make_campaign, SENSORS
+from test.support.write_campaign import write_campaign
 
 SEED = 8
 RATE_HZ = 250.0

@@ -10,7 +10,7 @@ from oma_identifier.likelihood.band_data import averages_from, band_lines, Reduc
 from oma_identifier.likelihood.group_fits import GroupFit, whole_shape
 from oma_identifier.likelihood.line_spectra import Spectra
 from oma_identifier.likelihood.whittle import BandData, BandFit, BandModel
-from oma_identifier.refinement.label_switching import relabelled
+from oma_identifier.refinement.label_switching import undo_label_switching
 
 PLAIN, WITH_LINES = 4, 5
 
@@ -107,10 +107,10 @@ def test_modes_keep_their_names_when_a_fit_changes_their_places():
         reference_hz=10.0,
     )
     fit = BandFit(model, np.ones(3), np.ones(3), np.zeros((3, 3, 4)) + 0j, 1.0, True, 1, 1.0, 0.0)
-    moved, (group,) = relabelled(now, [GroupFit([0, 1, 2], None, fit)], start)
+    moved, (group,) = undo_label_switching(now, [GroupFit([0, 1, 2], None, fit)], start)
     assert group.group == [0, 2, 1]
     np.testing.assert_array_equal(moved.frequency_hz, [9.0, 13.6, 9.3])
     np.testing.assert_array_equal(moved.shapes, np.eye(3)[:, [0, 1, 2]])
-    alone, same = relabelled(now, [GroupFit([0, 1, 2])], start)
+    alone, same = undo_label_switching(now, [GroupFit([0, 1, 2])], start)
     assert same[0].group == [0, 1, 2]
     np.testing.assert_array_equal(alone.frequency_hz, now.frequency_hz)

@@ -7,10 +7,9 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
-from node_driver import NodeDriver
-
 from modal_core.ros_messages import LATCHED
 from oma_msgs.msg import BridgeState, ExcitationPlan
+from test.support.node_driver import NodeDriver
 
 pytestmark = pytest.mark.node
 PATIENCE_S = 60.0

@@ -11,7 +11,6 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
-from node_driver import NodeDriver, three_modes
 from rcl_interfaces.srv import SetParameters
 import rclpy
 from rclpy.parameter import Parameter
@@ -31,6 +30,7 @@ from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.tracking.checkpoint_file import CheckpointFile
 from oma_msgs.msg import ModalParameters
+from test.support.node_driver import NodeDriver, three_modes
 
 pytestmark = pytest.mark.node
 START = 1_700_000_000_000_000_000

@@ -8,10 +8,9 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
-from node_driver import NodeDriver
-
 from modal_core.measurements import SampleBlock
 from modal_recordings.encode import encode
+from test.support.node_driver import NodeDriver
 
 pytestmark = pytest.mark.node
 START = 1_700_000_000_000_000_000

@@ -3,20 +3,15 @@
 It shares no code with the bridge: its messages come from egm.proto in this folder.
 """
 
-import importlib.util
 import math
 from pathlib import Path
 import socket
 import threading
 import time
 
-_spec = importlib.util.spec_from_file_location(
-    'proto_text', Path(__file__).with_name('proto_text.py')
-)
-_proto_text = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_proto_text)
+from test.support import proto_text
 
-CLASSES = _proto_text.classes(Path(__file__).with_name('egm.proto').read_text())
+CLASSES = proto_text.classes(Path(__file__).with_name('egm.proto').read_text())
 EgmRobot, EgmSensor = CLASSES['EgmRobot'], CLASSES['EgmSensor']
 CYCLE_S = 0.004032
 SAFETY_JOINT_STEP_DEG = 0.6  # 130 deg/s in one cycle

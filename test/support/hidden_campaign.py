@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 import math
 
-from independent_arm import linearise, read_arm, respond
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import fftconvolve
+
+from test.support.independent_arm import linearise, read_arm, respond, turn
 
 SENSORS = (
     ('frame', 'link_1', (0.20, 0.42, 0.05)),
@@ -406,8 +407,6 @@ def sensor_faults(by, y, sensors, dt, rng):
         i, j = s + e['axes'][0], s + e['axes'][1]
         y[:, :, [i, j]] = y[:, :, [j, i]]
     for e in by.get('sensor_rotation', []):
-        from independent_arm import turn
-
         axis = np.array(e['axis'], float)
         R = turn(axis / np.linalg.norm(axis), e['angle'])
         c = columns(e)

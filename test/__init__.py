@@ -1,0 +1,1 @@
+"""Tests of all rooms; what they share is in ``support``."""

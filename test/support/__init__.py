@@ -1,0 +1,1 @@
+"""What several tests share: peers, drivers of nodes, rigs, hidden campaigns."""
