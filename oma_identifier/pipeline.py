@@ -97,9 +97,9 @@ class IdentificationPipeline:
         self.tracker = tracker or ModeTracker()
         self.last_tracked: TrackedModes | None = None
         self._buffer = SampleBuffer(self.settings, layout)
-        self._clean = RobotSignals(robot)
-        self._synchronise = Synchroniser()
-        self._mark_changes = SensorChanges()
+        self._robot_signals = RobotSignals(robot)
+        self._synchroniser = Synchroniser()
+        self._sensor_changes = SensorChanges()
         self._explains: PeakTest = never
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
@@ -154,13 +154,13 @@ class IdentificationPipeline:
             return self._without_modes(window, quality)
 
     def _identify(self, window: Window) -> WindowResult:
-        cleaned = self._clean(window)
+        cleaned = self._robot_signals.clean(window)
         check_samples(cleaned.samples)
         every = cleaned.samples
-        cleaned = self._synchronise(cleaned)
-        peaks = self._synchronise.peaks
-        cleaned = self._mark_changes(every, peaks, cleaned, window.pose)
-        if self._synchronise.corrects_earlier:
+        cleaned = self._synchroniser.align(cleaned)
+        peaks = self._synchroniser.peaks
+        cleaned = self._sensor_changes.mark(every, peaks, cleaned, window.pose)
+        if self._synchroniser.corrects_earlier:
             self._forget()
         samples = cleaned.samples
         spectrum = self._spectra.of(samples)

@@ -50,7 +50,7 @@ class Decimator:
             self._group[row, row * factor : row * factor + len(self.taps)] = self.taps
         self._past: NDArray[np.floating] | None = None
 
-    def __call__(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
+    def decimate(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
         """Filter and decimate the next rows.
 
         Parameters
@@ -118,12 +118,12 @@ class HighPass:
         sections = butterworth_high_pass(HIGH_PASS_ORDER, corner_hz / sample_rate_hz)
         self._filter = RunningFilter(sections)
 
-    def __call__(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
+    def filter(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
         """Filter the next rows, (n_samples, n_channels) in and out."""
         if len(rows) == 0:
             return rows.astype(np.float64)
         # It starts as if the first row had been there for ever: gravity leaves no step.
-        return self._filter(rows.astype(np.float64, copy=False))
+        return self._filter.filter(rows.astype(np.float64, copy=False))
 
 
 class Decimation:
@@ -148,14 +148,14 @@ class Decimation:
         self.n_rows = len(rows)
         self._made = {**(ahead._made if ahead is not None else {}), (): rows}
 
-    def __call__(self, factors: tuple[int, ...]) -> NDArray[np.floating]:
+    def by(self, factors: tuple[int, ...]) -> NDArray[np.floating]:
         """Return the rows taken last, decimated by all factors in turn."""
         if factors not in self._made:
             stage, last = self._stages.get(factors, (None, 0))
             if stage is None or last != self._number - 1:
                 stage = Decimator(factors[-1])  # rows are missing: what it knows is too old
             self._stages[factors] = stage, self._number
-            self._made[factors] = stage(self(factors[:-1]))
+            self._made[factors] = stage.decimate(self.by(factors[:-1]))
         return self._made[factors]
 
     def drop(self) -> None:
@@ -181,7 +181,7 @@ class BandConditioner:
         self._decimation = Decimation()
         self._high_pass = HighPass(band.high_pass_hz, band.sample_rate_hz)
 
-    def __call__(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
+    def condition(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
         """Condition the next rows, (n_samples, n_channels) to (n_decimated, n_channels)."""
         self._decimation.take(rows)
         conditioned = list(self.of(self._decimation))
@@ -193,6 +193,6 @@ class BandConditioner:
 
         The first is as long as what references are chosen by.
         """
-        rows = decimation(self._factors)
+        rows = decimation.by(self._factors)
         for first in range(0, len(rows), LONGEST):
-            yield self._high_pass(rows[first : first + LONGEST])
+            yield self._high_pass.filter(rows[first : first + LONGEST])

@@ -100,7 +100,7 @@ class RunningFilter:
         self._sections = tuple(map(tuple, sections.tolist()))
         self._state: Real | None = None
 
-    def __call__(self, rows: Real) -> Real:
+    def filter(self, rows: Real) -> Real:
         """Filter the next rows, (n_samples, n_channels) in and out.
 
         Before the first row it is taken to have been there for ever.

@@ -184,7 +184,7 @@ def _problems(
         data = np.concatenate([data, inputs], axis=1)
     n_channels = len(samples.channels)
     for band in plan_bands(samples.sample_rate_hz, samples.duration_s, settings):
-        rows = BandConditioner(band)(data)
+        rows = BandConditioner(band).condition(data)
         if len(rows) < 10 * SAMPLES_PER_ORDER:
             continue
         scale = rows.std(axis=0)

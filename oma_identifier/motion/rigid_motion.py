@@ -90,7 +90,7 @@ class RigidMotionRemoval:
         self._fit: RigidFit | None = None
         self._fitted: tuple[tuple[Channel, ...], int] = ((), 0)
 
-    def __call__(self, samples: Samples, joints: JointSamples | None) -> RigidRemoval:
+    def remove(self, samples: Samples, joints: JointSamples | None) -> RigidRemoval:
         """Subtract rigid motion from all channels on links the model knows.
 
         Parameters

@@ -97,13 +97,13 @@ class RobotSignals:
 
     def __init__(self, robot: RobotMotion | None = None) -> None:
         self._robot = robot
-        self._remove = None if robot is None else RigidMotionRemoval(robot)
+        self._removal = None if robot is None else RigidMotionRemoval(robot)
 
-    def __call__(self, window: Window) -> Cleaned:
+    def clean(self, window: Window) -> Cleaned:
         """Return the window's samples without what the joint states explain."""
-        if self._robot is None or self._remove is None:
+        if self._robot is None or self._removal is None:
             return _unmodelled(window)
-        removed = self._remove(window.samples, window.joints)
+        removed = self._removal.remove(window.samples, window.joints)
         if removed.motion is None:
             return _unmodelled(window)
         angle = self._robot.drive_angle(removed.motion.position)

@@ -43,7 +43,7 @@ class NewModeTest:
     lines: ModeSet
     explains: PeakTest
 
-    def __call__(self, modes: list[Mode]) -> list[bool]:
+    def passes(self, modes: list[Mode]) -> list[bool]:
         """Tell for each mode whether nothing speaks against it."""
         bands = plan_bands(self.samples.sample_rate_hz, self.samples.duration_s, self.settings)
         low, high = bands[-1].low_hz, bands[0].high_hz
@@ -81,7 +81,7 @@ def without_doubtful(adopted: Adopted, test: NewModeTest) -> Adopted:
     new = [index for index, origin in enumerate(adopted.origin) if origin == NEW]
     if not new:
         return adopted
-    credible = test([adopted.modes.modes[index] for index in new])
+    credible = test.passes([adopted.modes.modes[index] for index in new])
     doubtful = {index for index, good in zip(new, credible, strict=True) if not good}
     kept = [index for index in range(len(adopted.origin)) if index not in doubtful]
     modes = tuple(adopted.modes.modes[index] for index in kept)

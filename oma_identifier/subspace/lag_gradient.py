@@ -71,9 +71,7 @@ class LagGradient:
         spectrum.real, spectrum.imag = both[: len(spectrum)], both[len(spectrum) :]
         return spectrum.reshape(len(spectrum), -1, vectors.shape[1])
 
-    def __call__(
-        self, rows: Complex, columns: Complex, orders: NDArray[np.int64]
-    ) -> SingleComplex:
+    def of(self, rows: Complex, columns: Complex, orders: NDArray[np.int64]) -> SingleComplex:
         """Return gradients on the covariances.
 
         A change of H turns the leading vectors only towards the others:

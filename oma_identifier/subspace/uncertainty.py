@@ -99,7 +99,7 @@ class PoleSensitivity:
         rows[self._n_outputs :, 0] = weight
         rows[: -self._n_outputs, 0] -= values * weight
         rows[: -self._n_outputs, 1] = image[self._n_outputs :] - values * image[: -self._n_outputs]
-        return self._to_lags(rows, np.stack([right, g], axis=1), orders)
+        return self._to_lags.of(rows, np.stack([right, g], axis=1), orders)
 
     def _eigenvectors(
         self, solutions: Sequence[OrderSolution], eigenvalues: NDArray[np.complex128]

@@ -56,7 +56,7 @@ class DelayLikelihood:
         """Nothing is more likely, (n_sensors,)."""
         return np.asarray(self._most[0].max(axis=0))
 
-    def __call__(self, sensor: Places, delay_s: Real, least: Real) -> Real:
+    def of(self, sensor: Places, delay_s: Real, least: Real) -> Real:
         """Return the likelihood of delays of sensors, each (n,).
 
         Parameters
@@ -80,7 +80,7 @@ class DelayLikelihood:
         )
         product = np.ones((len(levels), len(sensor)))
         for phases, beats, most in zip(self._phases, self._beats, self._most[1:], strict=True):
-            product *= phases(levels, sensor, delay_s) * beats(sensor, delay_s)
+            product *= phases.density(levels, sensor, delay_s) * beats.density(sensor, delay_s)
             wanted = least / most[levels]
             stays = product >= wanted[:, sensor]
             lasting, kept = stays.any(axis=1), stays.any(axis=0)
@@ -93,13 +93,15 @@ class DelayLikelihood:
         """Return what no delay of a range exceeds: by the beats, each (n,)."""
         bound = np.prod([phases.most for phases in self._phases], axis=0).max(axis=0)[sensor]
         for view, beats in zip(self._views, self._beats, strict=True):
-            bound *= beats(sensor, np.clip(view.beat_s[sensor], low_s, high_s))
+            bound *= beats.density(sensor, np.clip(view.beat_s[sensor], low_s, high_s))
         return np.asarray(bound)
 
     def any_phases(self) -> Real:
         """Return the same for phases that have nothing to do with each other, (n_sensors,)."""
         every = np.arange(len(self._views[0].phase_std))
-        beats = np.prod([beats(every, np.zeros(len(every))) for beats in self._beats], axis=0)
+        beats = np.prod(
+            [beats.density(every, np.zeros(len(every))) for beats in self._beats], axis=0
+        )
         return np.asarray(beats / math.pi ** np.sum([v.is_seen for v in self._views], axis=0))
 
 
@@ -125,7 +127,7 @@ class _Phases:
         every = np.arange(len(view.phase_std))
         self.most = self._density(np.arange(len(COMPLEX)), every, np.zeros(len(every)))
 
-    def __call__(self, levels: Places, sensor: Places, delay_s: Real) -> Real:
+    def density(self, levels: Places, sensor: Places, delay_s: Real) -> Real:
         """Return the density, (n_levels, n)."""
         view = self._view
         at = (delay_s - view.lag_s[0]) / (view.lag_s[1] - view.lag_s[0])
@@ -158,9 +160,9 @@ class _Beats:
             std = np.hypot(factor * np.where(tells, view.phase_std, 1.0), bend)
             self._bend.append(-0.5 / std**2)
             self._height.append(share * self._turns / (math.sqrt(2.0 * math.pi) * std))
-        self.most = self(np.arange(len(tells)), view.beat_s)
+        self.most = self.density(np.arange(len(tells)), view.beat_s)
 
-    def __call__(self, sensor: Places, delay_s: Real) -> Real:
+    def density(self, sensor: Places, delay_s: Real) -> Real:
         """Return the density, (n,)."""
         square = (self._turns[sensor] * (delay_s - self._beat_s[sensor])) ** 2
         density = self._floor[sensor]

@@ -114,7 +114,7 @@ class _Search:
         step_s = FINE / (2.0 * math.pi * self._highest_hz)
         self._step_s = np.maximum(step_s, 2.0 * LATEST_S / MOST_TRIED)
         self._all = np.arange(len(step_s))
-        self._none = self._likelihood(self._all, np.zeros(len(step_s)), np.zeros(len(step_s)))
+        self._none = self._likelihood.of(self._all, np.zeros(len(step_s)), np.zeros(len(step_s)))
 
     def found(self) -> list[SensorDelay]:
         """Return what was found of each sensor."""
@@ -146,7 +146,7 @@ class _Search:
         least = BESIDE * np.maximum(self._none, DEEP * self._likelihood.most)
         while True:
             sensor, tried_s = self._worth_trying(least)
-            likelihood = self._likelihood(sensor, tried_s, least)
+            likelihood = self._likelihood.of(sensor, tried_s, least)
             most = self._none.copy()
             np.maximum.at(most, sensor, likelihood)
             if (BESIDE * most >= least).all():
@@ -176,9 +176,9 @@ class _Search:
     def _around(self, middle_s: Real, reach_s: Real, places: Real) -> tuple[Real, Real]:
         """Return delays about those of all sensors, and their likelihood, (n_sensors, n)."""
         delay_s = middle_s[:, None] + reach_s[:, None] * places
-        at_middle = self._likelihood(self._all, middle_s, np.zeros(len(middle_s)))
+        at_middle = self._likelihood.of(self._all, middle_s, np.zeros(len(middle_s)))
         sensor = np.repeat(self._all, len(places))
-        found = self._likelihood(sensor, delay_s.ravel(), BESIDE * at_middle)
+        found = self._likelihood.of(sensor, delay_s.ravel(), BESIDE * at_middle)
         return delay_s, found.reshape(delay_s.shape)
 
 

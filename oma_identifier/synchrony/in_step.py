@@ -59,7 +59,7 @@ class Synchroniser:
         self._of: tuple[tuple[Channel, ...], float] = ((), 0.0)
         self._start_ns = self._middle_ns = 0
 
-    def __call__(self, cleaned: Cleaned) -> Cleaned:
+    def align(self, cleaned: Cleaned) -> Cleaned:
         """Return a window in step; the very same one where its sensors are.
 
         A channel that was moved says by how much (``delay_s``); sensors that no delay puts in step

@@ -37,7 +37,7 @@ class SensorChanges:
         self._pose: NDArray[np.float64] | None = None
         self._start_ns = self._begin_ns = 0
 
-    def __call__(
+    def mark(
         self, samples: Samples, peaks: Sequence[Peak], cleaned: Cleaned, pose: Pose | None
     ) -> Cleaned:
         """Return a window without the sensors that change in it; the very same one where none do.

@@ -65,7 +65,7 @@ def test_conditioning_keeps_the_band_and_nothing_above(band_index):
 
     def power(frequency_hz):
         rows = np.sin(2 * np.pi * frequency_hz * time)[:, None]
-        return np.mean(BandConditioner(band)(rows)[len(time) // 100 :] ** 2)
+        return np.mean(BandConditioner(band).condition(rows)[len(time) // 100 :] ** 2)
 
     for share in (0.1, 0.25, 0.39):
         assert power(share * band.sample_rate_hz) == pytest.approx(0.5, rel=0.05)
@@ -78,7 +78,7 @@ def test_conditioning_keeps_the_band_and_nothing_above(band_index):
 def test_conditioning_in_chunks_is_the_same():
     band = plan_bands(512.0, 60.0, IdentificationSettings())[2]
     rows = np.random.default_rng(50).standard_normal((9000, 2)) + 9.81
-    whole = BandConditioner(band)(rows)
+    whole = BandConditioner(band).condition(rows)
     conditioner = BandConditioner(band)
-    pieces = [conditioner(piece) for piece in np.split(rows, [1, 17, 500, 4096, 4097])]
+    pieces = [conditioner.condition(piece) for piece in np.split(rows, [1, 17, 500, 4096, 4097])]
     np.testing.assert_allclose(np.concatenate(pieces), whole, atol=1e-12)

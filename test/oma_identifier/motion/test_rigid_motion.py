@@ -117,7 +117,7 @@ def test_a_rigid_arm_in_motion_has_no_modes(robot, layout, fast_rad_s2):
         assert result.modes.frequency_hz.tolist() == [], f'seed {seed}'
         assert 'rigid_motion_removed' in result.quality.flags
         # The fixed base stays; on the arm most of the motion is gone.
-        left = RigidMotionRemoval(robot)(seen.samples, joints).samples.acceleration
+        left = RigidMotionRemoval(robot).remove(seen.samples, joints).samples.acceleration
         before = seen.samples.acceleration.std(axis=0)
         moved = before > 10 * NOISE
         assert moved.sum() > 30
@@ -135,7 +135,7 @@ def test_only_a_travelling_arm_has_peaks_of_motion(robot, layout, scale, explain
     joints = joint_states(robot, motion.at(times(JOINT_RATE_HZ))[0], rng)
     seen = window(readings / readings.std(), channels, joints, rng)
     shape = np.array([1.0, 0.0, 0.0], dtype=complex)
-    assert RobotSignals()(seen).explains(1.3, 0.05, shape) is explained
+    assert RobotSignals().clean(seen).explains(1.3, 0.05, shape) is explained
 
 
 def test_without_a_model_large_motion_makes_no_mode(robot, layout):
@@ -200,7 +200,7 @@ def test_a_flexible_arm_keeps_its_modes_in_motion(robot, layout, shaken, modelle
     if not modelled:
         return
     assert 'rigid_motion_removed' in result.quality.flags
-    removal = RigidMotionRemoval(robot)(seen.samples, joints)
+    removal = RigidMotionRemoval(robot).remove(seen.samples, joints)
     fit = removal.fit
     assert abs(fit.common_lag_s - early_s) < 3.0 * fit.common_lag_std_s < 1.5e-3, f'seed {SEED}'
     assert 4.0 < fit.reach_hz < expected[0], 'rigid motion ends below the first mode'
@@ -228,7 +228,7 @@ def test_a_sensor_that_does_not_fit_the_model_is_left_alone_and_named(robot, lay
     flipped = layout.channels[-1].name
     readings[:, -1] *= -1.0
     seen = window(readings, layout.channels, joints, rng)
-    removal = RigidMotionRemoval(robot)(seen.samples, joints)
+    removal = RigidMotionRemoval(robot).remove(seen.samples, joints)
     assert removal.flags == {flipped: MISMATCH}
     assert np.array_equal(removal.samples.acceleration[:, -1], seen.samples.acceleration[:, -1])
 
@@ -246,9 +246,9 @@ def test_windows_that_overlap_are_predicted_once_and_alike(robot, layout):
         rows = whole.acceleration[first : first + 2 * half]
         return replace(whole, acceleration=rows, start_ns=START + round(first / RATE_HZ * 1e9))
 
-    removal(part(0), joints)
-    later = removal(part(half), joints).samples.acceleration
-    alone = RigidMotionRemoval(robot)(part(half), joints).samples.acceleration
+    removal.remove(part(0), joints)
+    later = removal.remove(part(half), joints).samples.acceleration
+    alone = RigidMotionRemoval(robot).remove(part(half), joints).samples.acceleration
     assert np.abs(later - alone).max() < 0.1 * NOISE
 
 
@@ -261,5 +261,5 @@ def test_joint_states_that_stop_are_not_believed(robot, layout):
         joints.stamp_ns[:9000], joints.joint_names, joints.position[:9000], joints.velocity[:9000]
     )
     seen = window(readings, layout.channels, first, rng)
-    removal = RigidMotionRemoval(robot)(seen.samples, first)
+    removal = RigidMotionRemoval(robot).remove(seen.samples, first)
     assert removal.motion is None and removal.samples is seen.samples

@@ -67,7 +67,7 @@ def test_nothing_is_left_of_a_line_in_a_band_that_does_not_see_it():
     assert len(bands) > 2
     for band in bands:
         seen = band.sees(lines_hz)
-        passed = BandConditioner(band)(rows)
+        passed = BandConditioner(band).condition(rows)
         settled = passed[len(passed) // 2 :].std(axis=0)
         assert np.all(settled[~seen] < 0.005), (band, settled)
         assert not seen.all() and seen.any()

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from modal_core.measurements import SampleBlock
 from modal_core.mode import Mode, ModeSet
@@ -133,6 +134,34 @@ def test_a_modulated_line_has_no_skirts(structure, damping_ratio):
         samples = replace(like, acceleration=np.outer(line, (1.0, 0.4, -0.7)) + noise)
         evidence = LineEvidence.of(samples, (), ModeSet((mode,), samples.channel_names))
         assert evidence.explains(mode), f'seed {seed}'
+
+
+def driven_by_one_force(rng, frequency_hz, damping_ratio, shapes, rate_hz=100.0, n=6000):
+    """Return accelerations of modes that one white force shakes, by their difference equation."""
+    force, rows = rng.standard_normal(n), np.zeros((n, len(shapes)))
+    for hz, ratio, shape in zip(frequency_hz, damping_ratio, shapes.T, strict=True):
+        pole = 2.0 * np.pi * hz / rate_hz * complex(-ratio, np.sqrt(1.0 - ratio**2))
+        z = np.exp(pole)
+        moved = lfilter([1.0, -2.0, 1.0], [1.0, -2.0 * z.real, abs(z) ** 2], force)
+        rows += np.outer(moved, shape)
+    return rows + 0.01 * rows.std() * rng.standard_normal(rows.shape)
+
+
+def test_modes_that_one_force_shakes_together_have_skirts(structure):
+    """Between them, in channels where both move alike, there is an antiresonance."""
+    like = structure((12.0,), (0.01,), n_channels=5).simulate(
+        np.random.default_rng(0), 60.0, 100.0
+    )
+    for seed in range(300, 360):
+        rng = np.random.default_rng(seed)
+        hz = 12.0 * np.cumprod(rng.uniform(1.08, 1.25, 3))
+        ratio, shapes = rng.uniform(0.005, 0.02, 3), np.abs(rng.standard_normal((5, 3)))
+        shapes *= (0.2, 1.0, 0.2)
+        rows = driven_by_one_force(rng, hz, ratio, shapes)
+        modes = ModeSet(tuple(map(Mode, hz, ratio, shapes.T.astype(complex))), like.channel_names)
+        evidence = LineEvidence.of(replace(like, acceleration=rows), (), modes)
+        lost = [mode.frequency_hz for mode in modes if evidence.explains(mode)]
+        assert not lost, f'seed {seed}'
 
 
 def test_noise_beside_a_line_is_response_only_by_chance(structure):

@@ -35,7 +35,7 @@ def record(structure):
 
 def looked_at(samples, rows=slice(0, 12_000)):
     part = Samples(samples.acceleration[rows].copy(), RATE_HZ, samples.channels)
-    return Synchroniser()(Cleaned(part, (), never, (), {}))
+    return Synchroniser().align(Cleaned(part, (), never, (), {}))
 
 
 def flags_of(cleaned):

@@ -35,11 +35,11 @@ def test_delays_that_are_given_up_are_unlikely(peaks, delay_rows):
     likelihood = DelayLikelihood([view_at(peak, OWN, BESIDE, np.ones(3)) for peak in found])
     delay_s = np.tile(np.arange(-LATEST_S, LATEST_S, 2.5e-4), 3)
     sensor = np.repeat(np.arange(3), len(delay_s) // 3)
-    every = likelihood(sensor, delay_s, np.zeros(3))
+    every = likelihood.of(sensor, delay_s, np.zeros(3))
     best = every.reshape(3, -1).argmax(axis=1)
     np.testing.assert_allclose(delay_s[best], [0.0, delay_rows / RATE_HZ, 0.0], atol=1e-3)
     least = 1e-8 * every.reshape(3, -1).max(axis=1)
-    some = likelihood(sensor, delay_s, least)
+    some = likelihood.of(sensor, delay_s, least)
     likely = every >= least[sensor]
     assert 0 < likely.sum() < 0.1 * len(likely), f'seed {SEED}'
     np.testing.assert_allclose(some[likely], every[likely], rtol=1e-6)

@@ -62,7 +62,7 @@ class Eyes:
     """Looks at windows as the pipeline does."""
 
     def __init__(self):
-        self.synchronise, self.mark = Synchroniser(), SensorChanges()
+        self.synchronise, self.changes = Synchroniser(), SensorChanges()
 
     def __call__(self, samples, first_s, columns=None, pose=None):
         first = round(first_s * RATE_HZ)
@@ -70,8 +70,8 @@ class Eyes:
         window = Samples(rows.copy(), RATE_HZ, samples.channels, round(first_s * 1e9))
         if columns is not None:
             window = window.select([NAMES[column] for column in columns])
-        cleaned = self.synchronise(Cleaned(window, (), never, (), {}))
-        return self.mark(window, self.synchronise.peaks, cleaned, pose)
+        cleaned = self.synchronise.align(Cleaned(window, (), never, (), {}))
+        return self.changes.mark(window, self.synchronise.peaks, cleaned, pose)
 
 
 def changed(cleaned):

@@ -162,8 +162,8 @@ def test_a_clock_that_is_set_back_does_not_hide_delays():
     clean, synchronise = RobotSignals(None), Synchroniser()
     before = replace(record(rng, shapes, late(0.0), duration_s=60.0), start_ns=4 * 10**12)
     after = replace(record(rng, shapes, late(0.02), duration_s=60.0), start_ns=10**12)
-    assert not synchronise(clean(Window(0, before))).lags
-    lags = synchronise(clean(Window(1, after))).lags
+    assert not synchronise.align(clean.clean(Window(0, before))).lags
+    lags = synchronise.align(clean.clean(Window(1, after))).lags
     assert {name for name in lags if name.startswith(LATE_SENSOR)} == set(NAMES[4:6])
     assert lags[NAMES[4]].seconds == pytest.approx(0.02, abs=3e-4)
 
@@ -189,8 +189,8 @@ def test_synchronous_sensors_of_random_structures_are_left_alone(imaginary):
             damping=10.0 ** rng.uniform(-3.0, -1.3, n_modes),
         )
         n_sensors += n_sensors_here
-        cleaned = RobotSignals(None)(Window(0, samples))
-        in_step = Synchroniser()(cleaned)
+        cleaned = RobotSignals(None).clean(Window(0, samples))
+        in_step = Synchroniser().align(cleaned)
         n_odd += sum('not_synchronous' in flag for flag in in_step.channel_flags.values())
         if not in_step.channel_flags:
             assert in_step is cleaned
