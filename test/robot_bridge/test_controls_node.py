@@ -76,14 +76,45 @@ def test_life_cycle_tools_parameters_and_a_dry_run(
     port = drivers.free_port()
     process = processes('robot_bridge', port=port, autostart=False, dry_run=True, **CALM)
     operator.until(lambda: operator.last is not None, 'state', 90.0)
-    # What `ros2 lifecycle` asks.
+    shows_its_life_cycle(operator)
+    refuses_wrong_values(operator)
+    configures_only_with_an_address(operator)
+    assert not set_parameter(operator, 'dry_run', bool_value=False).successful
+    assert change(operator, Transition.TRANSITION_ACTIVATE)
+    assert label(operator) == 'active'
+    operator.until(
+        lambda: [item.goal_state.label for item in heard['event']][-1:] == ['active'], 'event'
+    )
+    describes_its_parameters(operator)
+    peer = peers.StrictPeer(start_deg, ('127.0.0.1', port), patience_s=0.0)
+    peer.expect_reply = False
+    try:
+        peer.start()
+        operator.hold().until_connected()
+        counts_missed_cycles(operator, peer)
+        refuses_a_changed_plan(operator, message)
+        shows_what_it_would_send(operator, peer, heard, message)
+        # Shut down in motion: at rest first, then finalised.
+        assert change(operator, Transition.TRANSITION_ACTIVE_SHUTDOWN)
+        assert label(operator) == State(label='finalized').label
+        assert peer.replies == [] and peer.faults == []
+    finally:
+        peer.close()
+        assert 'Traceback' not in process.stop()
+
+
+def shows_its_life_cycle(operator):
+    """What `ros2 lifecycle` asks."""
     states = operator.call(f'{NODE}/get_available_states', GetAvailableStates).available_states
     assert {'unconfigured', 'inactive', 'active', 'finalized'} <= {item.label for item in states}
     may = operator.call(f'{NODE}/get_available_transitions', GetAvailableTransitions)
     assert 'configure' in {item.transition.label for item in may.available_transitions}
     assert label(operator) == 'unconfigured'
     assert not change(operator, Transition.TRANSITION_ACTIVATE)
-    # A wrong value is told with its range, and the old one stays.
+
+
+def refuses_wrong_values(operator):
+    """A wrong value is told with its range, and the old one stays."""
     for name, value, words in (
         ('ramp_in_s', {'double_value': 0.0}, 'range'),
         ('stop_ramp_s', {'double_value': float('nan')}, ''),
@@ -93,6 +124,9 @@ def test_life_cycle_tools_parameters_and_a_dry_run(
     ):
         refused = set_parameter(operator, name, **value)
         assert not refused.successful and words in refused.reason, (name, refused.reason)
+
+
+def configures_only_with_an_address(operator):
     assert set_parameter(operator, 'controller_address', string_value='robot').successful
     assert not change(operator, Transition.TRANSITION_CONFIGURE)
     operator.until(lambda: 'not an IP address' in operator.last.reason, 'reason')
@@ -100,13 +134,10 @@ def test_life_cycle_tools_parameters_and_a_dry_run(
     assert set_parameter(operator, 'controller_address', string_value='127.0.0.1').successful
     assert change(operator, Transition.TRANSITION_CONFIGURE)
     assert label(operator) == 'inactive'
-    assert not set_parameter(operator, 'dry_run', bool_value=False).successful
-    assert change(operator, Transition.TRANSITION_ACTIVATE)
-    assert label(operator) == 'active'
-    operator.until(
-        lambda: [item.goal_state.label for item in heard['event']][-1:] == ['active'], 'event'
-    )
-    # Every parameter is described, every number has its range.
+
+
+def describes_its_parameters(operator):
+    """Every parameter is described, every number has its range."""
     names = operator.call(f'{NODE}/list_parameters', ListParameters).result.names
     ours = [name for name in names if not name.startswith(('qos_', 'start_type', 'use_sim'))]
     described = operator.call(f'{NODE}/describe_parameters', DescribeParameters, names=ours)
@@ -114,46 +145,43 @@ def test_life_cycle_tools_parameters_and_a_dry_run(
         assert item.description, item.name
         if item.type in (ParameterType.PARAMETER_INTEGER, ParameterType.PARAMETER_DOUBLE):
             assert item.integer_range or item.floating_point_range, item.name
-    # A dry run sends nothing, and shows what it would send.
-    peer = peers.StrictPeer(start_deg, ('127.0.0.1', port), patience_s=0.0)
-    peer.expect_reply = False
-    try:
-        peer.start()
-        operator.hold().until_connected()
-        # Seven packets that never come are counted, in the state and in the diagnostics.
-        peer.pause()
-        peer.seqno += 7
-        peer.start()
-        operator.until(lambda: operator.last.n_missed_cycles >= 7, 'missed cycles')
-        operator.diagnostics.clear()
-        operator.until(lambda: int(figures(operator).get('missed_cycles', 0)) >= 7, 'diagnostics')
-        shown = figures(operator)
-        assert {'reply_latency_p50_ms', 'reply_latency_p99_ms', 'received', 'sent'} <= set(shown)
-        # A plan that is not what its hash says is refused.
-        changed = copy.deepcopy(message)
-        changed.velocity[100] += 1e-6
-        operator.plans.publish(changed)
-        operator.until(
-            lambda: any(code.startswith('PLAN_REFUSED') for code in operator.codes('bridge')),
-            'refusal',
-        )
-        assert operator.last.plan_hash == ''
-        operator.offer(message)
-        assert not heard['reference']
-        assert operator.arm(message.plan_hash).accepted
-        assert operator.start().success
-        operator.until(lambda: operator.last.progress > 0.3, 'progress')
-        operator.until(lambda: len(heard['reference']) > 100, 'reference')
-        moved = np.ptp([item.position for item in heard['reference']], axis=0)
-        assert moved.max() > 1e-5
-        assert peer.replies == [] and operator.last.n_sent == 0
-        # Shut down in motion: at rest first, then finalised.
-        assert change(operator, Transition.TRANSITION_ACTIVE_SHUTDOWN)
-        assert label(operator) == State(label='finalized').label
-        assert peer.replies == [] and peer.faults == []
-    finally:
-        peer.close()
-        assert 'Traceback' not in process.stop()
+
+
+def counts_missed_cycles(operator, peer):
+    """Seven packets that never come are counted, in the state and in the diagnostics."""
+    peer.pause()
+    peer.seqno += 7
+    peer.start()
+    operator.until(lambda: operator.last.n_missed_cycles >= 7, 'missed cycles')
+    operator.diagnostics.clear()
+    operator.until(lambda: int(figures(operator).get('missed_cycles', 0)) >= 7, 'diagnostics')
+    shown = figures(operator)
+    assert {'reply_latency_p50_ms', 'reply_latency_p99_ms', 'received', 'sent'} <= set(shown)
+
+
+def refuses_a_changed_plan(operator, message):
+    """A plan that is not what its hash says is refused."""
+    changed = copy.deepcopy(message)
+    changed.velocity[100] += 1e-6
+    operator.plans.publish(changed)
+    operator.until(
+        lambda: any(code.startswith('PLAN_REFUSED') for code in operator.codes('bridge')),
+        'refusal',
+    )
+    assert operator.last.plan_hash == ''
+
+
+def shows_what_it_would_send(operator, peer, heard, message):
+    """A dry run sends nothing, and shows the motion it would ask for."""
+    operator.offer(message)
+    assert not heard['reference']
+    assert operator.arm(message.plan_hash).accepted
+    assert operator.start().success
+    operator.until(lambda: operator.last.progress > 0.3, 'progress')
+    operator.until(lambda: len(heard['reference']) > 100, 'reference')
+    moved = np.ptp([item.position for item in heard['reference']], axis=0)
+    assert moved.max() > 1e-5
+    assert peer.replies == [] and operator.last.n_sent == 0
 
 
 def test_abort_does_not_wait_for_a_start_and_the_password_is_nowhere(

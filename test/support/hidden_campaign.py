@@ -128,7 +128,7 @@ def make_campaign(
     for pose, _, _ in cases:
         systems.append(linearise(arm, pose, places))
     angle = np.array([pose for pose, _, _ in cases])[:, None, :] + q
-    local = local_forces(effects, systems, cases, arm, v, dt, rng, angle)
+    local = local_forces(effects, Plant(systems, arm, v, angle, dt, rng))
     y, _x, _xv = respond(systems, a, q, dt, local)
     y = sensor_faults(by, y, sensors, dt, rng)
     records = []
@@ -171,20 +171,6 @@ def decimated(x, keep):
     limit = int(0.45 * n / keep)
     f[limit:] = 0
     return np.fft.irfft(f, n, axis=0)[::keep]
-
-
-NONLINEAR = {
-    'coulomb_friction',
-    'backlash',
-    'cubic_stiffness',
-    'speed_dependent_stiffness',
-    'hysteresis',
-    'stribeck_friction',
-    'end_stop',
-    'drifting_stiffness',
-    'tonal_disturbance',
-    'transmission_error',
-}
 
 
 def structural(e, extra, arm):
@@ -269,115 +255,154 @@ def balance(alpha, load):
     return min(roots[np.abs(roots.imag) < 1e-9].real, key=abs)
 
 
-def local_forces(effects, systems, cases, arm, v, dt, rng, angle):
+@dataclass(frozen=True)
+class Plant:
+    """What an explicit force may depend on, beside the deflections."""
+
+    systems: list
+    arm: object
+    velocity: np.ndarray
+    angle: np.ndarray
+    dt: float
+    rng: np.random.Generator
+
+    @property
+    def samples(self):
+        return self.velocity.shape[1]
+
+    @property
+    def place(self):
+        return {name: i for i, name in enumerate(self.systems[0].names)}
+
+    def row(self, joint):
+        return self.place[f'{joint}/drive']
+
+    def axis(self, joint):
+        return list(self.arm.joints).index(joint)
+
+    def stiffness(self, joint):
+        return self.arm.k[f'{joint}/drive']
+
+    def sag(self, joint):
+        """Return how far the weight twists a joint in each pose."""
+        i = self.row(joint)
+        return np.array([np.linalg.solve(s.K, s.load)[i] for s in self.systems])
+
+
+def tonal_disturbance(e, plant):
+    return [tone(e, plant.systems, plant.place, plant.dt, plant.samples, plant.rng)]
+
+
+def transmission_error(e, plant):
+    """The gear's output runs ahead of the motor by a ripple."""
+    arm = plant.arm
+    weights = arm.couple[plant.axis(e['joint'])]
+    turned = e['order'] * arm.orders[e['joint']] * (plant.angle @ weights)
+    push = plant.stiffness(e['joint']) * e['amplitude'] * np.sin(turned)
+    push -= push[:, :1]
+    return [
+        (plant.row(arm.joints[number]), lambda t, x, xv, w=weight: w * push[:, t])
+        for number, weight in enumerate(weights)
+        if weight
+    ]
+
+
+def coulomb_friction(e, plant):
+    i, j, v = plant.row(e['joint']), plant.axis(e['joint']), plant.velocity
+    tc, v0 = e['torque'], e['v0']
+    if e.get('total', False):
+        return [(i, lambda t, x, xv: -tc * np.tanh((xv[:, i] + v[:, t, j]) / v0))]
+    return [(i, lambda t, x, xv: -tc * np.tanh(xv[:, i] / v0))]
+
+
+def stribeck_friction(e, plant):
+    i = plant.row(e['joint'])
+    tc, ts, vs, v0 = e['torque'], e['static'], e['speed'], 1e-3
+
+    def slips(t, x, xv):
+        rate = xv[:, i]
+        return -(tc + (ts - tc) * np.exp(-((rate / vs) ** 2))) * np.tanh(rate / v0)
+
+    return [(i, slips)]
+
+
+def cubic_stiffness(e, plant):
+    i, k, al = plant.row(e['joint']), plant.stiffness(e['joint']), e['alpha']
+    load = e.get('preload', 0.0) * plant.sag(e['joint'])
+    r = np.array([balance(al, value) for value in load])
+    return [(i, lambda t, x, xv: -k * al * ((x[:, i] + r) ** 3 - r**3))]
+
+
+def backlash(e, plant):
+    i, k, b = plant.row(e['joint']), plant.stiffness(e['joint']), e['gap']
+    x0 = e.get('preload', 1.0) * plant.sag(e['joint'])
+
+    def play(z):
+        return np.sign(z) * np.maximum(np.abs(z) - b, 0)
+
+    # static position: on the flank gravity pushes to, in the middle when nothing pushes
+    rest = x0 + b * np.sign(np.round(x0, 9))
+    return [(i, lambda t, x, xv: k * x[:, i] - k * (play(x[:, i] + rest) - x0))]
+
+
+def speed_dependent_stiffness(e, plant):
+    i, j, v = plant.row(e['joint']), plant.axis(e['joint']), plant.velocity
+    k, beta = plant.stiffness(e['joint']), e['beta']
+    return [(i, lambda t, x, xv: -k * beta * np.abs(v[:, t, j]) * x[:, i])]
+
+
+def drifting_stiffness(e, plant):
+    i, k, r, dt = plant.row(e['joint']), plant.stiffness(e['joint']), e['rate'], plant.dt
+    duration = plant.samples * dt
+    return [(i, lambda t, x, xv: k * r * t * dt / duration * x[:, i])]
+
+
+def end_stop(e, plant):
+    i, gap, ks = plant.row(e['joint']), e['gap'], e['k']
+    return [(i, lambda t, x, xv: -ks * np.sign(x[:, i]) * np.maximum(np.abs(x[:, i]) - gap, 0))]
+
+
+def hysteresis(e, plant):
+    i, limit = plant.row(e['joint']), e['limit']
+    kh = e['share'] * plant.stiffness(e['joint'])
+    state = {'s': np.zeros(len(plant.systems)), 'x': np.zeros(len(plant.systems))}
+
+    def force(t, x, xv):
+        state['s'] = np.clip(state['s'] + x[:, i] - state['x'], -limit, limit)
+        state['x'] = x[:, i].copy()
+        return -kh * state['s'] + 0.0
+
+    return [(i, force)]
+
+
+NONLINEAR = {
+    each.__name__: each
+    for each in (
+        coulomb_friction,
+        backlash,
+        cubic_stiffness,
+        speed_dependent_stiffness,
+        hysteresis,
+        stribeck_friction,
+        end_stop,
+        drifting_stiffness,
+        tonal_disturbance,
+        transmission_error,
+    )
+}
+"""By kind: each returns pairs of rows and of the force on them, of (step, x, velocity of x)."""
+
+
+def local_forces(effects, plant):
     """Explicit nonlinear or time-varying forces on the dofs."""
-    terms = []
-    n = len(systems[0].M)
-    place = {name: i for i, name in enumerate(systems[0].names)}
-    joint = {name: i for i, name in enumerate(arm.joints)}
-    duration = v.shape[1] * dt
-    for e in effects:
-        kind = e['type']
-        if kind not in NONLINEAR:
-            continue
-        if kind == 'tonal_disturbance':
-            terms.append(tone(e, systems, place, dt, v.shape[1], rng))
-            continue
-        i = place[f'{e["joint"]}/drive']
-        j = joint[e['joint']]
-        k = arm.k[f'{e["joint"]}/drive']
-        if kind == 'transmission_error':  # the gear's output runs ahead of the motor by a ripple
-            axis = angle @ arm.couple[j]
-            push = k * e['amplitude'] * np.sin(e['order'] * arm.orders[e['joint']] * axis)
-            push -= push[:, :1]
-            for number, weight in enumerate(arm.couple[j]):
-                if weight:
-                    row = place[f'{arm.joints[number]}/drive']
-                    terms.append((row, lambda t, x, xv, w=weight, p=push: w * p[:, t]))
-            continue
-        if kind == 'coulomb_friction':
-            tc, v0 = e['torque'], e['v0']
-            if e.get('total', False):
-                terms.append(
-                    (
-                        i,
-                        lambda t, x, xv, i=i, tc=tc, v0=v0, j=j: (
-                            -tc * np.tanh((xv[:, i] + v[:, t, j]) / v0)
-                        ),
-                    )
-                )
-            else:
-                terms.append((i, lambda t, x, xv, i=i, tc=tc, v0=v0: -tc * np.tanh(xv[:, i] / v0)))
-        elif kind == 'cubic_stiffness':
-            al, share = e['alpha'], e.get('preload', 0.0)
-            load = share * np.array([np.linalg.solve(s.K, s.load)[i] for s in systems])
-            r = np.array([balance(al, value) for value in load])
-            terms.append(
-                (i, lambda t, x, xv, i=i, k=k, al=al, r=r: -k * al * ((x[:, i] + r) ** 3 - r**3))
-            )
-        elif kind == 'backlash':
-            b, share = e['gap'], e.get('preload', 1.0)
-            x0 = share * np.array([np.linalg.solve(s.K, s.load)[i] for s in systems])
-
-            def play(z, b=b):
-                return np.sign(z) * np.maximum(np.abs(z) - b, 0)
-
-            # static position: on the flank gravity pushes to, in the middle when nothing pushes
-            rest = x0 + b * np.sign(np.round(x0, 9))
-            terms.append(
-                (
-                    i,
-                    lambda t, x, xv, i=i, k=k, rest=rest, x0=x0, play=play: (
-                        k * x[:, i] - k * (play(x[:, i] + rest) - x0)
-                    ),
-                )
-            )
-        elif kind == 'speed_dependent_stiffness':
-            beta = e['beta']
-            terms.append(
-                (
-                    i,
-                    lambda t, x, xv, i=i, k=k, beta=beta, j=j: (
-                        -k * beta * np.abs(v[:, t, j]) * x[:, i]
-                    ),
-                )
-            )
-        elif kind == 'drifting_stiffness':
-            r = e['rate']
-            terms.append((i, lambda t, x, xv, i=i, k=k, r=r: k * r * t * dt / duration * x[:, i]))
-        elif kind == 'end_stop':
-            gap, ks = e['gap'], e['k']
-            terms.append(
-                (
-                    i,
-                    lambda t, x, xv, i=i, gap=gap, ks=ks: (
-                        -ks * np.sign(x[:, i]) * np.maximum(np.abs(x[:, i]) - gap, 0)
-                    ),
-                )
-            )
-        elif kind == 'stribeck_friction':
-            tc, ts, vs, v0 = e['torque'], e['static'], e['speed'], 1e-3
-
-            def slips(t, x, xv, i=i, tc=tc, ts=ts, vs=vs, v0=v0):
-                rate = xv[:, i]
-                return -(tc + (ts - tc) * np.exp(-((rate / vs) ** 2))) * np.tanh(rate / v0)
-
-            terms.append((i, slips))
-        elif kind == 'hysteresis':
-            kh, limit = e['share'] * k, e['limit']
-            state = {'s': np.zeros(len(systems)), 'x': np.zeros(len(systems))}
-
-            def force(t, x, xv, i=i, kh=kh, limit=limit, state=state):
-                state['s'] = np.clip(state['s'] + x[:, i] - state['x'], -limit, limit)
-                state['x'] = x[:, i].copy()
-                return -kh * state['s'] + 0.0
-
-            terms.append((i, force))
+    terms = [
+        term for e in effects if e['type'] in NONLINEAR for term in NONLINEAR[e['type']](e, plant)
+    ]
     if not terms:
         return None
 
     def local(t, x, xv):
-        out = np.zeros((len(x), n))
+        out = np.zeros((len(x), len(plant.systems[0].M)))
         for i, term in terms:
             out[:, i] += term(t, x, xv)
         return out

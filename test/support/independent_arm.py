@@ -85,132 +85,158 @@ def read_arm(folder, extra=None):
     extra = extra or {}
     tree = ET.parse(Path(folder) / 'robot.urdf').getroot()
     model = yaml.safe_load((Path(folder) / 'model.yaml').read_text())
-    links = {item.get('name'): item for item in tree.findall('link')}
-    joints = {item.find('parent').get('link'): item for item in tree.findall('joint')}
+    damping = model.get('damping') or {}
     arm = Arm()
-    arm.alpha = float((model.get('damping') or {}).get('mass_proportional_1_s', 0))
-    arm.beta = float((model.get('damping') or {}).get('stiffness_proportional_s', 0))
+    arm.alpha = float(damping.get('mass_proportional_1_s', 0))
+    arm.beta = float(damping.get('stiffness_proportional_s', 0))
+    add_base(arm, model, extra)
+    add_chain(arm, tree, model, extra)
+    add_masses(arm, model, extra)
+    arm.couple = coupling(arm.joints, model)
+    arm.rods = extra.get('rods', [])
+    arm.absorbers = extra.get('absorbers', [])
+    arm.cscale = extra.get('c', {})
+    data = model.get('joints') or {}
+    if 'servo' in extra:
+        for name in arm.joints:
+            ratio = float(data[name]['gear_ratio'])
+            inertia = float(data[name]['rotor_inertia_kg_m2']) * ratio**2
+            arm.motors.append((inertia, *extra['servo']))
+    arm.orders = {
+        name: float((data.get(name) or {}).get('gear_ratio', 1.0)) for name in arm.joints
+    }
+    return arm
+
+
+def add_base(arm, model, extra):
+    """Springs below the first link; a further compliance comes in series."""
     own = (model.get('base') or {}).get('springs') or [{}] * 6
     for number, spring in enumerate(own):
         name = ('tx', 'ty', 'tz', 'rx', 'ry', 'rz')[number]
         k, c = float(spring.get('stiffness', math.inf)), float(spring.get('damping', 0))
-        if name in extra.get('base', {}):  # a further compliance in series
+        if name in extra.get('base', {}):
             k2, c2 = extra['base'][name]
             c = c2 if math.isinf(k) else c * k2 / (k + k2)
             k = k2 if math.isinf(k) else k * k2 / (k + k2)
         if math.isfinite(k):
             key = f'base/{name}'
-            arm.pieces.append(
-                Piece(EYE, np.zeros(3), EYE[number % 3], 'slide' if number < 3 else 'spring', key)
-            )
+            kind = 'slide' if number < 3 else 'spring'
+            arm.pieces.append(Piece(EYE, np.zeros(3), EYE[number % 3], kind, key))
             arm.k[key], arm.c[key] = k * extra.get('k', {}).get(key, 1.0), c
+
+
+def add_chain(arm, tree, model, extra):
+    """Links and joints from the base to the tip."""
+    links = {item.get('name'): item for item in tree.findall('link')}
+    joints = {item.find('parent').get('link'): item for item in tree.findall('joint')}
     factors = {item['name']: item for item in model.get('links') or []}
-    link = next(
-        name
-        for name in links
-        if all(item.find('child').get('link') != name for item in tree.findall('joint'))
-    )
+    link = root_of(links, tree)
     R, p = EYE, np.zeros(3)
-    tolerance = extra.get('links', {})
     while True:
         inertial = links[link].find('inertial')
-        hinge = extra.get('hinge')
         if inertial is not None:
-            origin = inertial.find('origin')
-            t = tolerance.get(link, {})
-            known = factors.get(link, {})
-            scale = t.get('mass', 1.0) * float(known.get('mass_factor', 1.0))
-            mass = float(inertial.find('mass').get('value')) * scale
-            com = numbers(origin.get('xyz') if origin is not None else None) + t.get('com', 0.0)
-            com = com + np.array(known.get('com_shift_m', [0, 0, 0]), float)
-            entries = inertial.find('inertia')
-            g = [float(entries.get(n)) for n in ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')]
-            inertia = np.array([[g[0], g[1], g[2]], [g[1], g[3], g[4]], [g[2], g[4], g[5]]])
-            turned = rpy(numbers(origin.get('rpy'))) if origin is not None else EYE
-            inertia = turned @ inertia @ turned.T * scale * t.get('inertia', 1.0)
-            inertia = inertia * float(known.get('inertia_factor', 1.0))
-            split = 0.5 if hinge and hinge['link'] == link else 1.0
-            arm.bodies.append(
-                Body(len(arm.pieces), link, split * mass, R @ com + p, split * R @ inertia @ R.T)
-            )
-            if split < 1.0:
-                place = np.array(hinge['at'])
-                arm.inner = (len(arm.pieces), R, p)
-                arm.pieces.append(Piece(EYE, place, np.array(hinge['axis']), 'spring', 'hinge'))
-                arm.k['hinge'], arm.c['hinge'] = hinge['k'], hinge['c']
-                p = p - place
-                arm.bodies.append(
-                    Body(
-                        len(arm.pieces), link, split * mass, R @ com + p, split * R @ inertia @ R.T
-                    )
-                )
+            tolerance = extra.get('links', {}).get(link, {})
+            body = inertia_of(inertial, tolerance, factors.get(link, {}))
+            p = add_link(arm, link, body, R, p, extra.get('hinge'))
         arm.frames[link] = (len(arm.pieces), R, p)
         if link not in joints:
-            break
+            return
         joint = joints[link]
-        origin = joint.find('origin')
-        shift = numbers(origin.get('xyz') if origin is not None else None)
-        Rj = rpy(numbers(origin.get('rpy') if origin is not None else None))
         link = joint.find('child').get('link')
-        if joint.get('type') == 'fixed':
-            R, p = R @ Rj, p + R @ shift
-            continue
-        name = joint.get('name')
-        axis = numbers(joint.find('axis').get('xyz'))
-        place, turned = p + R @ shift, R @ Rj
-        data = (model.get('joints') or {}).get(name) or {}
-        scale = extra.get('k', {})
-        for number, (a, spring) in enumerate(
-            zip(across(axis), data.get('tilts', [{}, {}]), strict=False), 1
-        ):
-            stiffness = float(spring.get('stiffness', math.inf))
-            if math.isfinite(stiffness):
-                key = f'{name}/tilt_{number}'
-                arm.pieces.append(Piece(turned, place, a, 'spring', key))
-                arm.k[key] = stiffness * scale.get(key, 1.0)
-                arm.c[key] = float(spring.get('damping', 0.0))
-                place, turned = np.zeros(3), EYE
-        spring = data.get('drive') or {}
-        key = f'{name}/drive'
-        arm.k[key] = float(spring.get('stiffness', math.inf)) * scale.get(key, 1.0)
-        arm.c[key] = float(spring.get('damping', 0.0))
-        arm.pieces.append(Piece(turned, place, axis, 'joint', key))
-        arm.joints.append(name)
-        R, p = EYE, np.zeros(3)
+        shift, turned = placed(joint.find('origin'))
+        p, R = p + R @ shift, R @ turned
+        if joint.get('type') != 'fixed':
+            add_joint(arm, joint, model, extra.get('k', {}), R, p)
+            R, p = EYE, np.zeros(3)
+
+
+def root_of(links, tree):
+    children = {item.find('child').get('link') for item in tree.findall('joint')}
+    return next(name for name in links if name not in children)
+
+
+def placed(origin):
+    """Return shift and rotation of an origin; none is no shift."""
+    if origin is None:
+        return np.zeros(3), rpy(np.zeros(3))
+    return numbers(origin.get('xyz')), rpy(numbers(origin.get('rpy')))
+
+
+def inertia_of(inertial, tolerance, known):
+    """Return mass, centre and inertia about it of a link, with its tolerances."""
+    origin = inertial.find('origin')
+    scale = tolerance.get('mass', 1.0) * float(known.get('mass_factor', 1.0))
+    mass = float(inertial.find('mass').get('value')) * scale
+    com = numbers(origin.get('xyz') if origin is not None else None) + tolerance.get('com', 0.0)
+    com = com + np.array(known.get('com_shift_m', [0, 0, 0]), float)
+    entries = inertial.find('inertia')
+    g = [float(entries.get(n)) for n in ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')]
+    inertia = np.array([[g[0], g[1], g[2]], [g[1], g[3], g[4]], [g[2], g[4], g[5]]])
+    turned = rpy(numbers(origin.get('rpy'))) if origin is not None else EYE
+    inertia = turned @ inertia @ turned.T * scale * tolerance.get('inertia', 1.0)
+    return mass, com, inertia * float(known.get('inertia_factor', 1.0))
+
+
+def add_link(arm, link, body, R, p, hinge):
+    """Add a link's body, in two halves where a hinge divides it; return the new origin."""
+    mass, com, inertia = body
+    split = 0.5 if hinge and hinge['link'] == link else 1.0
+
+    def add(p):
+        arm.bodies.append(
+            Body(len(arm.pieces), link, split * mass, R @ com + p, split * R @ inertia @ R.T)
+        )
+
+    add(p)
+    if split == 1.0:
+        return p
+    place = np.array(hinge['at'])
+    arm.inner = (len(arm.pieces), R, p)
+    arm.pieces.append(Piece(EYE, place, np.array(hinge['axis']), 'spring', 'hinge'))
+    arm.k['hinge'], arm.c['hinge'] = hinge['k'], hinge['c']
+    add(p - place)
+    return p - place
+
+
+def add_joint(arm, joint, model, scale, turned, place):
+    """Add the tilts of a joint that give way, then its drive."""
+    name = joint.get('name')
+    axis = numbers(joint.find('axis').get('xyz'))
+    data = (model.get('joints') or {}).get(name) or {}
+    tilts = data.get('tilts', [{}, {}])
+    for number, (a, spring) in enumerate(zip(across(axis), tilts, strict=False), 1):
+        stiffness = float(spring.get('stiffness', math.inf))
+        if math.isfinite(stiffness):
+            key = f'{name}/tilt_{number}'
+            arm.pieces.append(Piece(turned, place, a, 'spring', key))
+            arm.k[key] = stiffness * scale.get(key, 1.0)
+            arm.c[key] = float(spring.get('damping', 0.0))
+            place, turned = np.zeros(3), EYE
+    spring = data.get('drive') or {}
+    key = f'{name}/drive'
+    arm.k[key] = float(spring.get('stiffness', math.inf)) * scale.get(key, 1.0)
+    arm.c[key] = float(spring.get('damping', 0.0))
+    arm.pieces.append(Piece(turned, place, axis, 'joint', key))
+    arm.joints.append(name)
+
+
+def add_masses(arm, model, extra):
     for item in (model.get('masses') or []) + extra.get('masses', []):
         depth, R, p = arm.frames[item['link']]
-        m = float(item['mass_kg']) * (
-            extra.get('mass_scale', 1.0) if 'effect' not in item else 1.0
-        )
+        scale = extra.get('mass_scale', 1.0) if 'effect' not in item else 1.0
+        m = float(item['mass_kg']) * scale
         gyration = np.array(item.get('gyration_m', [0, 0, 0]), float)
-        arm.bodies.append(
-            Body(
-                depth,
-                item['link'],
-                m,
-                R @ np.array(item['position_m'], float) + p,
-                R @ np.diag(m * gyration**2) @ R.T,
-            )
-        )
-    n = len(arm.joints)
-    arm.couple = np.eye(n)
+        com = R @ np.array(item['position_m'], float) + p
+        arm.bodies.append(Body(depth, item['link'], m, com, R @ np.diag(m * gyration**2) @ R.T))
+
+
+def coupling(joints, model):
+    """Return which axes each drive turns."""
+    couple = np.eye(len(joints))
     for item in model.get('coupling') or []:
-        arm.couple[arm.joints.index(item['axis']), arm.joints.index(item['added'])] += float(
-            item.get('factor', 1.0)
-        )
-    arm.rods = extra.get('rods', [])
-    arm.absorbers = extra.get('absorbers', [])
-    arm.cscale = extra.get('c', {})
-    if 'servo' in extra:
-        for name in arm.joints:
-            data = (model.get('joints') or {})[name]
-            inertia = float(data['rotor_inertia_kg_m2']) * float(data['gear_ratio']) ** 2
-            arm.motors.append((inertia, *extra['servo']))
-    arm.orders = {
-        name: float(((model.get('joints') or {}).get(name) or {}).get('gear_ratio', 1.0))
-        for name in arm.joints
-    }
-    return arm
+        row, column = joints.index(item['axis']), joints.index(item['added'])
+        couple[row, column] += float(item.get('factor', 1.0))
+    return couple
 
 
 @dataclass
@@ -230,126 +256,74 @@ class Linear:
     load: np.ndarray  # static gravity torque on every dof
 
 
-def linearise(arm, q, sensors, gravity=9.81):
-    """Assemble everything at a pose; ``sensors`` is a list of (link, position, 3x3 axes rows)."""
-    names = [piece.name for piece in arm.pieces]
-    R, p = EYE, np.zeros(3)
-    frames, axes, points = [(R, p)], [], []
-    number = 0
-    for piece in arm.pieces:
-        p = p + R @ piece.shift
-        R = R @ piece.rotation
-        axes.append(R @ piece.axis)
-        points.append(p)
-        if piece.kind == 'joint':
-            R = R @ turn(piece.axis, q[number])
-            number += 1
-        frames.append((R, p))
-    axes, points = np.array(axes), np.array(points)
-    rotary = np.array([piece.kind != 'slide' for piece in arm.pieces])
-    joint = np.array([piece.kind == 'joint' for piece in arm.pieces])
-    n = len(names)
+class Chain:
+    """The chain at a pose: frames after each piece, and the axes it gives way about."""
 
-    def jac(depth, point):
-        Jv, Jw = np.zeros((3, n)), np.zeros((3, n))
+    def __init__(self, arm, q):
+        R, p = EYE, np.zeros(3)
+        self.arm = arm
+        self.frames, axes, points = [(R, p)], [], []
+        angles = iter(q)
+        for piece in arm.pieces:
+            p = p + R @ piece.shift
+            R = R @ piece.rotation
+            axes.append(R @ piece.axis)
+            points.append(p)
+            if piece.kind == 'joint':
+                R = R @ turn(piece.axis, next(angles))
+            self.frames.append((R, p))
+        self.axes, self.points = np.array(axes), np.array(points)
+        self.rotary = np.array([piece.kind != 'slide' for piece in arm.pieces])
+        self.joint = np.array([piece.kind == 'joint' for piece in arm.pieces])
+        self.place = np.flatnonzero(self.joint)
+        self.n = len(arm.pieces)
+
+    def jacobian(self, depth, point):
+        """Return velocity of a point and rate of its body by the rates of the pieces."""
+        Jv, Jw = np.zeros((3, self.n)), np.zeros((3, self.n))
         for i in range(depth):
-            if rotary[i]:
-                Jv[:, i] = np.cross(axes[i], point - points[i])
-                Jw[:, i] = axes[i]
+            if self.rotary[i]:
+                Jv[:, i] = np.cross(self.axes[i], point - self.points[i])
+                Jw[:, i] = self.axes[i]
             else:
-                Jv[:, i] = axes[i]
+                Jv[:, i] = self.axes[i]
         return Jv, Jw
 
-    M, G = np.zeros((n, n)), np.zeros((n, n))
-    load = np.zeros(n)
+    def on_link(self, link, position):
+        """Return depth, point and axes of a place on a link."""
+        depth, Rl, pl = self.arm.frames[link]
+        Rb, pb = self.frames[depth]
+        return depth, Rb @ (Rl @ np.array(position, float) + pl) + pb, Rb @ Rl
+
+
+def linearise(arm, q, sensors, gravity=9.81):
+    """Assemble everything at a pose; ``sensors`` is a list of (link, position, 3x3 axes rows)."""
+    chain = Chain(arm, q)
+    n, place = chain.n, chain.place
     g = np.array([0, 0, -gravity])
-    for body in arm.bodies:
-        Rb, pb = frames[body.depth]
-        centre = Rb @ body.com + pb
-        Jv, Jw = jac(body.depth, centre)
-        M += body.mass * Jv.T @ Jv + Jw.T @ (Rb @ body.inertia @ Rb.T) @ Jw
-        load += Jv.T @ g * body.mass
-        for j in range(body.depth):
-            for i in range(j + 1):
-                if rotary[i]:
-                    value = -body.mass * g @ np.cross(axes[i], Jv[:, j])
-                    G[i, j] += value
-                    G[j, i] += value if i != j else 0.0
-    extra_rows = []
-    for item in arm.absorbers:
-        depth, Rl, pl = arm.frames[item['link']]
-        Rb, pb = frames[depth]
-        point = Rb @ (Rl @ np.array(item['position_m'], float) + pl) + pb
-        Jv, _ = jac(depth, point)
-        axis = Rb @ Rl @ np.array(item['axis'], float)
-        extra_rows.append((item, Jv, axis))
-    servo = n + len(extra_rows)
+    M, G, load = rigid_matrices(chain, g)
+    servo = n + len(arm.absorbers)
     size = servo + len(arm.motors)
     MM, KK, CC = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
     MM[:n, :n], KK[:n, :n] = M, G
     springs = np.zeros((size, size))
-    for i, name in enumerate(names):
-        if joint[i]:
-            continue
-        springs[i, i] = arm.k[name]
-        CC[i, i] += arm.c[name]
-    place = np.flatnonzero(joint)
-    for number, (row, name) in enumerate(zip(arm.couple, arm.joints, strict=False)):
-        w = np.zeros(size)
-        w[place] = row
-        if arm.motors:  # the gear twists between link and a motor that gives way
-            inertia, omega, zeta, _ = arm.motors[number]
-            w[servo + number] = -1.0
-            MM[servo + number, servo + number] = inertia
-            springs[servo + number, servo + number] += inertia * omega**2
-            CC[servo + number, servo + number] += 2 * zeta * omega * inertia
-        springs += arm.k[f'{name}/drive'] * np.outer(w, w)
-        CC += arm.c[f'{name}/drive'] * np.outer(w, w)
-    for weights, k, c in arm.rods:
-        w = np.zeros(size)
-        for name, value in weights.items():
-            w[names.index(f'{name}/drive')] = value
-        springs += k * np.outer(w, w)
-        CC += c * np.outer(w, w)
-    for number, (item, Jv, axis) in enumerate(extra_rows):
-        row, m = n + number, item['mass']
-        MM[:n, :n] += m * Jv.T @ Jv
-        MM[row, :n] = MM[:n, row] = m * axis @ Jv
-        MM[row, row] = m
-        springs[row, row] = m * (2 * math.pi * item['f']) ** 2
-        CC[row, row] = 2 * item['zeta'] * m * 2 * math.pi * item['f']
+    add_springs(chain, springs, CC)
+    add_drives(chain, MM, springs, CC, servo)
+    add_rods(arm, springs, CC)
+    add_absorbers(chain, MM, springs, CC)
     CC += arm.alpha * MM + arm.beta * np.where(
         np.arange(size)[:, None] < n, np.where(np.arange(size) < n, springs, 0), 0
     )
-    # Damping tolerance and changes: every spring's share, material part included.
-    for i, name in enumerate(names):
-        factor = arm.cscale.get(name, 1.0) - 1.0
-        if factor:
-            w = np.zeros(size)
-            if joint[i]:
-                w[place] = arm.couple[list(place).index(i)]
-            else:
-                w[i] = 1.0
-            CC += factor * (arm.c[name] + arm.beta * arm.k[name]) * np.outer(w, w)
+    scale_damping(chain, CC)
     KK += springs
     B = -MM[:, place]
     for number, (inertia, _, _, fed) in enumerate(arm.motors):
         B[servo + number] -= (1.0 - fed) * inertia * arm.couple[number]
     P = -np.vstack([G[:, place], np.zeros((size - n, len(place)))])
-    rows = []
-    for link, position, basis in sensors:
-        depth, Rl, pl = arm.frames[link]
-        Rb, pb = frames[depth]
-        point = Rb @ (Rl @ np.array(position, float) + pl) + pb
-        Jv, Jw = jac(depth, point)
-        S = basis @ (Rb @ Rl).T
-        # reading = S (a - g); turning by theta changes -S g to first order by S (theta x g)
-        rows.append((S @ Jv, S @ (-cross_matrix(g)) @ Jw))
-    Ja = np.vstack([row[0] for row in rows])
-    Jg = np.vstack([row[1] for row in rows])
+    Ja, Jg = readings(chain, sensors, g)
     pad = np.zeros((len(Ja), size - n))
     return Linear(
-        names,
+        [piece.name for piece in arm.pieces],
         MM,
         CC,
         KK,
@@ -361,6 +335,97 @@ def linearise(arm, q, sensors, gravity=9.81):
         Jg[:, place],
         np.r_[load, np.zeros(size - n)],
     )
+
+
+def rigid_matrices(chain, g):
+    """Return mass matrix, stiffness of the weight and its load, of the pieces."""
+    n = chain.n
+    M, G, load = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
+    for body in chain.arm.bodies:
+        Rb, pb = chain.frames[body.depth]
+        Jv, Jw = chain.jacobian(body.depth, Rb @ body.com + pb)
+        M += body.mass * Jv.T @ Jv + Jw.T @ (Rb @ body.inertia @ Rb.T) @ Jw
+        load += Jv.T @ g * body.mass
+        for j in range(body.depth):
+            for i in range(j + 1):
+                if chain.rotary[i]:
+                    value = -body.mass * g @ np.cross(chain.axes[i], Jv[:, j])
+                    G[i, j] += value
+                    G[j, i] += value if i != j else 0.0
+    return M, G, load
+
+
+def add_springs(chain, springs, CC):
+    for i, piece in enumerate(chain.arm.pieces):
+        if not chain.joint[i]:
+            springs[i, i] = chain.arm.k[piece.name]
+            CC[i, i] += chain.arm.c[piece.name]
+
+
+def add_drives(chain, MM, springs, CC, servo):
+    """Add every drive's spring; with motors, the gear twists between link and one of them."""
+    arm = chain.arm
+    for number, (row, name) in enumerate(zip(arm.couple, arm.joints, strict=False)):
+        w = np.zeros(len(MM))
+        w[chain.place] = row
+        if arm.motors:
+            inertia, omega, zeta, _ = arm.motors[number]
+            w[servo + number] = -1.0
+            MM[servo + number, servo + number] = inertia
+            springs[servo + number, servo + number] += inertia * omega**2
+            CC[servo + number, servo + number] += 2 * zeta * omega * inertia
+        springs += arm.k[f'{name}/drive'] * np.outer(w, w)
+        CC += arm.c[f'{name}/drive'] * np.outer(w, w)
+
+
+def add_rods(arm, springs, CC):
+    names = [piece.name for piece in arm.pieces]
+    for weights, k, c in arm.rods:
+        w = np.zeros(len(springs))
+        for name, value in weights.items():
+            w[names.index(f'{name}/drive')] = value
+        springs += k * np.outer(w, w)
+        CC += c * np.outer(w, w)
+
+
+def add_absorbers(chain, MM, springs, CC):
+    n = chain.n
+    for row, item in enumerate(chain.arm.absorbers, n):
+        depth, point, turned = chain.on_link(item['link'], item['position_m'])
+        Jv, _ = chain.jacobian(depth, point)
+        axis, m = turned @ np.array(item['axis'], float), item['mass']
+        MM[:n, :n] += m * Jv.T @ Jv
+        MM[row, :n] = MM[:n, row] = m * axis @ Jv
+        MM[row, row] = m
+        springs[row, row] = m * (2 * math.pi * item['f']) ** 2
+        CC[row, row] = 2 * item['zeta'] * m * 2 * math.pi * item['f']
+
+
+def scale_damping(chain, CC):
+    """Damping tolerance and changes: every spring's share, material part included."""
+    arm = chain.arm
+    for i, piece in enumerate(arm.pieces):
+        factor = arm.cscale.get(piece.name, 1.0) - 1.0
+        if factor:
+            w = np.zeros(len(CC))
+            if chain.joint[i]:
+                w[chain.place] = arm.couple[list(chain.place).index(i)]
+            else:
+                w[i] = 1.0
+            own = arm.c[piece.name] + arm.beta * arm.k[piece.name]
+            CC += factor * own * np.outer(w, w)
+
+
+def readings(chain, sensors, g):
+    """Return what sensors read by acceleration and, through the weight, by position."""
+    rows = []
+    for link, position, basis in sensors:
+        depth, point, turned = chain.on_link(link, position)
+        Jv, Jw = chain.jacobian(depth, point)
+        S = basis @ turned.T
+        # reading = S (a - g); turning by theta changes -S g to first order by S (theta x g)
+        rows.append((S @ Jv, S @ (-cross_matrix(g)) @ Jw))
+    return np.vstack([row[0] for row in rows]), np.vstack([row[1] for row in rows])
 
 
 def held(A, dt):

@@ -24,32 +24,44 @@ def faults_of(data, seqno, tm_ms):
         reply = EgmSensor.FromString(data)
     except Exception as error:  # noqa: BLE001 any error at all is the sender's fault
         return [f'cannot be parsed: {error}'], None
-    faults = []
+    faults = [
+        *missing_fields(reply),
+        *header_faults(reply.header, seqno, tm_ms),
+        *joint_faults(reply),
+    ]
+    if reply.SerializeToString(deterministic=True) != data:
+        faults.append('not the canonical proto2 bytes (packed, unknown or repeated fields)')
+    return faults, reply
+
+
+def missing_fields(reply):
     for name in ('header', 'planned', 'speedRef'):
         if not reply.HasField(name):
-            faults.append(f'{name} missing')
-    header = reply.header
+            yield f'{name} missing'
     for name in ('seqno', 'tm', 'mtype'):
-        if not header.HasField(name):
-            faults.append(f'header.{name} missing')
+        if not reply.header.HasField(name):
+            yield f'header.{name} missing'
+
+
+def header_faults(header, seqno, tm_ms):
     if header.seqno != seqno:
-        faults.append(f'seqno {header.seqno}, not {seqno}')
+        yield f'seqno {header.seqno}, not {seqno}'
     if header.mtype != 3:
-        faults.append(f'mtype {header.mtype}, not CORRECTION')
+        yield f'mtype {header.mtype}, not CORRECTION'
     if tm_ms is not None and header.tm < tm_ms:
-        faults.append(f'tm ran back from {tm_ms} to {header.tm}')
+        yield f'tm ran back from {tm_ms} to {header.tm}'
+
+
+def joint_faults(reply):
     for name, values in (
         ('planned', reply.planned.joints.joints),
         ('speedRef', reply.speedRef.joints.joints),
     ):
         if len(values) != 6 or not all(math.isfinite(value) for value in values):
-            faults.append(f'{name}: {list(values)}')
+            yield f'{name}: {list(values)}'
     for name in ('cartesian', 'externalJoints'):
         if reply.planned.HasField(name):
-            faults.append(f'planned.{name} must stay empty in joint guidance')
-    if reply.SerializeToString(deterministic=True) != data:
-        faults.append('not the canonical proto2 bytes (packed, unknown or repeated fields)')
-    return faults, reply
+            yield f'planned.{name} must stay empty in joint guidance'
 
 
 class StrictPeer:
