@@ -165,7 +165,7 @@ def calibrate(options):
         if any(case.items() <= row.items() for row in rows):
             continue
         result, seconds = run([], seed, size)
-        step = result.search.steps[0]
+        step = result.search.rounds[0]
         rows.append(
             {
                 **case,
@@ -240,10 +240,10 @@ def one(kind, seed, quick):
         effects = [{'type': kind, **draw(kind, rng, SENSOR_NAMES)}]
     result, seconds = run(effects, seed, size)
     found = found_effects(result)
-    candidates = result.search.steps[0].candidates
-    trials = result.search.steps[0].trials
+    candidates = result.search.rounds[0].candidates
+    trials = result.search.rounds[0].trials
     first = candidates[0].effect if candidates else None
-    best = candidates[0].fit if candidates else result.search.steps[0].before
+    best = candidates[0].fit if candidates else result.search.rounds[0].before
     if result.decision.accepted:
         best = result.decision.accepted[-1].fit
     row = {
@@ -258,8 +258,8 @@ def one(kind, seed, quick):
         'gap_before': result.gap_before_heldout,
         'gap_after': result.gap_after_heldout,
         'noise': result.noise_floor,
-        'misfit': result.search.steps[0].before.misfit,
-        'misfit_heldout': result.search.steps[0].heldout_before,
+        'misfit': result.search.rounds[0].before.misfit,
+        'misfit_heldout': result.search.rounds[0].heldout_before,
         'left': candidates[0].fit.misfit if candidates else None,
         'left_heldout': candidates[0].heldout_misfit if candidates else None,
         'promise': trials[0].gain if trials else 0.0,
@@ -267,7 +267,7 @@ def one(kind, seed, quick):
         'rounds': [
             [step.trials[0].gain if step.trials else 0.0]
             + [(*item.effect.key, item.gain) for item in step.candidates[:2]]
-            for step in result.search.steps
+            for step in result.search.rounds
         ],
         'reasons': result.decision.reasons,
         'cpu_s': seconds,

@@ -87,7 +87,7 @@ def find_gap(
 
 def _result(search: Search, seed: int) -> GapResult:
     decision = decide(search)
-    final = search.steps[0].before.hypothesis
+    final = search.rounds[0].before.hypothesis
     if decision.accepted and decision.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS):
         final = decision.accepted[-1].fit.hypothesis
     return GapResult(

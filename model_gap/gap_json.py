@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from modal_core.atomic_file import write_text
-from model_gap.comparison import Comparison, comparison_mapping
+from model_gap.comparison import comparison_mapping, ModelComparison
 from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
 from model_gap.hypothesis import Hypothesis, known_effects
@@ -19,18 +19,18 @@ from structural_model.spec import KnownEffect
 PACKAGES = ('autonomous_modal_analysis', 'numpy', 'scipy', 'pin')
 
 
-def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict[str, Any]:
+def gap_mapping(result: GapResult, comparison: ModelComparison | None = None) -> dict[str, Any]:
     """Return the content of gap.json as plain values.
 
     Parameters
     ----------
     result : GapResult
         Of :func:`find_gap`.
-    comparison : Comparison or None
-        Of :func:`compare`; None leaves the tables of the comparison out.
+    comparison : ModelComparison or None
+        Of :func:`compare_model`; None leaves the tables of the comparison out.
     """
     search, decision = result.search, result.decision
-    first = search.steps[0].before
+    first = search.rounds[0].before
     fastest_hz = max(record.sample_rate_hz for record in search.campaign.records)
     band = search.settings.band.within(fastest_hz)
     return {
@@ -38,7 +38,7 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
         'effects': found_effects(result),
         'candidates': [
             {'round': number, **_candidate(item)}
-            for number, step in enumerate(search.steps, start=1)
+            for number, step in enumerate(search.rounds, start=1)
             for item in step.candidates
         ],
         'where': [
@@ -59,7 +59,7 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
         'reasons': list(decision.reasons),
         'next_experiments': list(decision.experiments),
         'over_noise_with_tolerances_only': over_noise(first.misfit),
-        'over_noise_with_tolerances_only_heldout': over_noise(search.steps[0].heldout_before),
+        'over_noise_with_tolerances_only_heldout': over_noise(search.rounds[0].heldout_before),
         'screened': [
             {
                 'type': item.effect.type,
@@ -67,7 +67,7 @@ def gap_mapping(result: GapResult, comparison: Comparison | None = None) -> dict
                 'variant': item.effect.variant,
                 'promised_gain': _number(item.gain),
             }
-            for item in search.steps[0].trials[:40]
+            for item in search.rounds[0].trials[:40]
         ],
         'tolerances': _tolerances(result.final),
         'excitation': search.campaign.excitation,
@@ -123,7 +123,9 @@ def _effect(effect: KnownEffect) -> dict[str, Any]:
     }
 
 
-def write_gap_json(result: GapResult, path: Path, comparison: Comparison | None = None) -> None:
+def write_gap_json(
+    result: GapResult, path: Path, comparison: ModelComparison | None = None
+) -> None:
     """Write gap.json, whole or not at all."""
     text = json.dumps(
         gap_mapping(result, comparison), indent=2, allow_nan=False, ensure_ascii=False

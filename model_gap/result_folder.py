@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 import tempfile
 
-from model_gap.comparison import Comparison
+from model_gap.comparison import ModelComparison
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import write_gap_json
 from model_gap.report import write_report
@@ -46,7 +46,7 @@ class ResultFolder:
         write_gap_json(result, self.path / FOUND)
         write_updated_model(result, self.path)
 
-    def write_compared(self, result: GapResult, comparison: Comparison) -> None:
+    def write_compared(self, result: GapResult, comparison: ModelComparison) -> None:
         """Write gap.json with the comparison, and the report."""
         write_gap_json(result, self.path / FOUND, comparison)
         write_report(result, self.path / REPORT, comparison)

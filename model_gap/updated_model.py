@@ -25,9 +25,9 @@ def updated_model(result: GapResult) -> FlexibleJointModel:
     effects = accepted_effects(result)
     if not effects:
         return search.model
-    setup = result.final.add_effects(search.nominal.tolerant)
-    unchanged = setup.spec is search.scene.setup.spec
-    spec = search.model.spec if unchanged else setup.spec
+    cell = result.final.add_effects(search.nominal.tolerant)
+    unchanged = cell.spec is search.scene.cell.spec
+    spec = search.model.spec if unchanged else cell.spec
     return dataclasses.replace(
         search.model,
         spec=dataclasses.replace(spec, effects=(*search.model.spec.effects, *effects)),

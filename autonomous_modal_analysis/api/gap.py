@@ -14,7 +14,7 @@ from modal_core.errors import SettingsError
 from modal_reports import percent
 from modal_reports.palette import on_white
 from model_gap.campaign import Campaign, campaign_layout, read_campaign
-from model_gap.comparison import compare, Comparison
+from model_gap.comparison import compare_model, ModelComparison
 from model_gap.find_gap import find_gap, GapResult
 from model_gap.gap_json import found_effects, gap_mapping, over_noise
 from model_gap.report import effect_words, headline
@@ -33,7 +33,7 @@ class ModelGap(Result):
     """
 
     result: GapResult
-    _comparison: Comparison | None = field(default=None, init=False)
+    _comparison: ModelComparison | None = field(default=None, init=False)
 
     @property
     def verdict(self) -> str:
@@ -65,7 +65,7 @@ class ModelGap(Result):
         """The same with the effects added."""
         return self.result.gap_after_heldout
 
-    def compare(self, progress: ProgressCallback = no_progress) -> Comparison:
+    def compare(self, progress: ProgressCallback = no_progress) -> ModelComparison:
         """Return model and measurement mode by mode; made when it is first asked for.
 
         Parameters
@@ -74,7 +74,7 @@ class ModelGap(Result):
             Told the fraction done, 0..1.
         """
         if self._comparison is None:
-            self._comparison = compare(self.result, progress)
+            self._comparison = compare_model(self.result, progress)
         return self._comparison
 
     def headline(self) -> str:

@@ -22,7 +22,7 @@ NOISE_FROM, NOISE_TO, NOISE_PARTS = 0.7, 0.95, 6
 
 
 @dataclass(frozen=True)
-class Motion:
+class RecordedMotion:
     """Motor-side motion of one recording.
 
     Parameters
@@ -53,7 +53,7 @@ class Motion:
 
 def motion_on_grid(
     raw: RawRecording, position: Series, order: list[int], grid: Array, rate_hz: float
-) -> Motion:
+) -> RecordedMotion:
     """Differentiate recorded joint states and bring them onto the sensors' grid.
 
     Velocities are used when they were recorded and tell the same as the positions, at the same
@@ -89,11 +89,13 @@ def motion_on_grid(
         if not why:
             rise = at_times(recorded, told.rate_hz, grid - told.start_s, 1, highest)
             noise = MotionNoise(white_density(recorded, told.rate_hz), 1)
-            return Motion(pose, shift, at_grid, rise, noise, 'joint velocities', highest)
+            return RecordedMotion(pose, shift, at_grid, rise, noise, 'joint velocities', highest)
     else:
         why = ''
     noise = MotionNoise(white_density(values, position.rate_hz), 2)
-    return Motion(pose, shift, velocity, derivative(2), noise, 'joint positions', highest, why)
+    return RecordedMotion(
+        pose, shift, velocity, derivative(2), noise, 'joint positions', highest, why
+    )
 
 
 def disagreement(told: Array, derived: Array, rate_hz: float) -> str:

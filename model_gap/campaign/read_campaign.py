@@ -15,7 +15,7 @@ from modal_core.yaml_file import load_yaml
 from modal_recordings import open_recording
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
-from model_gap.campaign.motion import Motion, motion_on_grid, USABLE_SHARE
+from model_gap.campaign.motion import motion_on_grid, RecordedMotion, USABLE_SHARE
 from model_gap.campaign.resample import at_times, thinned
 from model_gap.campaign.series import gather, joint_columns, RawRecording, Series
 from model_gap.campaign.spectra import Band, quiet_rate_hz
@@ -70,7 +70,7 @@ def read_campaign(
     if not raws:
         raise useless[0]
     kept = _common_layout(sensors, [raw for _, raw in raws], notes)
-    read: list[tuple[RawRecording, GapRecord, Motion]] = []
+    read: list[tuple[RawRecording, GapRecord, RecordedMotion]] = []
     for entry, raw in raws:
         with _left_out(useless, notes):
             read.append((raw, *_record(entry, raw, kept, model, notes)))
@@ -173,7 +173,7 @@ def _record(
     layout: SensorLayout,
     model: FlexibleJointModel,
     notes: list[str],
-) -> tuple[GapRecord, Motion]:
+) -> tuple[GapRecord, RecordedMotion]:
     where = str(entry.path)
     assert raw.position is not None  # noqa: S101 - recordings without are left out
     order = _joint_order(raw.position.names, model, where)
@@ -195,7 +195,7 @@ def _record(
         acceleration[:, [names.index(item.names[column]) for column in columns]] = values
     motion = motion_on_grid(raw, raw.position, order, grid, rate)
     _check_units(motion.pose, acceleration, layout, model, where, notes)
-    notes += _doubts(entry, motion, rate)
+    notes += _caveats(entry, motion, rate)
     record = GapRecord(
         name=entry.name,
         pose=motion.pose,
@@ -255,7 +255,7 @@ def _check_units(
             notes.append(f'{sensor.name} reads 1 at rest: its unit may be g instead of m/s²')
 
 
-def _doubts(entry: CampaignEntry, motion: Motion, rate_hz: float) -> list[str]:
+def _caveats(entry: CampaignEntry, motion: RecordedMotion, rate_hz: float) -> list[str]:
     """Return what of a recording limits the comparison."""
     found = [motion.note] if motion.note else []
     band = Band()

@@ -4,6 +4,7 @@ In come a robot model and its sensors; out go modal systems with their tolerance
 only to a percent or so and must not be given a name.
 """
 
+from model_gap.cell.cell_model import CellModel, Filter, HeldTorque, JointForce, Ripple, Tone
 from model_gap.cell.equivalent_gain import closed_transfer, equivalent_gain
 from model_gap.cell.joint_vector import (
     axis_row,
@@ -32,10 +33,10 @@ from model_gap.cell.pose_system import (
     sag,
     with_channels,
 )
-from model_gap.cell.setup import Filter, HeldTorque, JointForce, Ripple, Setup, Tone
 
 __all__ = [
     'BETWEEN_LINKS',
+    'CellModel',
     'Filter',
     'HeldTorque',
     'JointForce',
@@ -43,7 +44,6 @@ __all__ = [
     'PoseArm',
     'PoseSystem',
     'Ripple',
-    'Setup',
     'Tolerances',
     'Tone',
     'axis_row',

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_gap.campaign import Complex
-from model_gap.cell.setup import Filter, Setup
+from model_gap.cell.cell_model import CellModel, Filter
 from structural_model.spec import JointSpec, LinkSpec, ModelSpec, Spring
 
 
@@ -46,7 +46,7 @@ class Nuisance:
     kind : str
         ``spring``, ``spec`` (masses), ``position`` or ``gain``: how far its influence reaches.
     apply : callable
-        (setup, standard deviations) -> setup.
+        (cell, standard deviations) -> cell.
     what : str
         ``stiffness`` or ``damping`` of a joint's drive, ``base``, ``mass`` of a link (or where it
         is), or nothing: what an effect may stand for.
@@ -58,19 +58,19 @@ class Nuisance:
 
     name: str
     kind: str
-    apply: Callable[[Setup, float], Setup]
+    apply: Callable[[CellModel, float], CellModel]
     what: str = ''
     joint: str = ''
     link: str = ''
     sigma: float = 0.0
 
 
-def nuisances(setup: Setup, links: tuple[str, ...], size: Tolerances) -> tuple[Nuisance, ...]:
+def nuisances(cell: CellModel, links: tuple[str, ...], size: Tolerances) -> tuple[Nuisance, ...]:
     """Return every tolerance of an arm and its sensors.
 
     Parameters
     ----------
-    setup : Setup
+    cell : CellModel
         Nominal.
     links : tuple of str
         Moving links that have inertia.
@@ -78,18 +78,18 @@ def nuisances(setup: Setup, links: tuple[str, ...], size: Tolerances) -> tuple[N
         How large one standard deviation is.
     """
     found: list[Nuisance] = []
-    for joint in setup.spec.joints:
+    for joint in cell.spec.joints:
         found += _joint(joint, size)
-    for number, spring in enumerate(setup.spec.base.springs):
+    for number, spring in enumerate(cell.spec.base.springs):
         if not spring.rigid:
             found.append(_base(number, size))
     for link in links:
         found += _link(link, size)
-    for mass in setup.spec.masses:
+    for mass in cell.spec.masses:
         found.append(_mass(mass.name, size))
-    for sensor in dict.fromkeys(channel.name.rsplit('.', 1)[0] for channel in setup.channels):
+    for sensor in dict.fromkeys(channel.name.rsplit('.', 1)[0] for channel in cell.channels):
         found += [_position(sensor, axis, size) for axis in range(3)]
-    for number, channel in enumerate(setup.channels):
+    for number, channel in enumerate(cell.channels):
         found.append(_gain(number, channel.name, size))
     return tuple(found)
 
@@ -162,9 +162,11 @@ def _joint(joint: JointSpec, size: Tolerances) -> list[Nuisance]:
     for what, sigma in (('stiffness', size.stiffness), ('damping', size.damping)):
         if not joint.drive.spring.rigid:
 
-            def drive(setup: Setup, value: float, what: str = what, sigma: float = sigma) -> Setup:
+            def drive(
+                cell: CellModel, value: float, what: str = what, sigma: float = sigma
+            ) -> CellModel:
                 change = _spring_change(what, sigma * value)
-                return setup.with_spec(change_drive(setup.spec, joint.name, change))
+                return cell.with_spec(change_drive(cell.spec, joint.name, change))
 
             name = f'{what} of {joint.name}'
             found.append(Nuisance(name, 'spring', drive, what, joint.name, sigma=sigma))
@@ -173,40 +175,40 @@ def _joint(joint: JointSpec, size: Tolerances) -> list[Nuisance]:
                 continue
 
             def tilt(
-                setup: Setup,
+                cell: CellModel,
                 value: float,
                 what: str = what,
                 sigma: float = sigma,
                 number: int = number,
-            ) -> Setup:
+            ) -> CellModel:
                 change = _spring_change(what, sigma * value)
-                return setup.with_spec(change_tilt(setup.spec, joint.name, number, change))
+                return cell.with_spec(change_tilt(cell.spec, joint.name, number, change))
 
             found.append(Nuisance(f'{what} across {joint.name} ({number + 1})', 'spring', tilt))
     return found
 
 
 def _base(number: int, size: Tolerances) -> Nuisance:
-    def apply(setup: Setup, value: float) -> Setup:
-        springs = list(setup.spec.base.springs)
+    def apply(cell: CellModel, value: float) -> CellModel:
+        springs = list(cell.spec.base.springs)
         springs[number] = Spring(
             springs[number].stiffness * np.exp(size.stiffness * value), springs[number].damping
         )
         base = dataclasses.replace(
-            setup.spec.base,
+            cell.spec.base,
             springs=tuple(springs),  # type: ignore[arg-type]
         )
-        return setup.with_spec(dataclasses.replace(setup.spec, base=base))
+        return cell.with_spec(dataclasses.replace(cell.spec, base=base))
 
     return Nuisance(f'base stiffness {number}', 'spring', apply, 'base')
 
 
 def _link(link: str, size: Tolerances) -> list[Nuisance]:
-    def change(field: str, sigma: float) -> Callable[[Setup, float], Setup]:
-        def apply(setup: Setup, value: float) -> Setup:
-            return setup.with_spec(
+    def change(field: str, sigma: float) -> Callable[[CellModel, float], CellModel]:
+        def apply(cell: CellModel, value: float) -> CellModel:
+            return cell.with_spec(
                 change_link(
-                    setup.spec,
+                    cell.spec,
                     link,
                     lambda item: dataclasses.replace(
                         item, **{field: getattr(item, field) * np.exp(sigma * value)}
@@ -216,14 +218,14 @@ def _link(link: str, size: Tolerances) -> list[Nuisance]:
 
         return apply
 
-    def shift(axis: int) -> Callable[[Setup, float], Setup]:
-        def apply(setup: Setup, value: float) -> Setup:
+    def shift(axis: int) -> Callable[[CellModel, float], CellModel]:
+        def apply(cell: CellModel, value: float) -> CellModel:
             def moved(item: LinkSpec) -> LinkSpec:
                 place = list(item.com_shift_m)
                 place[axis] += size.centre_of_mass_m * value
                 return dataclasses.replace(item, com_shift_m=(place[0], place[1], place[2]))
 
-            return setup.with_spec(change_link(setup.spec, link, moved))
+            return cell.with_spec(change_link(cell.spec, link, moved))
 
         return apply
 
@@ -236,29 +238,29 @@ def _link(link: str, size: Tolerances) -> list[Nuisance]:
 
 
 def _mass(name: str, size: Tolerances) -> Nuisance:
-    def apply(setup: Setup, value: float) -> Setup:
+    def apply(cell: CellModel, value: float) -> CellModel:
         masses = tuple(
             dataclasses.replace(item, mass_kg=item.mass_kg * np.exp(size.mass * value))
             if item.name == name
             else item
-            for item in setup.spec.masses
+            for item in cell.spec.masses
         )
-        return setup.with_spec(dataclasses.replace(setup.spec, masses=masses))
+        return cell.with_spec(dataclasses.replace(cell.spec, masses=masses))
 
     return Nuisance(f'mass of {name}', 'spec', apply)
 
 
 def _position(sensor: str, axis: int, size: Tolerances) -> Nuisance:
-    def apply(setup: Setup, value: float) -> Setup:
+    def apply(cell: CellModel, value: float) -> CellModel:
         channels = []
-        for channel in setup.channels:
+        for channel in cell.channels:
             place = list(channel.position_m)
             if channel.name.rsplit('.', 1)[0] == sensor:
                 place[axis] += size.sensor_position_m * value
             channels.append(
                 dataclasses.replace(channel, position_m=(place[0], place[1], place[2]))
             )
-        return dataclasses.replace(setup, channels=tuple(channels))
+        return dataclasses.replace(cell, channels=tuple(channels))
 
     return Nuisance(f'position of {sensor} ({"xyz"[axis]})', 'position', apply)
 
@@ -275,7 +277,7 @@ def gain_step(number: int, factor: float) -> Filter:
 
 
 def _gain(number: int, name: str, size: Tolerances) -> Nuisance:
-    def apply(setup: Setup, value: float) -> Setup:
-        return setup.then_output(gain_step(number, float(np.exp(size.gain * value))))
+    def apply(cell: CellModel, value: float) -> CellModel:
+        return cell.then_output(gain_step(number, float(np.exp(size.gain * value))))
 
     return Nuisance(f'gain of {name}', 'gain', apply, sigma=size.gain)

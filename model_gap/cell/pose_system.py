@@ -1,4 +1,4 @@
-"""The arm of a setup at one pose as a linear system in modal form."""
+"""The arm of a cell at one pose as a linear system in modal form."""
 
 import dataclasses
 from dataclasses import dataclass

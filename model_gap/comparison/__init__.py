@@ -5,15 +5,15 @@ of modes, before and after the effects that were found.
 """
 
 from model_gap.comparison.as_json import comparison_mapping
-from model_gap.comparison.compare import compare, Comparison
+from model_gap.comparison.compare import compare_model, ModelComparison
 from model_gap.comparison.spectra_pairs import SpectraPair, used_bands
 from model_gap.comparison.transmissibility import SensorBand
 
 __all__ = [
-    'Comparison',
+    'ModelComparison',
     'SensorBand',
     'SpectraPair',
-    'compare',
+    'compare_model',
     'comparison_mapping',
     'used_bands',
 ]

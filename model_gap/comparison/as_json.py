@@ -4,11 +4,11 @@ import dataclasses
 import math
 from typing import Any
 
-from model_gap.comparison.compare import Comparison
+from model_gap.comparison.compare import ModelComparison
 from model_gap.comparison.modal import ModelMode, ModePair
 
 
-def comparison_mapping(comparison: Comparison) -> dict[str, Any]:
+def comparison_mapping(comparison: ModelComparison) -> dict[str, Any]:
     """Return all tables; what is not a number becomes null."""
     return {
         'excitation': _plain(comparison.excitation)

@@ -13,7 +13,7 @@ from model_gap.find_gap import GapResult
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ModelComparison:
     """All of it.
 
     Parameters
@@ -40,7 +40,9 @@ class Comparison:
     lines: tuple[LineSeen, ...]
 
 
-def compare(result: GapResult, progress: Callable[[float], None] = lambda _: None) -> Comparison:
+def compare_model(
+    result: GapResult, progress: Callable[[float], None] = lambda _: None
+) -> ModelComparison:
     """Compare model and measurement, before and after.
 
     Parameters
@@ -57,7 +59,7 @@ def compare(result: GapResult, progress: Callable[[float], None] = lambda _: Non
     progress(0.2)
     modes = mode_pairs(search, result.final, min(search.settings.band.high_hz, known.highest_hz))
     progress(1.0)
-    return Comparison(
+    return ModelComparison(
         excitation=known,
         pairs=pairs,
         sensors=sensor_bands(pairs, names),

@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from model_gap.campaign import GapRecord
-from model_gap.cell import Nuisance, Setup
+from model_gap.cell import CellModel, Nuisance
 from model_gap.comparison.identified import identified_modes
 from model_gap.fit import pose_groups
 from model_gap.hypothesis import Hypothesis
@@ -107,8 +107,8 @@ def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[Mo
     found: list[ModePair] = []
     for pose, records in _chosen(campaign.records, groups):
         q = records[0].pose
-        old = _model_modes(search, search.nominal.setup(), q, search.tolerances)
-        new = _model_modes(search, after.setup(), q, ())
+        old = _model_modes(search, search.nominal.cell(), q, search.tolerances)
+        new = _model_modes(search, after.cell(), q, ())
         for record in records:
             modes = identified_modes(record, search.model, campaign.layout, highest_hz)
             # The pipeline leaves out channels it cannot use.
@@ -132,14 +132,16 @@ def _chosen(
     return order[:MOST_POSES]
 
 
-def _model_modes(search: Search, setup: Setup, q: Array, tolerances: Sequence[Nuisance]) -> _Modes:
-    model = search.model.replace(setup.spec)
-    modes = model.damped_modes(q, setup.channels)
+def _model_modes(
+    search: Search, cell: CellModel, q: Array, tolerances: Sequence[Nuisance]
+) -> _Modes:
+    model = search.model.replace(cell.spec)
+    modes = model.damped_modes(q, cell.channels)
     shapes = np.asarray(modes.channel_shapes)
     omega = 2.0 * np.pi * modes.frequency_hz
-    shapes = setup.seen(omega, shapes)
+    shapes = cell.seen(omega, shapes)
     changes = [
-        _change(search.model, item.apply(setup, 1.0), q, modes.frequency_hz, modes.damping_ratio)
+        _change(search.model, item.apply(cell, 1.0), q, modes.frequency_hz, modes.damping_ratio)
         for item in tolerances
         if item.kind in ('spring', 'spec')
     ]
@@ -149,9 +151,9 @@ def _model_modes(search: Search, setup: Setup, q: Array, tolerances: Sequence[Nu
 
 
 def _change(
-    model: FlexibleJointModel, setup: Setup, q: Array, frequency_hz: Array, damping_ratio: Array
+    model: FlexibleJointModel, cell: CellModel, q: Array, frequency_hz: Array, damping_ratio: Array
 ) -> Array:
-    modes = dataclasses.replace(model, spec=setup.spec).damped_modes(q, ())
+    modes = dataclasses.replace(model, spec=cell.spec).damped_modes(q, ())
     return np.array([modes.frequency_hz - frequency_hz, modes.damping_ratio - damping_ratio])
 
 

@@ -45,8 +45,8 @@ def spectra_pairs(search: Search, after: Hypothesis) -> tuple[SpectraPair, ...]:
     for predictor in (search.data.fitting, search.data.heldout):
         if not predictor.records:
             continue
-        old = predictor.predict(search.nominal.setup())
-        new = predictor.predict(after.setup())
+        old = predictor.predict(search.nominal.cell())
+        new = predictor.predict(after.cell())
         found += [
             SpectraPair(item, one, two)
             for item, one, two in zip(predictor.records, old, new, strict=True)

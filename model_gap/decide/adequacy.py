@@ -1,4 +1,4 @@
-"""What an explanation leaves over, cell by cell: a wrong one leaves it somewhere.
+"""What an explanation leaves over by band and level: a wrong one leaves it somewhere.
 
 A mean over everything hides a residual that stands in one band at one amplitude level; there it
 is what a wrong law leaves: a stop, a slipping spring or a clipped sensor taken for something else.
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import BAND_EDGES_HZ
-from model_gap.fit import Fit, foretold
+from model_gap.fit import Fit, posterior_predictive_check
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 from model_gap.search import Search
@@ -22,7 +22,7 @@ LEAST_DATA = 100
 
 
 @dataclass(frozen=True)
-class Cell:
+class BandLevel:
     """χ of one band at one amplitude level.
 
     Parameters
@@ -45,8 +45,8 @@ class Adequacy:
     ----------
     fitted, heldout : float
         χ; of held-out records with what the fit leaves uncertain allowed for, NaN without any.
-    worst, worst_heldout : Cell
-        The cell with the largest χ.
+    worst, worst_heldout : BandLevel
+        Where χ is largest.
     stretched : float
         Largest tolerance, in prior standard deviations.
     stretched_name : str
@@ -55,8 +55,8 @@ class Adequacy:
 
     fitted: float
     heldout: float
-    worst: Cell
-    worst_heldout: Cell
+    worst: BandLevel
+    worst_heldout: BandLevel
     stretched: float
     stretched_name: str
 
@@ -65,9 +65,9 @@ def adequacy(search: Search, fit: Fit) -> Adequacy:
     """Measure what a fit leaves over on fitting and held-out records."""
     hypothesis = fit.hypothesis
     misfit, worst = _misfits(search.data.fitting, hypothesis)
-    heldout, worst_heldout = float('nan'), Cell('', float('nan'))
+    heldout, worst_heldout = float('nan'), BandLevel('', float('nan'))
     if search.data.heldout.records:
-        heldout, moved = foretold(fit, search.data.heldout)
+        heldout, moved = posterior_predictive_check(fit, search.data.heldout)
         _, worst_heldout = _misfits(search.data.heldout, moved)
     values = np.abs(hypothesis.tolerance_values)
     most = int(np.argmax(values)) if len(values) else -1
@@ -81,9 +81,9 @@ def adequacy(search: Search, fit: Fit) -> Adequacy:
     )
 
 
-def _misfits(predictor: Predictor, hypothesis: Hypothesis) -> tuple[float, Cell]:
+def _misfits(predictor: Predictor, hypothesis: Hypothesis) -> tuple[float, BandLevel]:
     sums: dict[tuple[str, str], Array] = {}
-    parts = predictor.squares(hypothesis.setup())
+    parts = predictor.squares(hypothesis.cell())
     for item, squares in zip(predictor.records, parts, strict=True):
         for low, high in itertools.pairwise(BAND_EDGES_HZ):
             inside = (item.frequency_hz >= low) & (item.frequency_hz < high)
@@ -91,10 +91,10 @@ def _misfits(predictor: Predictor, hypothesis: Hypothesis) -> tuple[float, Cell]
             place = (f'{low:g}-{high:g} Hz', item.record.level)
             sums[place] = sums.get(place, np.zeros(2)) + np.array([part.sum(), part.size])
     total, count = np.sum(list(sums.values()), axis=0)
-    cells = [
-        Cell(f'{band} at level {level}', float(square / size))
+    places = [
+        BandLevel(f'{band} at level {level}', float(square / size))
         for (band, level), (square, size) in sums.items()
         if size >= LEAST_DATA
     ]
     overall = float(total / count)
-    return overall, max(cells, key=lambda cell: cell.misfit, default=Cell('', overall))
+    return overall, max(places, key=lambda place: place.misfit, default=BandLevel('', overall))

@@ -71,13 +71,13 @@ class Decision:
 def believed(search: Search) -> tuple[Candidate, ...]:
     """Return the best candidates of the steps up to the last that held-out records confirm."""
     last, least = 0, np.inf
-    for number, step in enumerate(search.steps, start=1):
+    for number, step in enumerate(search.rounds, start=1):
         if not search.earns_place(step):
             break
         held, least = step.candidates[0].heldout_misfit, min(least, step.heldout_before)
         if not np.isfinite(held) or held < MOST_WORSE * least:
             last = number
-    return tuple(step.candidates[0] for step in search.steps[:last])
+    return tuple(step.candidates[0] for step in search.rounds[:last])
 
 
 def decide(search: Search) -> Decision:
@@ -103,7 +103,7 @@ def decide(search: Search) -> Decision:
             (*close, *shared, *limits),
             experiments(search, pairs) + limits,
         )
-    small = not objections(adequacy(search, search.steps[0].before))
+    small = not objections(adequacy(search, search.rounds[0].before))
     reasons = ('it is small: known tolerance alone would hide it within the noise',)
     return Decision(Verdict.NAMED, accepted, reasons=reasons if small else ())
 
@@ -111,15 +111,15 @@ def decide(search: Search) -> Decision:
 def objections(found: Adequacy) -> tuple[str, ...]:
     """Return why a hypothesis cannot be the whole truth; nothing when it can."""
     why = []
-    for name, misfit, cell in (
+    for name, misfit, worst in (
         ('fitted', found.fitted, found.worst),
         ('held-out', found.heldout, found.worst_heldout),
     ):
         if misfit > MOST_MISFIT:
             why.append(f'{np.sqrt(misfit):.1f} times the noise remains in {name} recordings')
-        elif cell.misfit > MOST_CELL_MISFIT:
+        elif worst.misfit > MOST_CELL_MISFIT:
             why.append(
-                f'{np.sqrt(cell.misfit):.1f} times the noise remains at {cell.place} in {name} '
+                f'{np.sqrt(worst.misfit):.1f} times the noise remains at {worst.place} in {name} '
                 'recordings'
             )
     if found.stretched > MOST_TOLERANCE:
@@ -165,7 +165,7 @@ def one_law(hypothesis: Hypothesis) -> tuple[str, ...]:
 
 
 def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
-    step = search.steps[0]
+    step = search.rounds[0]
     why = objections(adequacy(search, step.before))
     if not why:
         return Decision(Verdict.NONE, reasons=limits)
@@ -195,7 +195,7 @@ def rivals_of(
     final = accepted[-1].fit
     keys = [effect.key for effect in final.hypothesis.effects]
     found = []
-    for step, best in zip(search.steps, accepted, strict=False):
+    for step, best in zip(search.rounds, accepted, strict=False):
         for other in step.candidates[1:]:
             close = best.gain - other.gain < EVIDENCE_BETWEEN
             # What was dropped later needs no rival; what was added later is none.

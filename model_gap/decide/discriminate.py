@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
 from model_gap.campaign import RecordSpectra
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects import arm_mass
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
@@ -141,9 +141,9 @@ def _differences(
     ]
 
 
-def _loaded(hypothesis: Hypothesis, mass_kg: float) -> Setup:
-    setup = hypothesis.setup()
+def _loaded(hypothesis: Hypothesis, mass_kg: float) -> CellModel:
+    cell = hypothesis.cell()
     if mass_kg == 0.0:
-        return setup
+        return cell
     item = MassSpec('known_mass', hypothesis.scene.model.link_names[-1], mass_kg, (0.0, 0.0, 0.0))
-    return setup.with_spec(dataclasses.replace(setup.spec, masses=(*setup.spec.masses, item)))
+    return cell.with_spec(dataclasses.replace(cell.spec, masses=(*cell.spec.masses, item)))

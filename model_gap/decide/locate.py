@@ -46,8 +46,8 @@ def locate(search: Search, after: Hypothesis) -> tuple[Where, ...]:
     for predictor in (search.data.fitting, search.data.heldout):
         if not predictor.records:
             continue
-        before = predictor.squares(search.nominal.setup())
-        left = predictor.squares(after.setup())
+        before = predictor.squares(search.nominal.cell())
+        left = predictor.squares(after.cell())
         parts += [
             (item, one, two)
             for item, one, two in zip(predictor.records, before, left, strict=True)
@@ -87,12 +87,12 @@ def _joints(search: Search, after: Hypothesis) -> list[Where]:
 
 def _modes(search: Search, hypothesis: Hypothesis) -> dict[int, np.ndarray]:
     """Return the mode nearest to every bin, per record; -1 far from all."""
-    setup = hypothesis.setup()
+    cell = hypothesis.cell()
     nearest = {}
     for predictor in (search.data.fitting, search.data.heldout):
         if not predictor.records:
             continue
-        systems = predictor.systems(setup.spec, setup.channels)
+        systems = predictor.systems(cell.spec, cell.channels)
         for item, group in zip(predictor.records, predictor.groups, strict=True):
             poles = systems[group].poles
             own = np.sort(np.abs(poles[poles.imag > 0.0])) / (2.0 * np.pi)
@@ -158,7 +158,7 @@ def gap_fraction(predictor: Predictor, hypothesis: Hypothesis) -> float:
     """Return the gap as a fraction of the response, √(Σ|Y-Ŷ|²/σ² / Σ|Y|²/σ²)."""
     if not predictor.records:
         return float('nan')
-    residual = sum(float(part.sum()) for part in predictor.squares(hypothesis.setup()))
+    residual = sum(float(part.sum()) for part in predictor.squares(hypothesis.cell()))
     return float(np.sqrt(residual / _response(predictor)))
 
 

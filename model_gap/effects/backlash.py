@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from model_gap.cell import JointForce, Setup
+from model_gap.cell import CellModel, JointForce
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.laws import BacklashLaw
 
@@ -35,10 +35,10 @@ class Backlash(Effect):
             EffectParameter('preload_share', '1', 0.5, 0.0, 2.0, neutral=1.0),
         )
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the play."""
         force = JointForce(self.place, BacklashLaw, tuple(values))
-        return dataclasses.replace(setup, forces=(*setup.forces, force))
+        return dataclasses.replace(cell, forces=(*cell.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return plays over a decade and a half, fully and hardly preloaded."""

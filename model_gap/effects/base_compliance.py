@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.cell import Nuisance, Setup
+from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest
 from structural_model.spec import Spring
@@ -49,11 +49,11 @@ class BaseCompliance(DetailedEffect):
             EffectParameter('translation', 'm/N', 0.1 * unit, 0.0, 10.0 * unit),
         )
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the compliance in series."""
         compliance, loss = values[0], values[1]
         difference, translation = values[2:] if self.details else (0.0, 0.0)
-        springs = list(setup.spec.base.springs)
+        springs = list(cell.spec.base.springs)
         for number, sign in zip(ROCKING, (1.0, -1.0), strict=True):
             own = max(compliance + sign * difference, 1e-14)
             springs[number] = series(springs[number], own, loss)
@@ -61,10 +61,10 @@ class BaseCompliance(DetailedEffect):
             for number in SIDEWAYS:
                 springs[number] = series(springs[number], translation, loss)
         base = dataclasses.replace(
-            setup.spec.base,
+            cell.spec.base,
             springs=tuple(springs),  # type: ignore[arg-type]
         )
-        return setup.with_spec(dataclasses.replace(setup.spec, base=base))
+        return cell.with_spec(dataclasses.replace(cell.spec, base=base))
 
     def instead_of(
         self, tolerance: Nuisance, deviations: float, scene: Scene

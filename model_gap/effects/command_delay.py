@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.sensor_delay import delay_step
 
@@ -29,9 +29,9 @@ class CommandDelay(Effect):
         """Return the delay."""
         return (EffectParameter('delay', 's', 0.008, -0.03, 0.06),)
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Delay the motor motion."""
-        return setup.then_input(delay_step(values[0], None))
+        return cell.then_input(delay_step(values[0], None))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return delays a fraction of the shortest period apart."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from model_gap.cell import BETWEEN_LINKS, JointForce, marked, Setup
+from model_gap.cell import BETWEEN_LINKS, CellModel, JointForce, marked
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.laws import FrictionLaw, JointFrictionLaw
 
@@ -56,11 +56,11 @@ class CoulombFriction(DetailedEffect):
         whole = self.variant == WHOLE_JOINT
         return marked(str(self.location), BETWEEN_LINKS if whole else self.variant)
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
         law = JointFrictionLaw if self.variant == WHOLE_JOINT else FrictionLaw
         force = JointForce(self.place, law, (*values[:2], *(values[2:] or (0.0,))))
-        return dataclasses.replace(setup, forces=(*setup.forces, force))
+        return dataclasses.replace(cell, forces=(*cell.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return levels over two decades."""

@@ -1,4 +1,4 @@
-"""One physical effect of the catalogue: what it does to a setup, and what is known about it."""
+"""One physical effect of the catalogue: what it does to a cell, and what is known about it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.cell import BETWEEN_LINKS, is_coupled, marked, Nuisance, Ripple, Setup
+from model_gap.cell import BETWEEN_LINKS, CellModel, is_coupled, marked, Nuisance, Ripple
 from structural_model import FlexibleJointModel
 
 FEW_STARTS = 4
@@ -64,8 +64,8 @@ class Scene:
         Nominal arm.
     sensors : tuple of str
         Names of the sensors.
-    setup : Setup
-        Nominal setup.
+    cell : CellModel
+        Nominal cell.
     lines_hz : tuple of float [Hz]
         Lines seen in the recordings, strongest first.
     ripples : tuple of Ripple
@@ -74,14 +74,14 @@ class Scene:
 
     model: FlexibleJointModel
     sensors: tuple[str, ...]
-    setup: Setup
+    cell: CellModel
     lines_hz: tuple[float, ...] = ()
     ripples: tuple[Ripple, ...] = ()
 
     @property
     def flexible_joints(self) -> tuple[str, ...]:
         """Joints with a drive compliance."""
-        return tuple(item.name for item in self.setup.spec.joints if not item.drive.spring.rigid)
+        return tuple(item.name for item in self.cell.spec.joints if not item.drive.spring.rigid)
 
     @property
     def joint_places(self) -> tuple[tuple[str, str], ...]:
@@ -126,8 +126,8 @@ class Effect(ABC):
         """Return the parameters with units and ranges."""
 
     @abstractmethod
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
-        """Return a setup that contains the effect."""
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
+        """Return a cell that contains the effect."""
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return values to start the fit from: a coarse grid over the plausible range."""
@@ -158,12 +158,12 @@ class Effect(ABC):
         """
         return None
 
-    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+    def probe(self, cell: CellModel, scene: Scene) -> tuple[CellModel, str] | None:
         """Return where a force bounds what the effect explains: an arm, a coordinate of it.
 
         None when the effect does not act along one coordinate.
         """
-        return (setup, self.place) if self.amplitude_dependent else None
+        return (cell, self.place) if self.amplitude_dependent else None
 
     @property
     def free_numbers(self) -> int:

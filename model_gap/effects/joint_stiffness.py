@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.cell import change_drive, Nuisance, Setup
+from model_gap.cell import CellModel, change_drive, Nuisance
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from structural_model.spec import Spring
 
@@ -36,18 +36,18 @@ class JointStiffness(DetailedEffect):
         exponent = EffectParameter('damping_exponent', '1', 0.6, -1.0, 3.0, neutral=1.0)
         return (first, exponent) if self.details else (first,)
 
-    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+    def probe(self, cell: CellModel, scene: Scene) -> tuple[CellModel, str] | None:
         """Return the drive."""
-        return setup, self.place
+        return cell, self.place
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Scale the drive spring."""
         factor, exponent = values if self.details else (values[0], 1.0)
 
         def change(spring: Spring) -> Spring:
             return Spring(spring.stiffness * factor, spring.damping * factor**exponent)
 
-        return setup.with_spec(change_drive(setup.spec, str(self.location), change))
+        return cell.with_spec(change_drive(cell.spec, str(self.location), change))
 
     def instead_of(
         self, tolerance: Nuisance, deviations: float, scene: Scene

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from modal_core.channel import AXES
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import spans, stiffest, turned, unused_name
 from structural_model.spec import HingeSpec, Spring
@@ -54,26 +54,26 @@ class LinkFlexibility(DetailedEffect):
             EffectParameter('turn_2', 'rad', 0.3, -1.0, 1.0),
         )
 
-    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+    def probe(self, cell: CellModel, scene: Scene) -> tuple[CellModel, str] | None:
         """Return the hinge, all but rigid."""
         stiff = (1e-4 * 0.3 / stiffest(scene), 4e-4)
-        divided = self.apply(setup, stiff, scene)
+        divided = self.apply(cell, stiff, scene)
         return divided, divided.spec.hinges[-1].name
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Divide the link."""
         compliance, loss = max(values[0], 1e-14), values[1]
         place, share, *turns = values[2:] if self.details else (0.5, 0.5, 0.0, 0.0)
         x, y, z = spans(scene)[str(self.location)]
         hinge = HingeSpec(
-            name=unused_name(f'gap_{self.location}_{self.variant}', setup.spec.hinges),
+            name=unused_name(f'gap_{self.location}_{self.variant}', cell.spec.hinges),
             link=str(self.location),
             position_m=(place * x, place * y, place * z),
             axis=turned(self.variant, turns),
             spring=Spring(1.0 / compliance, loss / compliance),
             outboard_share=share,
         )
-        return setup.with_spec(dataclasses.replace(setup.spec, hinges=(*setup.spec.hinges, hinge)))
+        return cell.with_spec(dataclasses.replace(cell.spec, hinges=(*cell.spec.hinges, hinge)))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return compliances over three decades."""
@@ -82,6 +82,6 @@ class LinkFlexibility(DetailedEffect):
 
 
 def _divided(scene: Scene, link: str) -> bool:
-    spec = scene.setup.spec
+    spec = scene.cell.spec
     taken = [item.link for item in spec.beams] + [item.link for item in spec.hinges]
     return link in taken

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from model_gap.cell import Nuisance, Setup
+from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, body_of, centre, moving_links, Place, unused_name
 from structural_model.spec import MassSpec
@@ -43,17 +43,17 @@ class Payload(Effect):
             EffectParameter('gyration', 'm', 0.05, 0.0, 0.4, neutral=0.06),
         )
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Fix the mass to the link."""
         mass, x, y, z, radius = values
         item = MassSpec(
-            name=unused_name(f'gap_{self.type}_{self.location}', setup.spec.masses),
+            name=unused_name(f'gap_{self.type}_{self.location}', cell.spec.masses),
             link=str(self.location),
             mass_kg=mass,
             position_m=(x, y, z),
             gyration_m=(radius,) * 3 if mass > 0.0 else (0.0, 0.0, 0.0),
         )
-        return setup.with_spec(dataclasses.replace(setup.spec, masses=(*setup.spec.masses, item)))
+        return cell.with_spec(dataclasses.replace(cell.spec, masses=(*cell.spec.masses, item)))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return masses at a few places, at its centre on a link that is not the last."""

@@ -37,7 +37,7 @@ def stiffest(scene: Scene) -> float:
     """Return the stiffness of the stiffest drive [N m/rad], the scale of the structure."""
     return max(
         item.drive.spring.stiffness
-        for item in scene.setup.spec.joints
+        for item in scene.cell.spec.joints
         if not item.drive.spring.rigid
     )
 

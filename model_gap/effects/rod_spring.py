@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest, unused_name
 from structural_model.spec import RodSpec, Spring
@@ -51,16 +51,16 @@ class RodSpring(Effect):
             EffectParameter('loss_time', 's', 0.7, 1e-5, 1e-2, neutral=3e-4, log=True),
         )
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the spring."""
         names = scene.model.joint_names
         sign = 1.0 if self.variant == '+' else -1.0
         rod = RodSpec(
-            name=unused_name(f'gap_rod_{"sum" if sign > 0 else "difference"}', setup.spec.rods),
+            name=unused_name(f'gap_rod_{"sum" if sign > 0 else "difference"}', cell.spec.rods),
             weights=((names[1], 1.0), (names[2], sign)),
             spring=Spring(max(values[0], 1e-3), values[1] * max(values[0], 1e-3)),
         )
-        return setup.with_spec(dataclasses.replace(setup.spec, rods=(*setup.spec.rods, rod)))
+        return cell.with_spec(dataclasses.replace(cell.spec, rods=(*cell.spec.rods, rod)))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return stiffnesses over two decades."""

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.sensor_effect import axes_of, mixing_step, SensorEffect
 
@@ -35,11 +35,11 @@ class SensorAxisSwap(SensorEffect):
         """Return none."""
         return ()
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Exchange the two channels."""
-        rows = self.rows(setup)
+        rows = self.rows(cell)
         pair = [rows[self.variant[0]], rows[self.variant[1]]]
-        return setup.then_output(mixing_step(pair, np.array([[0.0, 1.0], [1.0, 0.0]])))
+        return cell.then_output(mixing_step(pair, np.array([[0.0, 1.0], [1.0, 0.0]])))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return the only case."""

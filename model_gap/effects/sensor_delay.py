@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import Complex
-from model_gap.cell import Filter, Setup
+from model_gap.cell import CellModel, Filter
 from model_gap.effects.effect import EffectParameter, Scene
 from model_gap.effects.sensor_effect import SensorEffect
 
@@ -28,9 +28,9 @@ class SensorDelay(SensorEffect):
         """Return the delay."""
         return (EffectParameter('delay', 's', 0.005, -0.03, 0.03),)
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Delay the sensor's channels."""
-        return setup.then_output(delay_step(values[0], list(self.rows(setup).values())))
+        return cell.then_output(delay_step(values[0], list(self.rows(cell).values())))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return delays a fraction of the shortest period apart."""

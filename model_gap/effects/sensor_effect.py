@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import Complex
-from model_gap.cell import Filter, Setup
+from model_gap.cell import CellModel, Filter
 from model_gap.effects.effect import Effect, Scene
 
 
@@ -25,11 +25,11 @@ class SensorEffect(Effect):
         """Name of the sensor."""
         return str(self.location).removeprefix('sensor:')
 
-    def rows(self, setup: Setup) -> dict[str, int]:
+    def rows(self, cell: CellModel) -> dict[str, int]:
         """Return the sensor's axes and their channel numbers."""
         return {
             channel.name.rsplit('.', 1)[-1]: number
-            for number, channel in enumerate(setup.channels)
+            for number, channel in enumerate(cell.channels)
             if channel.name.rsplit('.', 1)[0] == self.sensor
         }
 
@@ -51,7 +51,7 @@ def axes_of(scene: Scene, sensor: str) -> list[str]:
     """Return the axes of a sensor that were recorded."""
     return [
         channel.name.rsplit('.', 1)[-1]
-        for channel in scene.setup.channels
+        for channel in scene.cell.channels
         if channel.name.rsplit('.', 1)[0] == sensor
     ]
 

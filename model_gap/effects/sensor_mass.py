@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects.effect import EffectParameter, Scene
 from model_gap.effects.places import unused_name
 from model_gap.effects.sensor_effect import SensorEffect
@@ -28,13 +28,13 @@ class SensorMass(SensorEffect):
         """Return the mass."""
         return (EffectParameter('mass', 'kg', 1.0, 0.0, 12.0),)
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Fix the mass where the sensor is."""
-        row = next(iter(self.rows(setup).values()))
-        channel = setup.channels[row]
-        name = unused_name(f'gap_{self.sensor}', setup.spec.masses)
+        row = next(iter(self.rows(cell).values()))
+        channel = cell.channels[row]
+        name = unused_name(f'gap_{self.sensor}', cell.spec.masses)
         item = MassSpec(name, channel.frame_id, values[0], channel.position_m)
-        return setup.with_spec(dataclasses.replace(setup.spec, masses=(*setup.spec.masses, item)))
+        return cell.with_spec(dataclasses.replace(cell.spec, masses=(*cell.spec.masses, item)))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return a few masses."""

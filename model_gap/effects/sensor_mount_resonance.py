@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import Complex
-from model_gap.cell import Filter, Setup
+from model_gap.cell import CellModel, Filter
 from model_gap.effects.effect import DetailedEffect, EffectParameter, Scene
 from model_gap.effects.sensor_effect import AxisEffect
 
@@ -38,10 +38,10 @@ class SensorMountResonance(DetailedEffect, AxisEffect):
             return first
         return (*first, EffectParameter('damping_from_base', '1', 1.0, -0.5, 1.5, neutral=1.0))
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Filter the channels."""
-        rows = [row for axis, row in self.rows(setup).items() if self.variant in ('', axis)]
-        return setup.then_output(_mount(2.0 * np.pi * values[0], rows, *values[1:]))
+        rows = [row for axis, row in self.rows(cell).items() if self.variant in ('', axis)]
+        return cell.then_output(_mount(2.0 * np.pi * values[0], rows, *values[1:]))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return frequencies from the band upwards."""

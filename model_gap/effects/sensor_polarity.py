@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from model_gap.cell import gain_step, Setup
+from model_gap.cell import CellModel, gain_step
 from model_gap.effects.effect import EffectParameter, Scene
 from model_gap.effects.sensor_effect import AxisEffect
 
@@ -23,12 +23,12 @@ class SensorPolarity(AxisEffect):
         """Return none: a sign has no size."""
         return ()
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Turn the sign."""
-        for axis, row in self.rows(setup).items():
+        for axis, row in self.rows(cell).items():
             if self.variant in ('', axis):
-                setup = setup.then_output(gain_step(row, -1.0))
-        return setup
+                cell = cell.then_output(gain_step(row, -1.0))
+        return cell
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return the only case."""

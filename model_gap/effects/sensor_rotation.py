@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.sensor_effect import mixing_step, SensorEffect
 
@@ -26,7 +26,7 @@ class SensorRotation(SensorEffect):
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one per tri-axial sensor."""
-        names = [channel.name.rsplit('.', 1)[0] for channel in scene.setup.channels]
+        names = [channel.name.rsplit('.', 1)[0] for channel in scene.cell.channels]
         return [cls(f'sensor:{name}') for name in scene.sensors if names.count(name) == 3]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
@@ -35,10 +35,10 @@ class SensorRotation(SensorEffect):
             EffectParameter(f'rotation_{axis}', 'rad', 0.4, -np.pi, np.pi) for axis in 'xyz'
         )
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Mix the three channels."""
-        rows = list(self.rows(setup).values())
-        return setup.then_output(mixing_step(rows, rotation_matrix(np.array(values))))
+        rows = list(self.rows(cell).values())
+        return cell.then_output(mixing_step(rows, rotation_matrix(np.array(values))))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return small and large turns about each axis."""

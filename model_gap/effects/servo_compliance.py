@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from model_gap.campaign import Complex
-from model_gap.cell import change_joint, Filter, Setup
+from model_gap.cell import CellModel, change_joint, Filter
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from structural_model.spec import JointSpec, Spring
 
@@ -35,7 +35,7 @@ class ServoCompliance(DetailedEffect):
         """Return one for all drives, where rotor inertias are known."""
         known = all(
             item.drive.rotor_inertia_kg_m2 > 0.0 and item.drive.servo.rigid
-            for item in scene.setup.spec.joints
+            for item in scene.cell.spec.joints
         )
         return [cls(None)] if known else []
 
@@ -53,10 +53,10 @@ class ServoCompliance(DetailedEffect):
             EffectParameter('damping_feedforward', '1', 1.0, -0.5, 1.5, neutral=1.0),
         )
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Give every flexible drive a servo."""
         omega, damping = 2.0 * np.pi * values[0], values[1]
-        spec = setup.spec
+        spec = cell.spec
         for joint in scene.flexible_joints:
 
             def change(item: JointSpec) -> JointSpec:
@@ -67,8 +67,8 @@ class ServoCompliance(DetailedEffect):
                 )
 
             spec = change_joint(spec, joint, change)
-        setup = setup.with_spec(spec)
-        return setup.then_input(lag_step(omega, damping, *values[2:])) if self.details else setup
+        cell = cell.with_spec(spec)
+        return cell.then_input(lag_step(omega, damping, *values[2:])) if self.details else cell
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return frequencies over the band and above."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from model_gap.cell import JointForce, Setup
+from model_gap.cell import CellModel, JointForce
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.laws import SpeedStiffnessLaw
 
@@ -34,10 +34,10 @@ class SpeedDependentStiffness(Effect):
             EffectParameter('preload_share', '1', 0.5, 0.0, 1.5, neutral=1.0),
         )
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the change of stiffness."""
         force = JointForce(self.place, SpeedStiffnessLaw, tuple(values))
-        return dataclasses.replace(setup, forces=(*setup.forces, force))
+        return dataclasses.replace(cell, forces=(*cell.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return softer and stiffer springs, with and without preload."""

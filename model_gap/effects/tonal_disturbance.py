@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from model_gap.cell import marked, Setup, Tone
+from model_gap.cell import CellModel, marked, Tone
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 
 FORCE = 'force'
@@ -62,13 +62,13 @@ class TonalDisturbance(Effect):
         line = self.line_hz or scene.lines_hz[0]
         return (EffectParameter('frequency', 'Hz', 0.01, 0.97 * line, 1.03 * line, line),)
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the lines."""
         place = str(self.location)
         force = self.kind == FORCE
         where = place if force else marked(place, self.kind)
         tone = Tone(values[0], where, force, self.orders)
-        return dataclasses.replace(setup, tones=(*setup.tones, tone))
+        return dataclasses.replace(cell, tones=(*cell.tones, tone))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return the line that was seen."""

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from model_gap.cell import Ripple, Setup
+from model_gap.cell import CellModel, Ripple
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 
 
@@ -44,10 +44,10 @@ class TransmissionError(Effect):
             EffectParameter('order', '1/rad', 0.01, 0.3, 3000.0, neutral=order, log=True),
         )
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the error."""
         ripple = Ripple(str(self.location), values[2], values[0], values[1])
-        return dataclasses.replace(setup, ripples=(*setup.ripples, ripple))
+        return dataclasses.replace(cell, ripples=(*cell.ripples, ripple))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return what was seen, else once per turn of the motor at a few phases."""
@@ -62,4 +62,4 @@ class TransmissionError(Effect):
         ]
 
     def _ratio(self, scene: Scene) -> float:
-        return next(j.drive.gear_ratio for j in scene.setup.spec.joints if j.name == self.location)
+        return next(j.drive.gear_ratio for j in scene.cell.spec.joints if j.name == self.location)

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from modal_core.channel import AXES
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, centre, moving_links, turned, unused_name
 from structural_model.spec import AbsorberSpec, Spring
@@ -56,26 +56,26 @@ class TunedMass(DetailedEffect):
             EffectParameter('turn_2', 'rad', 0.4, -1.2, 1.2),
         )
 
-    def probe(self, setup: Setup, scene: Scene) -> tuple[Setup, str] | None:
+    def probe(self, cell: CellModel, scene: Scene) -> tuple[CellModel, str] | None:
         """Return the place the mass pulls at: a mass too light to matter."""
-        hung = self.apply(setup, (1e-4, 20.0, 0.05), scene)
+        hung = self.apply(cell, (1e-4, 20.0, 0.05), scene)
         return hung, hung.spec.absorbers[-1].name
 
-    def apply(self, setup: Setup, values: Sequence[float], scene: Scene) -> Setup:
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Hang the mass on the link."""
         mass, frequency, damping = max(values[0], 1e-6), values[1], values[2]
         x, y, z = values[3:6] if self.details else centre(scene, str(self.location))
         omega = 2.0 * math.pi * frequency
         item = AbsorberSpec(
-            name=unused_name(f'swing_{self.location}_{self.variant}', setup.spec.absorbers),
+            name=unused_name(f'swing_{self.location}_{self.variant}', cell.spec.absorbers),
             link=str(self.location),
             position_m=(x, y, z),
             axis=turned(self.variant, values[6:] if self.details else (0.0, 0.0)),
             mass_kg=mass,
             spring=Spring(mass * omega**2, 2.0 * damping * mass * omega),
         )
-        return setup.with_spec(
-            dataclasses.replace(setup.spec, absorbers=(*setup.spec.absorbers, item))
+        return cell.with_spec(
+            dataclasses.replace(cell.spec, absorbers=(*cell.spec.absorbers, item))
         )
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:

@@ -6,9 +6,9 @@ evidence by Laplace's approximation (MacKay 2003, chapter 28).
 
 from model_gap.fit.fit import descend, EFFECTIVE_DATA, Fit, fit, free_numbers_cost, Linearised
 from model_gap.fit.fits import fits, Numbers, numbers_of, with_numbers
-from model_gap.fit.foretold import foretold
 from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.neighbours import neighbours
+from model_gap.fit.posterior_predictive import posterior_predictive_check
 from model_gap.fit.split import pose_groups, split
 
 __all__ = [
@@ -19,11 +19,11 @@ __all__ = [
     'descend',
     'fit',
     'fits',
-    'foretold',
     'free_numbers_cost',
     'neighbours',
     'numbers_of',
     'pose_groups',
+    'posterior_predictive_check',
     'split',
     'tolerance_columns',
     'with_numbers',

@@ -163,7 +163,7 @@ def descend(
     iterations: int,
 ) -> Descent:
     """Go down by damped Gauss-Newton steps, tolerances linear as ``columns`` say."""
-    rows = predictor.rows(hypothesis.setup())
+    rows = predictor.rows(hypothesis.cell())
     chi = predictor.weighting.misfit(rows)
     best = first = objective(chi, hypothesis)
     gram = np.asarray(columns @ columns.T, dtype=float)
@@ -175,7 +175,7 @@ def descend(
                 hypothesis.inner + trial * step[len(columns) :] * hypothesis.prior_scale,
             )
             try:
-                new_rows = predictor.rows(moved.setup())
+                new_rows = predictor.rows(moved.cell())
             except ModelError:
                 continue  # not a possible arm: a shorter step
             new_chi = predictor.weighting.misfit(new_rows)
@@ -223,7 +223,7 @@ def _summary(down: Descent, predictor: Predictor, linearised: Linearised, near: 
     """Return the fit; what acts alike, an effect and a tolerance, is linearised at one point."""
     hypothesis, chi, columns = down.hypothesis, down.misfit, linearised.columns
     at = linearised.at if near else hypothesis
-    extra = effect_columns(at, predictor, predictor.rows(at.setup()))
+    extra = effect_columns(at, predictor, predictor.rows(at.cell()))
     gram = np.asarray(columns @ columns.T, dtype=float)
     hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count)
     covariance = np.linalg.inv(hessian)[len(columns) :, len(columns) :]

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Complex, hann, Rows
 from model_gap.cell import (
+    CellModel,
     closed_transfer,
     equivalent_gain,
     joint_spring,
     joint_vector,
     plain_joint,
-    Setup,
 )
 from model_gap.hypothesis import Hypothesis
 from model_gap.laws import Follow
@@ -39,7 +39,7 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
         for effect in hypothesis.effects
         for _ in effect.parameters(hypothesis.scene)
     ]
-    setups, steps = [], []
+    cells, steps = [], []
     for number, scale in enumerate(hypothesis.prior_scale):
         inner = hypothesis.inner.copy()
         step = EFFECT_STEP * scale
@@ -50,20 +50,20 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
         moved = hypothesis.moved(hypothesis.tolerance_values, inner).add_effects(tolerant)
         if not slow[number]:
             moved = replace(moved, forces=(), held=held)
-        setups.append(moved)
+        cells.append(moved)
         steps.append(step / scale)
-    stepped = [setup for setup, waits in zip(setups, slow, strict=True) if waits]
+    stepped = [cell for cell, waits in zip(cells, slow, strict=True) if waits]
     waiting = iter(predictor.predict_many(stepped) if stepped else [])
     arm: _ArmDerivative | None = None
     columns = []
-    for setup, waits, step in zip(setups, slow, steps, strict=True):
-        if waits or setup.spec == now.spec:
-            spectra = next(waiting) if waits else predictor.predict(setup)
+    for cell, waits, step in zip(cells, slow, steps, strict=True):
+        if waits or cell.spec == now.spec:
+            spectra = next(waiting) if waits else predictor.predict(cell)
             columns.append((predictor.weighting.rows(spectra) - base) / np.float32(step))
             continue
         if arm is None:
             arm = _ArmDerivative(now, predictor)
-        changes = predictor.seen_changes(arm.solved, arm.changes(setup, step))
+        changes = predictor.seen_changes(arm.solved, arm.changes(cell, step))
         columns.append(predictor.weighting.rows(changes))
     return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
 
@@ -87,12 +87,12 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     Fox and Kapoor (1968), doi:10.2514/3.5008, for the direct method of sensitivities.
     """
     tolerant = hypothesis.tolerant
-    setup = hypothesis.add_effects(tolerant)
-    arm = _ArmDerivative(setup, predictor)
+    cell = hypothesis.add_effects(tolerant)
+    arm = _ArmDerivative(cell, predictor)
     solved, tolerances = arm.solved, hypothesis.tolerances
     local = predictor.local_torques
-    anew = {plain_joint(force.joint) for force in setup.forces if not local.bends(force)}
-    base = predictor.rows(setup) if anew else np.zeros(0, dtype=np.float32)
+    anew = {plain_joint(force.joint) for force in cell.forces if not local.bends(force)}
+    base = predictor.rows(cell) if anew else np.zeros(0, dtype=np.float32)
     gains = [number for number, item in enumerate(tolerances) if item.kind == 'gain']
 
     def column(number: int) -> Rows:
@@ -118,7 +118,7 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
         return predictor.weighting.rows(predictor.seen_changes(solved, changes))
 
     numbers = range(len(tolerances))
-    if setup.forces:  # else it is done before others could begin
+    if cell.forces:  # else it is done before others could begin
         return np.array(side_by_side(column, numbers), dtype=np.float32)
     return np.array([column(number) for number in numbers], dtype=np.float32)
 
@@ -126,15 +126,15 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
 class _ArmDerivative:
     """First-order change of the readings when the arm changes, by the direct method."""
 
-    def __init__(self, setup: Setup, predictor: Predictor) -> None:
+    def __init__(self, cell: CellModel, predictor: Predictor) -> None:
         self.predictor = predictor
-        self.solved = predictor.solved(setup)
-        self.base = predictor.arms(setup.spec)
+        self.solved = predictor.solved(cell)
+        self.base = predictor.arms(cell.spec)
         systems, local = self.solved.systems, predictor.local_torques
-        self.following = local.following(setup, self.solved.torques, systems)
+        self.following = local.following(cell, self.solved.torques, systems)
         rubbing = [
             force
-            for force in setup.forces
+            for force in cell.forces
             if local.followed(force) is Follow.PREDICTED and not local.bends(force)
         ]
         joints = dict.fromkeys(force.joint for force in rubbing)
@@ -150,7 +150,7 @@ class _ArmDerivative:
         ):
             transfer: Complex = systems[group].transfer(state.omega)
             if joints:
-                stepped = zip(setup.forces, self.solved.torques.stepped[number], strict=True)
+                stepped = zip(cell.forces, self.solved.torques.stepped[number], strict=True)
                 force = sum_of_forces([one for law, one in stepped if law in rubbing])
                 torques = -np.linalg.lstsq(places.astype(complex), force)[0]
                 gains = [
@@ -160,12 +160,12 @@ class _ArmDerivative:
                 transfer = closed_transfer(transfer, systems[group], state.omega, places, gains)
             self.transfers.append(transfer.astype(np.complex64))
 
-    def changes(self, moved: Setup, step: float, springs_only: bool = False) -> list[Complex]:
+    def changes(self, moved: CellModel, step: float, springs_only: bool = False) -> list[Complex]:
         """Return the change of the readings per prior standard deviation, one per record.
 
         Parameters
         ----------
-        moved : Setup
+        moved : CellModel
             Not far away.
         step : float
             How far, in prior standard deviations.
@@ -188,7 +188,7 @@ class _ArmDerivative:
             found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
         return found
 
-    def _twists_at_rest(self, moved: Setup) -> list[list[float]]:
+    def _twists_at_rest(self, moved: CellModel) -> list[list[float]]:
         """Return the twists under gravity in a changed arm, per pose and torque."""
         model = self.predictor.arm(moved.spec)
         vectors = (

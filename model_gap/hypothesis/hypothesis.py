@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import Complex
-from model_gap.cell import HeldTorque, Nuisance, Setup
+from model_gap.cell import CellModel, HeldTorque, Nuisance
 from model_gap.effects import Effect, EffectParameter, Scene
 
 Array = NDArray[np.float64]
@@ -99,7 +99,7 @@ class Hypothesis:
 
         Numbers of laws whose torques are held stay: nothing but their prior would pull at them.
         """
-        waiting = len(self.held) - len(self.scene.setup.forces)
+        waiting = len(self.held) - len(self.scene.cell.forces)
         stay: list[bool] = []
         for effect in self.effects:
             held = effect.amplitude_dependent and waiting > 0
@@ -118,13 +118,13 @@ class Hypothesis:
         )
 
     @cached_property
-    def tolerant(self) -> Setup:
-        """The setup with tolerances but without effects."""
+    def tolerant(self) -> CellModel:
+        """The cell with tolerances but without effects."""
         numbers = self.tolerance_values
-        setup = self.scene.setup
+        cell = self.scene.cell
         for item, value in zip(self.tolerances, numbers, strict=True):
             if value and item.kind != 'gain':
-                setup = item.apply(setup, float(value))
+                cell = item.apply(cell, float(value))
         sizes = np.array(
             [
                 item.sigma * value
@@ -138,18 +138,18 @@ class Hypothesis:
             def step(omega: Array, spectra: Complex) -> Complex:
                 return np.asarray(spectra * factor)
 
-            setup = setup.then_output(step)
-        return setup
+            cell = cell.then_output(step)
+        return cell
 
-    def add_effects(self, setup: Setup) -> Setup:
-        """Return a setup with the effects added."""
+    def add_effects(self, cell: CellModel) -> CellModel:
+        """Return a cell with the effects added."""
         for effect, values in zip(self.effects, self.values(), strict=True):
-            setup = effect.apply(setup, values, self.scene)
+            cell = effect.apply(cell, values, self.scene)
         if self.held:
-            forces = setup.forces[len(self.held) :]
-            setup = dataclasses.replace(setup, forces=forces, held=self.held)
-        return setup
+            forces = cell.forces[len(self.held) :]
+            cell = dataclasses.replace(cell, forces=forces, held=self.held)
+        return cell
 
-    def setup(self) -> Setup:
-        """Return the whole setup."""
+    def cell(self) -> CellModel:
+        """Return the whole cell."""
         return self.add_effects(self.tolerant)

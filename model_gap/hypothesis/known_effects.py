@@ -8,7 +8,7 @@ import numpy as np
 
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.errors import ModelError
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects import CATALOGUE, delay_step, Effect, Scene
 from model_gap.hypothesis.hypothesis import Hypothesis
 from structural_model.spec import KnownEffect, KnownNumber
@@ -48,8 +48,8 @@ def known_effects(hypothesis: Hypothesis, deviation: Sequence[float]) -> tuple[K
 def _kept_in(effect: Effect, values: Sequence[float], scene: Scene) -> str:
     if effect.type in (*MIXING, DELAY):
         return 'layout'
-    setup = effect.apply(scene.setup, values, scene)
-    only_arm = setup.with_spec(scene.setup.spec) == scene.setup
+    cell = effect.apply(scene.cell, values, scene)
+    only_arm = cell.with_spec(scene.cell.spec) == scene.cell
     return 'model' if only_arm else 'effects'
 
 
@@ -64,17 +64,17 @@ def corrected_layout(layout: SensorLayout, hypothesis: Hypothesis) -> SensorLayo
         Its effects of sensors that mix, scale or delay readings are taken over.
     """
     scene = hypothesis.scene
-    setup = Setup(scene.setup.spec, layout.channels)
+    cell = CellModel(scene.cell.spec, layout.channels)
     delay_s: dict[str, float] = {}
     for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
         if effect.type in MIXING:
-            setup = effect.apply(setup, values, scene)
+            cell = effect.apply(cell, values, scene)
         elif effect.type == DELAY:
             name = str(effect.location).removeprefix('sensor:')
             delay_s[name] = delay_s.get(name, 0.0) + values[0]
     # The steps are linear and the same at every frequency: what they make of unit readings.
     count = len(layout.channels)
-    mixing = setup.seen(np.zeros(count), np.eye(count, dtype=complex))
+    mixing = cell.seen(np.zeros(count), np.eye(count, dtype=complex))
     directions = mixing.real @ np.array([channel.direction for channel in layout.channels])
     changed = np.abs(mixing - np.eye(len(mixing))).sum(axis=1) > 0.0
     sensors, first = [], 0
@@ -97,20 +97,20 @@ def _with_sensitivity(sensor: Sensor, rows: np.ndarray) -> Sensor:
     )
 
 
-def with_known_effects(scene: Scene) -> Setup:
-    """Return the setup of a scene with what its model file keeps only as effects.
+def with_known_effects(scene: Scene) -> CellModel:
+    """Return the cell of a scene with what its model file keeps only as effects.
 
     Raises
     ------
     ModelError
         An effect the catalogue does not have, or one of its parameters is missing.
     """
-    setup = scene.setup
-    delays = [(channel.delay_s, row) for row, channel in enumerate(setup.channels)]
+    cell = scene.cell
+    delays = [(channel.delay_s, row) for row, channel in enumerate(cell.channels)]
     for delay_s, group in groupby(delays, key=lambda item: item[0]):
         if delay_s:
-            setup = setup.then_output(delay_step(delay_s, [row for _, row in group]))
-    for known in setup.spec.effects:
+            cell = cell.then_output(delay_step(delay_s, [row for _, row in group]))
+    for known in cell.spec.effects:
         if known.kept_in != 'effects':
             continue
         if known.type not in TYPES:
@@ -133,5 +133,5 @@ def with_known_effects(scene: Scene) -> Setup:
                 found=', '.join(numbers),
                 expected=', '.join(wanted),
             )
-        setup = effect.apply(setup, [numbers[name] for name in wanted], scene)
-    return setup
+        cell = effect.apply(cell, [numbers[name] for name in wanted], scene)
+    return cell

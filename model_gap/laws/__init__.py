@@ -7,7 +7,7 @@ that grows with deflection or changes with speed.
 from model_gap.laws.backlash import BacklashLaw
 from model_gap.laws.cubic import CubicLaw
 from model_gap.laws.friction import FrictionLaw, JointFrictionLaw
-from model_gap.laws.law import Follow, JointLaw, Surroundings
+from model_gap.laws.law import Follow, JointContext, JointLaw
 from model_gap.laws.solve import BACKLASH, stepped
 from model_gap.laws.speed_stiffness import SpeedStiffnessLaw
 
@@ -17,9 +17,9 @@ __all__ = [
     'CubicLaw',
     'Follow',
     'FrictionLaw',
+    'JointContext',
     'JointFrictionLaw',
     'JointLaw',
     'SpeedStiffnessLaw',
-    'Surroundings',
     'stepped',
 ]

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from model_gap.laws.law import Follow, SpringLaw, Surroundings
+from model_gap.laws.law import Follow, JointContext, SpringLaw
 from model_gap.laws.solve import BACKLASH
 
 # Of the play: teeth under less static twist than this rest between the flanks, not on one.
@@ -20,10 +20,10 @@ class BacklashLaw(SpringLaw):
     kind = BACKLASH
 
     @staticmethod
-    def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
+    def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
         """Return the load, how the torque falls between the flanks, and what it is on them."""
         gap, share = values
-        k, rest = around.stiffness, share * around.static_twist
+        k, rest = context.stiffness, share * context.static_twist
         place = rest + gap * min(max(rest / (CENTRED * gap), -1.0), 1.0)
-        slope = k / max(1.0 - around.give * k, 0.05)
-        return k * rest, slope, around.give, k * (place - gap - rest), k * (place + gap - rest)
+        slope = k / max(1.0 - context.give * k, 0.05)
+        return k * rest, slope, context.give, k * (place - gap - rest), k * (place + gap - rest)

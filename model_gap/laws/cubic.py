@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import sqrt
 
-from model_gap.laws.law import SpringLaw, Surroundings
+from model_gap.laws.law import JointContext, SpringLaw
 from model_gap.laws.solve import CUBIC, cubic_root
 
 # Of α y² and of √α y: beyond, the torque that is not linear stays as it is there.
@@ -20,13 +20,13 @@ class CubicLaw(SpringLaw):
     kind = CUBIC
 
     @staticmethod
-    def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
+    def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
         """Find the twist at rest and set the range: a softening spring never turns round."""
         alpha, share = values
         reach = MOST_SOFTENING if alpha < 0.0 else MOST_HARDENING**2
         largest = sqrt(reach / max(abs(alpha), 1e-30))
-        rest = cubic_root(share * around.static_twist, alpha)
+        rest = cubic_root(share * context.static_twist, alpha)
         rest = min(max(rest, -largest), largest)
-        hardening = around.stiffness * alpha
-        yielding = around.give * hardening
+        hardening = context.stiffness * alpha
+        yielding = context.give * hardening
         return hardening, rest**3, rest + yielding * rest**3, yielding, largest

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from model_gap.laws.law import JointLaw, Surroundings
+from model_gap.laws.law import JointContext, JointLaw
 from model_gap.laws.solve import FRICTION, JOINT_FRICTION
 
 
@@ -21,11 +21,11 @@ class FrictionLaw(JointLaw):
     kind = FRICTION
 
     @staticmethod
-    def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
+    def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
         """Return how much the torque slows the sliding within a step."""
         level, width, compliance = values
-        yielding = 0.5 * compliance / (around.period_s * around.stiffness)
-        braking = (around.rate_give + 3.0 * yielding) * level
+        yielding = 0.5 * compliance / (context.period_s * context.stiffness)
+        braking = (context.rate_give + 3.0 * yielding) * level
         return level, width, braking, yielding
 
 

@@ -15,8 +15,8 @@ class Follow(Enum):
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What a torque finds in one joint of one record.
+class JointContext:
+    """The joint of one record that a torque acts in.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class JointLaw:
     of_spring: ClassVar[bool] = False
 
     @staticmethod
-    def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
+    def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
         """Return what does not change from step to step, worked out from the law's values."""
         raise NotImplementedError
 

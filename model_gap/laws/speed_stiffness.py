@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from model_gap.laws.law import SpringLaw, Surroundings
+from model_gap.laws.law import JointContext, SpringLaw
 from model_gap.laws.solve import SPEED_STIFFNESS
 
 
@@ -12,7 +12,7 @@ class SpeedStiffnessLaw(SpringLaw):
     kind = SPEED_STIFFNESS
 
     @staticmethod
-    def constants(values: Sequence[float], around: Surroundings) -> Sequence[float]:
+    def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
         """Return the change of stiffness per speed, the twist at rest and the give."""
         beta, share = values
-        return around.stiffness * beta, share * around.static_twist, around.give
+        return context.stiffness * beta, share * context.static_twist, context.give

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import RecordSpectra, tail_of
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.predict.ripple import transform_at
 
 Complex = NDArray[np.complex128]
@@ -29,13 +29,13 @@ class DrivenMotion:
     tail: NDArray[np.float64]
 
 
-def driven_motion(item: RecordSpectra, setup: Setup) -> DrivenMotion:
+def driven_motion(item: RecordSpectra, cell: CellModel) -> DrivenMotion:
     """Return the motion of a record behind the inputs' steps.
 
     They act on the motion in time, which starts at rest: what a delay moves past the end of the
     record does not come in again at its start.
     """
-    if not setup.inputs:
+    if not cell.inputs:
         joints = len(item.motor_acceleration)
         return DrivenMotion(
             item.motor_acceleration.reshape(joints, -1),
@@ -46,7 +46,7 @@ def driven_motion(item: RecordSpectra, setup: Setup) -> DrivenMotion:
     count = len(record.motor_acceleration)
     acceleration, shift = (
         np.fft.irfft(spectrum, 2 * count, axis=1)[:, :count]
-        for spectrum in setup.driven(*item.whole_motion)
+        for spectrum in cell.driven(*item.whole_motion)
     )
     return DrivenMotion(
         np.array([transform_at(row, item) for row in acceleration]),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import scipy.fft
 
 from model_gap.campaign import HANN_POWER, RecordSpectra, smoothed
-from model_gap.cell import PoseSystem, Setup
+from model_gap.cell import CellModel, PoseSystem
 from model_gap.laws import Follow
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ def parting_residues() -> Array:
 
 
 def free_torques(
-    item: RecordSpectra, system: PoseSystem, places: Sequence[Array], setup: Setup
+    item: RecordSpectra, system: PoseSystem, places: Sequence[Array], cell: CellModel
 ) -> tuple[Complex, Array]:
     """Return the torques that explain best what the sensors read, and their noise power.
 
@@ -62,18 +62,18 @@ def free_torques(
         The arm at its pose.
     places : sequence of (n_dof,) array
         Twist per deflection; the arm feels the negative of the torque.
-    setup : Setup
+    cell : CellModel
         Gives the steps before the motors and behind the sensors.
     """
     record = item.record
     count = len(record.acceleration)
     omega, *motion = item.long_motion
-    acceleration, shift = setup.driven(omega, *motion)
+    acceleration, shift = cell.driven(omega, *motion)
     deflection = system.deflection(omega, system.force(acceleration, shift))
     readings = system.reading(omega, deflection, acceleration, shift)
     paths = np.array([system.response(omega, -place) for place in places])
-    readings = setup.seen(omega, readings)
-    paths = np.array([setup.seen(omega, path) for path in paths])
+    readings = cell.seen(omega, readings)
+    paths = np.array([cell.seen(omega, path) for path in paths])
     # In single precision, far finer than the noise.
     linear = scipy.fft.irfft(readings.astype(np.complex64), 2 * count)[:, :count]
     rest = (record.acceleration - record.acceleration.mean(axis=0)).T.astype(np.float32) - linear

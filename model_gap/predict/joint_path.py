@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 import scipy.fft
 
 from model_gap.campaign import RecordSpectra
-from model_gap.cell import axis_row, joint_spring, joint_vector, PoseSystem, Setup
+from model_gap.cell import axis_row, CellModel, joint_spring, joint_vector, PoseSystem
 from model_gap.laws import Follow
 from model_gap.predict.followed import (
     free_torques,
@@ -75,7 +75,7 @@ def joint_path(
     joint: str,
     item: RecordSpectra,
     system: PoseSystem,
-    setup: Setup,
+    cell: CellModel,
     steps_per_s: float,
     follow: Follow,
 ) -> JointPath:
@@ -91,10 +91,10 @@ def joint_path(
     poles, residues = system.poles[places][slow], (count * residues[places])[slow]
     omega, *motion = item.long_motion
     row = system.twist_per_force(omega, vector)
-    twist = np.einsum('nf,nf->f', row, system.force(*setup.driven(omega, *motion)))
+    twist = np.einsum('nf,nf->f', row, system.force(*cell.driven(omega, *motion)))
     noisy = None
     if follow is not Follow.PREDICTED:
-        torques, noise = free_torques(item, system, [vector], setup)
+        torques, noise = free_torques(item, system, [vector], cell)
         share, give = measured_share(omega, follow), row.T @ vector
         twist = twist - give * torques[0] * share
         if follow is Follow.PARTED:

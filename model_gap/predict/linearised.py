@@ -3,7 +3,7 @@
 An arm that shakes turns its inertia and its load of gravity along: a percent of the response at
 the accelerations an excitation has.  To second order this part follows from the linear motion:
 x = x₁ + x₂ with x₁ the linear response and M x₂'' + C x₂' + K x₂ the force that the linear model
-misses along x₁.  It hardly depends on what is fitted, and is computed for one setup of the arm;
+misses along x₁.  It hardly depends on what is fitted, and is computed for one cell of the arm;
 torques of its joints that are not linear are those that the recording shows.
 
 References
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import Band, GapRecord, record_spectra
-from model_gap.cell import joint_vector, pose_system, PoseSystem, sag, Setup
+from model_gap.cell import CellModel, joint_vector, pose_system, PoseSystem, sag
 from model_gap.laws import Follow
 from model_gap.predict.followed import free_torques, measured_share
 from structural_model import FlexibleJointModel
@@ -30,7 +30,7 @@ Complex = NDArray[np.complex128]
 
 
 def linearised(
-    records: Sequence[GapRecord], model: FlexibleJointModel, setup: Setup, high_hz: float
+    records: Sequence[GapRecord], model: FlexibleJointModel, cell: CellModel, high_hz: float
 ) -> list[GapRecord]:
     """Return records less the second-order response of an arm.
 
@@ -40,16 +40,16 @@ def linearised(
         As measured.
     model : FlexibleJointModel
         Gives kinematics.
-    setup : Setup
+    cell : CellModel
         The arm, its sensors and what changes its input.
     high_hz : float [Hz]
         Slower motion counts; products of two such that fall below are right.
     """
-    arm = dataclasses.replace(model, spec=setup.spec)
+    arm = dataclasses.replace(model, spec=cell.spec)
     found = []
     for record in records:
-        system = pose_system(arm, record.pose, setup.channels)
-        extra = second_order(record, arm, setup, system, high_hz)
+        system = pose_system(arm, record.pose, cell.channels)
+        extra = second_order(record, arm, cell, system, high_hz)
         found.append(dataclasses.replace(record, acceleration=record.acceleration - extra))
     return found
 
@@ -57,7 +57,7 @@ def linearised(
 def second_order(
     record: GapRecord,
     model: FlexibleJointModel,
-    setup: Setup,
+    cell: CellModel,
     system: PoseSystem,
     high_hz: float,
 ) -> Array:
@@ -67,11 +67,11 @@ def second_order(
     series = _Series(count, steps, rate_hz, high_hz)
     shift = series.spectrum(record.motor_shift)
     acceleration = series.spectrum(record.motor_acceleration)
-    acceleration, shift = setup.driven(series.omega, acceleration, shift)
+    acceleration, shift = cell.driven(series.omega, acceleration, shift)
     turn = 1j * series.omega
     push = system.force(acceleration, shift)
-    if setup.forces:
-        push = push - shown_torques(record, model, setup, system)[:, : len(series.omega)]
+    if cell.forces:
+        push = push - shown_torques(record, model, cell, system)[:, : len(series.omega)]
     flexible = system.deflection(series.omega, push)
     rest = sag(model, record.pose, hanging=True)
     force, reading = remainder(
@@ -80,7 +80,7 @@ def second_order(
         rest,
         (series.back(shift), series.back(turn * shift), series.back(acceleration)),
         (series.back(flexible), series.back(turn * flexible), series.back(turn**2 * flexible)),
-        setup.channels,
+        cell.channels,
     )
     second = system.deflection(series.omega, series.forward(force))
     moved = system.flexible @ (turn**2 * second) + system.gravity @ second
@@ -88,13 +88,13 @@ def second_order(
 
 
 def shown_torques(
-    record: GapRecord, model: FlexibleJointModel, setup: Setup, system: PoseSystem
+    record: GapRecord, model: FlexibleJointModel, cell: CellModel, system: PoseSystem
 ) -> Complex:
     """Return the load on the deflections that joints with a law of their own show, (n_dof, n)."""
-    joints = dict.fromkeys(force.joint for force in setup.forces)
+    joints = dict.fromkeys(force.joint for force in cell.forces)
     places = [joint_vector(model, joint, system.dof_names) for joint in joints]
     item = record_spectra(record, Band())
-    torques, _ = free_torques(item, system, places, setup)
+    torques, _ = free_torques(item, system, places, cell)
     return np.asarray(
         np.array(places).T @ (torques * measured_share(item.long_motion[0], Follow.MEASURED))
     )

@@ -5,7 +5,7 @@ import dataclasses
 from dataclasses import dataclass, field
 
 from model_gap.campaign import Complex, hann, RecordSpectra
-from model_gap.cell import JointForce, PoseSystem, Setup
+from model_gap.cell import CellModel, JointForce, PoseSystem
 from model_gap.laws import Follow
 from model_gap.predict.joint_path import joint_path, JointPath, STEPS_PER_S
 from model_gap.predict.step_torque import step_torque
@@ -24,12 +24,12 @@ Paths = dict[tuple[str, int, Follow], JointPath]
 
 @dataclass(frozen=True)
 class Torques:
-    """What the torques of one setup do.
+    """What the torques of one cell do.
 
     Parameters
     ----------
     forces : list of (n_dof, 3 n_bins) complex array
-        On the deflections, per record; empty where a setup has no torques.
+        On the deflections, per record; empty where a cell has no torques.
     errors : dict of (str, int) to (n_bins,) complex array
         By joint and record: a sample of the error of torques that see a measured twist.
     stepped : list of list of SteppedTorque
@@ -58,7 +58,7 @@ class LocalTorques:
     records: Sequence[RecordSpectra]
     groups: tuple[int, ...]
     steps_per_s: float
-    _known: tuple[Setup, Paths] | None = field(init=False, default=None, repr=False)
+    _known: tuple[CellModel, Paths] | None = field(init=False, default=None, repr=False)
 
     def followed(self, force: JointForce) -> Follow:
         """Return which twist a torque sees."""
@@ -73,20 +73,20 @@ class LocalTorques:
         return force.law.of_spring and self.followed(force) is Follow.PREDICTED
 
     def of(
-        self, setups: Sequence[Setup], model: FlexibleJointModel, systems: Sequence[PoseSystem]
+        self, cells: Sequence[CellModel], model: FlexibleJointModel, systems: Sequence[PoseSystem]
     ) -> list[Torques]:
-        """Return the torques of several setups with one arm and one motion."""
-        paths = self._paths(setups[0])
+        """Return the torques of several cells with one arm and one motion."""
+        paths = self._paths(cells[0])
         found = []
-        for setup in setups:
+        for cell in cells:
             torques = Torques()
             for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
                 system = systems[group]
                 stepped = []
-                for force in setup.forces:
+                for force in cell.forces:
                     key = (force.joint, index, self.followed(force))
                     if key not in paths:
-                        paths[key] = self._path(force, setup, model, item, system)
+                        paths[key] = self._path(force, cell, model, item, system)
                     path = paths[key]
                     torque = step_torque(path, force)
                     push = whole_force(torque, path, item, system)
@@ -102,21 +102,21 @@ class LocalTorques:
             found.append(torques)
         return found
 
-    def _paths(self, setup: Setup) -> Paths:
+    def _paths(self, cell: CellModel) -> Paths:
         """Return the paths of an arm and its motion, those of the last one again."""
-        bare = dataclasses.replace(setup, forces=())
+        bare = dataclasses.replace(cell, forces=())
         if self._known is None or self._known[0] != bare:
             self._known = bare, {}
         return self._known[1]
 
     def following(
-        self, setup: Setup, torques: Torques, systems: Sequence[PoseSystem]
+        self, cell: CellModel, torques: Torques, systems: Sequence[PoseSystem]
     ) -> list[list[TorqueFollowing]]:
         """Return what follows slight changes of the arm: springs' torques, per record."""
         return [
             [
-                TorqueFollowing(one, force, item, systems[group], setup, self.bends(force))
-                for force, one in zip(setup.forces, stepped, strict=True)
+                TorqueFollowing(one, force, item, systems[group], cell, self.bends(force))
+                for force, one in zip(cell.forces, stepped, strict=True)
                 if force.law.of_spring
             ]
             for item, group, stepped in zip(
@@ -127,10 +127,10 @@ class LocalTorques:
     def _path(
         self,
         force: JointForce,
-        setup: Setup,
+        cell: CellModel,
         model: FlexibleJointModel,
         item: RecordSpectra,
         system: PoseSystem,
     ) -> JointPath:
         follow = self.followed(force)
-        return joint_path(model, force.joint, item, system, setup, self.steps_per_s, follow)
+        return joint_path(model, force.joint, item, system, cell, self.steps_per_s, follow)

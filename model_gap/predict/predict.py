@@ -1,4 +1,4 @@
-"""What a setup says the sensors read, for the motion that was recorded."""
+"""What a cell says the sensors read, for the motion that was recorded."""
 
 from collections.abc import Sequence
 import dataclasses
@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel
 from model_gap.campaign import hann, RecordSpectra, Rows, Weighting
 from model_gap.cell import (
+    CellModel,
     HeldTorque,
     joint_vector,
     pose_arm,
     pose_system,
     PoseArm,
     PoseSystem,
-    Setup,
     with_channels,
 )
-from model_gap.predict.doubt import certain, Doubt, doubt_of
 from model_gap.predict.driven import driven_motion
+from model_gap.predict.error_covariance import error_covariance, ErrorCovariance, whitened
 from model_gap.predict.joint_path import STEPS_PER_S
 from model_gap.predict.local_torques import LocalTorques, Torques
 from model_gap.predict.ripple import ripple_force
@@ -34,7 +34,7 @@ SAME_POSE_RAD = 2e-3
 
 @dataclass(frozen=True)
 class RecordState:
-    """Motor motion and deflection of one record under a setup, on bins and their neighbours.
+    """Motor motion and deflection of one record under a cell, on bins and their neighbours.
 
     Parameters
     ----------
@@ -54,11 +54,11 @@ class RecordState:
 
 @dataclass(frozen=True)
 class Solved:
-    """How the arm moves in every record under a setup.
+    """How the arm moves in every record under a cell.
 
     Parameters
     ----------
-    setup : Setup
+    cell : CellModel
         Arm, torques and inputs.
     systems : list of PoseSystem
         Per pose.
@@ -72,28 +72,28 @@ class Solved:
         What free tones can do, per record; none without tones.
     """
 
-    setup: Setup
+    cell: CellModel
     systems: list[PoseSystem]
     torques: Torques
     states: list[RecordState]
     readings: list[Complex]
     patterns: list[NDArray[np.float64]]
 
-    def holds_for(self, setup: Setup) -> bool:
-        """Return whether the arm moves like this under another setup."""
+    def holds_for(self, cell: CellModel) -> bool:
+        """Return whether the arm moves like this under another cell."""
         # Tones and torques on a measured twist follow what sensors read.
-        outputs = setup.outputs if setup.tones or setup.forces else self.setup.outputs
-        return dataclasses.replace(setup, outputs=outputs) == self.setup
+        outputs = cell.outputs if cell.tones or cell.forces else self.cell.outputs
+        return dataclasses.replace(cell, outputs=outputs) == self.cell
 
 
 @dataclass
 class Predictor:
-    """Predict the spectra of records under any setup.
+    """Predict the spectra of records under any cell.
 
     Parameters
     ----------
     model : FlexibleJointModel
-        Gives kinematics; its spec is replaced by the setup's.
+        Gives kinematics; its spec is replaced by the cell's.
     records : sequence of RecordSpectra
         What to predict.
     steps_per_s : float [Hz]
@@ -139,9 +139,9 @@ class Predictor:
         """How spectra become rows, and what was measured as rows."""
         return Weighting.of(self.records)
 
-    def rows(self, setup: Setup) -> Rows:
+    def rows(self, cell: CellModel) -> Rows:
         """Return the prediction as rows."""
-        return self.weighting.rows(self.predict(setup))
+        return self.weighting.rows(self.predict(cell))
 
     def systems(self, spec: ModelSpec, channels: tuple[Channel, ...]) -> list[PoseSystem]:
         """Linearise at every pose; what was asked for last is remembered."""
@@ -163,32 +163,32 @@ class Predictor:
             self._model = dataclasses.replace(self.model, spec=spec)
         return self._model
 
-    def sensors_moved(self, setup: Setup, systems: Sequence[PoseSystem]) -> list[PoseSystem]:
-        """Return the systems with the channels of a setup, dynamics unchanged."""
-        model = dataclasses.replace(self.model, spec=setup.spec)
+    def sensors_moved(self, cell: CellModel, systems: Sequence[PoseSystem]) -> list[PoseSystem]:
+        """Return the systems with the channels of a cell, dynamics unchanged."""
+        model = dataclasses.replace(self.model, spec=cell.spec)
         return [
-            with_channels(system, model, pose, setup.channels, self.hanging)
+            with_channels(system, model, pose, cell.channels, self.hanging)
             for system, pose in zip(systems, self.poses, strict=True)
         ]
 
-    def solved(self, setup: Setup) -> Solved:
-        """Return how the arm moves under a setup; what was asked for last is remembered."""
-        if self._solved is None or not self._solved.holds_for(setup):
-            systems = self.systems(setup.spec, setup.channels)
-            (torques,) = self.torques([setup], systems)
-            self._solved = self._solve(setup, systems, torques)
+    def solved(self, cell: CellModel) -> Solved:
+        """Return how the arm moves under a cell; what was asked for last is remembered."""
+        if self._solved is None or not self._solved.holds_for(cell):
+            systems = self.systems(cell.spec, cell.channels)
+            (torques,) = self.torques([cell], systems)
+            self._solved = self._solve(cell, systems, torques)
         return self._solved
 
-    def _solve(self, setup: Setup, systems: list[PoseSystem], torques: Torques) -> Solved:
+    def _solve(self, cell: CellModel, systems: list[PoseSystem], torques: Torques) -> Solved:
         states = []
         for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
             omega = item.omega.ravel()
-            motion = driven_motion(item, setup)
+            motion = driven_motion(item, cell)
             system = systems[group]
             force = system.force(motion.acceleration, motion.shift)
-            for ripple in setup.ripples:
-                force = force + ripple_force(ripple, item, self.model, setup.spec, system)
-            for torque in setup.held:
+            for ripple in cell.ripples:
+                force = force + ripple_force(ripple, item, self.model, cell.spec, system)
+            for torque in cell.held:
                 rows = [system.dof_names.index(name) for name in torque.dof_names]
                 force[rows] += torque.spectra[index]
             if torques.forces:
@@ -197,23 +197,23 @@ class Predictor:
             deflection = system.deflection(omega, force, ringing * item.end_scale)
             states.append(RecordState(omega, motion.acceleration, motion.shift, deflection))
         patterns: list[NDArray[np.float64]] = []
-        if setup.tones:
-            states, patterns = self._with_tones(setup, systems, states)
-        return Solved(setup, systems, torques, states, self.readings(systems, states), patterns)
+        if cell.tones:
+            states, patterns = self._with_tones(cell, systems, states)
+        return Solved(cell, systems, torques, states, self.readings(systems, states), patterns)
 
     def _with_tones(
-        self, setup: Setup, systems: Sequence[PoseSystem], states: Sequence[RecordState]
+        self, cell: CellModel, systems: Sequence[PoseSystem], states: Sequence[RecordState]
     ) -> tuple[list[RecordState], list[NDArray[np.float64]]]:
         """Add to every record the tones that fit what is left of it best."""
         found, patterns = [], []
-        readings = self.outputs(setup, self.readings(systems, states))
+        readings = self.outputs(cell, self.readings(systems, states))
         for item, group, state, reading in zip(
             self.records, self.groups, states, readings, strict=True
         ):
-            seen = partial(_seen, setup, item, systems[group])
-            kinds = tone_motions(setup.tones, item, systems[group], self.model)
+            seen = partial(_seen, cell, item, systems[group])
+            kinds = tone_motions(cell.tones, item, systems[group], self.model)
             rest = item.measured - reading
-            motion, own = best_motion(setup.tones, kinds, item, seen, rest)
+            motion, own = best_motion(cell.tones, kinds, item, seen, rest)
             patterns.append(own)
             found.append(dataclasses.replace(state, deflection=state.deflection + motion))
         return found, patterns
@@ -221,14 +221,13 @@ class Predictor:
     def seen_changes(self, solved: Solved, changes: Sequence[Complex]) -> list[Complex]:
         """Return changes of the readings as changes of the prediction.
 
-        Behind the outputs' steps, scaled as doubts scale the residual, less what free tones would
-        follow.
+        Behind the outputs' steps, whitened as the residual is, less what free tones would follow.
 
         Golub and Pereyra (1973), doi:10.1137/0710036, as simplified by Kaufman (1975),
         doi:10.1007/BF01932995: numbers that are free in every record are eliminated.
         """
-        seen = self.outputs(solved.setup, changes)
-        seen = self._certain(self._doubts(solved, solved.setup), seen)
+        seen = self.outputs(solved.cell, changes)
+        seen = self._whitened(self._error_covariances(solved, solved.cell), seen)
         if not solved.patterns:
             return seen
         found = []
@@ -240,14 +239,14 @@ class Predictor:
             found.append(scaled * np.sqrt(item.noise_power))
         return found
 
-    def torques(self, setups: Sequence[Setup], systems: Sequence[PoseSystem]) -> list[Torques]:
-        """Return the nonlinear torques of several setups with one arm and one motion."""
-        return self.local_torques.of(setups, self.arm(setups[0].spec), systems)
+    def torques(self, cells: Sequence[CellModel], systems: Sequence[PoseSystem]) -> list[Torques]:
+        """Return the nonlinear torques of several cells with one arm and one motion."""
+        return self.local_torques.of(cells, self.arm(cells[0].spec), systems)
 
-    def _doubts(self, solved: Solved, setup: Setup) -> tuple[Doubt, ...]:
-        """Return the doubt of every record; nothing where no torque sees a measured twist."""
+    def _error_covariances(self, solved: Solved, cell: CellModel) -> tuple[ErrorCovariance, ...]:
+        """Return that of every record; nothing where no torque sees a measured twist."""
         systems = solved.systems
-        sources = (*(item.errors for item in setup.held), solved.torques.errors)
+        sources = (*(item.errors for item in cell.held), solved.torques.errors)
         errors = {key: error for source in sources for key, error in source.items()}
         if not errors:
             return ()
@@ -259,52 +258,58 @@ class Predictor:
             omega = item.omega[:, 1]
             responses, samples = [], []
             for joint, place in places.items():
-                responses.append(setup.seen(omega, systems[group].response(omega, place)))
+                responses.append(cell.seen(omega, systems[group].response(omega, place)))
                 samples.append(errors[joint, index])
-            found.append(doubt_of(responses, samples, item))
+            found.append(error_covariance(responses, samples, item))
         return tuple(found)
 
-    def _certain(self, doubts: Sequence[Doubt], changes: Sequence[Complex]) -> list[Complex]:
-        """Return changes of the readings scaled as ``doubts`` scale residuals."""
-        if not doubts:
+    def _whitened(
+        self, covariances: Sequence[ErrorCovariance], changes: Sequence[Complex]
+    ) -> list[Complex]:
+        """Return changes of the readings, whitened as residuals are."""
+        if not covariances:
             return list(changes)
         count = sum(item.measured.size for item in self.records)
-        growth = np.exp(0.5 * sum(item.log_det for item in doubts) / count)
+        growth = np.exp(0.5 * sum(item.log_det for item in covariances) / count)
         return [
-            growth * certain(change, doubt, item)
-            for change, doubt, item in zip(changes, doubts, self.records, strict=True)
+            growth * whitened(change, covariance, item)
+            for change, covariance, item in zip(changes, covariances, self.records, strict=True)
         ]
 
-    def _doubted(self, doubts: Sequence[Doubt], readings: list[Complex]) -> list[Complex]:
-        """Return readings such that what is measured beyond them is scaled by the doubts."""
-        if not doubts:
+    def _with_whitened_rest(
+        self, covariances: Sequence[ErrorCovariance], readings: list[Complex]
+    ) -> list[Complex]:
+        """Return readings such that what is measured beyond them is the whitened residual."""
+        if not covariances:
             return readings
         measured = [item.measured for item in self.records]
         rest = [one - two for one, two in zip(measured, readings, strict=True)]
-        return [one - two for one, two in zip(measured, self._certain(doubts, rest), strict=True)]
+        return [
+            one - two for one, two in zip(measured, self._whitened(covariances, rest), strict=True)
+        ]
 
-    def hold(self, setup: Setup) -> Setup:
-        """Return a setup whose nonlinear torques stay as they are now, whatever changes."""
-        if not setup.forces:
-            return setup
-        systems = self.systems(setup.spec, setup.channels)
+    def hold(self, cell: CellModel) -> CellModel:
+        """Return a cell whose nonlinear torques stay as they are now, whatever changes."""
+        if not cell.forces:
+            return cell
+        systems = self.systems(cell.spec, cell.channels)
         names, held = systems[0].dof_names, []
-        for force in setup.forces:
-            alone = dataclasses.replace(setup, forces=(force,))
+        for force in cell.forces:
+            alone = dataclasses.replace(cell, forces=(force,))
             (torques,) = self.torques([alone], systems)
             held.append(HeldTorque(names, tuple(torques.forces), torques.errors))
-        return dataclasses.replace(setup, forces=(), held=(*setup.held, *held))
+        return dataclasses.replace(cell, forces=(), held=(*cell.held, *held))
 
-    def predict_many(self, setups: Sequence[Setup]) -> list[list[Complex]]:
-        """Predict several setups; if only nonlinear forces differ, their paths are shared."""
-        first = dataclasses.replace(setups[0], forces=())
-        alike = all(dataclasses.replace(item, forces=()) == first for item in setups)
-        if not alike or not any(item.forces for item in setups):
-            return [self.predict(item) for item in setups]
+    def predict_many(self, cells: Sequence[CellModel]) -> list[list[Complex]]:
+        """Predict several cells; if only nonlinear forces differ, their paths are shared."""
+        first = dataclasses.replace(cells[0], forces=())
+        alike = all(dataclasses.replace(item, forces=()) == first for item in cells)
+        if not alike or not any(item.forces for item in cells):
+            return [self.predict(item) for item in cells]
         systems = self.systems(first.spec, first.channels)
         return [
-            self._predicted(self._solve(setup, systems, torques), setup)
-            for setup, torques in zip(setups, self.torques(setups, systems), strict=True)
+            self._predicted(self._solve(cell, systems, torques), cell)
+            for cell, torques in zip(cells, self.torques(cells, systems), strict=True)
         ]
 
     def readings(
@@ -319,34 +324,36 @@ class Predictor:
             found.append(hann(raw.reshape(len(raw), -1, 3)))
         return found
 
-    def outputs(self, setup: Setup, readings: Sequence[Complex]) -> list[Complex]:
+    def outputs(self, cell: CellModel, readings: Sequence[Complex]) -> list[Complex]:
         """Apply the outputs' steps."""
         return [
-            setup.seen(item.omega[:, 1], reading)
+            cell.seen(item.omega[:, 1], reading)
             for item, reading in zip(self.records, readings, strict=True)
         ]
 
-    def squares(self, setup: Setup) -> list[NDArray[np.float64]]:
+    def squares(self, cell: CellModel) -> list[NDArray[np.float64]]:
         """Return |Y - Ŷ|²/σ² of every record, (n_channels, n_bins) each."""
         return [
             np.abs(item.measured - reading) ** 2 / item.noise_power
-            for item, reading in zip(self.records, self.predict(setup), strict=True)
+            for item, reading in zip(self.records, self.predict(cell), strict=True)
         ]
 
-    def predict(self, setup: Setup) -> list[Complex]:
+    def predict(self, cell: CellModel) -> list[Complex]:
         """Return the predicted spectra of every record, (n_channels, n_bins) each.
 
         Effects of sensors cost next to nothing after others.
         """
-        return self._predicted(self.solved(setup), setup)
+        return self._predicted(self.solved(cell), cell)
 
-    def _predicted(self, solved: Solved, setup: Setup) -> list[Complex]:
-        return self._doubted(self._doubts(solved, setup), self.outputs(setup, solved.readings))
+    def _predicted(self, solved: Solved, cell: CellModel) -> list[Complex]:
+        return self._with_whitened_rest(
+            self._error_covariances(solved, cell), self.outputs(cell, solved.readings)
+        )
 
 
-def _seen(setup: Setup, item: RecordSpectra, system: PoseSystem, motion: Complex) -> Complex:
+def _seen(cell: CellModel, item: RecordSpectra, system: PoseSystem, motion: Complex) -> Complex:
     """Return what the sensors read of a deflection while the motors stand still."""
     omega = item.omega.ravel()
     still = np.zeros((system.rigid.shape[1], len(omega)), dtype=complex)
     raw = system.reading(omega, motion, still, still)
-    return setup.seen(item.omega[:, 1], hann(raw.reshape(len(raw), -1, 3)))
+    return cell.seen(item.omega[:, 1], hann(raw.reshape(len(raw), -1, 3)))

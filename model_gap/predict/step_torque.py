@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.cell import JointForce
-from model_gap.laws import BACKLASH, stepped, Surroundings
+from model_gap.laws import BACKLASH, JointContext, stepped
 from model_gap.predict.joint_path import JointPath
 from model_gap.predict.ring_out import summed
 
@@ -37,14 +37,14 @@ def step_torque(path: JointPath, force: JointForce) -> Array:
     change = (now / period - 1.0) / poles
     give = float((residues @ change).real) + path.instant
     rate_give = float((residues * poles @ change).real)
-    around = Surroundings(
+    context = JointContext(
         stiffness=path.stiffness,
         static_twist=path.static_twist,
         give=give,
         rate_give=max(rate_give, 1e-3 * give / period),
         period_s=period,
     )
-    constants = np.array(force.law.constants(force.values, around), dtype=float)
+    constants = np.array(force.law.constants(force.values, context), dtype=float)
     # The state without the present torque: y' = g y - (g change + held) N.
     modes = np.array([residues, residues * poles, grow, now, grow * change + now - change])
     return stepped(force.law.kind, constants, modes, path.twist, path.rate, path.speed)

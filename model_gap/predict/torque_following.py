@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import RecordSpectra
-from model_gap.cell import JointForce, PoseArm, PoseSystem, Setup
+from model_gap.cell import CellModel, JointForce, PoseArm, PoseSystem
 from model_gap.predict.joint_path import JointPath, on_steps
 from model_gap.predict.step_torque import step_torque
 from model_gap.predict.torque_spectra import long_spectrum, SteppedTorque, whole_force
@@ -75,7 +75,7 @@ class TorqueFollowing:
         The record.
     system : PoseSystem
         The arm at its pose.
-    setup : Setup
+    cell : CellModel
         Gives the steps before the motors.
     bends : bool
         Whether it is stepped again; else it stays but for its own spring and load.
@@ -85,7 +85,7 @@ class TorqueFollowing:
     law: JointForce
     item: RecordSpectra
     system: PoseSystem
-    setup: Setup
+    cell: CellModel
     bends: bool
 
     def push(self, change: ArmChange, stiffness: float, static_twist: float) -> Complex:
@@ -133,7 +133,7 @@ class TorqueFollowing:
         """The long motion, and twist per force."""
         system, vector = self.system, self.stepped.path.vector
         omega, *recorded = self.item.long_motion
-        inputs = self.setup.driven(omega, *recorded)
+        inputs = self.cell.driven(omega, *recorded)
         force = system.force(*inputs)
         force = force - vector[:, None] * long_spectrum(self.stepped.torque, self.item)
         motion = stacked(omega, system.deflection(omega, force), *inputs)

@@ -10,7 +10,7 @@ from modal_reports import (
     Page,
     render,
 )
-from model_gap.comparison import compare, Comparison, SensorBand
+from model_gap.comparison import compare_model, ModelComparison, SensorBand
 from model_gap.decide import EVIDENCE_BETWEEN
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import gap_mapping
@@ -30,22 +30,22 @@ STYLES = (HERE / 'templates' / 'gap.css',)
 WORST_ROWS = 8
 
 
-def write_report(result: GapResult, path: Path, comparison: Comparison | None = None) -> None:
+def write_report(result: GapResult, path: Path, comparison: ModelComparison | None = None) -> None:
     """Write the report, whole or not at all."""
     write_text(path, render_report(result, comparison))
 
 
-def render_report(result: GapResult, comparison: Comparison | None = None) -> str:
+def render_report(result: GapResult, comparison: ModelComparison | None = None) -> str:
     """Return the report as one HTML document without scripts or links.
 
     Parameters
     ----------
     result : GapResult
         What was found.
-    comparison : Comparison or None
+    comparison : ModelComparison or None
         Its comparison; None: it is made.
     """
-    comparison = comparison or compare(result)
+    comparison = comparison or compare_model(result)
     shown = [pair for pair in comparison.pairs if pair.heldout] or list(comparison.pairs)
     pictures = spectra(result, shown)
     values = {
@@ -65,7 +65,7 @@ def render_report(result: GapResult, comparison: Comparison | None = None) -> st
     return render(Page('Model gap report', title, TEMPLATE, values, styles=STYLES))
 
 
-def _tables(result: GapResult, comparison: Comparison) -> dict[str, object]:
+def _tables(result: GapResult, comparison: ModelComparison) -> dict[str, object]:
     gap = gap_mapping(result, comparison)
     compared = gap['comparison']
     modes = compared['modes']
@@ -91,7 +91,7 @@ def _tables(result: GapResult, comparison: Comparison) -> dict[str, object]:
     }
 
 
-def _worst_sensors(comparison: Comparison) -> list[SensorBand]:
+def _worst_sensors(comparison: ModelComparison) -> list[SensorBand]:
     """Return the rows of the comparison that were farthest off before."""
 
     def off(item: SensorBand) -> float:

@@ -99,8 +99,8 @@ def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Markup]:
     order = np.argsort(-gap(worst))
     item = record_spectra(worst.item.record, search.settings.band, FINE_BINS)
     predictor = dataclasses.replace(search.data.fitting, records=[item])
-    (before,) = predictor.predict(search.nominal.setup())
-    (after,) = predictor.predict(result.final.setup())
+    (before,) = predictor.predict(search.nominal.cell())
+    (after,) = predictor.predict(result.final.cell())
     pictures: list[Markup] = []
     seen: set[str] = set()
     for row in order.tolist():

@@ -1,7 +1,7 @@
 """The effects that explain the gap, found round by round.
 
 In come records and a catalogue; out go fitted explanations, best first: candidates are
-screened, raced and refined until nothing is left to gain.
+screened, fitted and refined until nothing is left to gain.
 """
 
 from model_gap.search.reach import joint_shares

@@ -68,7 +68,7 @@ def lines_left(
     every = [record_spectra(record, band, len(record.acceleration)) for record in records]
     fine = replace(predictor, records=every)
     scores = []
-    for item, squares in zip(every, fine.squares(hypothesis.setup()), strict=True):
+    for item, squares in zip(every, fine.squares(hypothesis.cell()), strict=True):
         power = np.mean(squares, axis=0)
         scores.append((item.frequency_hz, power / np.maximum(_running_median(power), 1e-30)))
     found = _common(records, scores, band, LEAST_LEFT, MOST_LINES)

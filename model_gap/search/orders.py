@@ -49,11 +49,11 @@ def orders_left(
     joints : sequence of str
         Where to look.
     """
-    setup = hypothesis.setup()
-    systems = predictor.systems(setup.spec, setup.channels)
+    cell = hypothesis.cell()
+    systems = predictor.systems(cell.spec, cell.channels)
     rests = [
         item.measured - reading
-        for item, reading in zip(predictor.records, predictor.predict(setup), strict=True)
+        for item, reading in zip(predictor.records, predictor.predict(cell), strict=True)
     ]
     total = sum(
         float(np.sum(np.abs(rest) ** 2 / item.noise_power))
@@ -62,16 +62,16 @@ def orders_left(
     found = []
     for joint in joints:
         place = joint_vector(predictor.model, joint, systems[0].dof_names)
-        spring = joint_spring(setup.spec, joint)
+        spring = joint_spring(cell.spec, joint)
         tracks = []
         for item, rest, group in zip(predictor.records, rests, predictor.groups, strict=True):
             omega = item.omega[:, 1]
             stiffness = spring.stiffness + 1j * omega * spring.damping
-            response = setup.seen(omega, systems[group].response(omega, place)) * stiffness
+            response = cell.seen(omega, systems[group].response(omega, place)) * stiffness
             error, weight = free_force(rest, response, item.noise_power)
             angle = (item.record.pose + item.record.motor_shift) @ axis_row(predictor.model, joint)
             tracks.append(_Track(item, error, weight, angle))
-        ratio = next(j.drive.gear_ratio for j in setup.spec.joints if j.name == joint)
+        ratio = next(j.drive.gear_ratio for j in cell.spec.joints if j.name == joint)
         found += _strongest(joint, tracks, total, ratio)
     return tuple(found)
 

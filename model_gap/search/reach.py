@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import Complex
-from model_gap.cell import force_vector, Setup
+from model_gap.cell import CellModel, force_vector
 from model_gap.effects import Effect
 from model_gap.fit import EFFECTIVE_DATA
 from model_gap.hypothesis import Hypothesis
@@ -49,13 +49,13 @@ class Shares:
 
 def joint_shares(hypothesis: Hypothesis, predictor: Predictor) -> Shares:
     """Return what a free torque in each joint (``marked`` name) would account for."""
-    setup = hypothesis.setup()
-    probes = {place: (setup, place) for place in hypothesis.scene.joint_marks}
+    cell = hypothesis.cell()
+    probes = {place: (cell, place) for place in hypothesis.scene.joint_marks}
     return shares(hypothesis, predictor, probes)
 
 
 def shares(
-    hypothesis: Hypothesis, predictor: Predictor, probes: Mapping[str, tuple[Setup, str]]
+    hypothesis: Hypothesis, predictor: Predictor, probes: Mapping[str, tuple[CellModel, str]]
 ) -> Shares:
     """Project the residual of every bin on what a force at each place makes the sensors read.
 
@@ -65,23 +65,23 @@ def shares(
         Its residual counts.
     predictor : Predictor
         Of the records.
-    probes : dict of str to (Setup, str)
+    probes : dict of str to (CellModel, str)
         Place to an arm and a degree of freedom or joint of it.
     """
-    predicted = predictor.predict(hypothesis.setup())
+    predicted = predictor.predict(hypothesis.cell())
     rest = [
         item.measured - reading for item, reading in zip(predictor.records, predicted, strict=True)
     ]
     explained = dict.fromkeys(probes, 0.0)
-    for setup in {id(setup): setup for setup, _ in probes.values()}.values():
-        systems = predictor.systems(setup.spec, setup.channels)
-        model = dataclasses.replace(predictor.model, spec=setup.spec)
-        for place in [name for name, (own, _) in probes.items() if own is setup]:
+    for cell in {id(cell): cell for cell, _ in probes.values()}.values():
+        systems = predictor.systems(cell.spec, cell.channels)
+        model = dataclasses.replace(predictor.model, spec=cell.spec)
+        for place in [name for name, (own, _) in probes.items() if own is cell]:
             force = force_vector(model, probes[place][1], systems[0].dof_names)
             for number, item in enumerate(predictor.records):
                 omega = item.omega[:, 1]
                 response = systems[predictor.groups[number]].response(omega, force)
-                response = setup.seen(omega, response)
+                response = cell.seen(omega, response)
                 free, weight = free_force(rest[number], response, item.noise_power)
                 explained[place] += float(np.sum(weight * np.abs(free) ** 2))
     return Shares(
@@ -136,11 +136,11 @@ def within_reach(
     """
     kept: set[int] = set()
     for hypothesis in hypotheses:
-        setup = hypothesis.setup()
-        probes: dict[str, tuple[Setup, str]] = {}
+        cell = hypothesis.cell()
+        probes: dict[str, tuple[CellModel, str]] = {}
         place_of: dict[int, str] = {}
         for number, effect in enumerate(candidates):
-            probe = effect.probe(setup, hypothesis.scene)
+            probe = effect.probe(cell, hypothesis.scene)
             if probe is not None:
                 place_of[number] = probe[1]
                 probes.setdefault(probe[1], probe)

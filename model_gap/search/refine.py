@@ -9,8 +9,8 @@ from model_gap.effects import Effect
 from model_gap.fit import Fit, fit, fits, Linearised, neighbours
 from model_gap.hypothesis import Hypothesis, instead_of_tolerances
 from model_gap.predict import Predictor
-from model_gap.search.prepared import Prepared
 from model_gap.search.screen import Trial
+from model_gap.search.search_data import SearchData
 
 ROUGH = 8
 ROUGH_PER_TYPE = 4
@@ -43,7 +43,7 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
     coarse : Predictor
         Of the coarse records.
     """
-    held = coarse.hold(current.hypothesis.setup()).held
+    held = coarse.hold(current.hypothesis.cell()).held
     trials = chosen(trials)[: AFTER_TORQUES if held else None]
     found: list[Fit | None] = []
     if current.misfit < MIMICKED_MISFIT:
@@ -81,7 +81,7 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
     return close
 
 
-def fine_fits(rough: Sequence[Fit], data: Prepared) -> list[Fit]:
+def fine_fits(rough: Sequence[Fit], data: SearchData) -> list[Fit]:
     """Fit on all records; the best also with their details free, and on the links beside."""
 
     def finely(start: Hypothesis) -> Fit:
@@ -97,7 +97,7 @@ def fine_fits(rough: Sequence[Fit], data: Prepared) -> list[Fit]:
     return best_of_each([*near, *_next_door(near, data), *rest])
 
 
-def _next_door(near: Sequence[Fit], data: Prepared) -> list[Fit]:
+def _next_door(near: Sequence[Fit], data: SearchData) -> list[Fit]:
     """Fit the best effect of a link on the links beside it as well."""
     best = max(near, key=lambda item: item.log_evidence, default=None)
     if best is None:

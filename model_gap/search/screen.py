@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from modal_core.errors import ModelError
 from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Complex, Rows
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.effects import Effect
 from model_gap.fit import EFFECTIVE_DATA, free_numbers_cost
 from model_gap.hypothesis import Hypothesis
@@ -76,7 +76,7 @@ class Projection:
     @classmethod
     def of(cls, base: Hypothesis, predictor: Predictor, columns: Rows) -> 'Projection':
         """Project about a base hypothesis."""
-        rows = predictor.rows(base.setup())
+        rows = predictor.rows(base.cell())
         residual = predictor.weighting.measured - rows
         return cls(
             base,
@@ -141,7 +141,7 @@ def screen(
         Of the records to screen on.
     """
     base, scene = projection.base, projection.base.scene
-    present = predictor.hold(base.setup())
+    present = predictor.hold(base.cell())
     reference, _ = projection.value(None)
     together: dict[str, list[Effect]] = {}  # torques in one joint share its motion
     for number, effect in enumerate(candidates):
@@ -152,9 +152,9 @@ def screen(
         starts = [
             (n, tuple(it)) for n, effect in enumerate(effects) for it in effect.starts(scene)
         ]
-        setups = [effects[n].apply(present, values, scene) for n, values in starts]
+        cells = [effects[n].apply(present, values, scene) for n, values in starts]
         best: dict[int, tuple[float, Start]] = {}
-        for (number, values), spectra in zip(starts, _predicted(setups, predictor), strict=True):
+        for (number, values), spectra in zip(starts, _predicted(cells, predictor), strict=True):
             if spectra is None:
                 continue
             direction = predictor.weighting.rows(spectra) - projection.rows
@@ -173,17 +173,17 @@ def screen(
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def _predicted(setups: Sequence[Setup], predictor: Predictor) -> list[list[Complex] | None]:
-    """Return the prediction of every setup, None for an impossible arm."""
-    if any(setup.forces for setup in setups):
+def _predicted(cells: Sequence[CellModel], predictor: Predictor) -> list[list[Complex] | None]:
+    """Return the prediction of every cell, None for an impossible arm."""
+    if any(cell.forces for cell in cells):
         try:
-            return list(predictor.predict_many(setups))
+            return list(predictor.predict_many(cells))
         except ModelError:
-            return [None] * len(setups)  # they share their arm
+            return [None] * len(cells)  # they share their arm
     found: list[list[Complex] | None] = []
-    for setup in setups:
+    for cell in cells:
         try:
-            found.append(predictor.predict(setup))
+            found.append(predictor.predict(cell))
         except ModelError:
             found.append(None)
     return found

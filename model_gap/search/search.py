@@ -7,18 +7,18 @@ from functools import partial
 import numpy as np
 
 from model_gap.campaign import Band, Campaign, explicit_damping
-from model_gap.cell import nuisances, Setup, Tolerances
+from model_gap.cell import CellModel, nuisances, Tolerances
 from model_gap.effects import CATALOGUE, Effect, Scene
 from model_gap.fit import Fit, fit, fits, tolerance_columns
 from model_gap.hypothesis import Hypothesis, stretch, STRETCHED, with_known_effects
+from model_gap.search.evidence_bound import evidence_bound, least_further_gain, tolerance_excess
+from model_gap.search.joint_screening import screen_jointly
 from model_gap.search.lines import common_lines, lines_left
 from model_gap.search.orders import orders_left
-from model_gap.search.prepared import prepare, Prepared
-from model_gap.search.race import race
 from model_gap.search.reach import within_reach
 from model_gap.search.refine import fine_fits, rough_fits, same, SETTLED_MISFIT
-from model_gap.search.room import open_gap, share_to_add, tolerance_excess
 from model_gap.search.screen import Projection, screen, Trial
+from model_gap.search.search_data import prepare_data, SearchData
 from structural_model import FlexibleJointModel
 
 # An effect is tried only where a free force could gain so much, and this share of the best place.
@@ -93,7 +93,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Step:
+class Round:
     """One round of the search.
 
     Parameters
@@ -136,24 +136,24 @@ class Search:
     campaign: Campaign
     settings: SearchSettings = field(default_factory=SearchSettings)
     progress: Callable[[float], None] = lambda _: None
-    steps: list[Step] = field(default_factory=list)
+    rounds: list[Round] = field(default_factory=list)
     simulated: bool | None = None
 
     def __post_init__(self) -> None:
         """Transform the records."""
-        setup = Setup(explicit_damping(self.model.spec), self.campaign.layout.channels)
+        cell = CellModel(explicit_damping(self.model.spec), self.campaign.layout.channels)
         names = tuple(sensor.name for sensor in self.campaign.layout)
         lines = common_lines(self.campaign.records, self.settings.band)
-        setup = with_known_effects(Scene(self.model, names, setup, lines))
-        self.scene = Scene(self.model, names, setup, lines)
-        self.tolerances = nuisances(setup, links_with_mass(self.model), self.settings.tolerances)
-        self.data = self._prepared(setup)
+        cell = with_known_effects(Scene(self.model, names, cell, lines))
+        self.scene = Scene(self.model, names, cell, lines)
+        self.tolerances = nuisances(cell, links_with_mass(self.model), self.settings.tolerances)
+        self.data = self._prepared(cell)
 
-    def _prepared(self, about: Setup | None) -> Prepared:
+    def _prepared(self, about: CellModel | None) -> SearchData:
         """Make the records ready, as those of an arm, or (None) of a linear simulation."""
         lines, band = self.scene.lines_hz, self.settings.band
         about = None if self.simulated else about
-        return prepare(self.campaign.records, self.model, band, lines, about)
+        return prepare_data(self.campaign.records, self.model, band, lines, about)
 
     @property
     def nominal(self) -> Hypothesis:
@@ -176,30 +176,32 @@ class Search:
         heldout = self.data.heldout
         if not heldout.records:
             return float('nan')
-        return heldout.weighting.misfit(heldout.rows(hypothesis.setup()))
+        return heldout.weighting.misfit(heldout.rows(hypothesis.cell()))
 
-    def run(self) -> list[Step]:
+    def run(self) -> list[Round]:
         """Search until nothing more is worth adding."""
         first = fit(self.nominal, self.data.fitting, relinearise=FIRST_LINEARISATIONS)
         current = self._followed(first).without_columns
         self._tell(0.0)
         for _ in range(self.settings.most_effects):
             step = self._settled(self._step(current))
-            self.steps.append(step)
+            self.rounds.append(step)
             if not self.earns_place(step):
                 break
             current = step.candidates[0].fit
-            if open_gap(current) + tolerance_excess(current) < self.settings.worth_adding:
+            if evidence_bound(current) + tolerance_excess(current) < self.settings.worth_adding:
                 break
         self.progress(1.0)
-        return self.steps
+        return self.rounds
 
     def _tell(self, share: float) -> None:
         """Report how much of a round is done; what is left after it is mostly less than it."""
-        begun, ends = (1.0 - LEFT_AT_FIRST * LEFT_AFTER**n for n in np.arange(2) + len(self.steps))
+        begun, ends = (
+            1.0 - LEFT_AT_FIRST * LEFT_AFTER**n for n in np.arange(2) + len(self.rounds)
+        )
         self.progress(float(begun + share * (ends - begun)))
 
-    def _settled(self, step: Step) -> Step:
+    def _settled(self, step: Round) -> Round:
         """Fit the best candidate to the end; drop earlier effects that no longer earn a place."""
         if not self.earns_place(step):
             return step
@@ -228,7 +230,7 @@ class Search:
         distorted = fitted.misfit > DISTORTED_MISFIT
         if self.simulated or (distorted and not fitted.hypothesis.effects):
             return fitted
-        self.data = self._prepared(fitted.hypothesis.setup())
+        self.data = self._prepared(fitted.hypothesis.cell())
         again = partial(fit, fitted.hypothesis, linearised=fitted.linearised, iterations=4)
         found = again(predictor=self.data.fitting)
         if self.simulated is None:
@@ -255,11 +257,11 @@ class Search:
         fewer = final.hypothesis.without(keys.index(best.key))
         start = fewer.with_effect(other.effect, other.fit.hypothesis.values()[-1])
         (fitted,) = fits(lambda it: fit(it, self.data.fitting, relinearise=2), [start])
-        return self._candidate(fitted, self.steps[0].before) if fitted else None
+        return self._candidate(fitted, self.rounds[0].before) if fitted else None
 
-    def earns_place(self, step: Step) -> bool:
+    def earns_place(self, step: Round) -> bool:
         """Return whether the best candidate of a round gains enough to be believed."""
-        least = max(self.settings.worth_adding, share_to_add(step.before))
+        least = max(self.settings.worth_adding, least_further_gain(step.before))
         return bool(step.candidates) and step.candidates[0].gain >= least
 
     def _with_lines(self, current: Fit) -> Fit:
@@ -274,10 +276,10 @@ class Search:
         hypothesis = replace(hypothesis, scene=self.scene)
         if not new:
             return replace(current, hypothesis=hypothesis)
-        self.data = self._prepared(hypothesis.setup())
+        self.data = self._prepared(hypothesis.cell())
         return fit(hypothesis, self.data.fitting, relinearise=0).without_columns
 
-    def _step(self, current: Fit) -> Step:
+    def _step(self, current: Fit) -> Round:
         current = self._with_lines(current)
         candidates = [
             effect
@@ -295,7 +297,7 @@ class Search:
         refined = self._refine(current, trials) if promising else []
         found = [self._candidate(item, current) for item in refined]
         self._tell(0.85)
-        return Step(
+        return Round(
             before=current,
             heldout_before=self.heldout_misfit(current.hypothesis),
             candidates=tuple(sorted(found, key=lambda item: -item.gain)),
@@ -315,20 +317,20 @@ class Search:
         projection = Projection.of(base, predictor, columns)
         trials = screen(candidates, projection, predictor)
         if self._is_open(current, trials):
-            trials = race(trials, current.hypothesis, self.data.racing)
+            trials = screen_jointly(trials, current.hypothesis, self.data.loudest)
         return trials
 
     def _is_open(self, current: Fit, trials: Sequence[Trial]) -> bool:
         """Return whether there is a gap that no trial of the screening promises to close."""
         stretched = stretch(current.hypothesis) > STRETCHED
-        closed = bool(trials) and trials[0].gain > CLOSED_SHARE * open_gap(current)
+        closed = bool(trials) and trials[0].gain > CLOSED_SHARE * evidence_bound(current)
         return stretched or (current.misfit > OPEN_MISFIT and not closed)
 
     def _refine(self, current: Fit, trials: Sequence[Trial]) -> list[Fit]:
         rough = rough_fits(current, trials, self.data.coarse)
         self._tell(0.65)
         if rough and current.misfit > DISTORTED_MISFIT and not self.simulated:
-            self.data = self._prepared(replace(rough[0].hypothesis, held=()).setup())
+            self.data = self._prepared(replace(rough[0].hypothesis, held=()).cell())
         return fine_fits(rough, self.data)
 
 

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from model_gap.comparison import compare
+from model_gap.comparison import compare_model
 from model_gap.decide.decide import too_little, Verdict
 from model_gap.effects.joint_damping import JointDamping
 from model_gap.effects.joint_stiffness import JointStiffness
@@ -61,7 +61,7 @@ def test_gap_shrinks_to_the_noise_on_poses_that_took_no_part(softer):
 
 @pytest.fixture(scope='module')
 def compared(softer):
-    return compare(softer)
+    return compare_model(softer)
 
 
 def test_gap_json_has_its_fixed_keys(softer, compared, tmp_path):

@@ -262,7 +262,7 @@ def test_slow_sensors_are_compared_as_far_as_they_tell(tmp_path, records, robot,
         assert plain[-1] == pytest.approx(high_hz, abs=0.4)
     search = Search(robot, campaign, simulated=True)
     assert (
-        search.data.fitting.weighting.misfit(search.data.fitting.rows(search.nominal.setup()))
+        search.data.fitting.weighting.misfit(search.data.fitting.rows(search.nominal.cell()))
         < 200.0
     )
 

@@ -11,7 +11,7 @@ from model_gap.campaign.motion import disagreement, lag_s, white_density
 from model_gap.campaign.read_campaign import read_campaign
 from model_gap.campaign.resample import thinned
 from model_gap.campaign.spectra import Band, record_spectra
-from model_gap.cell.setup import Setup
+from model_gap.cell.cell_model import CellModel
 from model_gap.predict.predict import Predictor
 from test.support.hidden_campaign import make_campaign, SENSORS
 from test.support.write_campaign import write_campaign
@@ -86,7 +86,7 @@ def test_right_model_meets_the_noise_of_a_coarse_encoder(tmp_path, robot):
 
     def chi(items):
         predictor = Predictor(robot, [record_spectra(item, Band(3.0, 50.0)) for item in items])
-        readings = predictor.predict(Setup(robot.spec, campaign.layout.channels))
+        readings = predictor.predict(CellModel(robot.spec, campaign.layout.channels))
         return predictor.weighting.misfit(predictor.weighting.rows(readings))
 
     known = chi(campaign.records)

@@ -11,7 +11,7 @@ from model_gap.decide.adequacy import adequacy
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.tonal_disturbance import families, TonalDisturbance
 from model_gap.fit.fit import fit
-from model_gap.fit.foretold import foretold
+from model_gap.fit.posterior_predictive import posterior_predictive_check
 from model_gap.search.lines import lines_left
 from model_gap.search.search import Search, SearchSettings
 
@@ -67,7 +67,7 @@ def test_hum_is_followed_at_its_place_only(searched, wander, most):
     for place in ('joint_2', 'joint_1', 'joint_3'):
         effect = TonalDisturbance(place, ', orders 1 2', 21.37)
         hypothesis = search.nominal.with_effect(effect, (21.37,))
-        rows = search.data.fitting.rows(hypothesis.setup())
+        rows = search.data.fitting.rows(hypothesis.cell())
         left[place] = search.data.fitting.weighting.misfit(rows)
     assert left['joint_2'] < most, f'seed {SEED}: {left}'
     assert min(left['joint_1'], left['joint_3']) > 3.0, f'seed {SEED}: {left}'
@@ -96,7 +96,7 @@ def healthy(campaign_of, robot):
 def test_heldout_poses_are_judged_with_what_the_fit_leaves_open(healthy):
     search, fitted = healthy
     plain = search.heldout_misfit(fitted.hypothesis)
-    found, _ = foretold(fitted, search.data.heldout)
+    found, _ = posterior_predictive_check(fitted, search.data.heldout)
     assert 0.8 < found < 1.15, f'seed {SEED + 2}: {found}, plain {plain}'
     assert found <= plain
     left = adequacy(search, fitted)
@@ -113,5 +113,5 @@ def test_another_arm_at_the_heldout_poses_is_noticed(healthy):
         for item in search.data.heldout.records
     ]
     predictor = dataclasses.replace(search.data.heldout, records=wrong)
-    found, _ = foretold(fitted, predictor)
+    found, _ = posterior_predictive_check(fitted, predictor)
     assert found > 1.5, f'seed {SEED + 2}: {found}'

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
-from model_gap.cell.setup import Setup
+from model_gap.cell.cell_model import CellModel
 from model_gap.decide.decide import at_limits, believed, one_law, rivals_of
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
@@ -15,14 +15,14 @@ from model_gap.effects.payload import Payload
 from model_gap.effects.sensor_polarity import SensorPolarity
 from model_gap.fit.fit import Fit
 from model_gap.hypothesis.hypothesis import Hypothesis
-from model_gap.search.search import Candidate, Search, SearchSettings, Step
+from model_gap.search.search import Candidate, Round, Search, SearchSettings
 
 
 @pytest.fixture(scope='module')
 def nominal(robot, layout):
-    setup = Setup(explicit_damping(robot.spec), layout.channels)
+    cell = CellModel(explicit_damping(robot.spec), layout.channels)
     names = tuple(sensor.name for sensor in layout)
-    return Hypothesis(Scene(robot, names, setup), (), (), np.zeros(0), np.zeros(0))
+    return Hypothesis(Scene(robot, names, cell), (), (), np.zeros(0), np.zeros(0))
 
 
 def test_a_number_at_the_end_of_its_range_is_no_explanation(nominal):
@@ -57,10 +57,10 @@ def rounds(nominal, *steps):
             values = tuple(effect.starts(nominal.scene)[0])
             added = fit_of(fitted.hypothesis.with_effect(effect, values))
             candidates.append(Candidate(effect, added, gain, misfit))
-        found.append(Step(fitted, held, tuple(candidates), ()))
+        found.append(Round(fitted, held, tuple(candidates), ()))
         fitted, held = candidates[0].fit, candidates[0].heldout_misfit
     search = Search.__new__(Search)
-    search.steps, search.settings = found, SearchSettings()
+    search.rounds, search.settings = found, SearchSettings()
     return search
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
-from model_gap.cell.setup import Setup
+from model_gap.cell.cell_model import CellModel
 from model_gap.effects import CATALOGUE, Scene
 from model_gap.predict.predict import Predictor
 
@@ -34,8 +34,8 @@ DISCRETE = {'sensor_polarity', 'sensor_axis_swap', 'tonal_disturbance'}
 
 @pytest.fixture(scope='module')
 def scene(robot, layout):
-    setup = Setup(explicit_damping(robot.spec), layout.channels)
-    return Scene(robot, tuple(sensor.name for sensor in layout), setup, lines_hz=(23.0,))
+    cell = CellModel(explicit_damping(robot.spec), layout.channels)
+    return Scene(robot, tuple(sensor.name for sensor in layout), cell, lines_hz=(23.0,))
 
 
 @pytest.fixture(scope='module')
@@ -70,8 +70,8 @@ def test_effect_describes_itself(kind, scene):
 def test_harmless_values_change_nothing(kind, scene, predictor):
     effect = kind.instances(scene)[0]
     values = HARMLESS.get(kind.type, tuple(item.neutral for item in effect.parameters(scene)))
-    base = predictor.predict(scene.setup)[0]
-    same = predictor.predict(effect.apply(scene.setup, values, scene))[0]
+    base = predictor.predict(scene.cell)[0]
+    same = predictor.predict(effect.apply(scene.cell, values, scene))[0]
     assert np.abs(same - base).max() < 2e-4 * np.abs(base).max(), kind.type
 
 
@@ -79,11 +79,11 @@ def test_harmless_values_change_nothing(kind, scene, predictor):
 def test_every_start_is_possible_and_changes_something(kind, scene, predictor):
     effects = kind.instances(scene)
     effect = effects[len(effects) // 3]
-    base = predictor.predict(scene.setup)[0]
+    base = predictor.predict(scene.cell)[0]
     starts = list(effect.starts(scene))
     assert starts
     for values in starts[:: max(1, len(starts) // 3)]:
-        other = predictor.predict(effect.apply(scene.setup, values, scene))[0]
+        other = predictor.predict(effect.apply(scene.cell, values, scene))[0]
         assert np.isfinite(other).all(), (kind.type, values)
         assert np.abs(other - base).max() > 1e-6 * np.abs(base).max(), (kind.type, values)
 
@@ -101,7 +101,7 @@ def test_parts_of_a_corrected_model_keep_their_names(kind, scene):
     """The same effect once more, on a model that has it: no two parts have one name."""
     effect = next(iter(kind.instances(scene)))
     values = tuple(effect.starts(scene)[-1])
-    spec = effect.apply(effect.apply(scene.setup, values, scene), values, scene).spec
+    spec = effect.apply(effect.apply(scene.cell, values, scene), values, scene).spec
     for parts in (spec.masses, spec.absorbers, spec.hinges, spec.rods):
         names = [part.name for part in parts]
         assert len(names) == len(set(names)), names

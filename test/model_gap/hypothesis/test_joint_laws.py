@@ -7,9 +7,9 @@ import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
+from model_gap.cell.cell_model import CellModel, HeldTorque
 from model_gap.cell.equivalent_gain import equivalent_gain
 from model_gap.cell.nuisance import nuisances, Tolerances
-from model_gap.cell.setup import HeldTorque, Setup
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.cubic_stiffness import CubicStiffness
@@ -18,7 +18,7 @@ from model_gap.effects.sensor_gain import SensorGain
 from model_gap.find_gap import find_gap
 from model_gap.fit.linearise import effect_columns, tolerance_columns
 from model_gap.hypothesis.hypothesis import Hypothesis
-from model_gap.predict.doubt import certain, doubt_of
+from model_gap.predict.error_covariance import error_covariance, whitened
 from model_gap.predict.followed import PARTING_1_S, parting_residues, predicted_share
 from model_gap.predict.predict import Predictor
 from model_gap.search.search import SearchSettings
@@ -70,10 +70,10 @@ def test_parting_filter_is_its_partial_fractions():
 
 def predictor_of(campaign, robot, **options):
     spectra = [record_spectra(item, Band(4.0, 50.0), 90) for item in campaign.records]
-    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    cell = CellModel(explicit_damping(robot.spec), campaign.layout.channels)
     names = tuple(sensor.name for sensor in campaign.layout)
     predictor = Predictor(robot, spectra, hanging=False, **options)
-    return predictor, Scene(robot, names, setup)
+    return predictor, Scene(robot, names, cell)
 
 
 def test_play_is_explained_where_no_motion_can_be_predicted(campaign_of, robot):
@@ -83,8 +83,8 @@ def test_play_is_explained_where_no_motion_can_be_predicted(campaign_of, robot):
     predictor, scene = predictor_of(campaign, robot)
 
     def left(gap):
-        setup = Backlash('joint_1').apply(scene.setup, (gap, 1.0), scene) if gap else scene.setup
-        return predictor.weighting.misfit(predictor.rows(setup))
+        cell = Backlash('joint_1').apply(scene.cell, (gap, 1.0), scene) if gap else scene.cell
+        return predictor.weighting.misfit(predictor.rows(cell))
 
     right = left(1.5e-4)
     assert right < 2.0, f'seed {SEED}: {right:.2f}'
@@ -100,22 +100,22 @@ def test_doubt_takes_along_its_direction_only_and_costs_its_determinant(campaign
     shape = item.measured.shape
     response = rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
     error = 0.3 * np.ones(shape[1])
-    doubt = doubt_of([response], [error], item)
+    covariance = error_covariance([response], [error], item)
     size = np.sum(np.abs(response) ** 2 / item.noise_power, axis=0)
-    assert doubt.log_det == pytest.approx(np.log1p(0.09 * size).sum())
-    along = certain(response, doubt, item)
+    assert covariance.log_det == pytest.approx(np.log1p(0.09 * size).sum())
+    along = whitened(response, covariance, item)
     np.testing.assert_allclose(along, response / np.sqrt(1.0 + 0.09 * size), rtol=1e-9)
     other = rng.standard_normal(shape) + 0j
     inner = np.sum(response.conj() * other / item.noise_power, axis=0)
     other = other - response * (inner / size)
-    np.testing.assert_allclose(certain(other, doubt, item), other, atol=1e-9)
+    np.testing.assert_allclose(whitened(other, covariance, item), other, atol=1e-9)
 
 
 def test_numbers_of_a_held_law_stay(campaign_of, robot):
     predictor, scene = predictor_of(campaign_of([], SEED, **SMALL), robot)
     start = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0))
     one = start.with_effect(CubicStiffness('joint_2'), (1e5, 1.0))
-    held = replace(one, held=predictor.hold(one.setup()).held)
+    held = replace(one, held=predictor.hold(one.cell()).held)
     two = held.with_effect(Backlash('joint_3'), (1e-4, 1.0))
     moved = two.moved(two.tolerance_values, two.inner + 0.1)
     np.testing.assert_array_equal(moved.inner[:2], two.inner[:2])
@@ -135,7 +135,7 @@ def test_tolerance_derivatives_follow_a_hard_spring(joint, alpha, share, campaig
     hidden = {'type': 'cubic_stiffness', 'joint': joint, 'alpha': alpha, 'preload': share}
     campaign = campaign_of([hidden], SEED, **SMALL)
     predictor, scene = predictor_of(campaign, robot)
-    tolerances = nuisances(scene.setup, ('link_3',), Tolerances())
+    tolerances = nuisances(scene.cell, ('link_3',), Tolerances())
     start = Hypothesis(scene, tolerances, (), np.zeros(len(tolerances)), np.zeros(0))
     bent = start.with_effect(CubicStiffness(joint), (alpha, share))
     columns = tolerance_columns(bent, predictor)
@@ -157,7 +157,7 @@ def test_tolerance_derivatives_follow_a_hard_spring(joint, alpha, share, campaig
         up, down = (
             predictor.weighting.rows(
                 predictor.predict(
-                    bent.moved(np.eye(len(tolerances))[number] * sign * step, bent.inner).setup()
+                    bent.moved(np.eye(len(tolerances))[number] * sign * step, bent.inner).cell()
                 )
             )
             for sign in (1.0, -1.0)
@@ -174,7 +174,7 @@ def test_search_finds_a_hard_spring_under_gravity(campaign_of, robot):
     campaign = campaign_of([hidden], SEED, n_fit=3, n_held=1, duration=8.0)
     catalogue = (JointStiffness, Backlash, CubicStiffness)
     result = find_gap(robot, campaign, SearchSettings(catalogue=catalogue, most_effects=1))
-    best = result.search.steps[0].candidates[0]
+    best = result.search.rounds[0].candidates[0]
     (effect,) = best.fit.hypothesis.effects
     assert effect.key == ('cubic_stiffness', 'joint_2'), f'seed {SEED}: {effect}'
     ((alpha, share),) = best.fit.hypothesis.values()
@@ -189,19 +189,19 @@ def test_doubt_of_play_stays_while_its_torque_is_held(campaign_of, robot):
     campaign = campaign_of([], SEED, **SMALL)
     spectra = [record_spectra(item, Band(4.0, 50.0), 100) for item in campaign.records]
     predictor = Predictor(robot, spectra, hanging=False)
-    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    cell = CellModel(explicit_damping(robot.spec), campaign.layout.channels)
     names = tuple(sensor.name for sensor in campaign.layout)
-    nominal = Hypothesis(Scene(robot, names, setup), (), (), np.zeros(0), np.zeros(0))
+    nominal = Hypothesis(Scene(robot, names, cell), (), (), np.zeros(0), np.zeros(0))
     play = nominal.with_effect(Backlash('joint_3'), (6e-5, 1.0))
     gain = next(iter(SensorGain.instances(nominal.scene)))
     both = play.with_effect(gain, (1.1,))
-    base = predictor.rows(both.setup())
-    held = predictor.hold(both.setup())
+    base = predictor.rows(both.cell())
+    held = predictor.hold(both.cell())
     assert np.linalg.norm(predictor.rows(held) - base) < 1e-6 * np.linalg.norm(base)
 
     def rows(step):
         inner = both.inner + np.r_[0.0, 0.0, step] * both.prior_scale
-        moved = both.moved(both.tolerance_values, inner).setup()
+        moved = both.moved(both.tolerance_values, inner).cell()
         return predictor.rows(replace(moved, forces=(), held=held.held))
 
     expected = (rows(0.02) - rows(-0.02)) / 0.04
@@ -210,10 +210,10 @@ def test_doubt_of_play_stays_while_its_torque_is_held(campaign_of, robot):
 
 
 def test_numbers_move_beside_held_torques_of_the_model_itself(robot, layout):
-    setup = Setup(explicit_damping(robot.spec), layout.channels)
-    scene = Scene(robot, tuple(sensor.name for sensor in layout), setup)
-    known = Backlash('joint_2').apply(setup, (1e-4, 1.0), scene)
-    scene = replace(scene, setup=known)
+    cell = CellModel(explicit_damping(robot.spec), layout.channels)
+    scene = Scene(robot, tuple(sensor.name for sensor in layout), cell)
+    known = Backlash('joint_2').apply(cell, (1e-4, 1.0), scene)
+    scene = replace(scene, cell=known)
     held = (HeldTorque((), ()),)
     nominal = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0), held)
     play = nominal.with_effect(Backlash('joint_3'), (1e-4, 1.0))

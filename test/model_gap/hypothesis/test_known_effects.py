@@ -8,7 +8,7 @@ import yaml
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import LayoutError, ModelError
-from model_gap.cell.setup import Setup
+from model_gap.cell.cell_model import CellModel
 from model_gap.effects import CATALOGUE, Scene
 from model_gap.effects.sensor_rotation import rotation_matrix
 from model_gap.hypothesis.hypothesis import Hypothesis
@@ -22,7 +22,7 @@ TYPES = {kind.type: kind for kind in CATALOGUE}
 @pytest.fixture
 def scene(robot, layout):
     names = tuple(sensor.name for sensor in layout)
-    return Scene(robot, names, Setup(robot.spec, layout.channels))
+    return Scene(robot, names, CellModel(robot.spec, layout.channels))
 
 
 def hypothesis(scene, kind, location, values, variant=''):
@@ -58,7 +58,7 @@ def test_corrected_layout_reads_what_the_effect_did(robot, layout, scene):
     new = corrected_layout(layout, fitted)
     q = robot.pose('P1')
     before = robot.rigid_jacobian(q, layout.channels).astype(complex)
-    expected = fitted.setup().outputs[0](np.zeros(6), before)
+    expected = fitted.cell().outputs[0](np.zeros(6), before)
     np.testing.assert_allclose(robot.rigid_jacobian(q, new.channels), expected.real, atol=1e-12)
 
 
@@ -66,12 +66,12 @@ def test_delay_is_kept_in_the_layout_and_applied_again(robot, layout, scene):
     fitted = hypothesis(scene, 'sensor_delay', 'sensor:elbow', (0.004,))
     new = SensorLayout.from_mapping(corrected_layout(layout, fitted).to_mapping())
     assert [sensor.delay_s for sensor in new] == [0.0, 0.0, 0.004, 0.0]
-    setup = with_known_effects(Scene(robot, scene.sensors, Setup(robot.spec, new.channels)))
+    cell = with_known_effects(Scene(robot, scene.sensors, CellModel(robot.spec, new.channels)))
     omega = 2.0 * np.pi * np.array([10.0, 40.0])
     flat = np.ones((12, 2), dtype=complex)
     expected = flat.copy()
     expected[6:9] *= np.exp(-1j * omega * 0.004)
-    for step in setup.outputs:
+    for step in cell.outputs:
         flat = step(omega, flat)
     np.testing.assert_allclose(flat, expected)
 
@@ -93,14 +93,16 @@ def test_every_effect_of_the_arm_is_there_again_after_loading(
         fitted = dataclasses.replace(fitted, inner=moved)
         (values,) = fitted.values()
     (known,) = known_effects(fitted, [0.1] * len(values))
-    applied = fitted.setup()
+    applied = fitted.cell()
     only_arm = applied.spec != robot.spec and not applied.inputs
     assert known.kept_in == ('model' if only_arm else 'effects')
     model = robot.replace(dataclasses.replace(applied.spec, effects=(known,)))
     save_robot(model, tmp_path)
     loaded = load_robot(tmp_path)
     assert loaded.spec.effects == (known,)
-    again = with_known_effects(Scene(loaded, scene.sensors, Setup(loaded.spec, layout.channels)))
+    again = with_known_effects(
+        Scene(loaded, scene.sensors, CellModel(loaded.spec, layout.channels))
+    )
     for part in ('forces', 'ripples', 'tones'):
         assert getattr(again, part) == getattr(applied, part)
     omega = np.array([60.0, 200.0])
@@ -116,7 +118,7 @@ def test_every_effect_of_the_arm_is_there_again_after_loading(
 def test_unknown_effect_is_one_clear_line(robot, layout, scene):
     spec = dataclasses.replace(robot.spec, effects=(KnownEffect('gremlin', kept_in='effects'),))
     with pytest.raises(ModelError, match='unknown effect'):
-        with_known_effects(Scene(robot, scene.sensors, Setup(spec, layout.channels)))
+        with_known_effects(Scene(robot, scene.sensors, CellModel(spec, layout.channels)))
 
 
 @pytest.mark.parametrize(

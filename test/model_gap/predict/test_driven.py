@@ -5,13 +5,13 @@ import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
-from model_gap.cell.setup import Setup
+from model_gap.cell.cell_model import CellModel
 from model_gap.effects import Scene
 from model_gap.effects.command_delay import CommandDelay
 from model_gap.effects.servo_compliance import ServoCompliance
 from model_gap.predict.driven import driven_motion
 from model_gap.predict.predict import Predictor
-from model_gap.search.prepared import shortened
+from model_gap.search.search_data import shortened
 
 SEED = 23
 CASES = [
@@ -30,11 +30,11 @@ def test_cut_off_records_agree_with_independent_arm(hidden, effect, values, camp
     campaign = campaign_of([hidden], SEED, **options)
     records = [shortened(item, 8.0) for item in campaign.records]
     spectra = [record_spectra(item, Band(4.0, 50.0)) for item in records]
-    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    cell = CellModel(explicit_damping(robot.spec), campaign.layout.channels)
     names = tuple(sensor.name for sensor in campaign.layout)
-    setup = effect.apply(setup, values, Scene(robot, names, setup))
+    cell = effect.apply(cell, values, Scene(robot, names, cell))
     for item, reading in zip(
-        spectra, Predictor(robot, spectra, hanging=False).predict(setup), strict=True
+        spectra, Predictor(robot, spectra, hanging=False).predict(cell), strict=True
     ):
         error = np.linalg.norm(item.measured - reading) / np.linalg.norm(item.measured)
         assert error < 0.01, f'seed {SEED}, {item.record.name}: {error:.4f}'
@@ -44,7 +44,7 @@ def test_nothing_comes_in_again_at_the_start(campaign_of, robot):
     """Half a second late: the first half second is at rest, the last one is gone."""
     campaign = campaign_of([], SEED, size=0.0, n_fit=1, n_held=0, duration=6.0)
     item = record_spectra(shortened(campaign.records[0], 4.0), Band(4.0, 50.0))
-    plain = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    plain = CellModel(explicit_damping(robot.spec), campaign.layout.channels)
     names = tuple(sensor.name for sensor in campaign.layout)
     late = CommandDelay().apply(plain, (0.5,), Scene(robot, names, plain))
     motion = item.record.motor_acceleration

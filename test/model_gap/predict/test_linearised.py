@@ -9,7 +9,7 @@ from abb_emulator.mechanics.arm import Arm
 from model_gap.campaign.campaign import GapRecord
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
-from model_gap.cell.setup import Setup
+from model_gap.cell.cell_model import CellModel
 from model_gap.predict.linearised import linearised
 from model_gap.predict.predict import Predictor
 from structural_model import load_layout, load_robot
@@ -46,9 +46,9 @@ def shaken(model, channels, pose, peak_deg_s2, seconds=5.0):
     )
 
 
-def errors(model, setup, records, *, hanging):
+def errors(model, cell, records, *, hanging):
     spectra = [record_spectra(item, BAND) for item in records]
-    predicted = Predictor(model, spectra, hanging=hanging).predict(setup)
+    predicted = Predictor(model, spectra, hanging=hanging).predict(cell)
     return [
         float(np.linalg.norm(item.measured - found) / np.linalg.norm(item.measured))
         for item, found in zip(spectra, predicted, strict=True)
@@ -59,13 +59,13 @@ def test_the_nonlinear_arm_is_predicted_far_better_without_its_second_order():
     model = load_robot('generic_arm_6')
     channels = load_layout('generic_arm_6', 'sensors').channels
     pose = model.pose(next(iter(model.poses_controller_rad)))
-    setup = Setup(explicit_damping(model.spec), channels)
+    cell = CellModel(explicit_damping(model.spec), channels)
     gentle, record = (shaken(model, channels, pose, size) for size in (10.0, 200.0))
-    floor = errors(model, setup, [gentle], hanging=True)[0]  # of the discretisation
-    raw = errors(model, setup, [record], hanging=True)[0]
-    upright = errors(model, setup, [record], hanging=False)[0]
-    linear = linearised([record], model, setup, BAND.high_hz)
-    found = errors(model, setup, linear, hanging=True)[0]
+    floor = errors(model, cell, [gentle], hanging=True)[0]  # of the discretisation
+    raw = errors(model, cell, [record], hanging=True)[0]
+    upright = errors(model, cell, [record], hanging=False)[0]
+    linear = linearised([record], model, cell, BAND.high_hz)
+    found = errors(model, cell, linear, hanging=True)[0]
     text = f'seed {SEED}: floor {floor:.5f}, raw {raw:.5f}, upright {upright:.5f}, {found:.5f}'
     assert upright > 2.0 * raw > 4.0 * floor, text
     assert found**2 - floor**2 < 0.02 * (raw**2 - floor**2), text
@@ -75,7 +75,7 @@ def test_what_is_taken_out_grows_with_the_square_of_the_motion():
     model = load_robot('generic_arm_6')
     channels = load_layout('generic_arm_6', 'sensors').channels
     pose = model.pose(next(iter(model.poses_controller_rad)))
-    setup = Setup(explicit_damping(model.spec), channels)
+    cell = CellModel(explicit_damping(model.spec), channels)
     record = shaken(model, channels, pose, 60.0, seconds=2.0)
     half = dataclasses.replace(
         record,
@@ -86,7 +86,7 @@ def test_what_is_taken_out_grows_with_the_square_of_the_motion():
     taken = [
         item.acceleration - small.acceleration
         for item, small in zip(
-            (record, half), linearised([record, half], model, setup, 60.0), strict=True
+            (record, half), linearised([record, half], model, cell, 60.0), strict=True
         )
     ]
     np.testing.assert_allclose(taken[0], 4.0 * taken[1], atol=0.02 * np.abs(taken[0]).max())

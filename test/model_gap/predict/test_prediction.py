@@ -5,7 +5,7 @@ import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
-from model_gap.cell.setup import Setup
+from model_gap.cell.cell_model import CellModel
 from model_gap.effects import Scene
 from model_gap.effects.coulomb_friction import CoulombFriction
 from model_gap.effects.cubic_stiffness import CubicStiffness
@@ -68,11 +68,11 @@ def test_spectra_agree_with_independent_arm(
     seed = 11
     campaign = campaign_of([hidden] if hidden else [], seed, **EXACT)
     spectra = [record_spectra(item, Band(4.0, 50.0)) for item in campaign.records]
-    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    cell = CellModel(explicit_damping(robot.spec), campaign.layout.channels)
     names = tuple(sensor.name for sensor in campaign.layout)
     if effect is not None:
-        setup = effect.apply(setup, values, Scene(robot, names, setup))
-    predicted = Predictor(robot, spectra, hanging=False).predict(setup)  # as that arm
+        cell = effect.apply(cell, values, Scene(robot, names, cell))
+    predicted = Predictor(robot, spectra, hanging=False).predict(cell)  # as that arm
     for item, reading in zip(spectra, predicted, strict=True):
         error = np.linalg.norm(item.measured - reading) / np.linalg.norm(item.measured)
         assert error < allowed, f'{name}, seed {seed}, {item.record.name}: {error:.4f}'

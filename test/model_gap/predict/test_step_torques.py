@@ -5,16 +5,16 @@ import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.optimize import brentq
 
-from model_gap.cell.setup import JointForce
-from model_gap.laws import CubicLaw, FrictionLaw, SpeedStiffnessLaw, Surroundings
+from model_gap.cell.cell_model import JointForce
+from model_gap.laws import CubicLaw, FrictionLaw, JointContext, SpeedStiffnessLaw
 from model_gap.laws.solve import MEMORY, solve
 from model_gap.predict.joint_path import JointPath
 from model_gap.predict.step_torque import step_torque
 
 
-def torques_at(law, values, around, twists, rates=None):
+def torques_at(law, values, context, twists, rates=None):
     """Return the law's torque at the end of a step at many twists, each from rest."""
-    constants = np.array(law.constants(values, around))
+    constants = np.array(law.constants(values, context))
     rates = np.zeros_like(twists) if rates is None else rates
     pairs = zip(twists, rates, strict=True)
     return np.array(
@@ -126,11 +126,11 @@ def test_cubic_torque_solves_its_implicit_equation(rng):
             rng.uniform(-5e-4, 5e-4),
             10.0 ** rng.uniform(5, 7),
         )
-        around = Surroundings(k, static, rng.uniform(0.0, 0.3) / k, 0.0, 1 / 600)
+        context = JointContext(k, static, rng.uniform(0.0, 0.3) / k, 0.0, 1 / 600)
         twist = rng.uniform(-7e-4, 7e-4)
-        still, torque = torques_at(CubicLaw, (alpha, share), around, [0.0, twist])
+        still, torque = torques_at(CubicLaw, (alpha, share), context, [0.0, twist])
         assert abs(still) < 1e-9, 'at rest'
-        left = twist - around.give * torque
+        left = twist - context.give * torque
         load = share * static
         rest = brentq(lambda y, a=alpha, v=load: y + a * y**3 - v, -1e-3, 1e-3, xtol=1e-17)
         expected = k * alpha * ((rest + left) ** 3 - rest**3)
@@ -142,7 +142,7 @@ def test_cubic_torque_without_preload_is_the_dynamic_one(rng):
     twists = rng.uniform(-5e-4, 5e-4, 60)
     for share, static in ((0.0, 6e-4), (1.0, 0.0)):
         found = torques_at(
-            CubicLaw, (2e6, share), Surroundings(1e6, static, 0.0, 0.0, 1 / 600), twists
+            CubicLaw, (2e6, share), JointContext(1e6, static, 0.0, 0.0, 1 / 600), twists
         )
         np.testing.assert_allclose(found, 1e6 * 2e6 * twists**3, rtol=1e-9, atol=1e-12)
 
@@ -151,8 +151,8 @@ def test_softening_spring_never_turns_round():
     """Past its strongest the spring is held: nothing jumps, not even under too much preload."""
     twist = np.linspace(-5e-3, 5e-3, 4001)
     for static in (0.0, 5e-3):
-        around = Surroundings(1e6, static, 1e-7, 0.0, 1 / 600)
-        torque = torques_at(CubicLaw, (-1e6, 1.0), around, twist)
+        context = JointContext(1e6, static, 1e-7, 0.0, 1 / 600)
+        torque = torques_at(CubicLaw, (-1e6, 1.0), context, twist)
         assert np.all(np.isfinite(torque))
         slope = np.diff(torque) / np.diff(twist)
         assert slope.max() <= 1e-3
@@ -260,7 +260,7 @@ def test_spring_that_stiffens_with_speed_moves_as_integrated(share):
 def test_mean_friction_over_a_step_is_the_integral_of_the_law(rng):
     """The speed runs straight from -v to v' in one step: the torque's mean is known."""
     constants = np.array(
-        FrictionLaw.constants((30.0, 2e-3, 0.0), Surroundings(1.0, 0.0, 0.0, 0.0, 1 / 600))
+        FrictionLaw.constants((30.0, 2e-3, 0.0), JointContext(1.0, 0.0, 0.0, 0.0, 1 / 600))
     )
     for _ in range(50):
         memory = np.zeros(MEMORY)
@@ -278,8 +278,8 @@ def test_friction_solves_its_implicit_equation(rng):
         level, width = rng.uniform(10.0, 300.0), 10.0 ** rng.uniform(-4.0, -2.0)
         give = 10.0 ** rng.uniform(-7.0, -4.0)
         rate = rng.standard_normal() * 10.0 ** rng.uniform(-4.0, 0.0)
-        around = Surroundings(1.0, 0.0, 0.0, give, 1 / 600)
-        (torque,) = torques_at(FrictionLaw, (level, width, 0.0), around, [0.0], [rate])
+        context = JointContext(1.0, 0.0, 0.0, give, 1 / 600)
+        (torque,) = torques_at(FrictionLaw, (level, width, 0.0), context, [0.0], [rate])
         left = rate - give * torque
         # An error of the torque changes the speed it leaves: judged where both meet.
         grip = np.tanh(left / width)

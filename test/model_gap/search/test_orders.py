@@ -7,7 +7,7 @@ import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
-from model_gap.cell.setup import Ripple, Setup
+from model_gap.cell.cell_model import CellModel, Ripple
 from model_gap.effects import Scene
 from model_gap.effects.transmission_error import TransmissionError
 from model_gap.hypothesis.hypothesis import Hypothesis
@@ -21,9 +21,9 @@ AMPLITUDE = 3e-4
 def left_of(campaign, robot):
     """Return the nominal hypothesis and a predictor of the records."""
     spectra = [record_spectra(item, Band(4.0, 50.0), 120) for item in campaign.records]
-    setup = Setup(explicit_damping(robot.spec), campaign.layout.channels)
+    cell = CellModel(explicit_damping(robot.spec), campaign.layout.channels)
     names = tuple(sensor.name for sensor in campaign.layout)
-    nominal = Hypothesis(Scene(robot, names, setup), (), (), np.zeros(0), np.zeros(0))
+    nominal = Hypothesis(Scene(robot, names, cell), (), (), np.zeros(0), np.zeros(0))
     return nominal, Predictor(robot, spectra, hanging=False)
 
 

@@ -29,12 +29,12 @@ def test_tolerance_derivatives_are_those_of_the_prediction(search):
     """A step of a twentieth of a deviation bends sharp peaks by a few percent, no more."""
     nominal, predictor = search.nominal, search.data.coarse
     columns = tolerance_columns(nominal, predictor)
-    base = predictor.rows(nominal.setup())
+    base = predictor.rows(nominal.cell())
     for number in range(0, len(columns), 9):
         values = np.zeros(len(columns))
         values[number] = TOLERANCE_STEP
         moved = nominal.moved(values, nominal.inner)
-        secant = predictor.rows(moved.setup()) - base
+        secant = predictor.rows(moved.cell()) - base
         error = np.linalg.norm(secant / TOLERANCE_STEP - columns[number])
         name = nominal.tolerances[number].name
         assert error < 0.08 * np.linalg.norm(columns[number]), name
@@ -63,8 +63,8 @@ def test_next_experiment_separates_better_than_the_campaign(search):
 
 
 def test_held_torques_reproduce_the_prediction(search):
-    setup = search.nominal.setup()
-    full = CubicStiffness('joint_2').apply(setup, (2e6, 0.0), search.scene)
+    cell = search.nominal.cell()
+    full = CubicStiffness('joint_2').apply(cell, (2e6, 0.0), search.scene)
     held = search.data.coarse.hold(full)
     assert held.forces == ()
     whole, again = (

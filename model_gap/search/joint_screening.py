@@ -1,4 +1,4 @@
-"""Fit every linear effect of the arm for a few steps, tolerances following, and see who is ahead.
+"""Screen once more: linear effects of the arm and tolerances fitted jointly for a few steps.
 
 One simulation per starting value is not enough for what moves resonances by more than their width:
 the tolerances make up for part of it, and what is left looks like nothing.  A few steps of a joint
@@ -29,14 +29,14 @@ FURTHER_STARTS = 2
 Placed = tuple[float, Numbers]
 
 
-def runs(effect: Effect) -> bool:
+def is_linear(effect: Effect) -> bool:
     """Return whether an effect changes the arm and is linear."""
     return effect.moves_poles and not effect.amplitude_dependent
 
 
 @dataclass(frozen=True)
-class Track:
-    """The records a race is run on, and how tolerances act on them without any new effect.
+class JointScreening:
+    """The records effects are screened on, and how tolerances act on them without any new effect.
 
     Parameters
     ----------
@@ -50,11 +50,11 @@ class Track:
     columns: Rows
 
     @classmethod
-    def of(cls, base: Hypothesis, predictor: Predictor) -> 'Track':
+    def of(cls, base: Hypothesis, predictor: Predictor) -> 'JointScreening':
         """Linearise the tolerances at what the effects are added to."""
         return cls(predictor, tolerance_columns(base, predictor))
 
-    def run(self, start: Hypothesis, steps: int) -> Placed | None:
+    def descend(self, start: Hypothesis, steps: int) -> Placed | None:
         """Return the objective after some steps and where; None from an impossible arm."""
         try:
             found = descend(start, self.predictor, self.columns, steps)
@@ -63,7 +63,9 @@ class Track:
         return found.objective, numbers_of(found.hypothesis)
 
 
-def race(screened: Sequence[Trial], base: Hypothesis, predictor: Predictor) -> list[Trial]:
+def screen_jointly(
+    screened: Sequence[Trial], base: Hypothesis, predictor: Predictor
+) -> list[Trial]:
     """Return all trials, linear effects of the arm after a few steps, the most promising first.
 
     Parameters
@@ -76,27 +78,27 @@ def race(screened: Sequence[Trial], base: Hypothesis, predictor: Predictor) -> l
     predictor : Predictor
         Of a few records.
     """
-    base = replace(base, held=predictor.hold(base.setup()).held)
-    track = Track.of(base, predictor)
+    base = replace(base, held=predictor.hold(base.cell()).held)
+    joint = JointScreening.of(base, predictor)
     found_of = dict(enumerate(screened))
-    linear = [trial.effect for trial in screened if runs(trial.effect)]
+    linear = [trial.effect for trial in screened if is_linear(trial.effect)]
     near = within_reach(linear, [base], predictor, 0.0, REACH_SHARE)
     running = [n for n, trial in enumerate(screened) if any(trial.effect is it for it in near)]
 
     def begin(number: int) -> list[Placed]:
         effect = screened[number].effect
         values = (screened[number].values, *map(tuple, effect.few_starts(base.scene)))
-        found = [track.run(base.with_effect(effect, start), FIRST_STEPS) for start in values]
+        found = [joint.descend(base.with_effect(effect, start), FIRST_STEPS) for start in values]
         return sorted((item for item in found if item), key=lambda item: item[0])[:FURTHER_STARTS]
 
     def go_on(start: Hypothesis) -> Placed | None:
-        return track.run(start, FURTHER_STEPS)
+        return joint.descend(start, FURTHER_STEPS)
 
     begun = zip(running, side_by_side(begin, running), strict=True)
     standing = [(value, number, at) for number, best in begun for value, at in best]
     standing = sorted(standing, key=lambda item: item[0])[:FURTHER]
     starts = [with_numbers(base, numbers) for _, _, numbers in standing]
-    without = track.run(base, FIRST_STEPS + FURTHER_STEPS)
+    without = joint.descend(base, FIRST_STEPS + FURTHER_STEPS)
     ends = side_by_side(go_on, starts)
     for (_, number, _), end in zip(standing, ends, strict=True):
         if without is None or end is None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_gap.campaign import Band, GapRecord, record_spectra, TARGET_BINS
-from model_gap.cell import Setup
+from model_gap.cell import CellModel
 from model_gap.predict import linearised, Predictor, ROUGH_STEPS_PER_S, SAME_POSE_RAD, STEPS_PER_S
 from structural_model import FlexibleJointModel
 
@@ -21,7 +21,7 @@ SCREEN_S = 12.0
 
 
 @dataclass(frozen=True)
-class Prepared:
+class SearchData:
     """A predictor of every set of records.
 
     Parameters
@@ -32,7 +32,7 @@ class Prepared:
         The beginning of every fitting record, on few bins.
     screening : Predictor
         Of these a few poses.
-    racing : Predictor
+    loudest : Predictor
         Of these the loudest level.
     """
 
@@ -40,16 +40,16 @@ class Prepared:
     heldout: Predictor
     coarse: Predictor
     screening: Predictor
-    racing: Predictor
+    loudest: Predictor
 
 
-def prepare(
+def prepare_data(
     records: Sequence[GapRecord],
     model: FlexibleJointModel,
     band: Band,
     lines_hz: Sequence[float],
-    about: Setup | None,
-) -> Prepared:
+    about: CellModel | None,
+) -> SearchData:
     """Make records linear about an arm, and transform them.
 
     Parameters
@@ -62,7 +62,7 @@ def prepare(
         What is compared.
     lines_hz : sequence of float [Hz]
         Hums, kept out of the bins.
-    about : Setup or None
+    about : CellModel or None
         The arm whose second-order motion is taken out; None for records of a simulation that is
         linear about the motors' angles.
     """
@@ -81,12 +81,12 @@ def prepare(
     fitting = [item for item in records if not item.heldout]
     short = [shortened(item, SCREEN_S) for item in fitting]
     few = of_first_poses(short, SCREEN_POSES)
-    return Prepared(
+    return SearchData(
         fitting=predictor(fitting),
         heldout=predictor([item for item in records if item.heldout]),
         coarse=predictor(short, SCREEN_BINS, ROUGH_STEPS_PER_S),
         screening=predictor(few, SCREEN_BINS, ROUGH_STEPS_PER_S),
-        racing=predictor(loudest(few), SCREEN_BINS, ROUGH_STEPS_PER_S),
+        loudest=predictor(loudest(few), SCREEN_BINS, ROUGH_STEPS_PER_S),
     )
 
 

@@ -1,4 +1,4 @@
-"""How well a fit foretells held-out records, allowing for what it leaves uncertain.
+"""Posterior predictive check: how well a fit predicts held-out records within its uncertainty.
 
 At poses that were not fitted a tolerance shows that no fitted pose could tell: an error there is
 judged against σ² + J S Jᵀ, S the covariance of all numbers after the fit.
@@ -20,7 +20,7 @@ from model_gap.predict import Predictor
 ROUNDS = 4
 
 
-def foretold(fitted: Fit, predictor: Predictor) -> tuple[float, Hypothesis]:
+def posterior_predictive_check(fitted: Fit, predictor: Predictor) -> tuple[float, Hypothesis]:
     """Return χ of held-out records, and the hypothesis within the fit's uncertainty it is of.
 
     The numbers move to where EFFECTIVE_DATA log χ + ½ δᵀS⁻¹δ is least, and the way is paid for:
@@ -34,7 +34,7 @@ def foretold(fitted: Fit, predictor: Predictor) -> tuple[float, Hypothesis]:
         Of the held-out records.
     """
     hypothesis = fitted.hypothesis
-    rows = predictor.rows(hypothesis.setup())
+    rows = predictor.rows(hypothesis.cell())
     plain = predictor.weighting.misfit(rows)
     columns = np.concatenate(
         [
@@ -59,7 +59,7 @@ def foretold(fitted: Fit, predictor: Predictor) -> tuple[float, Hypothesis]:
         hypothesis.inner + way[size:] * hypothesis.prior_scale,
     )
     try:
-        there = predictor.weighting.misfit(predictor.rows(moved.setup()))
+        there = predictor.weighting.misfit(predictor.rows(moved.cell()))
     except ModelError:  # not a possible arm
         return plain, hypothesis
     paid = there * float(np.exp(0.5 * way @ fitted.precision @ way / EFFECTIVE_DATA))

@@ -15,9 +15,9 @@ from model_gap.fit.fits import fits
 from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.neighbours import neighbours
 from model_gap.fit.split import split
-from model_gap.search.race import race
+from model_gap.search.joint_screening import screen_jointly
 from model_gap.search.screen import Trial
-from model_gap.search.search import Candidate, Search, Step
+from model_gap.search.search import Candidate, Round, Search
 
 SEED = 47
 PLACE = (0.3, 0.05, 0.1)
@@ -44,9 +44,9 @@ def test_swinging_mass_wins_the_race_and_its_place_is_found(search):
         *(JointStiffness(joint) for joint in ('joint_3', 'joint_5')),
         LinkFlexibility('link_2', 'y'),
     ]
-    base = fit(search.nominal, search.data.racing).hypothesis
+    base = fit(search.nominal, search.data.loudest).hypothesis
     trials = [Trial(item, tuple(item.starts(search.scene)[0]), 0.0, base) for item in effects]
-    best = race(trials, base, search.data.racing)[0]
+    best = screen_jointly(trials, base, search.data.loudest)[0]
     assert repr(best.effect) == 'tuned_mass at link_4 z', f'seed {SEED}'
     assert best.gain > 20.0, f'seed {SEED}: {best.gain}'
     start = best.base.with_effect(best.effect, best.values)
@@ -62,13 +62,13 @@ def test_swinging_mass_wins_the_race_and_its_place_is_found(search):
 
 def test_from_the_next_link_the_right_one_is_found(search):
     """A fit on the wrong link leads to its neighbours, and there to a better one."""
-    predictor = search.data.racing
+    predictor = search.data.loudest
     start = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
     columns = tolerance_columns(search.nominal, predictor)
     wrong = descend(start.with_details(), predictor, columns, 4).hypothesis
 
     def value(hypothesis):
-        rows = predictor.rows(hypothesis.setup())
+        rows = predictor.rows(hypothesis.cell())
         return objective(predictor.weighting.misfit(rows), hypothesis)
 
     found = {item.effects[-1].location: value(item) for item in neighbours(wrong, predictor)}
@@ -90,7 +90,7 @@ def test_details_left_alone_change_nothing(search):
         free = plain.with_details()
         assert len(free.inner) > len(plain.inner)
         assert free.with_details() is None
-        one, other = (search.data.racing.predict(item.setup())[0] for item in (plain, free))
+        one, other = (search.data.loudest.predict(item.cell())[0] for item in (plain, free))
         assert np.abs(one - other).max() < 1e-9 * np.abs(one).max(), effect
     assert found >= 4
 
@@ -111,7 +111,7 @@ def test_another_place_is_tried_beside_all_that_was_found(search):
     final = fit(right.with_effect(softer, (1.0,)), fitting, relinearise=2)
     wrong = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
     alone = fit(wrong, fitting, relinearise=0)
-    search.steps = [Step(alone, 1.0, (), ())]
+    search.rounds = [Round(alone, 1.0, (), ())]
     other = Candidate(wrong.effects[0], alone, 0.0, 1.0)
     found = search.instead(final, right.effects[0], other)
     assert [item.key for item in found.fit.hypothesis.effects] == [
@@ -123,7 +123,7 @@ def test_another_place_is_tried_beside_all_that_was_found(search):
 
 def test_a_load_stays_as_uncertain_as_the_mass_beside_it(search):
     """With the derivatives of a point near by, tolerance and load must still look alike."""
-    predictor, flange = search.data.racing, Payload(search.model.link_names[-1])
+    predictor, flange = search.data.loudest, Payload(search.model.link_names[-1])
     start = search.nominal.with_effect(flange, (5.0, 0.0, 0.0, 0.0, 0.06))
     found = fit(start, predictor, relinearise=4)
     assert found.linearised is not None, f'seed {SEED}'
@@ -140,13 +140,13 @@ def test_a_load_stays_as_uncertain_as_the_mass_beside_it(search):
 
 def test_an_arm_that_is_not_possible_is_left_out(search):
     """A load that weighs less than nothing by more than the arm has: no end of the search."""
-    predictor = search.data.racing
+    predictor = search.data.loudest
     flange = Payload(search.model.link_names[-1])
     starts = [
         search.nominal.with_effect(flange, (mass, 0.0, 0.0, 0.0, 0.06)) for mass in (2.0, -1e5)
     ]
     with pytest.raises(ModelError):
-        predictor.rows(starts[1].setup())
+        predictor.rows(starts[1].cell())
     possible, impossible = fits(lambda start: fit(start, predictor, relinearise=0), starts)
     assert impossible is None
     assert [effect.key for effect in possible.hypothesis.effects] == [flange.key]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from model_gap.fit.fit import Fit
-from model_gap.search.room import open_gap, tolerance_excess
+from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
 
 SEED = 8
 SIZE = 40
@@ -47,7 +47,7 @@ def test_chance_leaves_the_excess_that_two_deviations_allow(posterior):
     assert excess.mean() == pytest.approx(2.0 * deviation, rel=0.1), f'seed {SEED}'
     assert excess.std() == pytest.approx(deviation, rel=0.15), f'seed {SEED}'
     assert np.mean(excess < 12.0) > 0.85, f'seed {SEED}'
-    assert open_gap(posterior()) == 0.0
+    assert evidence_bound(posterior()) == 0.0
 
 
 def test_a_tolerance_that_hides_an_effect_leaves_one(posterior):

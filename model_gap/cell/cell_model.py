@@ -1,6 +1,6 @@
-"""A hypothesis about the cell: the arm, its sensors, and what happens between them.
+"""The model of the cell: the arm, its sensors, and what happens between them.
 
-Effects and tolerances change a :class:`Setup` and return a new one, so that any number of them
+Effects and tolerances change a :class:`CellModel` and return a new one, so that any number of them
 compose in any order.
 """
 
@@ -39,7 +39,7 @@ class JointForce:
 
 
 @dataclass(frozen=True)
-class Setup:
+class CellModel:
     """Arm, sensors, and what lies between motion and reading.
 
     Parameters
@@ -67,11 +67,11 @@ class Setup:
     tones: tuple['Tone', ...] = ()
     held: tuple['HeldTorque', ...] = ()
 
-    def with_spec(self, spec: ModelSpec) -> 'Setup':
+    def with_spec(self, spec: ModelSpec) -> 'CellModel':
         """Return a copy with another arm."""
         return replace(self, spec=spec)
 
-    def then_output(self, step: Filter) -> 'Setup':
+    def then_output(self, step: Filter) -> 'CellModel':
         """Return a copy with one more step behind the sensors."""
         return replace(self, outputs=(*self.outputs, step))
 
@@ -89,7 +89,7 @@ class Setup:
             readings = step(omega, readings)
         return readings
 
-    def then_input(self, step: Filter) -> 'Setup':
+    def then_input(self, step: Filter) -> 'CellModel':
         """Return a copy with one more step before the motors."""
         return replace(self, inputs=(*self.inputs, step))
 

@@ -21,8 +21,8 @@ NEIGHBOURS = 6
 
 
 @dataclass(frozen=True)
-class Doubt:
-    """Uncertain directions of one record's residual.
+class ErrorCovariance:
+    """Covariance of the error of one record beyond its noise: uncertain directions.
 
     Parameters
     ----------
@@ -39,10 +39,10 @@ class Doubt:
     log_det: float
 
 
-def doubt_of(
+def error_covariance(
     responses: Sequence[Complex], errors: Sequence[Complex], item: RecordSpectra
-) -> Doubt:
-    """Return the doubt that errors of torques make.
+) -> ErrorCovariance:
+    """Return the covariance of what errors of torques make of the readings.
 
     Parameters
     ----------
@@ -64,13 +64,13 @@ def doubt_of(
         directions.append(scaled / np.maximum(size, 1e-300))
         shrink.append(1.0 - 1.0 / np.sqrt(growth))
         log_det += float(np.log(growth).sum())
-    return Doubt(tuple(directions), tuple(shrink), log_det)
+    return ErrorCovariance(tuple(directions), tuple(shrink), log_det)
 
 
-def certain(values: Complex, doubt: Doubt, item: RecordSpectra) -> Complex:
-    """Return readings scaled along the uncertain directions, (n_channels, n_bins)."""
+def whitened(values: Complex, covariance: ErrorCovariance, item: RecordSpectra) -> Complex:
+    """Return readings whitened along the uncertain directions, (n_channels, n_bins)."""
     scale = np.sqrt(item.noise_power)
     scaled = values / scale
-    for direction, shrink in zip(doubt.directions, doubt.shrink, strict=True):
+    for direction, shrink in zip(covariance.directions, covariance.shrink, strict=True):
         scaled = scaled - direction * (shrink * np.sum(direction.conj() * scaled, axis=0))
     return np.asarray(scaled * scale)

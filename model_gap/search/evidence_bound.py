@@ -1,4 +1,4 @@
-"""What one more effect could still gain: of what is left over, and of what tolerances cost."""
+"""Evidence bound: what one more effect could gain of what is left and of what tolerances cost."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ FURTHER_SHARE = 0.3
 LEAST_CHANCE = 2.0
 
 
-def open_gap(fitted: Fit) -> float:
+def evidence_bound(fitted: Fit) -> float:
     """Return the log evidence that bringing what is left over down to the noise would gain."""
     return EFFECTIVE_DATA * float(np.log(max(fitted.misfit, 1.0)))
 
@@ -29,11 +29,11 @@ def tolerance_excess(fitted: Fit) -> float:
     return max(0.5 * (float(values @ values) - max(expected, 0.0)), 0.0)
 
 
-def share_to_add(before: Fit) -> float:
+def least_further_gain(before: Fit) -> float:
     """Return what a further effect must gain: a part of what the ones before left over.
 
     One that takes away a tenth fits what a law of the first describes only roughly.
     """
     if not before.hypothesis.effects:
         return 0.0
-    return FURTHER_SHARE * open_gap(before)
+    return FURTHER_SHARE * evidence_bound(before)
