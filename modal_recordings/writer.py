@@ -60,7 +60,7 @@ class RecordingWriter:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = _new_file(self.path)
             self.temporary = Path(self._file.name)
-            self._stream = _WholeWrites(self._file)
+            self._stream = WholeWrites(self._file)
             self._writer = Writer(
                 self._stream,
                 chunk_size=CHUNK_BYTES,
@@ -238,7 +238,7 @@ def _new_file(path: Path) -> FileIO:
     raise AssertionError('unreachable')
 
 
-class _WholeWrites:
+class WholeWrites:
     """A stream that writes all bytes or raises, and knows its position."""
 
     def __init__(self, file: object) -> None:
@@ -246,6 +246,7 @@ class _WholeWrites:
         self.position = 0
 
     def write(self, data: bytes) -> int:
+        """Write all of it, however often the file must be asked."""
         rest = memoryview(data)
         while rest:
             count = self._file.write(rest)  # type: ignore[attr-defined]
@@ -254,6 +255,7 @@ class _WholeWrites:
         return len(data)
 
     def tell(self) -> int:
+        """Return how many bytes were written."""
         return self.position
 
     def flush(self) -> None:

@@ -167,6 +167,53 @@ def imported(path: Path) -> list[str]:
     return names
 
 
+def test_tests_reach_for_no_private_name():
+    """Tests hold for behaviour: what has a name with an underscore may change any day."""
+    found = [
+        f'{path.relative_to(ROOT)}:{line} {name}'
+        for path in sorted((ROOT / 'test').rglob('*.py'))
+        for line, name in private_uses(ast.parse(path.read_text()))
+    ]
+    assert found == []
+
+
+def private_uses(tree: ast.Module) -> list[tuple[int, str]]:
+    """Return line and name of each underscored name that a file takes from elsewhere."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and getattr(node.value, 'id', '') not in OWN:
+            found.append((node.lineno, node.attr))
+        elif isinstance(node, ast.ImportFrom):
+            found += [(node.lineno, alias.name) for alias in node.names]
+        elif isinstance(node, ast.Call) and 'attr' in getattr(
+            node.func, 'attr', getattr(node.func, 'id', '')
+        ):  # getattr, setattr, monkeypatch.setattr, patch.object's kin
+            texts = [item.value for item in node.args if isinstance(item, ast.Constant)]
+            found += [(node.lineno, text) for text in texts if isinstance(text, str)]
+    return [(line, name) for line, name in found if is_private(name)]
+
+
+OWN = ('self', 'cls')
+
+
+def is_private(name: str) -> bool:
+    """Two underscores are Python's own names, ``_repr_*_`` are notebooks'."""
+    return bool(re.fullmatch(r'_(?!_|repr_)\w+', name))
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['a._b', 'a.b._c()', 'from a import _b', "setattr(a, '_b', 1)", "m.setattr(a, '_b', 1)"],
+)
+def test_a_private_name_is_seen(text):
+    assert [name for _, name in private_uses(ast.parse(text))] != []
+
+
+@pytest.mark.parametrize('text', ['self._b', 'cls._b', 'a.__doc__', 'a._repr_html_()', '_ = a.b'])
+def test_a_name_of_ones_own_is_not(text):
+    assert private_uses(ast.parse(text)) == []
+
+
 FOLDED = ('oma_identifier', 'model_gap', 'modal_reports', 'robot_bridge', 'abb_emulator')
 """Rooms whose folders show the method."""
 

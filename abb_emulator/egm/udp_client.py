@@ -50,6 +50,12 @@ class UdpClient:
         """Datagrams waiting: each is one cycle of delay."""
         return len(self._queue)
 
+    @property
+    def address(self) -> Address:
+        """Where this end is."""
+        address: Address = self._socket.getsockname()[:2]
+        return address
+
     def send(self, data: bytes, now_s: float) -> None:
         """Send one datagram, as far as the faults let it."""
         for part in self._faults.robot.carry(data, now_s):

@@ -93,6 +93,24 @@ class Arm:
         self._state = self._settle(np.asarray(pose, float))
         self._linearise(np.asarray(pose, float))
 
+    @property
+    def state(self) -> Array:
+        """Flexible coordinates and their speeds, (2 n_dof,), a copy."""
+        return self._state.copy()
+
+    def let_go(self, state: Array, rise: Array, last_rise: Array) -> None:
+        """Go on from another state of motion, for instance of a free decay.
+
+        Parameters
+        ----------
+        state : (2 n_dof,) array
+            Flexible coordinates and their speeds.
+        rise, last_rise : (n_dof,) array
+            Accelerations of the coordinates, now and a step ago.
+        """
+        self._state, self._rise, self._last_rise = state.copy(), rise, last_rise
+        self._push = rise - self._linear.rise @ state
+
     def at_rest(self) -> Array:
         """Return what the channels read while nothing moves, (n_channels,) [m/s²], [rad/s]."""
         still = np.zeros((1, self.model.n_joints))

@@ -130,7 +130,7 @@ class Decimation:
     """One stream of samples at all the rates that its bands ask for, each stage made once."""
 
     def __init__(self) -> None:
-        self._stages: dict[tuple[int, ...], tuple[Decimator, int]] = {}
+        self.stages: dict[tuple[int, ...], tuple[Decimator, int]] = {}
         self._made: dict[tuple[int, ...], NDArray[np.floating]] = {}
         self._number = 0
         self.n_rows = 0
@@ -151,10 +151,10 @@ class Decimation:
     def by(self, factors: tuple[int, ...]) -> NDArray[np.floating]:
         """Return the rows taken last, decimated by all factors in turn."""
         if factors not in self._made:
-            stage, last = self._stages.get(factors, (None, 0))
+            stage, last = self.stages.get(factors, (None, 0))
             if stage is None or last != self._number - 1:
                 stage = Decimator(factors[-1])  # rows are missing: what it knows is too old
-            self._stages[factors] = stage, self._number
+            self.stages[factors] = stage, self._number
             self._made[factors] = stage.decimate(self.by(factors[:-1]))
         return self._made[factors]
 

@@ -89,6 +89,13 @@ class SampleBuffer:
         seen = list(self._seen.values())
         return (*expected, *(channel for channel in seen if channel not in expected))
 
+    @property
+    def n_held(self) -> int:
+        """Samples of all sources that are held now: those that wait, and those in their place."""
+        placed = self._segment.rows.values() if self._segment else ()
+        waiting = sum(source.stream.n_pending for source in self._sources.values())
+        return waiting + sum(rows.n_held for rows in placed)
+
     def expect(self, source: str) -> None:
         """Wait a little for a source that is known to exist before the first window begins."""
         self._expected.add(source)

@@ -174,7 +174,7 @@ class BandFit:
 
 
 @dataclass(frozen=True, slots=True)
-class _Evaluation:
+class Evaluation:
     """One model against the data: likelihood, L⁻¹ of E_k = L Lᴴ, H, ΦH and L⁻¹(P - E)L⁻ᴴ."""
 
     value: float
@@ -198,7 +198,7 @@ class _Quadratic:
 
 
 @dataclass(frozen=True, slots=True)
-class _Prior:
+class Prior:
     """A weak Gaussian prior on the forces of tails and on the noise, where a band says nothing.
 
     Far tails look alike within one band, so that their forces are not determined by its data, nor
@@ -212,7 +212,8 @@ class _Prior:
     weight: Real
 
     @classmethod
-    def of(cls, start: BandModel) -> '_Prior':
+    def of(cls, start: BandModel) -> 'Prior':
+        """Return the prior that is centred on a model."""
         # What a band made of the forces of far tails may be below zero: a scale must not be.
         level = np.abs(np.diag(start.force).real)
         level = np.maximum(level, LEAST_LEVEL * level.max())
@@ -279,18 +280,18 @@ def fit_band(
     """
     # Far from the maximum numbers may overflow; such a step is rejected, not reported.
     with np.errstate(over='ignore', invalid='ignore', divide='ignore'):
-        prior = _Prior.of(start)
+        prior = Prior.of(start)
         return _fit_band(data, near or start, prior, max_steps, convergence)
 
 
 def _fit_band(
-    data: BandData, start: BandModel, prior: _Prior, max_steps: int, convergence: ConvergenceLimits
+    data: BandData, start: BandModel, prior: Prior, max_steps: int, convergence: ConvergenceLimits
 ) -> BandFit:
     model, damping, n_steps, converged = start, FIRST_DAMPING, 0, False
-    current = _evaluate(data, model, prior)
+    current = evaluate(data, model, prior)
     if current is None and np.isfinite(start.force).all():
         model = replace(start, force=_without_negative(start.force))
-        current = _evaluate(data, model, prior)
+        current = evaluate(data, model, prior)
     if current is None:
         unknown = np.full(start.n_free, np.nan)
         none = np.full((start.n_free, len(start.shapes), 0), np.nan + 0j)
@@ -303,8 +304,8 @@ def _fit_band(
             before, misfit = misfit, _misfit(data, current)
             if misfit > convergence.misfit and misfit > convergence.gain * before:
                 break
-        candidate = _moved(model, _step(quadratic, damping))
-        trial = _evaluate(data, candidate, prior)
+        candidate = moved(model, _step(quadratic, damping))
+        trial = evaluate(data, candidate, prior)
         if trial is not None and damping < NEARLY_UNDAMPED:
             converged = abs(trial.value - current.value) < CONVERGED_CHANGE
         if trial is None or trial.value > current.value:
@@ -334,8 +335,8 @@ def _fit_band(
     )
 
 
-def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | None:
-    """Return None where the model is no covariance."""
+def evaluate(data: BandData, model: BandModel, prior: Prior) -> Evaluation | None:
+    """Return the likelihood of a model; None where it is no covariance."""
     # Written so that a parameter that is no number is refused as well.
     if not (np.all(model.damping_ratio > 1e-5) and np.all(model.damping_ratio < 0.9)):
         return None
@@ -365,7 +366,7 @@ def _evaluate(data: BandData, model: BandModel, prior: _Prior) -> _Evaluation | 
     value += shape_prior.penalty(model.shapes[:, : model.n_free])
     if not np.isfinite(value):
         return None
-    return _Evaluation(
+    return Evaluation(
         float(value),
         whitening,
         bare,
@@ -385,8 +386,8 @@ def _without_negative(force: Complex) -> Complex:
     return np.asarray((directions * np.maximum(power, 0.0)) @ directions.conj().T)
 
 
-def _quadratic(data: BandData, model: BandModel, prior: _Prior, at: _Evaluation) -> _Quadratic:
-    evaluated = _evaluated(data, model, at)
+def _quadratic(data: BandData, model: BandModel, prior: Prior, at: Evaluation) -> _Quadratic:
+    evaluated = evaluated_at(data, model, at)
     information = fisher_information(evaluated, model.one_noise)
     if model.one_noise:
         information[-1, -1] += data.n_noise
@@ -400,18 +401,18 @@ def _quadratic(data: BandData, model: BandModel, prior: _Prior, at: _Evaluation)
     scale = np.sqrt(np.diag(information))
     for own in shapes:
         scale[own] = np.linalg.norm(scale[own]) / max(1.0, np.sqrt(size - 2))
-    return _Quadratic(information, _gradient(data, model, prior, at, evaluated), scale)
+    return _Quadratic(information, downhill_gradient(data, model, prior, at, evaluated), scale)
 
 
-def _gradient(
+def downhill_gradient(
     data: BandData,
     model: BandModel,
-    prior: _Prior,
-    at: _Evaluation,
+    prior: Prior,
+    at: Evaluation,
     evaluated: Evaluated | None = None,
 ) -> Real:
     """Return the downhill gradient, priors included."""
-    evaluated = evaluated or _evaluated(data, model, at)
+    evaluated = evaluated or evaluated_at(data, model, at)
     downhill = gradient(evaluated, model.one_noise)
     if model.one_noise:
         downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
@@ -422,7 +423,8 @@ def _gradient(
     return downhill
 
 
-def _evaluated(data: BandData, model: BandModel, at: _Evaluation) -> Evaluated:
+def evaluated_at(data: BandData, model: BandModel, at: Evaluation) -> Evaluated:
+    """Return what the derivatives of the likelihood are made of."""
     free = slice(0, model.n_free)
     beta = model.frequency_hz[free] / data.frequency_hz[:, None]
     by_damping = at.bare[:, free] * 2j * model.damping_ratio[free] * beta
@@ -469,8 +471,8 @@ def _step(quadratic: _Quadratic, damping: float) -> Real:
         return np.full(len(scale), np.nan)
 
 
-def _moved(model: BandModel, step: Real) -> BandModel:
-    """Return the model after a step in the parameters of :func:`gradient`."""
+def moved(model: BandModel, step: Real) -> BandModel:
+    """Return the model after a step in the parameters of :func:`downhill_gradient`."""
     frequency, damping = model.frequency_hz.copy(), model.damping_ratio.copy()
     shapes = model.shapes.copy()
     length = np.ones(len(frequency))
@@ -560,7 +562,7 @@ def _shape_scatter(covariance: Real, model: BandModel) -> Complex:
     return scatter
 
 
-def _misfit(data: BandData, at: _Evaluation) -> float:
+def _misfit(data: BandData, at: Evaluation) -> float:
     """Return Σ n |residual|² over its expectation; a white Wishart average has E = r²/n."""
     squares = np.sum(np.abs(at.residual) ** 2, axis=(1, 2))
     n_channels = at.residual.shape[1]

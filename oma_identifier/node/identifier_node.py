@@ -80,9 +80,9 @@ class IdentifierNode(Node):
         self._polled = PolledGroup()
         self._subscriptions_of: dict[str, tuple[str, PolledTopic]] = {}
         self._last_result: WindowResult | None = None
-        self._worker = IdentificationWorker(self._publish, self._window_failed)
+        self.worker = IdentificationWorker(self.publish_result, self._window_failed)
         self._make_interfaces()
-        self._watch = ExcitationWatch(
+        self.watch = ExcitationWatch(
             self, self._value('plan_topic'), self._value('bridge_topic'), self._edge_changed
         )
         self._publish_last()
@@ -155,7 +155,7 @@ class IdentifierNode(Node):
         for measurement in in_order(found):
             self.pipeline.add(measurement)
         for window in self.pipeline.windows():
-            if not self._worker.submit(Job(self.pipeline, window)):
+            if not self.worker.submit(Job(self.pipeline, window)):
                 self.get_logger().warning(
                     f'window {window.index} skipped: identification cannot keep up',
                     throttle_duration_sec=10.0,
@@ -164,20 +164,21 @@ class IdentifierNode(Node):
     def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Flush the samples that are held, identify the partial last window, begin anew."""
         self._poll()
-        before = self._worker.n_done
+        before = self.worker.n_done
         for window in self.pipeline.finish():
-            self._worker.submit(Job(self.pipeline, window), may_skip=False)
-        response.success = self._worker.wait_idle(FINISH_TIMEOUT_S)
-        response.message = f'{self._worker.n_done - before} windows identified'
+            self.worker.submit(Job(self.pipeline, window), may_skip=False)
+        response.success = self.worker.wait_idle(FINISH_TIMEOUT_S)
+        response.message = f'{self.worker.n_done - before} windows identified'
         return response
 
     # -- output ----------------------------------------------------------------------------
 
-    def _publish(self, result: WindowResult) -> None:
+    def publish_result(self, result: WindowResult) -> None:
+        """Publish a window's result and keep it for the next start."""
         base_frame = self._value('base_frame')
         result = self._marked(result)
         self._last_result = result
-        message = modal_parameters(result, base_frame, self._worker.n_skipped)
+        message = modal_parameters(result, base_frame, self.worker.n_skipped)
         try:
             self._modal.publish(message)
             self._diagram.publish(stabilisation_diagram(result, base_frame))
@@ -195,20 +196,21 @@ class IdentifierNode(Node):
     def _publish_diagnostics(self) -> None:
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
-        message.status = [self._status(code, text) for code, text in self._findings()]
+        message.status = [self._status(code, text) for code, text in self.findings()]
         if not message.status:
             message.status = [self._status('OK', 'healthy')]
         self._diagnostics.publish(message)
 
-    def _findings(self) -> list[tuple[str, str]]:
+    def findings(self) -> list[tuple[str, str]]:
+        """Return code and text of all that /diagnostics names now."""
         found = list(self.problems.items())
         for topic, count in self.intake.n_refused.items():
             reason = self.intake.last_refusal[topic]
             found.append(('MESSAGE_REFUSED', f'{count} of {topic}: {reason}'))
         if not self.intake.n_messages:
             found.append(('NO_DATA', 'no samples received yet'))
-        if self._worker.n_skipped:
-            found.append(('WINDOW_SKIPPED', f'{self._worker.n_skipped} windows skipped'))
+        if self.worker.n_skipped:
+            found.append(('WINDOW_SKIPPED', f'{self.worker.n_skipped} windows skipped'))
         counters = self.pipeline.buffer.counters
         found += [(reason.upper(), counters.describe(reason)) for reason in counters.reasons]
         result = self._last_result
@@ -235,7 +237,7 @@ class IdentifierNode(Node):
             hardware_id=self.get_fully_qualified_name(),
             values=[
                 KeyValue(key='code', value=code),
-                KeyValue(key='windows', value=str(self._worker.n_done)),
+                KeyValue(key='windows', value=str(self.worker.n_done)),
                 *(KeyValue(key=f'messages {topic}', value=str(count)) for topic, count in counts),
             ],
         )
@@ -255,7 +257,7 @@ class IdentifierNode(Node):
         """Begin anew with the new settings; the modes keep their ids."""
         if not {parameter.name for parameter in parameters} & set(self._settings()):
             return
-        self._begin(below_edge(settings_from(self._settings()), self._watch.edge_hz))
+        self._begin(below_edge(settings_from(self._settings()), self.watch.edge_hz))
 
     def _edge_changed(self, edge_hz: float | None) -> None:
         """Begin anew where the excitation now ends; what was collected is identified first."""
@@ -264,7 +266,7 @@ class IdentifierNode(Node):
             return
         self._poll()
         for window in self.pipeline.finish():
-            self._worker.submit(Job(self.pipeline, window))
+            self.worker.submit(Job(self.pipeline, window))
         edge = 'no plan' if edge_hz is None else f'a plan that excites up to {edge_hz:g} Hz'
         band = f'up to {settings.max_frequency_hz:g} Hz' if settings.max_frequency_hz else 'free'
         self.get_logger().info(f'{edge} is played: band {band}')
@@ -327,7 +329,7 @@ class IdentifierNode(Node):
 
     def destroy_node(self) -> None:
         """Stop the worker, then the node."""
-        self._worker.stop(5.0)
+        self.worker.stop(5.0)
         if self._checkpoint is not None:
             self._checkpoint.close()
         super().destroy_node()

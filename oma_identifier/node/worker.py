@@ -45,6 +45,11 @@ class IdentificationWorker:
         self._thread = threading.Thread(target=self._run, name='identification', daemon=True)
         self._thread.start()
 
+    @property
+    def n_waiting(self) -> int:
+        """Windows that were handed over and are not begun."""
+        return self._jobs.qsize()
+
     def submit(self, job: Job, *, may_skip: bool = True) -> bool:
         """Hand over a window; False when it was skipped because others wait."""
         with self._idle:

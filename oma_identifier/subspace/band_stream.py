@@ -90,13 +90,13 @@ class BandStream:
         self._last: BandCovariance | None = None
         self._last_of = 0
         self._turn = turn
-        self._follows = False
+        self.follows = False
 
     def add(self, rows: Decimation) -> None:
         """Add the samples that were taken last."""
-        if self._follows:
+        if self.follows:
             self.interrupt()
-            self._follows = False
+            self.follows = False
         for conditioned in self._conditioner.of(rows):
             if self._accumulator is None:
                 self._accumulator = self._start(conditioned)
@@ -119,12 +119,12 @@ class BandStream:
         if not self._accumulator.fits(blocks):
             return False
         self._accumulator.take(blocks)
-        self._follows = True
+        self.follows = True
         return True
 
     def refilter(self) -> None:
         """Forget the filters' state where samples are added, not the blocks of another stream."""
-        if not self._follows:
+        if not self.follows:
             self.interrupt()
 
     def interrupt(self) -> None:

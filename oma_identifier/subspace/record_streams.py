@@ -140,6 +140,11 @@ class RecordStreams:
         """Forget the samples added last: no other streams will go ahead with them."""
         self._decimation.drop_all()
 
+    @property
+    def follows(self) -> tuple[bool, ...]:
+        """Of each band, whether it takes the blocks of the streams ahead."""
+        return tuple(stream.follows for stream in self._streams)
+
     def results(self) -> list[BandCovariance | None]:
         """Return the covariances of all bands so far."""
         return [stream.result() for stream in self._streams]

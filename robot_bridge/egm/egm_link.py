@@ -106,7 +106,7 @@ class EgmLink:
         self._stale_s = stale_s
         self._seqno = 0
         self._closing = threading.Event()
-        self._socket = _bound_socket(bind_address, port)
+        self._socket = bound_socket(bind_address, port)
         self._socket.settimeout(poll_s)
         self._newer = select.poll()
         self._newer.register(self._socket, select.POLLIN)
@@ -139,7 +139,7 @@ class EgmLink:
                     self.failure = error.strerror or str(error)
                     self._alarm(f'receive failed: {self.failure}')
                 continue
-            self._take(data, address, _receipt_ns(ancillary))
+            self._take(data, address, receipt_ns(ancillary))
 
     def _take(self, data: bytes, address: Address, receipt_ns: int) -> None:
         now_s = time.monotonic()
@@ -198,7 +198,8 @@ def ask_for_real_time(priority: int) -> bool:
     return True
 
 
-def _bound_socket(bind_address: str, port: int) -> socket.socket:
+def bound_socket(bind_address: str, port: int) -> socket.socket:
+    """Return a datagram socket of one interface whose packets the kernel stamps as they come."""
     if bind_address in ('', '0.0.0.0', '::', '*'):  # noqa: S104
         raise BridgeError(
             'bind_address must name one interface',
@@ -216,7 +217,8 @@ def _bound_socket(bind_address: str, port: int) -> socket.socket:
     return link
 
 
-def _receipt_ns(ancillary: list[tuple[int, int, bytes]]) -> int:
+def receipt_ns(ancillary: list[tuple[int, int, bytes]]) -> int:
+    """Return when the kernel received a packet, by what came beside it [ns]."""
     for level, kind, data in ancillary:
         if level == socket.SOL_SOCKET and kind == SO_TIMESTAMPNS:
             seconds, nanoseconds = TIMESPEC.unpack_from(data)

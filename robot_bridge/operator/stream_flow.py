@@ -72,12 +72,17 @@ class StreamFlow(OperatorFlow):
             super().abort(reason)
             if self.stop_program is None:
                 return
-            if may_run and not (self._stopping and self._stopping.is_alive()):
+            if may_run and not self.stopping:
                 # The network must not hold up the thread that listens.
                 self._stopping = threading.Thread(
                     target=self.stop_program, name='stop_program', daemon=True
                 )
                 self._stopping.start()
+
+    @property
+    def stopping(self) -> bool:
+        """Whether the controller is being asked to stop its program and has not answered."""
+        return self._stopping is not None and self._stopping.is_alive()
 
     def settle(self) -> None:
         """Wait until the controller has answered a stop it is being asked for."""

@@ -103,26 +103,25 @@ def test_at_rest_it_reads_gravity_and_nothing_moves(robot):
 
 def test_free_decay_has_the_true_poles(model, channels):
     pose = model.pose('P3')
-    arm = Arm(model, channels, pose, STEP_S)
     truth = damped_modes(equilibrium(model, pose), np.zeros((0, model.n_dof)))
     n = 400
     for index in range(4):
         pole, shape = truth.poles_1_s[index], truth.shapes[:, index]
         # From a free decay that has been going on: the foreseen x'' must be there as well.
         scale = 1e-6 / np.abs(shape).max()
-        rest = arm._state.copy()
-        before = (arm._rise, arm._last_rise, arm._push)
-        arm._state = rest + scale * np.concatenate([shape.real, (pole * shape).real])
-        arm._rise = scale * (pole**2 * shape).real
-        arm._last_rise = scale * (pole**2 * np.exp(-pole * STEP_S) * shape).real
-        arm._push = arm._rise - arm._linear.rise @ arm._state
+        arm = Arm(model, channels, pose, STEP_S)
+        rest = arm.state
+        arm.let_go(
+            rest + scale * np.concatenate([shape.real, (pole * shape).real]),
+            scale * (pole**2 * shape).real,
+            scale * (pole**2 * np.exp(-pole * STEP_S) * shape).real,
+        )
         arm.advance(*still(pose, n))
         factor = np.exp(pole * n * STEP_S)
         expected = scale * np.concatenate([(factor * shape).real, (pole * factor * shape).real])
         np.testing.assert_allclose(
-            arm._state - rest, expected, atol=2e-3 * np.abs(expected).max(), err_msg=f'{index}'
+            arm.state - rest, expected, atol=2e-3 * np.abs(expected).max(), err_msg=f'{index}'
         )
-        arm._state, (arm._rise, arm._last_rise, arm._push) = rest, before
 
 
 def test_forced_response_is_that_of_the_accelerance(model, channels):
@@ -224,7 +223,7 @@ def test_gears_agree_with_a_free_integration(model, reference, kind, record_prop
     pose, n = model.pose('P1'), 192
     motion = shaking(pose, 80.0)
     arm = Arm(model, (), pose, STEP_S, gears)
-    start = arm._state[: model.n_dof].copy()
+    start = arm.state[: model.n_dof]
     found = run(arm, motion, n)[1]
     expected = reference.ReferenceArm(model, motion, gears).run(start, n, STEP_S, substeps)[0]
     linear = run(Arm(model, (), pose, STEP_S), motion, n)[1]
@@ -243,7 +242,7 @@ def test_a_nonlinear_arm_rests_where_its_torques_balance(model):
     found = arm.advance(*still(pose, 256)).deflection
     # An axis without weight floats in its play: a thousandth of it.
     assert np.ptp(found, axis=0).max() < 2e-8
-    plain = Arm(model, (), pose, STEP_S)._state[: model.n_dof]
+    plain = Arm(model, (), pose, STEP_S).state[: model.n_dof]
     spring = np.array([joint.drive.spring.stiffness for joint in model.spec.joints])
     twists = [
         np.array([x[model.dof_names.index(f'{name}/drive')] for name in model.joint_names])

@@ -38,7 +38,7 @@ class Rig:
         """Be connected, with nothing latched, at the start pose, with a heartbeat."""
         operator, peer = self.operator, self.peer
         peer.state.update(motors=1, mci=3, rapid=2)
-        if peer._thread is None:
+        if not peer.running:
             peer.start()
         operator.hold().until_connected()
         if operator.last.state in (ARMED, RUNNING):

@@ -207,7 +207,7 @@ def test_abort_does_not_wait_for_a_start_and_the_password_is_nowhere(
         operator.hold().until(lambda: operator.last is not None, 'state', 90.0)
         operator.offer(pulses)
         assert operator.arm(pulses.plan_hash).accepted
-        starting = operator._clients[(f'{NODE}/start', drivers.StartPlan)].call_async(
+        starting = operator.client(f'{NODE}/start', drivers.StartPlan).call_async(
             drivers.StartPlan.Request(token=operator.token)
         )
         operator.until(web.waiting.is_set, 'load')

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from robot_bridge.egm.egm_link import _bound_socket, _receipt_ns, EgmLink
+from robot_bridge.egm.egm_link import bound_socket, EgmLink, receipt_ns
 from robot_bridge.egm.session_check import SessionCheck, SessionLimits
 from robot_bridge.player.plan_player import Reference
 
@@ -39,13 +39,13 @@ def wait_for_arrival_stamps():
 
     Before, a packet is stamped when it is read, and cannot be seen to have waited.
     """
-    probe = _bound_socket('127.0.0.1', 0)
+    probe = bound_socket('127.0.0.1', 0)
     with probe:
         while True:
             probe.sendto(b'?', probe.getsockname())
             time.sleep(STALE_S)
             _, ancillary, _, _ = probe.recvmsg(16, 64)
-            if time.time_ns() - _receipt_ns(ancillary) > 0.5e9 * STALE_S:
+            if time.time_ns() - receipt_ns(ancillary) > 0.5e9 * STALE_S:
                 return
 
 

@@ -66,7 +66,7 @@ def test_a_replayed_packet_gets_no_answer(loop):
     sent = loop.link.n_sent
     old = [p.data for p in loop.packets if not p.sent][10]
     # From the controller's own port: only the sequence number gives it away.
-    loop.controller.client._socket.sendto(old, loop.link.address)
+    loop.controller.client.send(old, 0.0)
     deadline = time.monotonic() + 2.0
     while not loop.link.check.counts['out_of_order'] and time.monotonic() < deadline:
         time.sleep(0.002)
@@ -84,7 +84,7 @@ def test_fuzzed_datagrams_neither_move_nor_stop_the_bridge(loop):
         for _ in range(3):
             if data:
                 data[random.integers(len(data))] = random.integers(256)
-        loop.controller.client._socket.sendto(bytes(data), loop.link.address)
+        loop.controller.client.send(bytes(data), 0.0)
         time.sleep(1e-4)
     time.sleep(0.1)
     assert loop.link.check.counts['malformed'] > before + 200
@@ -156,7 +156,7 @@ def test_the_controller_listens_to_one_port_of_the_sensor_only(loop):
     from robot_bridge.egm.egm_command import encode_sensor
 
     loop.run(100)
-    port = loop.controller.client._socket.getsockname()
+    port = loop.controller.client.address
     away = (loop.start_deg + 3.0).tolist()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(('127.0.0.1', 0))

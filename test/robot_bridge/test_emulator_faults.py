@@ -102,7 +102,7 @@ def test_stream_sends_every_cycle_during_a_move_and_ignores_replies(wire, peers)
     reply.header.seqno, reply.header.tm, reply.header.mtype = 0, 0, 3
     reply.planned.joints.joints.extend([50.0] * 6)
     reply.speedRef.joints.joints.extend([50.0] * 6)
-    local = wire.controller.client._socket.getsockname()
+    local = wire.controller.client.address
     before = wire.controller.planned_deg[1:].copy()
     for _ in range(20):
         wire.socket.sendto(reply.SerializeToString(), ('127.0.0.1', local[1]))
@@ -176,7 +176,7 @@ def test_stops_bring_the_axes_to_rest_and_nothing_resumes(wire, name):
 
 @pytest.mark.parametrize('name', [k.name for k in KINDS if k.name.startswith('sensor_')])
 def test_sensor_faults_spoil_the_channels_named_and_no_other(wire, name):
-    target = wire.desk._names[4]
+    target = wire.arm.arm.channels[4].name
     wire.cycles(40, arm=True)
     wire.desk.put(Fault(name, 0.05 if name == 'sensor_clipping' else 0.0, 0.0, target))
     first = len(wire.blocks)

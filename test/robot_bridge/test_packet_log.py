@@ -87,13 +87,13 @@ def full_disk(monkeypatch):
 
     disk = Disk()
 
-    class Stream(writer._WholeWrites):
+    class Stream(writer.WholeWrites):
         def write(self, data):
             disk.write(self._file, data)
             self.position += len(data)
             return len(data)
 
-    monkeypatch.setattr(writer, '_WholeWrites', Stream)
+    monkeypatch.setattr(writer, 'WholeWrites', Stream)
     return disk
 
 

@@ -190,7 +190,7 @@ def test_a_stop_that_fails_sends_to_the_pendant_and_may_be_asked_for_again(
     controller.answers.clear()
     n_stops = controller.posts().count('stop')
     rig.stream(1)  # it still runs
-    until(lambda: not rig.flow._stopping.is_alive())
+    until(lambda: not rig.flow.stopping)
     rig.backend.abort('aborted by the operator')
     until(lambda: controller.posts().count('stop') > n_stops)
 
@@ -206,7 +206,7 @@ def test_a_bridge_that_ends_waits_for_the_answer_to_its_stop(model, plan, tmp_pa
     assert settled.is_alive()
     controller.release.set()
     settled.join(60.0)
-    assert not rig.flow._stopping.is_alive()
+    assert not rig.flow.stopping
 
 
 AWAY = {f'rax_{n}': str(v) for n, v in enumerate((80, 45, -10, 90, -90, 0), 1)}

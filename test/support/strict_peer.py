@@ -162,6 +162,10 @@ class StrictPeer:
             time.sleep(max(0.0, CYCLE_S - (time.monotonic() - begin_s)))
         return self
 
+    @property
+    def running(self):
+        return self._thread is not None
+
     def start(self):
         """Run in a thread of its own until closed."""
         self._thread = threading.Thread(target=self._loop, daemon=True)

@@ -57,13 +57,13 @@ CASES = [(3, False), (2, False), (2, True), (1, True)]
 def test_information_is_that_of_the_derivatives_of_the_covariance(n_free, one_noise, monkeypatch):
     monkeypatch.setattr(whittle, 'ALIKE', 0.0)
     data, model = band(3, n_free, one_noise=one_noise)
-    prior = whittle._Prior.of(model)
-    at = whittle._evaluate(data, model, prior)
-    found = whittle.fisher_information(whittle._evaluated(data, model, at), one_noise)
+    prior = whittle.Prior.of(model)
+    at = whittle.evaluate(data, model, prior)
+    found = whittle.fisher_information(whittle.evaluated_at(data, model, at), one_noise)
     precision = np.linalg.inv(covariance(data, model))
     derivatives = []
     for row in np.eye(len(found)):
-        up, down = (whittle._moved(model, sign * STEP * row) for sign in (1.0, -1.0))
+        up, down = (whittle.moved(model, sign * STEP * row) for sign in (1.0, -1.0))
         change = (covariance(data, up) - covariance(data, down)) / (2.0 * STEP)
         derivatives.append(precision @ change)
     stacked = np.array(derivatives)
@@ -77,12 +77,12 @@ def test_information_is_that_of_the_derivatives_of_the_covariance(n_free, one_no
 def test_gradient_is_that_of_the_likelihood_and_its_priors(n_free, one_noise):
     data, model = band(4, n_free, one_noise=one_noise)
     # Away from the centre of the priors, so that they pull.
-    prior = whittle._Prior.of(replace(model, force=1.1 * model.force, noise=1.2 * model.noise))
-    at = whittle._evaluate(data, model, prior)
-    downhill = whittle._gradient(data, model, prior, at)
+    prior = whittle.Prior.of(replace(model, force=1.1 * model.force, noise=1.2 * model.noise))
+    at = whittle.evaluate(data, model, prior)
+    downhill = whittle.downhill_gradient(data, model, prior, at)
     for row, expected in zip(np.eye(len(downhill)), downhill, strict=True):
         up, down = (
-            whittle._evaluate(data, whittle._moved(model, sign * STEP * row), prior).value
+            whittle.evaluate(data, whittle.moved(model, sign * STEP * row), prior).value
             for sign in (1.0, -1.0)
         )
         assert (down - up) / (2.0 * STEP) == pytest.approx(expected, rel=1e-5, abs=1e-3)

@@ -85,7 +85,7 @@ def test_a_band_that_is_stated_stays(start):
     cell.plans('first')
     cell.is_in(BridgeState.RUNNING, 'first')
     deadline = time.monotonic() + PATIENCE_S
-    while driver.node._watch.edge_hz is None and time.monotonic() < deadline:
+    while driver.node.watch.edge_hz is None and time.monotonic() < deadline:
         time.sleep(0.01)
-    assert driver.node._watch.edge_hz == 60.0
+    assert driver.node.watch.edge_hz == 60.0
     assert upper_end(driver) == 80.0

@@ -132,7 +132,7 @@ def test_malformed_messages_are_counted_and_survived(driver):
     node.wait_received(len(messages) + len(bad))
     node.finish()
     assert node.node.intake.n_refused['/acceleration_block'] == len(bad)
-    codes = [code for code, _ in node.node._findings()]
+    codes = [code for code, _ in node.node.findings()]
     assert 'MESSAGE_REFUSED' in codes
     check_frequencies(node.results[0], truth)
 
@@ -227,7 +227,7 @@ def test_a_window_that_is_done_after_the_stop_is_kept(tmp_path):
     channels = tuple(Channel(name) for name in 'abcd')
     result = identify_samples(Samples(data, 200.0, channels, START))
     rclpy.shutdown(context=context)
-    node._publish(result)
+    node.publish_result(result)
     assert file.exists() and file.with_name('tracks.json.last').exists()
     node.destroy_node()
 

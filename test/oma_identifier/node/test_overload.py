@@ -49,7 +49,7 @@ def test_overload_skips_and_counts_windows_and_keeps_no_more_of_them(ros_context
             if number >= N_BLOCKS // 2 and number % WINDOW_BLOCKS == 0:
                 resident.append(resident_bytes())
         driver.wait_received(N_BLOCKS, 300.0)
-        worker = driver.node._worker
+        worker = driver.node.worker
         driver.finish()
         skipped = worker.n_skipped
         n_windows = worker.n_done + worker.n_skipped
@@ -61,7 +61,7 @@ def test_overload_skips_and_counts_windows_and_keeps_no_more_of_them(ros_context
             driver.collect()
         assert not any(c.n_lost for m in driver.results for c in m.data_quality.channels)
         assert max(m.data_quality.n_windows_skipped for m in driver.results) > 0
-        assert dict(driver.node._findings())['WINDOW_SKIPPED'] == f'{skipped} windows skipped'
+        assert dict(driver.node.findings())['WINDOW_SKIPPED'] == f'{skipped} windows skipped'
         # Between the first and the last look 480 windows came, 350 MB.
         assert max(resident) - resident[0] < 40 * WINDOW_BYTES, resident
     finally:

@@ -69,7 +69,7 @@ def test_stop_drops_what_waits():
     for index in (0, 2, 3):
         worker.submit(Job(pipeline, window(index)))
     deadline = time.monotonic() + 5.0
-    while worker._jobs.qsize() > 2 and time.monotonic() < deadline:
+    while worker.n_waiting > 2 and time.monotonic() < deadline:
         time.sleep(0.01)
     threading.Timer(0.2, pipeline.gate.set).start()
     worker.stop(10.0)

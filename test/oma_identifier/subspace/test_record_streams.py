@@ -94,11 +94,12 @@ def test_gap_starts_the_window_anew(record):
 
 
 def test_whole_record_in_bounded_memory(record):
-    whole = WholeRecord(SETTINGS)
+    whole, joined = WholeRecord(SETTINGS), RecordStreams(SETTINGS, WhenFull.JOIN)
     streams = RecordStreams(SETTINGS, WhenFull.RETIRE)
     for start_s in range(0, 121, 30):
         part = window(record, start_s)
         streams.add(part)
+        joined.add(part)
         found = identify_bands(streams.results(), part.channels, SETTINGS, lambda hz: None)
         whole.add(part, found, singular_value_spectrum(part), DataQuality())
     result = whole.identify()
@@ -107,7 +108,7 @@ def test_whole_record_in_bounded_memory(record):
     assert len(result.modes) == len(alone.modes) == 4
     for ours, plain in zip(result.modes, alone.modes, strict=True):
         assert abs(ours.frequency_hz - plain.frequency_hz) < plain.frequency_std_hz
-    for band in whole._stretches[0].streams.results():
+    for band in joined.results():
         assert band is None or len(band.covariance.blocks) <= 64
 
 
@@ -121,7 +122,7 @@ def test_blocks_of_the_window_serve_the_whole_record(record, starts_s, n_gaps):
         newest.add(part)
         alone.add(part)
         sharing.add(part, newest)
-    assert sharing._streams[0]._follows
+    assert sharing.follows[0]
     for ours, plain in zip(sharing.results(), alone.results(), strict=True):
         assert (ours is None) == (plain is None)
         if ours is None:
@@ -157,8 +158,7 @@ def test_a_window_that_only_the_newest_streams_saw_costs_the_whole_record_little
         alone.add(part)
         if start_s != 40.0:
             sharing.add(part, newest)
-    follows = [stream._follows for stream in sharing._streams]
-    assert follows[0] and not follows[-1]
+    assert sharing.follows[0] and not sharing.follows[-1]
     for ours, plain in zip(sharing.results(), alone.results(), strict=True):
         if ours is None or plain is None:  # the lowest band has a dozen samples
             continue
@@ -179,19 +179,19 @@ def test_a_shared_decimation_makes_what_each_band_would_make():
         shared.take(chunk)
         alone.take(chunk)
         for band in bands[:3]:
-            shared(band.factors)
+            shared.by(band.factors)
         led.take(chunk, shared)
         for band in bands:
-            np.testing.assert_array_equal(led(band.factors), alone(band.factors))
-    assert set(led._stages) == {band.factors for band in bands[3:]}
+            np.testing.assert_array_equal(led.by(band.factors), alone.by(band.factors))
+    assert set(led.stages) == {band.factors for band in bands[3:]}
     # Rows that a stage did not see make it start anew.
     alone.take(chunks[0])
-    alone((4,))
+    alone.by((4,))
     alone.take(chunks[1])
     alone.take(chunks[2])
     fresh = Decimation()
     fresh.take(chunks[2])
-    np.testing.assert_array_equal(alone((4,)), fresh((4,)))
+    np.testing.assert_array_equal(alone.by((4,)), fresh.by((4,)))
 
 
 def test_whole_record_goes_on_after_a_gap(record):
