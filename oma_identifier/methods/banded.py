@@ -116,6 +116,11 @@ class JackknifedBand:
         """Model orders over which a mode repeats: more than half, spurious poles over fewer."""
         return max(3, math.ceil(LEAST_SHARE * self.n_orders))
 
+    @property
+    def is_blind(self) -> bool:
+        """Whether no force is known, so that the limit of scatter under random forces holds."""
+        return bool(self.problem.rows.shape[1] == self.problem.n_channels)
+
     def influence(self, rows: NDArray[np.int64]) -> NDArray[np.complex128]:
         """Return what each block of time does to the poles in these rows.
 

@@ -37,6 +37,10 @@ class IdentifiedBand(Protocol):
     def least_members(self) -> int:
         """Model orders over which a mode repeats at least."""
 
+    @property
+    def is_blind(self) -> bool:
+        """Whether no force is known, so that the limit of scatter under random forces holds."""
+
     def influence(self, rows: NDArray[np.int64]) -> NDArray[np.complex128]:
         """Return what each block of time does to the poles in these rows.
 

@@ -123,7 +123,7 @@ class SelectedPole:
     @property
     def is_too_certain(self) -> bool:
         """Whether it scatters less than the response to any random force allows."""
-        return self.from_limit < TOO_CERTAIN
+        return self.band.is_blind and self.from_limit < TOO_CERTAIN
 
     @property
     def from_limit(self) -> float:

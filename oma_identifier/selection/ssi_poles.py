@@ -76,6 +76,11 @@ class BandIdentification:
         """Model orders over which a mode repeats: one in so many, gradients tell the rest."""
         return max(3, math.ceil(self.n_orders / ORDERS_SHARE))
 
+    @property
+    def is_blind(self) -> bool:
+        """No force is known."""
+        return True
+
     def deviation(self, series: NDArray[np.complex128], pole: complex) -> PoleDeviation:
         """Return the standard deviations of a pole; neighbouring blocks are correlated."""
         return deviation_from(series, pole, self.duration_s)

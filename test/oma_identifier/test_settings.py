@@ -20,7 +20,6 @@ from oma_identifier.settings import IdentificationSettings
         ('max_order', 101),
         ('min_frequency_hz', -1.0),
         ('max_damping_ratio', 2.0),
-        ('method', 'fft'),
     ],
 )
 def test_out_of_range_names_field_value_and_range(field, value):

@@ -20,6 +20,7 @@ from oma_identifier.methods.catalogue import identify_by, METHODS
 from oma_identifier.methods.fdd import efdd, fdd
 from oma_identifier.methods.half_spectra import half_spectra, HalfSpectra, LagSums
 from oma_identifier.methods.polyreference import NormalEquations
+from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace.csi import csi
 from oma_identifier.subspace.ssi_data import ssi_data
@@ -163,6 +164,8 @@ def test_lines_are_kept_out_and_the_band_is_kept_to(method, samples):
 
 
 def test_methods_are_refused_by_name(samples):
+    with pytest.raises(SettingsError, match=r'unknown method.*fft'):
+        IdentificationPipeline(IdentificationSettings(method='fft'))
     with pytest.raises(SettingsError, match='unknown method'):
         identify_by('magic', samples)
     with pytest.raises(SettingsError, match='known inputs'):
