@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel, SensorLayout
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
 from oma_identifier.intake.source_channels import channels_of
-from oma_identifier.quality import RepeatWatch
+from oma_identifier.quality import ConverterWatch, RepeatWatch
 from oma_identifier.time_axis import (
     BlockClock,
     BlockGate,
@@ -73,6 +73,7 @@ class Source:
     unclear_ns: list[int] = field(default_factory=list)
     flags: set[str] = field(default_factory=set)
     repeats: RepeatWatch = field(init=False)
+    converter: ConverterWatch = field(init=False)
     gate: BlockGate = field(init=False)
     _counted: tuple[int, int, int] | None = None
     _reach_ns: int = 0
@@ -80,6 +81,7 @@ class Source:
     def __post_init__(self) -> None:
         """Count what the gate sets aside where the stream counts; watch all channels."""
         self.repeats = RepeatWatch(len(self.channels))
+        self.converter = ConverterWatch(len(self.channels))
         self.gate = BlockGate(self.set_aside)
 
     @property
@@ -175,6 +177,7 @@ class Source:
         later = self.stream.jumped
         first_ns = int(later[0].stamp_ns[0]) if later else 0
         self.repeats.restart(first_ns)
+        self.converter.restart(first_ns)
         self.unclear_ns = [start for start in self.unclear_ns if start < first_ns]
         events = self.stream.events
         self.stream = SourceStream(len(self.channels), self.set_aside, self.stream.dtype)
@@ -217,6 +220,7 @@ class Source:
         samples = self._timed(held, start_ns)
         inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
         self.repeats.add(inside.stamp_ns, inside.values)
+        self.converter.add(inside.stamp_ns, inside.values)
         self._follow_rate(inside.stamp_ns)
         uniform = self.clock is not None or samples is not held
         tick_ns = 0 if uniform else tick_of(samples.stamp_ns)
@@ -230,6 +234,7 @@ class Source:
         """Drop what was found before a time."""
         self.stream.events.forget(before_ns)
         self.repeats.forget(before_ns)
+        self.converter.forget(before_ns)
         self.unclear_ns = [start for start in self.unclear_ns if start >= before_ns]
 
     def cutoff(self, step_ns: float) -> float:

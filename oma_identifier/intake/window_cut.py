@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,14 +118,17 @@ def _qualities(
     source: Source, segment: Segment, rows: range, cut: CutRows
 ) -> list[ChannelQuality]:
     base = _source_quality(source, segment, rows, cut.lost, cut.filled)
-    repeats = source.repeats.flags(segment.time_ns(rows.start), segment.time_ns(rows.stop))
+    within = segment.time_ns(rows.start), segment.time_ns(rows.stop)
+    repeated = source.repeats.flags(*within)
+    converted = source.converter.flags(*within)
     return [
-        _channel_quality(base, channel, health, bad, repeated)
-        for channel, health, bad, repeated in zip(
+        _channel_quality(base, channel, health, bad, found)
+        for channel, health, bad, *found in zip(
             source.channels,
             examine(cut.values, cut.summary),
             cut.bad.tolist(),
-            repeats,
+            repeated,
+            converted,
             strict=True,
         )
     ]
@@ -170,13 +174,13 @@ def _channel_quality(
     channel: Channel,
     health: ChannelHealth,
     bad: bool,
-    repeated: Sequence[str],
+    as_sent: Sequence[Sequence[str]],
 ) -> ChannelQuality:
     flags = list(base.flags)
     if bad:
         flags.append('not_finite')
     if 'missing' not in flags:
-        found = dict.fromkeys((*health.flags, *repeated))
+        found = dict.fromkeys((*health.flags, *chain.from_iterable(as_sent)))
         flags += [flag for flag in found if flag not in flags]
     return ChannelQuality(
         name=channel.name,

@@ -1,9 +1,10 @@
 """Whether the samples of a channel are measurements.
 
 In come the rows of one window; out go the health of each channel and the reason where it is
-left out: clipped, frozen, repeated, lost or against gravity.
+left out: clipped, frozen, repeated, wrapped, without sign, reversed, lost or against gravity.
 """
 
+from oma_identifier.quality.converter_watch import ConverterWatch
 from oma_identifier.quality.flagged import channels_by_flag, named
 from oma_identifier.quality.health import (
     ChannelHealth,
@@ -21,6 +22,7 @@ from oma_identifier.quality.setup_check import check_gravity
 __all__ = [
     'EXCLUDING',
     'ChannelHealth',
+    'ConverterWatch',
     'RepeatWatch',
     'Summary',
     'channels_by_flag',

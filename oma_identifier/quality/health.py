@@ -27,6 +27,9 @@ EXCLUDING = (
     'flatline',
     'clipping',
     'sample_and_hold',
+    'wrapped',
+    'rectified',
+    'rows_reversed',
     'clock_unknown',
     'missing',
 )

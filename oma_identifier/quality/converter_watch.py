@@ -1,0 +1,94 @@
+"""Faults that show only in how samples follow one another, looked for as the samples come."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.quality.converter import is_rectified, is_wrapped
+from oma_identifier.quality.reversed_rows import is_reversed
+
+CHUNK = 2048
+"""Rows that are looked at together."""
+FEWEST = 512
+"""Rows at the end of a window that tell something."""
+ABSURD = 1e100
+
+Flags = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What was found in a stretch, one per channel."""
+
+    start_ns: int
+    end_ns: int
+    found: Sequence[Flags]
+
+
+class ConverterWatch:
+    """Watches the samples of one source in order.
+
+    Parameters
+    ----------
+    n_channels : int
+        Columns.
+    """
+
+    def __init__(self, n_channels: int) -> None:
+        self._rows = np.empty((CHUNK, n_channels))
+        self._times = np.empty(CHUNK, dtype=np.int64)
+        self._n_held = 0
+        self._parts: list[_Part] = []
+        self._newest: _Part | None = None
+
+    def add(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Look at the next samples, (n_samples, n_channels) array [m/s²], as sent."""
+        while len(stamp_ns):
+            n_taken = min(CHUNK - self._n_held, len(stamp_ns))
+            here = slice(self._n_held, self._n_held + n_taken)
+            self._rows[here], self._times[here] = values[:n_taken], stamp_ns[:n_taken]
+            stamp_ns, values = stamp_ns[n_taken:], values[n_taken:]
+            self._n_held += n_taken
+            self._newest = None
+            if self._n_held == CHUNK:
+                self._parts.append(self._examined())
+                self._n_held = 0
+
+    def _examined(self) -> _Part:
+        times = self._times[: self._n_held]
+        found = found_in(self._rows[: self._n_held])
+        return _Part(int(times[0]), int(times[-1]), found)
+
+    def flags(self, start_ns: int, end_ns: int) -> Sequence[Flags]:
+        """Return what is wrong with each channel between two times."""
+        if self._n_held >= FEWEST and self._newest is None:
+            self._newest = self._examined()
+        parts = [*self._parts, *([self._newest] if self._newest else [])]
+        inside = [p.found for p in parts if p.start_ns < end_ns and p.end_ns >= start_ns]
+        return [
+            tuple(dict.fromkeys(flag for found in inside for flag in found[column]))
+            for column in range(self._rows.shape[1])
+        ]
+
+    def forget(self, before_ns: int) -> None:
+        """Drop what was found before a time."""
+        self._parts = [part for part in self._parts if part.end_ns >= before_ns]
+
+    def restart(self, first_ns: int) -> None:
+        """Go on at an earlier time, to which nothing found at a later one belongs."""
+        self._n_held, self._newest = 0, None
+        self._parts = [part for part in self._parts if part.end_ns < first_ns]
+
+
+def found_in(rows: NDArray[np.float64]) -> list[Flags]:
+    """Return what is wrong with each channel of a stretch, (n_samples, n_channels) array."""
+    with np.errstate(invalid='ignore'):
+        usable = (np.abs(rows) < ABSURD).all(axis=0) & (np.ptp(rows, axis=0) > 0.0)
+    turned = ('rows_reversed',) if is_reversed(rows[:, usable]) else ()
+    found: list[Flags] = []
+    for column, known in zip(np.ascontiguousarray(rows.T), usable, strict=True):
+        own = [('wrapped', is_wrapped), ('rectified', is_rectified)] if known else []
+        found.append((*turned, *(name for name, test in own if test(column))))
+    return found
