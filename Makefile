@@ -9,11 +9,13 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help demo test lint docs bench reproduce gap-matrix setup clean
+.PHONY: help demo test test-all coverage lint docs bench reproduce gap-matrix setup clean
 
 help:
 	@echo 'make demo    set up and run the whole loop on the emulated arm'
-	@echo 'make test    set up and run all tests'
+	@echo 'make test    set up and run the tests, without the long ones (some minutes)'
+	@echo 'make test-all   all tests, the long statistical and node series too (half an hour)'
+	@echo 'make coverage   which lines the quick tests without nodes run'
 	@echo 'make lint    ruff and mypy'
 	@echo 'make docs    build the documentation: docs/_build/html/index.html'
 	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours, BENCH=faults for random faults'
@@ -24,8 +26,19 @@ help:
 demo: setup
 	$(BIN)/ama demo
 
+# Two workers, each with its own ROS domains; a file stays on one, with its nodes and rigs.
+TWO := -n 2 --dist loadfile
+
 test: $(VENV)/.test-ready
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(TWO) -m 'not slow'
+
+# Long node series fail links on purpose and wait for time-outs: nothing runs beside them.
+test-all: $(VENV)/.test-ready
+	$(BIN)/python -m pytest $(TWO) -m 'not node'
+	$(BIN)/python -m pytest -m node
+
+coverage: $(VENV)/.test-ready
+	$(BIN)/python -m pytest -q $(TWO) -m 'not slow and not node' --cov --cov-report=term:skip-covered
 
 lint: $(VENV)/.test-ready
 	$(BIN)/ruff check .

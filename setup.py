@@ -84,6 +84,7 @@ setup(
             'mypy>=1.13',
             'pandas>=2.0',
             'pytest>=8.0',
+            'pytest-cov>=5.0',
             'pytest-timeout>=2.3',
             'pytest-xdist>=3.5',
             'ruff>=0.8',

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from test.support.domains import ros_domain
+
 # Two BLAS threads make small LAPACK calls ten times slower than one.
 for variable in ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS'):
     os.environ[variable] = '1'
@@ -41,8 +43,3 @@ def ros_context() -> Iterator[object]:
     rclpy.init(context=context, domain_id=ros_domain())
     yield context
     rclpy.try_shutdown(context=context)
-
-
-def ros_domain() -> int:
-    """Return a ROS domain id for this process, apart from others on the machine."""
-    return 1 + os.getpid() % 100

@@ -10,6 +10,8 @@ import warnings
 import numpy as np
 import pytest
 
+from test.support.domains import ros_domain
+
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 pytestmark = pytest.mark.node
@@ -33,7 +35,7 @@ def start(name, *arguments):
         [sys.executable, '-m', MODULES[name], '--ros-args', *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
-        env={**os.environ, 'ROS_DOMAIN_ID': str(1 + os.getpid() % 100)},
+        env={**os.environ, 'ROS_DOMAIN_ID': str(ros_domain())},
         text=True,
         preexec_fn=default_interrupt,
     )

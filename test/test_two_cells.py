@@ -17,6 +17,7 @@ import yaml
 
 from modal_core.errors import BridgeError
 from modal_core.share import share_path
+from test.support.domains import ros_domain
 
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
@@ -138,7 +139,7 @@ class Seen:
 
 @pytest.fixture
 def domain() -> int:
-    return 1 + (os.getpid() + 53) % 100
+    return ros_domain(3)
 
 
 @pytest.fixture

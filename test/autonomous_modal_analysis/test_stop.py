@@ -11,6 +11,7 @@ import time
 import pytest
 
 from modal_core.share import share_path
+from test.support.domains import ros_domain
 
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
@@ -43,7 +44,7 @@ def start(folder):
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        env={**os.environ, 'ROS_DOMAIN_ID': str(1 + (os.getpid() + 31) % 100)},
+        env={**os.environ, 'ROS_DOMAIN_ID': str(ros_domain(31))},
         preexec_fn=default_interrupt,
     )  # fmt: skip
     children = Path(f'/proc/{process.pid}/task/{process.pid}/children')

@@ -42,6 +42,7 @@ def softer(campaign_of, robot):
     return find_gap(robot, campaign_of(hidden, SEED), FEW)
 
 
+@pytest.mark.slow
 def test_softer_joint_is_named_with_its_value(softer):
     assert softer.decision.verdict is Verdict.NAMED, f'seed {SEED}: {softer.decision}'
     best = softer.decision.accepted[-1]
@@ -54,6 +55,7 @@ def test_softer_joint_is_named_with_its_value(softer):
     assert 0.005 < sigma < 0.03, 'the spring has a tolerance of its own'
 
 
+@pytest.mark.slow
 def test_gap_shrinks_to_the_noise_on_poses_that_took_no_part(softer):
     assert softer.gap_before_heldout > 5.0 * softer.noise_floor
     assert softer.gap_after_heldout < 1.5 * softer.noise_floor
@@ -64,6 +66,7 @@ def compared(softer):
     return compare_model(softer)
 
 
+@pytest.mark.slow
 def test_gap_json_has_its_fixed_keys(softer, compared, tmp_path):
     write_gap_json(softer, tmp_path / 'gap.json', compared)
     found = json.loads((tmp_path / 'gap.json').read_text())
@@ -84,6 +87,7 @@ def test_gap_json_has_its_fixed_keys(softer, compared, tmp_path):
         assert found['comparison'][table], table
 
 
+@pytest.mark.slow
 def test_comparison_sees_the_gap_and_its_end(softer, compared):
     before = [pair.deviations(pair.before) for pair in compared.modes]
     after = np.array([pair.deviations(pair.after) for pair in compared.modes if pair.after])
@@ -103,6 +107,7 @@ def test_comparison_sees_the_gap_and_its_end(softer, compared):
         assert change.deviations < 5.0, f'the arm is linear, seed {SEED}: {change}'
 
 
+@pytest.mark.slow
 def test_result_files(softer, compared, tmp_path):
     write_gap_json(softer, tmp_path / 'gap.json', compared)
     found = json.loads((tmp_path / 'gap.json').read_text())
@@ -131,6 +136,7 @@ def test_result_files(softer, compared, tmp_path):
     assert "'unsafe-inline'" not in page
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(browser.find_browser() is None, reason='no Chromium')
 def test_report_in_a_browser(softer, compared, tmp_path):
     path = tmp_path / 'report.html'
@@ -152,6 +158,7 @@ def test_report_in_a_browser(softer, compared, tmp_path):
     assert cells == 2 * len(SENSORS) * len({(row.low_hz, row.high_hz) for row in compared.sensors})
 
 
+@pytest.mark.slow
 def test_what_was_found_is_kept_before_it_is_compared(softer, compared, tmp_path):
     folder = ResultFolder(tmp_path / 'new' / 'out')
     folder.prepare()

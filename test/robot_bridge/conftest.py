@@ -1,11 +1,10 @@
 """Fixtures of the bridge's tests: a strict peer, processes of nodes, an operator, a short plan."""
 
-import os
-
 import numpy as np
 import pytest
 
 from test.support import strict_peer
+from test.support.domains import ros_domain
 
 
 @pytest.fixture(scope='session')
@@ -73,7 +72,7 @@ def message(plan, drivers):
 @pytest.fixture(scope='module')
 def domain(request):
     """Return a ROS domain of this test file in this process."""
-    return 1 + (os.getpid() + 7 * len(request.module.__name__)) % 100
+    return ros_domain(7 * len(request.module.__name__))
 
 
 @pytest.fixture(scope='module')

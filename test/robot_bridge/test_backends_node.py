@@ -180,6 +180,7 @@ def test_rapid_follows_the_program_and_answers_nothing(
     assert 'link lost' in operator.last.reason
 
 
+@pytest.mark.slow
 def test_rapid_is_loaded_run_and_stopped_by_web_services(
     bridge, drivers, domain, operator, pulses, tmp_path, port
 ):
@@ -224,6 +225,7 @@ def test_rapid_is_loaded_run_and_stopped_by_web_services(
         assert 'Traceback' not in emulator.stop()
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_log_and_nothing_else(
     bridge, peer, operator, message, tmp_path, peers
 ):

@@ -211,6 +211,7 @@ def test_a_plan_is_played_as_planned_and_every_reply_is_strict(ready, message, p
     np.testing.assert_allclose(last, peer.joints_deg, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_plan_that_comes_during_a_run_waits_for_its_end_and_its_own_release(rig, model, message):
     from excitation_planner.planner import plan_excitation
     from excitation_planner.request import PlanRequest
@@ -428,6 +429,7 @@ def test_a_lost_heartbeat_stops_and_latches(rig, message, record_property):
     assert peer.faults == []
 
 
+@pytest.mark.slow
 def test_dry_run_goes_through_everything_and_sends_nothing(
     peers, processes, operator, drivers, start_deg, message, rig
 ):

@@ -162,6 +162,7 @@ def test_emergency_stop_in_motion_latches_on_both_sides(cell, message):
     assert 'not armed' in cell.operator.start().message
 
 
+@pytest.mark.slow
 def test_a_killed_controller_latches_and_its_return_starts_nothing(cell, message):
     cell.start().running(message)
     cell.emulator.kill()
@@ -177,6 +178,7 @@ def test_a_killed_controller_latches_and_its_return_starts_nothing(cell, message
     assert not cell.operator.start().success
 
 
+@pytest.mark.slow
 def test_a_killed_bridge_leaves_little_motion(cell, message, record_property):
     cell.running(message, COMM_TIMEOUT_S)
     cell.bridge.kill()
@@ -206,6 +208,7 @@ def test_a_killed_bridge_leaves_little_motion(cell, message, record_property):
     assert not refused.success and 'session' in refused.message
 
 
+@pytest.mark.slow
 def test_every_packet_of_the_plan_is_in_the_log(cell):
     from mcap.reader import make_reader
 

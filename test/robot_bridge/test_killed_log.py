@@ -12,6 +12,7 @@ import pytest
 from modal_recordings import open_recording, RecordingWriter
 from robot_bridge.egm.egm_link import Packet
 from robot_bridge.recording.packet_log import PacketLog
+from test.support.domains import ros_domain
 
 AMA = Path(sys.executable).with_name('ama')
 MOST_LOST_S = 0.2
@@ -129,7 +130,7 @@ with spinning(recorder):
     print(time.time_ns(), flush=True)
     os.kill(os.getpid(), signal.SIGKILL)
 """
-    domain = 1 + os.getpid() % 100
+    domain = ros_domain()
     run = subprocess.run(
         [sys.executable, '-c', child, str(tmp_path / 'r.mcap'), str(domain)],
         capture_output=True, text=True, check=False,

@@ -109,6 +109,7 @@ def test_a_second_bridge_of_the_same_name_moves_no_arm_and_stops_the_first(rig, 
     assert rig.connected(first).arm(message.plan_hash, controller=first.controller).accepted
 
 
+@pytest.mark.slow
 def test_it_begins_only_when_the_other_is_gone(rig, message):
     first = rig.cell()
     operator = rig.connected(first)
@@ -134,6 +135,7 @@ def waiting_cell(rig, first):
     return second
 
 
+@pytest.mark.slow
 def test_a_killed_bridge_holds_its_successor_up_for_seconds_only(rig, message):
     """Its participant stays in the ROS graph for up to 20 s, its signs of life end at once."""
     first = rig.cell()
@@ -155,6 +157,7 @@ def test_a_killed_bridge_holds_its_successor_up_for_seconds_only(rig, message):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_bridge_that_stood_still_takes_itself_for_dead(rig, message):
     """Its successor has taken its place: what it is asked the moment it goes on moves nothing."""
     first = rig.cell()
@@ -213,6 +216,7 @@ def test_a_release_is_of_one_controller_one_operator_and_one_plan(rig, message):
     assert 'heartbeat' in operator.last.reason
 
 
+@pytest.mark.slow
 def test_robots_in_their_own_namespaces_stand_side_by_side(rig, drivers, domain):
     ports = [drivers.free_port() for _ in range(2)]
     seen = {}
@@ -230,6 +234,7 @@ def test_robots_in_their_own_namespaces_stand_side_by_side(rig, drivers, domain)
         assert 'not active' not in states[-1].reason
 
 
+@pytest.mark.slow
 def test_names_are_watched_and_states_told_whatever_the_ros_clock_does(rig):
     """Nobody publishes /clock: by its time nothing would ever be due."""
     first = rig.cell(use_sim_time=True)

@@ -22,6 +22,7 @@ from modal_core.measurements import SampleBlock
 from modal_recordings import RecordingWriter
 from modal_recordings.encode import encode
 from oma_msgs.msg import AccelerationBlock, BridgeState
+from test.support.domains import ros_domain
 
 pytestmark = pytest.mark.node
 BEGIN_NS = 1_600_000_000_123_456_789
@@ -113,7 +114,7 @@ class Listener:
 @pytest.fixture
 def own_domain():
     """Return a ROS domain of this test: no answers from the replay of the test before."""
-    return 1 + (os.getpid() + 3 * next(numbers)) % 100
+    return ros_domain(3 * next(numbers))
 
 
 @pytest.fixture

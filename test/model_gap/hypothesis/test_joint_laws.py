@@ -168,6 +168,7 @@ def test_tolerance_derivatives_follow_a_hard_spring(joint, alpha, share, campaig
     assert max(found.values()) < 0.1, f'seed {SEED}: {found}'
 
 
+@pytest.mark.slow
 def test_search_finds_a_hard_spring_under_gravity(campaign_of, robot):
     """Preload bends it more than the motion does: to a linear search it is a stiffer joint."""
     hidden = {'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 6e5, 'preload': 1.0}

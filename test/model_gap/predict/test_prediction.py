@@ -16,12 +16,13 @@ from model_gap.predict.predict import Predictor
 EXACT = {'size': 0.0, 'noise': 1e-4, 'n_fit': 2, 'n_held': 0, 'duration': 28.0}
 CASES = [
     ('nothing', None, None, (), 0.01),  # leakage of the record's end
-    (
+    pytest.param(
         'friction',
         {'type': 'coulomb_friction', 'joint': 'joint_2', 'torque': 150.0, 'v0': 1e-3},
         CoulombFriction('joint_2'),
         (150.0, 1e-3),
         0.04,
+        marks=pytest.mark.slow,  # its arm takes 16,000 steps a second
     ),
     (
         'cubic',

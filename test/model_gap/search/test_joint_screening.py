@@ -38,6 +38,7 @@ def search(campaign_of, robot):
     return Search(robot, split(campaign, np.random.default_rng(SEED)), simulated=True)
 
 
+@pytest.mark.slow
 def test_swinging_mass_wins_the_race_and_its_place_is_found(search):
     effects = [
         *(TunedMass(link, 'z') for link in ('link_3', 'link_4', 'link_5')),
