@@ -26,6 +26,7 @@ from autonomous_modal_analysis.commands import (
 from autonomous_modal_analysis.streams import prepare_streams, silence
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
 from modal_core.errors import ModalAnalysisError
+from modal_core.reasons import say_reasons
 from modal_core.version import suite_version
 
 EXIT_BAD_INPUT = 2
@@ -52,8 +53,16 @@ def _options(
     version: Annotated[
         bool, typer.Option('--version', callback=_show_version, is_eager=True, help='Say which.')
     ] = False,
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            '--verbose', '-v', help='Say why a mode, a band, a window or an effect is turned down.'
+        ),
+    ] = False,
 ) -> None:
     """Take options that stand before the command."""
+    if verbose:
+        say_reasons(lambda line: MESSAGES.print(escape(line), style='dim', soft_wrap=True))
 
 
 def main() -> None:

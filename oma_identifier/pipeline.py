@@ -13,6 +13,7 @@ comes with the samples.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+import logging
 
 import numpy as np
 
@@ -63,6 +64,8 @@ from oma_identifier.subspace import RecordStreams
 from oma_identifier.synchrony import SensorChanges, Synchroniser
 from oma_identifier.tracking import ModeTracker, TrackedModes
 from oma_identifier.whole_record import WholeRecord
+
+log = logging.getLogger(__name__)
 
 
 class IdentificationPipeline:
@@ -244,6 +247,7 @@ class IdentificationPipeline:
         return _result(Window(-1, responses), found, spectrum)
 
     def _without_modes(self, window: Window, quality: DataQuality) -> WindowResult:
+        log.debug('window %d: %s', window.index, quality.reason)
         self.last_tracked = self.tracker.update(ModeSet((), window.samples.channel_names))
         none = ModeSet((), window.samples.channel_names, self.settings.method)
         found = Identified(none, none, no_poles(len(window.samples.channels)))

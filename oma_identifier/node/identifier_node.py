@@ -8,6 +8,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message, serialize_message
@@ -17,11 +18,13 @@ from visualization_msgs.msg import MarkerArray
 from modal_core.errors import SettingsError
 from modal_core.measurements import Measurement
 from modal_core.printable import printable
+from modal_core.reasons import say_reasons
 from modal_core.ros_messages import LATCHED, parameter_descriptor
 from modal_core.run_node import run_node
 from modal_recordings.decode import BLOCK, JOINT_STATE
 from oma_identifier.covariance import below_edge
 from oma_identifier.intake import in_order, TopicIntake
+from oma_identifier.methods import method_named
 from oma_identifier.motion import load_robot_motion
 from oma_identifier.node.cell_topics import cells, is_of_cell
 from oma_identifier.node.excitation_watch_node import ExcitationWatch
@@ -97,6 +100,8 @@ class IdentifierNode(Node):
         self.create_service(Trigger, '~/finish', self._on_finish)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
+        if self.get_logger().get_effective_level() <= LoggingSeverity.DEBUG:
+            say_reasons(self.get_logger().debug)
         self.create_timer(POLL_PERIOD_S, self._poll)
         self.create_timer(DISCOVERY_PERIOD_S, self._discover)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
@@ -248,7 +253,7 @@ class IdentifierNode(Node):
         values = self._settings()
         values.update({p.name: p.value for p in parameters if p.name in values})
         try:
-            settings_from(values)
+            method_named(settings_from(values).method)
         except SettingsError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import logging
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.samples import Samples
 from oma_identifier.spectra import Line, LineEvidence
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +58,12 @@ def without_explained(
         for index, mode in enumerate(found.modes)
         if not evidence.explains(mode, anywhere=anywhere)
     ]
-    return found if len(kept) == len(found.modes) else _kept(found, kept)
+    if len(kept) == len(found.modes):
+        return found
+    for index, mode in enumerate(found.modes):
+        if index not in kept:
+            log.debug('%.4g Hz: lines explain it', mode.frequency_hz)
+    return _kept(found, kept)
 
 
 def without_modes(found: Identified) -> Identified:

@@ -1,6 +1,7 @@
 """The selections of all bands joined: modes, lines and one table of poles."""
 
 from collections.abc import Sequence
+import logging
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from oma_identifier.selection.line_decision import (
 )
 from oma_identifier.selection.selection import BandSelection, SelectedPole, without_repeats
 from oma_identifier.spectra import Line, SUSPECT_DAMPING
+
+log = logging.getLogger(__name__)
 
 
 def join_bands(
@@ -50,17 +53,21 @@ def join_bands(
     for each in selections:
         suspects += undamped(each.band)
     lines = lines_among(suspects, test_line)
-    kept = [
-        pole
-        for pole in poles
-        if not is_line(pole, lines)
-        and not explains(
-            pole.frequency_hz, pole.damping_ratio * pole.frequency_hz, pole.physical_shape
-        )
-    ]
+    kept = [pole for pole in poles if _is_mode(pole, lines, explains)]
     modes = ModeSet(tuple(_mode(pole) for pole in kept), names, method)
     harmonics = ModeSet(tuple(harmonic(line) for line in lines), names, method)
     return Identified(modes, harmonics, _table(selections, kept, lines, len(names)))
+
+
+def _is_mode(pole: SelectedPole, lines: Sequence[Line], explains: PeakTest) -> bool:
+    width_hz = pole.damping_ratio * pole.frequency_hz
+    if is_line(pole, lines):
+        log.debug('%.4g Hz: the image of a line', pole.frequency_hz)
+    elif explains(pole.frequency_hz, width_hz, pole.physical_shape):
+        log.debug("%.4g Hz: the robot's own motion explains it", pole.frequency_hz)
+    else:
+        return True
+    return False
 
 
 def _mode(pole: SelectedPole) -> Mode:

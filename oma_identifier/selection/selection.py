@@ -15,6 +15,7 @@ Au (2014), doi:10.1016/j.ymssp.2014.03.008 (uncertainty laws of operational moda
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import logging
 import math
 
 import numpy as np
@@ -65,6 +66,8 @@ WITHIN = 2.0
 """Members whose variance is within this factor of the best are averaged."""
 BIASED = 1.5
 """Squared difference over its variance from where on a member counts as biased; 1 on average."""
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +191,14 @@ def select_in_band(
             (others,) = _trials(band, [cluster], SECOND_TRIALS)
             verdict, pole = _judge(band, cluster, others, peaks)
         status[cluster.members] = verdict
+        if pole is None:
+            log.debug(
+                '%.4g Hz: %s, at %d of %d model orders',
+                abs(poles.pole[cluster.centre]) / (2.0 * math.pi),
+                verdict.name.lower(),
+                len(cluster),
+                band.n_orders,
+            )
         if pole is not None:
             selected.append(pole)
     distinct = _beside_others(without_repeats(selected))

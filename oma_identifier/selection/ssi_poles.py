@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+import logging
 import math
 
 import numpy as np
@@ -28,6 +29,8 @@ EVERY_ORDER_TO = 28
 ORDERS_SHARE = 6
 SAMPLES_PER_ORDER = 40
 """Samples of the record per unit of the highest model order: higher orders would fit noise."""
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -122,11 +125,13 @@ def identify_band(
     """Identify the poles of one band by SSI-cov; None when the record is too short for any."""
     low_hz = max(source.band.low_hz, PERIODS / source.covariance.duration_s)
     if low_hz >= source.band.high_hz:
+        log.debug('band to %.4g Hz: the record is too short', source.band.high_hz)
         return None
     source = replace(source, band=replace(source.band, low_hz=low_hz))
     highest = min(settings.max_order, source.covariance.n_samples // SAMPLES_PER_ORDER)
     orders = model_orders(settings.min_order, highest)
     if len(orders) < 2:
+        log.debug('band to %.4g Hz: too few samples for two orders', source.band.high_hz)
         return None
     if not np.any(source.mean):
         return None

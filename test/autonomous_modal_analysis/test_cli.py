@@ -29,6 +29,17 @@ def two_modes(tmp_path_factory):
     return path, truth, shapes, seed
 
 
+def test_verbose_says_why_poles_were_turned_down(ama, two_modes):
+    path, *_ = two_modes
+    options = ('identify', path, '--sample-rate-hz', 100, '--unit', 'm/s^2', '--json')
+    silent, verbose = ama(*options), ama('-v', *options)
+    assert silent.returncode == verbose.returncode == 0, verbose.stderr
+    assert json.loads(verbose.stdout) == json.loads(silent.stdout)
+    reasons = [line for line in verbose.stderr.splitlines() if 'oma_identifier.' in line]
+    assert any('Hz: refined' in line for line in reasons), verbose.stderr
+    assert 'oma_identifier.' not in silent.stderr
+
+
 def test_identify_prints_one_object_with_the_modes(ama, two_modes):
     path, truth, shapes, seed = two_modes
     run = ama(
