@@ -1,6 +1,7 @@
 """Plans to and from ROS messages; everything received is validated before it is used."""
 
 from array import array
+from typing import Any
 
 from builtin_interfaces.msg import Duration
 import numpy as np
@@ -80,15 +81,12 @@ def plan_from_message(message: PlanMessage) -> ExcitationPlan:
                 found=found,
                 expected=f'{n_samples} samples x {n_joints} joints',
             )
-    tables = {
-        name: _numbers(getattr(message, name)).reshape(n_samples, n_joints) for name in TABLES
-    }
-    plan = ExcitationPlan(
-        joint_names=tuple(message.joint_names),
-        **{name: getattr(message, name) for name in SCALARS},
-        **{name: _numbers(getattr(message, name)) for name in ARRAYS},
-        **tables,
-    )
+    fields: dict[str, Any] = {name: getattr(message, name) for name in SCALARS}
+    for name in (*ARRAYS, *TABLES):
+        fields[name] = _numbers(getattr(message, name))
+    for name in TABLES:
+        fields[name] = fields[name].reshape(n_samples, n_joints)
+    plan = ExcitationPlan(joint_names=tuple(message.joint_names), **fields)
     try:
         check_plan(plan)
     except PlanError as error:

@@ -288,8 +288,10 @@ class IdentifierNode(Node):
                 self.pipeline.buffer.expect(topic)
 
     def _load_tracker(self) -> ModeTracker | None:
+        if self._checkpoint is None:
+            return None
         try:
-            return self._checkpoint.tracker() if self._checkpoint else None
+            return self._checkpoint.tracker()
         except SettingsError as error:
             self._distrust(self._checkpoint.path, error)
             return None

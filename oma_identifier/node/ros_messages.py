@@ -182,5 +182,5 @@ def _point(position: Iterable[float]) -> Point:
     return Point(x=float(x), y=float(y), z=float(z))
 
 
-def _doubles(values: np.ndarray) -> array.array:
+def _doubles(values: np.ndarray) -> 'array.array[float]':
     return array.array('d', np.ascontiguousarray(values, dtype=np.float64).tobytes())

@@ -43,7 +43,7 @@ class ConverterWatch:
         self._parts: list[_Part] = []
         self._newest: _Part | None = None
 
-    def add(self, stamp_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    def add(self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating]) -> None:
         """Look at the next samples, (n_samples, n_channels) array [m/s²], as sent."""
         while len(stamp_ns):
             n_taken = min(CHUNK - self._n_held, len(stamp_ns))

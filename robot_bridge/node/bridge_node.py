@@ -122,8 +122,8 @@ class BridgeNode(LifecycleNode):
         """Answer the controller; plans may be armed.  Refused while another has these names."""
         self.names.settle()
         self._look_around()
-        if self._clash:
-            self.get_logger().error(f'not activated: {self._clash}')
+        if self.bridge is None or self._clash:
+            self.get_logger().error(f'not activated: {self._clash or self.condition}')
             return TransitionCallbackReturn.FAILURE
         self.bridge.flow.activate()
         self.condition, self._to_activate = '', False
@@ -132,7 +132,8 @@ class BridgeNode(LifecycleNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Slow down to standstill, then answer no more."""
         self._to_activate = False
-        self.bridge.come_to_rest()
+        if self.bridge is not None:
+            self.bridge.come_to_rest()
         self.condition = 'not active'
         return super().on_deactivate(state)
 
@@ -200,8 +201,10 @@ class BridgeNode(LifecycleNode):
 
     def _hear(self, feedback: RobotFeedback, receipt_ns: int) -> None:
         bridge = self.bridge
-        playing = bridge is not None and bridge.flow.playing
-        self.joints.hear(feedback, receipt_ns, bridge.flow.reference_deg if playing else None)
+        reference = None
+        if bridge is not None and bridge.flow.playing:
+            reference = bridge.flow.reference_deg
+        self.joints.hear(feedback, receipt_ns, reference)
 
     def _on_plan(self, message: PlanMessage) -> None:
         self._plan = self._waiting_plan = message

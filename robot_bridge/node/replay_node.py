@@ -105,7 +105,7 @@ class ReplayNode(Node):
         """Make the publishers and wait until somebody listens, so that nothing is missed."""
         remap = self.playback.settings.remap or {}
         entries = getattr(self.recording, 'entries', ())
-        selected = getattr(self.recording, 'selected', frozenset())
+        selected: frozenset[str] = getattr(self.recording, 'selected', frozenset())
         for entry in entries:
             if entry.name in selected:
                 self._output(remap.get(entry.name, entry.name), entry.message_type)
