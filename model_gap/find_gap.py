@@ -12,7 +12,7 @@ from model_gap.decide import decide, Decision, gap_fraction, locate, noise_floor
 from model_gap.fit import split
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import compile_laws
-from model_gap.search import Search, SearchSettings
+from model_gap.search import run_search, Search, SearchSettings
 from structural_model import FlexibleJointModel
 
 
@@ -23,7 +23,7 @@ class GapResult:
     Parameters
     ----------
     search : Search
-        Data, model and steps.
+        Data, model and rounds.
     decision : Decision
         The verdict.
     final : Hypothesis
@@ -79,10 +79,9 @@ def find_gap(
         raise ModelError('model has no flexibility', where=model.robot_name)
     compile_laws()
     divided = split(campaign, np.random.default_rng(seed))
-    search = Search(model, divided, settings or SearchSettings(), progress)
+    search = Search.begin(model, divided, settings)
     with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait
-        search.run()
-        return _result(search, seed)
+        return _result(run_search(search, progress), seed)
 
 
 def _result(search: Search, seed: int) -> GapResult:

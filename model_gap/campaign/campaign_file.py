@@ -13,7 +13,7 @@ from modal_core.yaml_file import load_yaml
 
 LISTS = ('recordings', 'records')
 FILES = ('file', 'path', 'recording', 'bag')
-LEVELS = ('level', 'amplitude', 'amplitude_level')
+LEVEL_KEYS = ('level', 'amplitude', 'amplitude_level')
 NOTES = ('notes', 'note', 'remarks')
 HELDOUT = ('heldout', 'held_out')
 SUFFIXES = ('.mcap', '.db3', '.bag')
@@ -156,7 +156,7 @@ def _entry(item: object, index: int, folder: Path, path: Path) -> CampaignEntry:
     name = next((item[key] for key in FILES if key in item), None)
     if not isinstance(name, str):
         raise SettingsError('file missing', where=where, expected='file: <recording>')
-    level = next((item[key] for key in LEVELS if key in item), '')
+    level = next((item[key] for key in LEVEL_KEYS if key in item), '')
     return CampaignEntry(
         path=_inside(folder, name, where),
         name=_name(folder, name),

@@ -13,7 +13,7 @@ LAYERS = 6
 # A smooth signal holds hardly more samples in the outermost layer than in the next few together:
 # 0.7 times for a sine, the steepest case.
 PILE_UP = 4.0
-LEAST_SAMPLES = 8
+LEAST_FLAT_SAMPLES = 8
 
 
 def flat_topped(records: Sequence[GapRecord], channels: Sequence[str]) -> tuple[str, ...]:
@@ -46,5 +46,5 @@ def _piles_up(values: NDArray[np.float64]) -> NDArray[np.bool_]:
         layer = max(LAYER * top, 1.01 * least)  # of a coarse converter: one step
         outermost = int(np.sum(ordered >= top - layer))
         next_few = int(np.sum(ordered >= top - LAYERS * layer)) - outermost
-        found.append(outermost >= LEAST_SAMPLES and outermost > PILE_UP * max(next_few, 1))
+        found.append(outermost >= LEAST_FLAT_SAMPLES and outermost > PILE_UP * max(next_few, 1))
     return np.array(found)

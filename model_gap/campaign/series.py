@@ -15,7 +15,7 @@ from modal_core.measurements import JointSamples, Measurement, SampleBlock, Stam
 Array = NDArray[np.float64]
 Columns = NDArray[np.intp]
 LARGEST_GAP_STEPS = 1.5
-LEAST_SAMPLES = 16
+LEAST_SERIES_SAMPLES = 16
 # Of a channel's samples, so many are numbers.
 LEAST_FINITE = 0.5
 # Of a channel's largest value: what changes less does not change, but for rounding.
@@ -244,7 +244,7 @@ def _uniform(stamps: NDArray[np.int64], values: Array) -> tuple[float, float, Ar
     stamps, values = stamps[order], values[order]
     keep = np.r_[True, np.diff(stamps) > 0]
     stamps, values = stamps[keep], values[keep]
-    if len(stamps) < LEAST_SAMPLES:
+    if len(stamps) < LEAST_SERIES_SAMPLES:
         return None
     step = float(np.median(np.diff(stamps)))
     cuts = np.flatnonzero(np.diff(stamps) > LARGEST_GAP_STEPS * 2.0 * step) + 1
@@ -281,7 +281,7 @@ def _without_holes(series: Series, notes: list[str]) -> Series | None:
         low, high = max(itertools.pairwise(edges), key=lambda span: span[1] - span[0])
         first, end = low + 1, high
         notes.append(f'{int((~whole).sum())} samples are not numbers; the longest rest was used')
-    if end - first < LEAST_SAMPLES:
+    if end - first < LEAST_SERIES_SAMPLES:
         return None
     values = series.values[first:end]
     moving = np.ptp(values, axis=0) > LEAST_CHANGE * np.abs(values).max(axis=0)
@@ -326,7 +326,7 @@ def _joints(
             return None
         values = np.concatenate([part[:, o] for part, o in zip(parts, order, strict=True)])
         kept = np.isfinite(values).all(axis=1)
-        if kept.sum() < LEAST_SAMPLES:
+        if kept.sum() < LEAST_SERIES_SAMPLES:
             return None
         if field == 'position' and not kept.all():
             notes.append(f'{int((~kept).sum())} joint states are not numbers and were left out')

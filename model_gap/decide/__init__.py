@@ -4,11 +4,10 @@ In come the explanations of a search; out go the verdict, where the gap is, and 
 would tell two explanations apart.
 """
 
-from model_gap.decide.decide import decide, Decision, EVIDENCE_BETWEEN, Verdict
+from model_gap.decide.decide import decide, Decision, Verdict
 from model_gap.decide.locate import gap_fraction, locate, noise_floor, Where
 
 __all__ = [
-    'EVIDENCE_BETWEEN',
     'Decision',
     'Verdict',
     'Where',

@@ -4,9 +4,11 @@ Evidence alone is not enough: what is left over must be noise on records that to
 tolerances must stay ordinary, and no other explanation may be nearly as good.
 """
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 import itertools
+import logging
 
 import numpy as np
 
@@ -15,23 +17,45 @@ from model_gap.cell import in_words
 from model_gap.decide.adequacy import Adequacy, adequacy
 from model_gap.decide.discriminate import experiments_between, separation_now
 from model_gap.hypothesis import Hypothesis
-from model_gap.search import Candidate, joint_shares, Search
+from model_gap.search import Candidate, joint_shares, RivalPair, Search
 
-# Set by healthy campaigns (benchmarks/gap_matrix.py --calibrate): see docs/measured/model_gap.md.
-EVIDENCE_BETWEEN = 8.0
-# Times χ of the held-out records without the effect.
-MOST_WORSE = 1.03
-# χ of all data (1.5 times the noise), and of one band at one amplitude level (twice the noise):
-# far above healthy arms, below the strangers that were tried.
-MOST_MISFIT = 2.25
-MOST_CELL_MISFIT = 4.0
-MOST_TOLERANCE = 4.5
-LEAST_FIT_POSES = 2
-# Relative.
-NEAR_LIMIT = 1e-3
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class DecisionLimits:
+    """What an explanation must keep to be believed.
+
+    Measured on healthy arms and on strangers to the catalogue: docs/measured/model_gap.md.
+
+    Parameters
+    ----------
+    misfit, worst_misfit : float
+        χ of all data (1.5 times the noise), and of one band at one amplitude level (twice the
+        noise): far above healthy arms, below the strangers that were tried.
+    tolerance : float
+        Largest tolerance, in prior standard deviations.
+    least_fit_poses : int
+        For a confident name.
+    near_end : float
+        Relative distance of a number from the end of its range that counts as at the end.
+    telling_share : float
+        Of what is left: a joint that could account for so much is worth a look.
+    telling_separation : float
+        An experiment is proposed when it separates rivals so many times better than the campaign.
+    """
+
+    misfit: float = 2.25
+    worst_misfit: float = 4.0
+    tolerance: float = 4.5
+    least_fit_poses: int = 2
+    near_end: float = 1e-3
+    telling_share: float = 0.6
+    telling_separation: float = 1.2
+
+
+LIMITS = DecisionLimits()
 EXPERIMENT_SEED = 0
-# Of what is left: a joint that could account for so much is worth a look.
-TELLING_SHARE = 0.6
 
 
 class Verdict(Enum):
@@ -68,27 +92,20 @@ class Decision:
     experiments: tuple[str, ...] = field(default=())
 
 
-def believed(search: Search) -> tuple[Candidate, ...]:
-    """Return the best candidates of the steps up to the last that held-out records confirm."""
-    last, least = 0, np.inf
-    for number, step in enumerate(search.rounds, start=1):
-        if not search.earns_place(step):
-            break
-        held, least = step.candidates[0].heldout_misfit, min(least, step.heldout_before)
-        if not np.isfinite(held) or held < MOST_WORSE * least:
-            last = number
-    return tuple(step.candidates[0] for step in search.rounds[:last])
-
-
 def decide(search: Search) -> Decision:
-    """Judge the steps of a search."""
-    accepted = believed(search)
-    limits = too_little(search)
+    """Return the verdict on what a search found; nothing is fitted any more."""
+    found = _decided(search)
+    effects = [item.effect for item in found.accepted]
+    log.debug('%s: %s; %s', found.verdict.value, effects, '; '.join(found.reasons) or 'confirmed')
+    return found
+
+
+def _decided(search: Search) -> Decision:
+    accepted, limits = search.accepted, too_little(search)
     if not accepted:
         return _without_effects(search, limits)
     final = accepted[-1].fit
-    pairs = rivals_of(search, accepted)
-    rivals = tuple(other for _, other in pairs)
+    rivals = tuple(pair.rival for pair in search.rivals)
     why = objections(adequacy(search, final)) + at_limits(final.hypothesis)
     if why:
         hint = _hint(search, final.hypothesis)
@@ -101,7 +118,7 @@ def decide(search: Search) -> Decision:
             accepted,
             rivals,
             (*close, *shared, *limits),
-            experiments(search, pairs) + limits,
+            experiments(search, search.rivals) + limits,
         )
     small = not objections(adequacy(search, search.rounds[0].before))
     reasons = ('it is small: known tolerance alone would hide it within the noise',)
@@ -115,14 +132,14 @@ def objections(found: Adequacy) -> tuple[str, ...]:
         ('fitted', found.fitted, found.worst),
         ('held-out', found.heldout, found.worst_heldout),
     ):
-        if misfit > MOST_MISFIT:
+        if misfit > LIMITS.misfit:
             why.append(f'{np.sqrt(misfit):.1f} times the noise remains in {name} recordings')
-        elif worst.misfit > MOST_CELL_MISFIT:
+        elif worst.misfit > LIMITS.worst_misfit:
             why.append(
                 f'{np.sqrt(worst.misfit):.1f} times the noise remains at {worst.place} in {name} '
                 'recordings'
             )
-    if found.stretched > MOST_TOLERANCE:
+    if found.stretched > LIMITS.tolerance:
         why.append(
             f'{found.stretched_name} would have to be {found.stretched:.1f} times its tolerance '
             'from nominal'
@@ -136,8 +153,8 @@ def at_limits(hypothesis: Hypothesis) -> tuple[str, ...]:
     for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
         for item, value in zip(effect.parameters(hypothesis.scene)[:1], values, strict=False):
             low, high = (
-                item.low + NEAR_LIMIT * abs(item.low),
-                item.high - NEAR_LIMIT * abs(item.high),
+                item.low + LIMITS.near_end * abs(item.low),
+                item.high - LIMITS.near_end * abs(item.high),
             )
             if not low < value < high:
                 unit = '' if item.unit == '1' else f' {item.unit}'
@@ -165,13 +182,13 @@ def one_law(hypothesis: Hypothesis) -> tuple[str, ...]:
 
 
 def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
-    step = search.rounds[0]
-    why = objections(adequacy(search, step.before))
+    first = search.rounds[0]
+    why = objections(adequacy(search, first.before))
     if not why:
         return Decision(Verdict.NONE, reasons=limits)
-    hint = _hint(search, step.before.hypothesis)
+    hint = _hint(search, first.before.hypothesis)
     reasons = (*why, 'no effect explains it', *hint, *limits)
-    return Decision(Verdict.UNEXPLAINED, (), step.candidates[:3], reasons)
+    return Decision(Verdict.UNEXPLAINED, (), first.candidates[:3], reasons)
 
 
 def _hint(search: Search, hypothesis: Hypothesis) -> tuple[str, ...]:
@@ -181,39 +198,17 @@ def _hint(search: Search, hypothesis: Hypothesis) -> tuple[str, ...]:
         return ()
     place = max(found.explained, key=lambda name: found.explained[name])
     share = found.explained[place] / found.total
-    if share < TELLING_SHARE:
+    if share < LIMITS.telling_share:
         return ()
     return (
         f'a torque in {in_words(place)}, whatever its law, would account for {share:.0%} of it',
     )
 
 
-def rivals_of(
-    search: Search, accepted: tuple[Candidate, ...]
-) -> tuple[tuple[Candidate, Candidate], ...]:
-    """Return what each accepted effect that was kept cannot be told from."""
-    final = accepted[-1].fit
-    keys = [effect.key for effect in final.hypothesis.effects]
-    found = []
-    for step, best in zip(search.rounds, accepted, strict=False):
-        for other in step.candidates[1:]:
-            close = best.gain - other.gain < EVIDENCE_BETWEEN
-            # What was dropped later needs no rival; what was added later is none.
-            if not close or best.effect.key not in keys or other.effect.key in keys:
-                continue
-            if best is accepted[-1]:
-                found.append((best, other))
-                continue
-            beside = search.instead(final, best.effect, other)
-            if beside and final.log_evidence - beside.fit.log_evidence < EVIDENCE_BETWEEN:
-                found.append((replace(best, fit=final), beside))
-    return tuple(found)
-
-
 def too_little(search: Search) -> tuple[str, ...]:
     """Return what the campaign lacks for a confident name."""
     lacks = []
-    if len(search.data.fitting.poses) < LEAST_FIT_POSES:
+    if len(search.data.fitting.poses) < LIMITS.least_fit_poses:
         lacks.append('only one pose was fitted: record at least three more, far apart')
     if not search.data.heldout.records:
         lacks.append('no pose was held out: record at least three poses')
@@ -229,33 +224,32 @@ def too_little(search: Search) -> tuple[str, ...]:
     return tuple(lacks)
 
 
-def experiments(
-    search: Search, rivals: tuple[tuple[Candidate, Candidate], ...]
-) -> tuple[str, ...]:
-    """Return what would tell the rivals apart: computed first, then what is known of the pair.
+def experiments(search: Search, rivals: Sequence[RivalPair]) -> tuple[str, ...]:
+    """Return what would tell the rivals apart: computed first, then what is known of the names.
 
     Parameters
     ----------
     search : Search
         Its records are what a next one is compared with.
-    rivals : tuple of (Candidate, Candidate)
-        Accepted one and its rival.
+    rivals : sequence of RivalPair
+        Accepted ones and their rivals.
     """
     found = []
-    for best, other in rivals:
+    for pair in rivals:
+        best, other = pair.accepted, pair.rival
         one, two = best.fit.hypothesis, other.fit.hypothesis
         rng = np.random.default_rng(EXPERIMENT_SEED)
         now = separation_now(one, two, search.data.coarse)
-        pair = f'{best.effect!r} or {other.effect!r}'
+        names = f'{best.effect!r} or {other.effect!r}'
         for item in experiments_between(one, two, search.data.coarse, rng)[:2]:
-            if item.separation > 1.2 * now:
+            if item.separation > LIMITS.telling_separation * now:
                 found.append(
-                    f'{pair}: {item.words}; they would differ by {item.separation:.1f} times the '
+                    f'{names}: {item.words}; they would differ by {item.separation:.1f} times the '
                     f'noise, {now:.1f} in this campaign'
                 )
         text = best.effect.confused_with.get(other.effect.type) or (
             other.effect.confused_with.get(best.effect.type)
         )
         if text:
-            found.append(f'{pair}: {text}')
+            found.append(f'{names}: {text}')
     return tuple(dict.fromkeys(found))

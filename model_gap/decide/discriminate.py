@@ -24,7 +24,7 @@ from structural_model.spec import MassSpec
 Array = NDArray[np.float64]
 POSES = 16
 INSIDE = 0.8
-LEVELS = (0.5, 2.0)
+LEVEL_FACTORS = (0.5, 2.0)
 STEADY_RAD_S = 0.1
 PAYLOAD_SHARE = 0.03
 
@@ -91,7 +91,7 @@ def _asked(
             asked.append(
                 (f'serial joint angles [{degrees}]°', dataclasses.replace(loudest, record=there))
             )
-    for factor in LEVELS:
+    for factor in LEVEL_FACTORS:
         asked.append(
             (f'the same poses, motion {factor:g} times as large', _scaled(loudest, factor))
         )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+import logging
 
 from modal_core.errors import ModelError
 from modal_core.side_by_side import side_by_side
@@ -9,6 +10,7 @@ from model_gap.effects import Effect
 from model_gap.fit.fit import Array, Fit
 from model_gap.hypothesis import Hypothesis
 
+log = logging.getLogger(__name__)
 Numbers = tuple[tuple[Effect, ...], Array, Array]
 
 
@@ -24,6 +26,9 @@ def fits(work: Callable[[Hypothesis], Fit], starts: Sequence[Hypothesis]) -> lis
         return numbers_of(found.hypothesis), rest
 
     found = side_by_side(away, starts)
+    for start, item in zip(starts, found, strict=True):
+        if item is None:
+            log.debug('%s dropped: not a possible arm', list(start.effects))
     return [
         Fit(with_numbers(start, item[0]), *item[1]) if item else None
         for start, item in zip(starts, found, strict=True)

@@ -8,8 +8,8 @@ from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 
 # Along every axis, and then along the best one of each link.
-FIRST_STEPS = 3
-STEPS = 10
+AXIS_STEPS = 3
+LINK_STEPS = 10
 
 
 def neighbours(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
@@ -47,10 +47,10 @@ def neighbours(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
             continue
         start = base.with_effect(other, values[: len(other.parameters(scene))])
         try:
-            down = descend(start.with_details() or start, predictor, columns, FIRST_STEPS)
+            down = descend(start.with_details() or start, predictor, columns, AXIS_STEPS)
         except ModelError:
             continue  # not a possible arm
         if link not in found or down.objective < found[link].objective:
             found[link] = down
     starts = [down.hypothesis for down in found.values()]
-    return [descend(start, predictor, columns, STEPS).hypothesis for start in starts]
+    return [descend(start, predictor, columns, LINK_STEPS).hypothesis for start in starts]

@@ -13,7 +13,7 @@ from structural_model import FlexibleJointModel
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 # A machine whose speed wanders a little: neighbours in steps of one over the record's length.
-NEIGHBOURS = (-2, -1, 0, 1, 2)
+LINE_NEIGHBOURS = (-2, -1, 0, 1, 2)
 # Bins to either side of a line by which its kind is judged.
 LINE_BINS = 3.5
 RIDGE = 1e-9
@@ -41,7 +41,7 @@ def tone_motions(
             for push in pushes.T:
                 kinds[0] += _line(omega, push, item, system, length_s, at_rest=True)
                 kinds[1] += _line(omega, push, item, system, length_s)
-                for number in NEIGHBOURS:
+                for number in LINE_NEIGHBOURS:
                     near = omega + 2.0 * np.pi * number / length_s
                     kinds[2] += _line(near, push, item, system, length_s)
     return [np.array(kind) for kind in kinds]

@@ -11,7 +11,6 @@ from modal_reports import (
     render,
 )
 from model_gap.comparison import compare_model, ModelComparison, SensorBand
-from model_gap.decide import EVIDENCE_BETWEEN
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import gap_mapping
 from model_gap.report.comparison_tables import (
@@ -23,6 +22,7 @@ from model_gap.report.comparison_tables import (
 from model_gap.report.pictures import gap_bars, gap_map, gap_on_arm, spectra
 from model_gap.report.tables import candidates_table, where_table
 from model_gap.report.words import effect_words, headline
+from model_gap.search import EVIDENCE_BETWEEN
 
 HERE = Path(__file__).parent
 TEMPLATE = HERE / 'templates' / 'gap.html.j2'

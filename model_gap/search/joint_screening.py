@@ -7,6 +7,7 @@ fit of effect and tolerances find the right one.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import logging
 
 from modal_core.errors import ModelError
 from modal_core.side_by_side import side_by_side
@@ -18,14 +19,32 @@ from model_gap.predict import Predictor
 from model_gap.search.reach import within_reach
 from model_gap.search.screen import Trial
 
-FIRST_STEPS = 2
-FURTHER_STEPS = 5
-# Only where a free force would explain this share of what one does at the best place: the right
-# place explains all but what tolerances have to do with it.
-REACH_SHARE = 0.4
-# So many go on after the first steps, of one effect at most so many.
-FURTHER = 20
-FURTHER_STARTS = 2
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class JointScreeningLimits:
+    """How far effects are followed.
+
+    Parameters
+    ----------
+    first_steps, further_steps : int
+        Of every start, and of those that go on.
+    least_reach_share : float
+        Only where a free force would explain this share of what one does at the best place: the
+        right place explains all but what tolerances have to do with it.
+    further, further_starts : int
+        So many go on after the first steps, of one effect at most so many.
+    """
+
+    first_steps: int = 2
+    further_steps: int = 5
+    least_reach_share: float = 0.4
+    further: int = 20
+    further_starts: int = 2
+
+
+LIMITS = JointScreeningLimits()
 Placed = tuple[float, Numbers]
 
 
@@ -82,23 +101,27 @@ def screen_jointly(
     joint = JointScreening.of(base, predictor)
     found_of = dict(enumerate(screened))
     linear = [trial.effect for trial in screened if is_linear(trial.effect)]
-    near = within_reach(linear, [base], predictor, 0.0, REACH_SHARE)
+    near = within_reach(linear, [base], predictor, 0.0, LIMITS.least_reach_share)
     running = [n for n, trial in enumerate(screened) if any(trial.effect is it for it in near)]
 
     def begin(number: int) -> list[Placed]:
         effect = screened[number].effect
         values = (screened[number].values, *map(tuple, effect.few_starts(base.scene)))
-        found = [joint.descend(base.with_effect(effect, start), FIRST_STEPS) for start in values]
-        return sorted((item for item in found if item), key=lambda item: item[0])[:FURTHER_STARTS]
+        found = [
+            joint.descend(base.with_effect(effect, start), LIMITS.first_steps) for start in values
+        ]
+        return sorted((item for item in found if item), key=lambda item: item[0])[
+            : LIMITS.further_starts
+        ]
 
     def go_on(start: Hypothesis) -> Placed | None:
-        return joint.descend(start, FURTHER_STEPS)
+        return joint.descend(start, LIMITS.further_steps)
 
     begun = zip(running, side_by_side(begin, running), strict=True)
     standing = [(value, number, at) for number, best in begun for value, at in best]
-    standing = sorted(standing, key=lambda item: item[0])[:FURTHER]
+    standing = sorted(standing, key=lambda item: item[0])[: LIMITS.further]
     starts = [with_numbers(base, numbers) for _, _, numbers in standing]
-    without = joint.descend(base, FIRST_STEPS + FURTHER_STEPS)
+    without = joint.descend(base, LIMITS.first_steps + LIMITS.further_steps)
     ends = side_by_side(go_on, starts)
     for (_, number, _), end in zip(standing, ends, strict=True):
         if without is None or end is None:
@@ -108,4 +131,5 @@ def screen_jointly(
             last = len(at.effects) - 1
             before = replace(at.without(last), held=())
             found_of[number] = Trial(at.effects[last], at.values()[last], gain, before)
+    log.debug('%d of %d effects screened jointly with the tolerances', len(running), len(screened))
     return sorted(found_of.values(), key=lambda trial: -trial.gain)

@@ -14,11 +14,11 @@ Array = NDArray[np.float64]
 
 LEAST_PROMINENCE = 12.0
 # The same of what a model leaves over, the mean of all channels.
-LEAST_LEFT = 4.0
+LEAST_REST_PROMINENCE = 4.0
 MOST_LINES = 3
 APART_HZ = 0.6
-LEAST_SHARE = 0.6
-NEIGHBOURS = 24
+LEAST_RECORD_SHARE = 0.6
+MEDIAN_NEIGHBOURS = 24
 
 
 def common_lines(
@@ -71,7 +71,7 @@ def lines_left(
     for item, squares in zip(every, fine.squares(hypothesis.cell()), strict=True):
         power = np.mean(squares, axis=0)
         scores.append((item.frequency_hz, power / np.maximum(_running_median(power), 1e-30)))
-    found = _common(records, scores, band, LEAST_LEFT, MOST_LINES)
+    found = _common(records, scores, band, LEAST_REST_PROMINENCE, MOST_LINES)
     new = [line for line in found if all(abs(line - other) > APART_HZ for other in known)]
     return (*known, *new)
 
@@ -91,7 +91,7 @@ def _common(
         padded = np.pad(score, width, mode='edge')
         widened = np.max([padded[i : i + len(score)] for i in range(2 * width + 1)], axis=0)
         rows.append(np.interp(grid, frequency, widened, right=0.0))
-    level = np.quantile(np.array(rows), 1.0 - LEAST_SHARE, axis=0)
+    level = np.quantile(np.array(rows), 1.0 - LEAST_RECORD_SHARE, axis=0)
     found: list[float] = []
     while len(found) < most and level.max() > least:
         place = int(np.argmax(level))
@@ -111,8 +111,8 @@ def _prominence(values: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndar
 
 
 def _running_median(row: np.ndarray) -> np.ndarray:
-    padded = np.pad(row, NEIGHBOURS, mode='edge')
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
+    padded = np.pad(row, MEDIAN_NEIGHBOURS, mode='edge')
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * MEDIAN_NEIGHBOURS + 1)
     return np.asarray(np.median(windows[:, ::2], axis=1))
 
 

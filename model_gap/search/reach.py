@@ -7,6 +7,7 @@ play, a swinging mass.  What no f explains, no such effect does.
 from collections.abc import Mapping, Sequence
 import dataclasses
 from dataclasses import dataclass
+import logging
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 
 Array = NDArray[np.float64]
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -154,4 +156,7 @@ def within_reach(
             for number in range(len(candidates))
             if number not in place_of or gains[place_of[number]] >= least
         }
+    for number, effect in enumerate(candidates):
+        if number not in kept:
+            log.debug('%r not tried: no force at its place could gain enough', effect)
     return [candidates[number] for number in sorted(kept)]

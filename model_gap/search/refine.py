@@ -1,7 +1,8 @@
 """From what promised most to fitted explanations: roughly first, the closest on all records."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+import logging
 
 import numpy as np
 
@@ -12,23 +13,49 @@ from model_gap.predict import Predictor
 from model_gap.search.screen import Trial
 from model_gap.search.search_data import SearchData
 
-ROUGH = 8
-ROUGH_PER_TYPE = 4
-ROUGH_PER_PLACE = 2
-# As many beside an accepted torque law, where a fit takes longer.
-AFTER_TORQUES = 4
-REFINED = 4
-# What promised less than this share of the best in the screening is not tried.
-LEAST_PROMISE = 0.06
-# Rough fits this far behind the best are not refined.
-HOPELESS = 200.0
-# Once a rough fit is this good, torque laws that promised less than this share are not tried.
-SETTLED_MISFIT = 1.5
-SETTLED_SHARE = 0.5
-# Tolerances mimic an effect only where they leave little; where much is left they are distorted.
-MIMICKED_MISFIT = 4.0
-# Details are looked into of candidates this close to the best.
-DETAILED = 100.0
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class RefinementLimits:
+    """What is fitted, roughly and on all records.
+
+    Parameters
+    ----------
+    rough, rough_per_type, rough_per_place : int
+        Most rough fits of a round, of one type of effect, of one type at one place.
+    rough_after_torques : int
+        Most rough fits beside an accepted torque law, where a fit takes longer.
+    refined : int
+        Most fits on all records.
+    least_promise : float
+        What promised less than this share of the best in the screening is not tried.
+    hopeless : float
+        Rough fits whose log evidence is this far behind the best are not refined.
+    settled_misfit, settled_share : float
+        Once a rough fit is this good, torque laws that promised less than this share are not
+        tried.
+    mimicked_misfit : float
+        Tolerances mimic an effect only where they leave little; where much is left they are
+        distorted.
+    detailed : float
+        Details are looked into of candidates this close to the best, in log evidence.
+    """
+
+    rough: int = 8
+    rough_per_type: int = 4
+    rough_per_place: int = 2
+    rough_after_torques: int = 4
+    refined: int = 4
+    least_promise: float = 0.06
+    hopeless: float = 200.0
+    settled_misfit: float = 1.5
+    settled_share: float = 0.5
+    mimicked_misfit: float = 4.0
+    detailed: float = 100.0
+
+
+REFINEMENT = RefinementLimits()
 
 
 def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list[Fit]:
@@ -44,9 +71,9 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
         Of the coarse records.
     """
     held = coarse.hold(current.hypothesis.cell()).held
-    trials = chosen(trials)[: AFTER_TORQUES if held else None]
+    trials = chosen(trials)[: REFINEMENT.rough_after_torques if held else None]
     found: list[Fit | None] = []
-    if current.misfit < MIMICKED_MISFIT:
+    if current.misfit < REFINEMENT.mimicked_misfit:
         starts = [replace(item, held=held) for item in instead_of_tolerances(current.hypothesis)]
         found += fits(lambda start: fit(start, coarse, relinearise=3), starts)
     shared = Linearised.of(trials[0].base, coarse) if trials else None
@@ -67,16 +94,22 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
         return trial.effect.other_starts(trial.values) if trial is trials[0] else ()
 
     def may_wait(trial: Trial) -> bool:
-        promises = trial.gain >= SETTLED_SHARE * trials[0].gain
+        promises = trial.gain >= REFINEMENT.settled_share * trials[0].gain
         return trial.effect.amplitude_dependent and not promises
 
     found += fits(roughly, starts_of([trial for trial in trials if not may_wait(trial)]))
-    if min((item.misfit for item in found if item), default=np.inf) > SETTLED_MISFIT:
+    if min((item.misfit for item in found if item), default=np.inf) > REFINEMENT.settled_misfit:
         found += fits(roughly, starts_of([trial for trial in trials if may_wait(trial)]))
     close = best_of_each(found)
-    close = [item for item in close if item.log_evidence > close[0].log_evidence - HOPELESS]
-    close = close[:REFINED]
-    if close and close[0].misfit > SETTLED_MISFIT:
+    least = close[0].log_evidence - REFINEMENT.hopeless if close else 0.0
+    for item in close[REFINEMENT.refined :]:
+        log.debug('%r dropped: others are closer', item.hypothesis.effects[-1])
+    close = close[: REFINEMENT.refined]
+    for item in close:
+        if item.log_evidence <= least:
+            log.debug('%r dropped: hopelessly behind', item.hypothesis.effects[-1])
+    close = [item for item in close if item.log_evidence > least]
+    if close and close[0].misfit > REFINEMENT.settled_misfit:
         close = with_details(close, coarse)
     return close
 
@@ -91,8 +124,8 @@ def fine_fits(rough: Sequence[Fit], data: SearchData) -> list[Fit]:
     starts = [replace(item.hypothesis, held=()) for item in rough]
     found = [item for item in fits(finely, starts) if item]
     best = max((item.log_evidence for item in found), default=0.0)
-    near = [item for item in found if item.log_evidence > best - DETAILED]
-    rest = [item for item in found if item.log_evidence <= best - DETAILED]
+    near = [item for item in found if item.log_evidence > best - REFINEMENT.detailed]
+    rest = [item for item in found if item.log_evidence <= best - REFINEMENT.detailed]
     near = with_details(near, data.fitting)
     return best_of_each([*near, *_next_door(near, data), *rest])
 
@@ -128,10 +161,14 @@ def chosen(trials: Sequence[Trial]) -> list[Trial]:
     for trial in trials:
         alike = sum(item.effect.type == trial.effect.type for item in found)
         here = sum(item.effect.key == trial.effect.key for item in found)
-        promising = trial.gain > max(1.0, LEAST_PROMISE * trials[0].gain)
-        if alike < ROUGH_PER_TYPE and here < ROUGH_PER_PLACE and promising:
+        promising = trial.gain > max(1.0, REFINEMENT.least_promise * trials[0].gain)
+        if alike < REFINEMENT.rough_per_type and here < REFINEMENT.rough_per_place and promising:
             found.append(trial)
-        if len(found) == ROUGH:
+        elif not promising:
+            log.debug('%r not fitted: promises only %.3g', trial.effect, trial.gain)
+        else:
+            log.debug('%r not fitted: enough of its type and place are', trial.effect)
+        if len(found) == REFINEMENT.rough:
             break
     return found
 

@@ -196,5 +196,5 @@ def test_one_pose_is_too_little_for_a_name(campaign_of, robot):
 
 def test_one_level_is_too_little_for_a_name(campaign_of, robot):
     campaign = campaign_of((), SEED + 4, n_fit=2, n_held=1, duration=6.0, levels=(1.0,))
-    (lack,) = too_little(Search(robot, campaign, FEWEST))
+    (lack,) = too_little(Search.begin(robot, campaign, FEWEST))
     assert 'only one amplitude level' in lack

@@ -260,7 +260,7 @@ def test_slow_sensors_are_compared_as_far_as_they_tell(tmp_path, records, robot,
         assert np.diff(item.omega, axis=1).min() > 0.0, 'every bin has its neighbours'
         plain = record_spectra(record, Band()).frequency_hz
         assert plain[-1] == pytest.approx(high_hz, abs=0.4)
-    search = Search(robot, campaign, simulated=True)
+    search = Search.begin(robot, campaign, simulated=True)
     assert (
         search.data.fitting.weighting.misfit(search.data.fitting.rows(search.nominal.cell()))
         < 200.0

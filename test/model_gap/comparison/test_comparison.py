@@ -46,7 +46,7 @@ def test_nothing_measured_has_no_ratio():
 def test_modes_are_compared_on_the_channels_they_were_identified_from(campaign_of, robot):
     """The pipeline leaves out a channel that stays still."""
     campaign = campaign_of((), SEED, n_fit=1, n_held=0)
-    search = Search(robot, campaign, simulated=True)
+    search = Search.begin(robot, campaign, simulated=True)
     whole = mode_pairs(search, search.nominal, 55.0)
     for record in campaign.records:
         record.acceleration[:, 4] = 0.0

@@ -52,7 +52,7 @@ def test_lines_are_sorted_into_machines():
 @pytest.fixture
 def searched(campaign_of, robot):
     def search(effects, seed, **options):
-        return Search(robot, campaign_of(effects, seed, **options), FEW, simulated=True)
+        return Search.begin(robot, campaign_of(effects, seed, **options), FEW, simulated=True)
 
     return search
 
@@ -89,7 +89,7 @@ def test_faint_hum_stands_out_of_what_is_left_over(searched):
 @pytest.fixture(scope='module')
 def healthy(campaign_of, robot):
     campaign = campaign_of((), SEED + 2, n_fit=2, n_held=2, duration=8.0)
-    search = Search(robot, campaign, FEW, simulated=True)
+    search = Search.begin(robot, campaign, FEW, simulated=True)
     return search, fit(search.nominal, search.data.fitting)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.cell.cell_model import CellModel
-from model_gap.decide.decide import at_limits, believed, one_law, rivals_of
+from model_gap.decide.decide import at_limits, one_law
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.joint_stiffness import JointStiffness
@@ -15,7 +15,8 @@ from model_gap.effects.payload import Payload
 from model_gap.effects.sensor_polarity import SensorPolarity
 from model_gap.fit.fit import Fit
 from model_gap.hypothesis.hypothesis import Hypothesis
-from model_gap.search.search import Candidate, Round, Search, SearchSettings
+from model_gap.search.rivals import confirmed, rivals_of
+from model_gap.search.search import Candidate, Round, SearchSettings
 
 
 @pytest.fixture(scope='module')
@@ -49,7 +50,7 @@ def test_play_and_another_stiffness_in_one_joint_may_be_one_law(nominal):
 
 
 def rounds(nominal, *steps):
-    """Return a search whose rounds found (effect, gain, held-out misfit) and others like it."""
+    """Return rounds that found (effect, gain, held-out misfit) and others like it."""
     found, fitted, held = [], fit_of(nominal), 100.0
     for effects in steps:
         candidates = []
@@ -59,64 +60,70 @@ def rounds(nominal, *steps):
             candidates.append(Candidate(effect, added, gain, misfit))
         found.append(Round(fitted, held, tuple(candidates), ()))
         fitted, held = candidates[0].fit, candidates[0].heldout_misfit
-    search = Search.__new__(Search)
-    search.rounds, search.settings = found, SearchSettings()
-    return search
+    return found
 
 
 def fit_of(hypothesis):
     return Fit(hypothesis, 1.0, 0.0, np.zeros((0, 0)), np.zeros((0, 0)))
 
 
+WORTH_ADDING = SearchSettings().worth_adding
 SOFTER, OTHER = JointStiffness('joint_2'), JointStiffness('joint_3')
 PLAY = Backlash('joint_2')
 
 
+def no_fit(*_):
+    raise AssertionError('nothing is to be fitted')
+
+
+def kept(found):
+    return confirmed(found, WORTH_ADDING)
+
+
 def names_of(pairs):
-    return [(best.effect, other.effect) for best, other in pairs]
+    return [(pair.accepted.effect, pair.rival.effect) for pair in pairs]
 
 
 def test_an_effect_that_was_added_later_is_no_rival(nominal):
-    search = rounds(nominal, [(SOFTER, 449.0, 10.0), (OTHER, 448.0, 12.0)], [(OTHER, 300.0, 1.0)])
-    accepted = believed(search)
+    done = rounds(nominal, [(SOFTER, 449.0, 10.0), (OTHER, 448.0, 12.0)], [(OTHER, 300.0, 1.0)])
+    accepted = kept(done)
     assert [item.effect for item in accepted] == [SOFTER, OTHER]
-    assert rivals_of(search, accepted) == ()
+    assert rivals_of(done, accepted, no_fit) == ()
     alone = rounds(nominal, [(SOFTER, 449.0, 10.0), (OTHER, 448.0, 12.0)])
-    assert names_of(rivals_of(alone, believed(alone))) == [(SOFTER, OTHER)]
+    assert names_of(rivals_of(alone, kept(alone), no_fit)) == [(SOFTER, OTHER)]
 
 
 @pytest.mark.parametrize(('behind', 'remains'), [(7.0, True), (9.0, False)])
 def test_a_rival_of_an_early_round_is_judged_beside_all_that_was_found(nominal, behind, remains):
-    search = rounds(nominal, [(SOFTER, 449.0, 10.0), (PLAY, 446.0, 12.0)], [(OTHER, 300.0, 1.0)])
-    accepted = believed(search)
+    done = rounds(nominal, [(SOFTER, 449.0, 10.0), (PLAY, 446.0, 12.0)], [(OTHER, 300.0, 1.0)])
+    accepted = kept(done)
     final = accepted[-1].fit
 
     def instead(whole, best, other):
         assert (whole, best, other.effect) == (final, SOFTER, PLAY)
         return replace(other, fit=replace(other.fit, log_evidence=whole.log_evidence - behind))
 
-    search.instead = instead
-    found = rivals_of(search, accepted)
+    found = rivals_of(done, accepted, instead)
     assert names_of(found) == ([(SOFTER, PLAY)] if remains else [])
-    search.instead = lambda *_: None  # not a possible arm
-    assert rivals_of(search, accepted) == ()
+    impossible = rivals_of(done, accepted, lambda *_: None)  # not a possible arm
+    assert impossible == ()
 
 
 def test_rivals_are_those_of_the_same_round(nominal):
     # The first round alone is worse on held-out recordings; with the second it is right.
-    search = rounds(
+    done = rounds(
         nominal,
         [(SOFTER, 50.0, 110.0), (PLAY, 30.0, 100.0)],
         [(OTHER, 300.0, 1.0), (PLAY, 298.0, 1.0)],
     )
-    accepted = believed(search)
+    accepted = kept(done)
     assert [item.effect for item in accepted] == [SOFTER, OTHER]
-    assert names_of(rivals_of(search, accepted)) == [(OTHER, PLAY)]
+    assert names_of(rivals_of(done, accepted, no_fit)) == [(OTHER, PLAY)]
 
 
-def test_what_worsens_held_out_recordings_is_not_believed(nominal):
-    assert believed(rounds(nominal, [(SOFTER, 50.0, 110.0)])) == ()
+def test_what_worsens_held_out_recordings_is_not_confirmed(nominal):
+    assert kept(rounds(nominal, [(SOFTER, 50.0, 110.0)])) == ()
     both = rounds(nominal, [(SOFTER, 50.0, 110.0)], [(OTHER, 50.0, 105.0)])
-    assert believed(both) == ()
+    assert kept(both) == ()
     first = rounds(nominal, [(SOFTER, 50.0, 10.0)], [(OTHER, 50.0, 12.0)])
-    assert [item.effect for item in believed(first)] == [SOFTER]
+    assert [item.effect for item in kept(first)] == [SOFTER]

@@ -1,5 +1,7 @@
 """Effects that tolerances all but hide: a few joint steps tell them apart; details when needed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.neighbours import neighbours
 from model_gap.fit.split import split
 from model_gap.search.joint_screening import screen_jointly
+from model_gap.search.rivals import fit_instead
 from model_gap.search.screen import Trial
 from model_gap.search.search import Candidate, Round, Search
 
@@ -35,7 +38,7 @@ HIDDEN = {
 @pytest.fixture(scope='module')
 def search(campaign_of, robot):
     campaign = campaign_of([HIDDEN], SEED, n_fit=3, n_held=0, duration=12.0)
-    return Search(robot, split(campaign, np.random.default_rng(SEED)), simulated=True)
+    return Search.begin(robot, split(campaign, np.random.default_rng(SEED)), simulated=True)
 
 
 @pytest.mark.slow
@@ -112,9 +115,9 @@ def test_another_place_is_tried_beside_all_that_was_found(search):
     final = fit(right.with_effect(softer, (1.0,)), fitting, relinearise=2)
     wrong = search.nominal.with_effect(TunedMass('link_5', 'z'), (8.0, 14.0, 0.04))
     alone = fit(wrong, fitting, relinearise=0)
-    search.rounds = [Round(alone, 1.0, (), ())]
+    begun = replace(search, rounds=(Round(alone, 1.0, (), ()),))
     other = Candidate(wrong.effects[0], alone, 0.0, 1.0)
-    found = search.instead(final, right.effects[0], other)
+    found = fit_instead(begun, final, right.effects[0], other)
     assert [item.key for item in found.fit.hypothesis.effects] == [
         softer.key, wrong.effects[0].key
     ]  # fmt: skip

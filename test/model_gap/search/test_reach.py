@@ -22,7 +22,7 @@ SMALL = {'n_fit': 2, 'n_held': 0, 'duration': 8.0}
 def search(campaign_of, robot):
     hidden = [{'type': 'cubic_stiffness', 'joint': 'joint_2', 'alpha': 2e6}]
     campaign = campaign_of(hidden, SEED, **SMALL)
-    return Search(robot, split(campaign, np.random.default_rng(SEED)))
+    return Search.begin(robot, split(campaign, np.random.default_rng(SEED)))
 
 
 def test_tolerance_derivatives_are_those_of_the_prediction(search):

@@ -1,0 +1,105 @@
+"""What is confirmed by held-out records, and what it cannot be told from."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+import logging
+
+import numpy as np
+
+from model_gap.effects import Effect
+from model_gap.fit import Fit, fit, fits
+from model_gap.search.search import Candidate, RivalPair, Round, Search
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class ConfirmationLimits:
+    """When an effect is confirmed, and when another one is its rival.
+
+    Set by healthy campaigns (benchmarks/gap_matrix.py --calibrate): see
+    docs/measured/model_gap.md.
+
+    Parameters
+    ----------
+    evidence_between : float
+        Log evidence by which two explanations can be told apart.
+    most_worse : float
+        χ of held-out records over the least before, at most.
+    """
+
+    evidence_between: float = 8.0
+    most_worse: float = 1.03
+
+
+CONFIRMATION = ConfirmationLimits()
+EVIDENCE_BETWEEN = CONFIRMATION.evidence_between
+# A final fit, an accepted effect of it and the candidate to put there instead.
+FitInstead = Callable[[Fit, Effect, Candidate], Candidate | None]
+
+
+def confirm(search: Search) -> Search:
+    """Return the search with its accepted effects, and the rivals fitted beside them."""
+    accepted = confirmed(search.rounds, search.settings.worth_adding)
+
+    def instead(final: Fit, effect: Effect, other: Candidate) -> Candidate | None:
+        return fit_instead(search, final, effect, other)
+
+    return replace(search, accepted=accepted, rivals=rivals_of(search.rounds, accepted, instead))
+
+
+def confirmed(rounds: Sequence[Round], worth_adding: float) -> tuple[Candidate, ...]:
+    """Return the best candidates of the rounds up to the last that held-out records confirm."""
+    last, least = 0, np.inf
+    for number, done in enumerate(rounds, start=1):
+        if not done.earns_place(worth_adding):
+            break
+        held, least = done.candidates[0].heldout_misfit, min(least, done.heldout_before)
+        if not np.isfinite(held) or held < CONFIRMATION.most_worse * least:
+            last = number
+        else:
+            log.debug(
+                '%r not confirmed: misfit of held-out records %.4g, before %.4g',
+                done.candidates[0].effect,
+                held,
+                least,
+            )
+    return tuple(done.candidates[0] for done in rounds[:last])
+
+
+def rivals_of(
+    rounds: Sequence[Round], accepted: Sequence[Candidate], fit_instead: FitInstead
+) -> tuple[RivalPair, ...]:
+    """Return what each accepted effect that was kept cannot be told from."""
+    if not accepted:
+        return ()
+    final = accepted[-1].fit
+    keys = [effect.key for effect in final.hypothesis.effects]
+    found = []
+    for done, best in zip(rounds, accepted, strict=False):
+        for other in done.candidates[1:]:
+            close = best.gain - other.gain < EVIDENCE_BETWEEN
+            # What was dropped later needs no rival; what was added later is none.
+            if not close or best.effect.key not in keys or other.effect.key in keys:
+                continue
+            if best is accepted[-1]:
+                found.append(RivalPair(best, other))
+                continue
+            beside = fit_instead(final, best.effect, other)
+            if beside and final.log_evidence - beside.fit.log_evidence < EVIDENCE_BETWEEN:
+                found.append(RivalPair(replace(best, fit=final), beside))
+    for pair in found:
+        log.debug('%r cannot be told from %r', pair.accepted.effect, pair.rival.effect)
+    return tuple(found)
+
+
+def fit_instead(search: Search, final: Fit, best: Effect, other: Candidate) -> Candidate | None:
+    """Return another effect beside all others that were found; None of an impossible arm.
+
+    What two effects of an early round are worth tells little while others are missing.
+    """
+    keys = [effect.key for effect in final.hypothesis.effects]
+    fewer = final.hypothesis.without(keys.index(best.key))
+    start = fewer.with_effect(other.effect, other.fit.hypothesis.values()[-1])
+    (fitted,) = fits(lambda it: fit(it, search.data.fitting, relinearise=2), [start])
+    return search.candidate(fitted, search.rounds[0].before) if fitted else None
