@@ -12,7 +12,15 @@ from oma_identifier.likelihood.band_data import (
     ReducedBand,
     StartModes,
 )
+from oma_identifier.likelihood.band_model import (
+    accelerance,
+    BandData,
+    BandFit,
+    BandModel,
+    SlopePrior,
+)
 from oma_identifier.likelihood.continued import continued
+from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band, LATER_PASS
 from oma_identifier.likelihood.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.likelihood.group_fits import (
     fit_group,
@@ -32,17 +40,6 @@ from oma_identifier.likelihood.line_spectra import (
 from oma_identifier.likelihood.modal_motion import averaged_blocks, expected_motion
 from oma_identifier.likelihood.shape_scatter import MacLoss, normalised_std
 from oma_identifier.likelihood.tail_regression import parts_along, TailData
-from oma_identifier.likelihood.whittle import (
-    accelerance,
-    BandData,
-    BandFit,
-    BandModel,
-    ConvergenceLimits,
-    FIRST_PASS,
-    fit_band,
-    LATER_PASS,
-    SlopePrior,
-)
 
 __all__ = [
     'FIRST_PASS',

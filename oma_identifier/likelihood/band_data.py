@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from oma_identifier.likelihood.band_model import accelerance, BandData, BandModel, SlopePrior
 from oma_identifier.likelihood.indices import ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra, VALUES_AT_ONCE
 from oma_identifier.likelihood.noise_scale import noise_scale, unexplained_scale
-from oma_identifier.likelihood.whittle import accelerance, BandData, BandModel, SlopePrior
 
 HALF_WIDTHS = 8.0
 """Reach of a band on both sides of a mode, in half-power half-widths."""

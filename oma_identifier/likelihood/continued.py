@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from oma_identifier.likelihood.band_data import ReducedBand
+from oma_identifier.likelihood.band_model import BandModel
 from oma_identifier.likelihood.group_fits import GroupFit
 from oma_identifier.likelihood.indices import ModeIndex
-from oma_identifier.likelihood.whittle import BandModel
 
 UNKNOWN = ModeIndex(-1)
 LEAST_LENGTH = 0.1

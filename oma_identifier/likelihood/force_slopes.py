@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.likelihood.whittle import BandFit, SlopePrior
+from oma_identifier.likelihood.band_model import BandFit, SlopePrior
 
 SLOPE_STD = 1.0
 """Of the exponent of the force density, before the data: 3 dB per octave."""

@@ -8,17 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.likelihood.band_data import band_lines, reduce_band, ReducedBand, StartModes
+from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel, SlopePrior
+from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
-from oma_identifier.likelihood.whittle import (
-    BandData,
-    BandFit,
-    BandModel,
-    ConvergenceLimits,
-    FIRST_PASS,
-    fit_band,
-    SlopePrior,
-)
 
 LEAST_LINES_PER_MODE = 12
 SEPARABLE = 0.1

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.likelihood.whittle import accelerance, BandData, BandModel
+from oma_identifier.likelihood.band_model import accelerance, BandData, BandModel
 
 Complex = NDArray[np.complex128]
 

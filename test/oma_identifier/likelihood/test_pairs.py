@@ -7,9 +7,9 @@ from benchmarks.scatter import match
 from benchmarks.selection import CASES
 from oma_identifier.identify import identify_samples
 from oma_identifier.likelihood.band_data import averages_from, band_lines, ReducedBand, StartModes
+from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel
 from oma_identifier.likelihood.group_fits import GroupFit, whole_shape
 from oma_identifier.likelihood.line_spectra import Spectra
-from oma_identifier.likelihood.whittle import BandData, BandFit, BandModel
 from oma_identifier.refinement.label_switching import undo_label_switching
 
 PLAIN, WITH_LINES = 4, 5

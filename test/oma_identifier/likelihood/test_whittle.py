@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oma_identifier.likelihood import whittle
-from oma_identifier.likelihood.whittle import accelerance, BandData, BandModel, fit_band
+from oma_identifier.likelihood import scoring_step, whittle, whittle_information
+from oma_identifier.likelihood.band_model import accelerance, BandData, BandModel
+from oma_identifier.likelihood.fit_band import fit_band
+from oma_identifier.likelihood.force_prior import Prior
 
 N_LINES, N_CHANNELS = 60, 4
 STEP = 1e-6
@@ -55,15 +57,15 @@ CASES = [(3, False), (2, False), (2, True), (1, True)]
 
 @pytest.mark.parametrize(('n_free', 'one_noise'), CASES)
 def test_information_is_that_of_the_derivatives_of_the_covariance(n_free, one_noise, monkeypatch):
-    monkeypatch.setattr(whittle, 'ALIKE', 0.0)
+    monkeypatch.setattr(scoring_step, 'ALIKE', 0.0)
     data, model = band(3, n_free, one_noise=one_noise)
-    prior = whittle.Prior.of(model)
+    prior = Prior.of(model)
     at = whittle.evaluate(data, model, prior)
-    found = whittle.fisher_information(whittle.evaluated_at(data, model, at), one_noise)
+    found = whittle_information.information(whittle.evaluated_at(data, model, at), one_noise)
     precision = np.linalg.inv(covariance(data, model))
     derivatives = []
     for row in np.eye(len(found)):
-        up, down = (whittle.moved(model, sign * STEP * row) for sign in (1.0, -1.0))
+        up, down = (scoring_step.moved(model, sign * STEP * row) for sign in (1.0, -1.0))
         change = (covariance(data, up) - covariance(data, down)) / (2.0 * STEP)
         derivatives.append(precision @ change)
     stacked = np.array(derivatives)
@@ -77,12 +79,12 @@ def test_information_is_that_of_the_derivatives_of_the_covariance(n_free, one_no
 def test_gradient_is_that_of_the_likelihood_and_its_priors(n_free, one_noise):
     data, model = band(4, n_free, one_noise=one_noise)
     # Away from the centre of the priors, so that they pull.
-    prior = whittle.Prior.of(replace(model, force=1.1 * model.force, noise=1.2 * model.noise))
+    prior = Prior.of(replace(model, force=1.1 * model.force, noise=1.2 * model.noise))
     at = whittle.evaluate(data, model, prior)
     downhill = whittle.downhill_gradient(data, model, prior, at)
     for row, expected in zip(np.eye(len(downhill)), downhill, strict=True):
         up, down = (
-            whittle.evaluate(data, whittle.moved(model, sign * STEP * row), prior).value
+            whittle.evaluate(data, scoring_step.moved(model, sign * STEP * row), prior).value
             for sign in (1.0, -1.0)
         )
         assert (down - up) / (2.0 * STEP) == pytest.approx(expected, rel=1e-5, abs=1e-3)

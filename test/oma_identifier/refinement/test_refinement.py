@@ -10,8 +10,9 @@ from modal_core.errors import LayoutError
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from oma_identifier.likelihood.band_model import BandData, BandModel
+from oma_identifier.likelihood.fit_band import fit_band
 from oma_identifier.likelihood.noise_scale import noise_scale
-from oma_identifier.likelihood.whittle import BandData, BandModel, fit_band
 from oma_identifier.refinement import adopt
 from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.refinement import refine

@@ -11,10 +11,10 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.likelihood.band_data import group_modes, StartModes
+from oma_identifier.likelihood.band_model import SlopePrior
 from oma_identifier.likelihood.continued import continued
 from oma_identifier.likelihood.group_fits import fit_group, unit, updated
 from oma_identifier.likelihood.line_spectra import spectra_of, usable_lines
-from oma_identifier.likelihood.whittle import SlopePrior
 from oma_identifier.refinement import band_fitter
 from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.adopt import Refiner

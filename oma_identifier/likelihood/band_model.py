@@ -1,0 +1,127 @@
+"""What the likelihood of a band is a function of: data, model, and what a fit found."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class BandData:
+    """Averaged periodograms of one band.
+
+    Parameters
+    ----------
+    frequency_hz : (n_lines,) array [Hz]
+        Mean frequency of each average.
+    periodogram : (n_lines, n_channels, n_channels) complex array
+        F Fᴴ averaged over neighbouring frequencies.
+    n_averaged : (n_lines,) array
+        Number of frequencies in each average.
+    n_noise : float
+        Number of further complex values that hold noise alone.
+    noise_power : float
+        Their mean squared magnitude.
+    """
+
+    frequency_hz: Real
+    periodogram: Complex
+    n_averaged: Real
+    n_noise: float
+    noise_power: float
+
+
+@dataclass(frozen=True, slots=True)
+class SlopePrior:
+    """A Gaussian prior on the exponent of the force density over frequency."""
+
+    mean: float = 0.0
+    std: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class BandModel:
+    """Modes of one band; the first ``n_free`` of them are estimated, the others are tails.
+
+    Parameters
+    ----------
+    frequency_hz, damping_ratio : (n_modes,) array [Hz], [-]
+        Natural frequencies and damping ratios.
+    shapes : (n_channels, n_modes) complex array
+        Of unit length.
+    force : (n_modes, n_modes) complex array
+        Cross spectral density of the modal forces, Hermitian.
+    noise : (n_channels,) array
+        Noise power of each channel.
+    n_free : int
+        Number of modes whose pole and shape are estimated.
+    one_noise : bool
+        All channels have the same noise.
+    reference_hz : float [Hz]
+        Frequency at which ``force`` holds.
+    slope : float
+        Elsewhere it holds times (f / reference)^slope: white over a band is too much to ask for.
+    slope_prior : SlopePrior
+        What is known about the slope from elsewhere.
+    """
+
+    frequency_hz: Real
+    damping_ratio: Real
+    shapes: Complex
+    force: Complex
+    noise: Real
+    n_free: int
+    one_noise: bool
+    reference_hz: float
+    slope: float = 0.0
+    slope_prior: 'SlopePrior' = field(default_factory=lambda: SlopePrior())
+
+
+@dataclass(frozen=True, slots=True)
+class BandFit:
+    """The maximum of the likelihood of one band.
+
+    Parameters
+    ----------
+    model : BandModel
+        At the maximum.
+    frequency_std, damping_ratio_std : (n_free,) array
+        Relative standard deviations from the Fisher information.
+    shape_scatter : (n_free, n_channels, n_directions) complex array
+        First-order errors of each shape along independent directions of one standard deviation,
+        across the shape.
+    slope_std : float
+        Of the exponent of the force density.
+    converged : bool
+        A further step would be far below a standard deviation.
+    n_steps : int
+        Scoring steps taken.
+    misfit : float
+        Mean square of the whitened residual over what the model expects; 1 for a perfect model.
+    value : float
+        Negative logarithm of likelihood and priors.
+    """
+
+    model: BandModel
+    frequency_std: Real
+    damping_ratio_std: Real
+    shape_scatter: Complex
+    slope_std: float
+    converged: bool
+    n_steps: int
+    misfit: float
+    value: float
+
+
+def accelerance(frequency_hz: Real, natural_hz: Real, damping_ratio: Real) -> Complex:
+    """Return acceleration per modal force, 1 / (1 - β² - 2iζβ), β = f_n / f, lines × modes."""
+    beta = natural_hz / frequency_hz[:, None]
+    return np.asarray(1.0 / (1.0 - beta**2 - 2j * damping_ratio * beta))
+
+
+def log_frequency(data: BandData, model: BandModel) -> Real:
+    """Return ln f from the reference of a model, (n_lines,) array."""
+    return np.asarray(np.log(data.frequency_hz) - np.log(model.reference_hz))

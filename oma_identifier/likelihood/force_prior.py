@@ -1,0 +1,63 @@
+"""A weak prior where one band says nothing of forces and noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.likelihood.band_model import BandModel
+from oma_identifier.likelihood.whittle_information import pairs
+
+NOISE_LOG_STD = 1.0
+LEAST_LEVEL = 1e-6
+"""Of the largest force, taken for the scale of another."""
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """A weak Gaussian prior on the forces of tails and on the noise, where a band says nothing.
+
+    Far tails look alike within one band, so that their forces are not determined by its data, nor
+    is the noise of a channel that the modes drown.  The standard deviation of a force entry is the
+    geometric mean of the two force levels; that of the logarithm of the noise is NOISE_LOG_STD.
+    """
+
+    force: Complex
+    slope: float
+    noise: Real
+    weight: Real
+
+    @classmethod
+    def of(cls, start: BandModel) -> 'Prior':
+        """Return the prior that is centred on a model."""
+        # What a band made of the forces of far tails may be below zero: a scale must not be.
+        level = np.abs(np.diag(start.force).real)
+        level = np.maximum(level, LEAST_LEVEL * level.max())
+        first, second = pairs(len(level))
+        weight = np.where(second >= start.n_free, 1.0 / (level[first] * level[second]), 0.0)
+        weight[first != second] *= 2.0
+        n_noise = 1 if start.one_noise else len(start.noise)
+        noise = np.full(n_noise, NOISE_LOG_STD**-2)
+        slope = [start.slope_prior.std**-2]
+        return cls(
+            start.force,
+            start.slope_prior.mean,
+            start.noise[:n_noise],
+            np.concatenate([weight, weight[first != second], slope, noise]),
+        )
+
+    def offset(self, model: BandModel) -> Real:
+        """Return centre minus model, in the order of the last parameters."""
+        difference = self.force - model.force
+        first, second = pairs(len(difference))
+        off = difference[first, second][first != second]
+        noise = np.log(self.noise / model.noise[: len(self.noise)])
+        slope = [self.slope - model.slope]
+        return np.concatenate([difference[first, second].real, off.imag, slope, noise])
+
+    def value(self, model: BandModel) -> float:
+        """Return the negative logarithm of the prior."""
+        return float(0.5 * np.sum(self.weight * self.offset(model) ** 2))

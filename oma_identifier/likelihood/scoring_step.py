@@ -1,0 +1,122 @@
+"""Steps of Fisher scoring: from information and gradient to the next model."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oma_identifier.likelihood import shape_prior
+from oma_identifier.likelihood.band_model import BandData, BandModel
+from oma_identifier.likelihood.force_prior import Prior
+from oma_identifier.likelihood.whittle import across, downhill_gradient, evaluated_at, Evaluation
+from oma_identifier.likelihood.whittle_information import information as fisher_information
+from oma_identifier.likelihood.whittle_information import pairs
+
+ALIKE = 1.0
+"""Distance of nearly equal poles, in half-power half-widths of both."""
+LARGEST_LOG_STEP = (0.2, 0.7, 2.0)
+"""Of frequency, damping ratio and noise."""
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Quadratic:
+    """Fisher information and downhill gradient at one model, and the scale of each parameter.
+
+    Directions across one shape have a common scale, so that it matters not which they are.
+    """
+
+    information: Real
+    gradient: Real
+    scale: Real
+
+
+def quadratic_at(data: BandData, model: BandModel, prior: Prior, at: Evaluation) -> Quadratic:
+    """Return the Fisher information and the gradient, priors included."""
+    evaluated = evaluated_at(data, model, at)
+    information = fisher_information(evaluated, model.one_noise)
+    if model.one_noise:
+        information[-1, -1] += data.n_noise
+    weight = prior.weight
+    last = np.arange(len(information) - len(weight), len(information))
+    information[last, last] += weight
+    size, free = 2 * len(model.shapes), model.shapes[:, : model.n_free]
+    shapes = [slice(mode * size + 2, (mode + 1) * size) for mode in range(model.n_free)]
+    for own, known in zip(shapes, shape_prior.information(free, evaluated.across), strict=True):
+        information[own, own] += known
+    scale = np.sqrt(np.diag(information))
+    for own in shapes:
+        scale[own] = np.linalg.norm(scale[own]) / max(1.0, np.sqrt(size - 2))
+    return Quadratic(information, downhill_gradient(data, model, prior, at, evaluated), scale)
+
+
+def scoring_step(quadratic: Quadratic, damping: float) -> Real:
+    """Return the Levenberg-damped step; NaN where there is none."""
+    scale = quadratic.scale
+    scaled = quadratic.information / np.outer(scale, scale)
+    scaled[np.diag_indices_from(scaled)] += damping
+    try:
+        return np.asarray(np.linalg.solve(scaled, quadratic.gradient / scale) / scale)
+    except np.linalg.LinAlgError:
+        return np.full(len(scale), np.nan)
+
+
+def moved(model: BandModel, step: Real) -> BandModel:
+    """Return the model after a step in the parameters of :func:`downhill_gradient`."""
+    frequency, damping = model.frequency_hz.copy(), model.damping_ratio.copy()
+    shapes = model.shapes.copy()
+    length = np.ones(len(frequency))
+    poles = step[: model.n_free * 2 * len(shapes)].reshape(model.n_free, -1)
+    free = slice(0, model.n_free)
+    frequency[free] *= np.exp(np.clip(poles[:, 0], -LARGEST_LOG_STEP[0], LARGEST_LOG_STEP[0]))
+    damping[free] *= np.exp(np.clip(poles[:, 1], -LARGEST_LOG_STEP[1], LARGEST_LOG_STEP[1]))
+    turned = across(shapes[:, free]) @ (poles[:, 2::2] + 1j * poles[:, 3::2])[:, :, None]
+    shapes[:, free] += turned[:, :, 0].T
+    length[free] = np.linalg.norm(shapes[:, free], axis=0)
+    end = poles.size + len(frequency) ** 2
+    force = _mixed(model, shapes, _force_step(model.force, step[poles.size : end]))
+    force *= np.outer(length, length)
+    noise = model.noise * np.exp(
+        np.clip(step[end + 1 :], -LARGEST_LOG_STEP[2], LARGEST_LOG_STEP[2])
+    )
+    return replace(
+        model,
+        frequency_hz=frequency,
+        damping_ratio=damping,
+        shapes=shapes / length,
+        force=force,
+        noise=noise,
+        slope=model.slope + float(step[end]),
+    )
+
+
+def _force_step(force: Complex, step: Real) -> Complex:
+    first, second = pairs(len(force))
+    off = first != second
+    change = np.zeros_like(force)
+    change[first, second] = step[: len(first)]
+    change[first[off], second[off]] += 1j * step[len(first) :]
+    return np.asarray(change + np.triu(change, 1).conj().T)
+
+
+def _mixed(model: BandModel, shapes: Complex, change: Complex) -> Complex:
+    """Return the force after a change of it and of the shapes.
+
+    Modes of nearly the same pole have no shapes of their own: with Φ T for Φ and T⁻¹ S T⁻ᴴ for S
+    the spectra are the same.  Added to S as it is, a step would leave that curved valley.
+    """
+    pole = model.frequency_hz * (1j - model.damping_ratio)
+    width = model.frequency_hz * model.damping_ratio
+    alike = np.abs(pole[:, None] - pole) < ALIKE * (width[:, None] + width)
+    mixing = np.zeros_like(force := model.force)
+    for mode in np.flatnonzero(alike[: model.n_free].sum(axis=1) > 1):
+        near = alike[mode]
+        step = shapes[:, mode] - model.shapes[:, mode]
+        mixing[near, mode] = np.linalg.lstsq(model.shapes[:, near], step, rcond=0.1)[0]
+    if not mixing.any():
+        return np.asarray(force + change)
+    change = change + mixing @ force + force @ mixing.conj().T
+    back = np.linalg.inv(np.eye(len(mixing)) + mixing)
+    return np.asarray(back @ (force + change) @ back.conj().T)
