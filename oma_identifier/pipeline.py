@@ -40,6 +40,7 @@ from oma_identifier.motion import (
     with_inputs,
 )
 from oma_identifier.one_thread import one_thread
+from oma_identifier.quality import SureDamping
 from oma_identifier.refinement import Refiner
 from oma_identifier.result import WindowResult
 from oma_identifier.selection import (
@@ -107,6 +108,7 @@ class IdentificationPipeline:
         self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
         self._record = WholeRecord(self.settings)
         self._refiner = Refiner()
+        self._damping = SureDamping()
         self._selector = BandSelector()
         refreshed = 1.0 if only_whole else REFRESHED
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz, refreshed)
@@ -116,6 +118,7 @@ class IdentificationPipeline:
     def _forget(self) -> None:
         """Begin the whole record anew: its sensors were not in step."""
         self._record = WholeRecord(self.settings)
+        self._damping = SureDamping()
         if self._kept is not None:
             self._kept = KeptRecord(self.settings.method)
 
@@ -204,6 +207,7 @@ class IdentificationPipeline:
                 self._selector,
             )
             found = without_explained(found, evidence)
+        found = self._with_sure_damping(found, window.quality)
         self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
 
@@ -221,9 +225,13 @@ class IdentificationPipeline:
         kept.add(samples)
         self._explains = cleaned.explains
         found = with_lines(self._found_by_method(samples), cleaned.lines)
+        found = self._with_sure_damping(found, window.quality)
         self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
         window = replace(window, quality=with_flags(window.quality, cleaned))
         return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
+
+    def _with_sure_damping(self, found: Identified, quality: DataQuality) -> Identified:
+        return replace(found, modes=self._damping.of_window(found.modes, quality))
 
     def _tracked(
         self, modes: ModeSet, channels: Sequence[Channel], pose: Pose | None
@@ -267,7 +275,8 @@ class IdentificationPipeline:
         with one_thread():
             kept = self._kept
             result = self._record.identify() if kept is None else self._whole_by_method(kept)
-        return replace(result, modes=self.tracker.label(result.modes))
+        modes = self._damping.of_record(result.modes)
+        return replace(result, modes=self.tracker.label(modes))
 
 
 def _result(window: Window, found: Identified, spectrum: SingularValueSpectrum) -> WindowResult:

@@ -20,8 +20,10 @@ from oma_identifier.quality import (
     channels_by_flag,
     check_gravity,
     compare,
+    DAMPING_UNSURE,
     examine,
     EXCLUDING,
+    is_damping_unsure,
     named,
 )
 
@@ -230,6 +232,8 @@ def _quality(
         quality.excluded for quality in channels
     ):
         found.append('degraded')
+    if is_damping_unsure(channels, n_rows):
+        found.append(DAMPING_UNSURE)
     reason = _wrong_rate(sources)
     if reason:
         found.append('rate_mismatch')

@@ -5,6 +5,7 @@ left out: clipped, frozen, repeated, wrapped, without sign, reversed, lost or ag
 """
 
 from oma_identifier.quality.converter_watch import ConverterWatch
+from oma_identifier.quality.filled import DAMPING_UNSURE, is_damping_unsure, SureDamping
 from oma_identifier.quality.flagged import channels_by_flag, named
 from oma_identifier.quality.health import (
     ChannelHealth,
@@ -20,15 +21,18 @@ from oma_identifier.quality.repeats import RepeatWatch
 from oma_identifier.quality.setup_check import check_gravity
 
 __all__ = [
+    'DAMPING_UNSURE',
     'EXCLUDING',
     'ChannelHealth',
     'ConverterWatch',
     'RepeatWatch',
     'Summary',
+    'SureDamping',
     'channels_by_flag',
     'check_gravity',
     'compare',
     'examine',
+    'is_damping_unsure',
     'joined',
     'named',
     'noise_rms',

@@ -105,6 +105,19 @@ def test_half_of_all_samples_lost_costs_no_mode_and_says_so(responses):
     assert all(np.abs(found / hz - 1.0).min() < 0.02 for hz in FREQUENCY_HZ)
 
 
+@pytest.mark.parametrize('share', [0.1, 0.4])
+def test_damping_from_many_filled_samples_states_no_deviation(responses, share):
+    data = responses(20.0)
+    kept = np.random.default_rng(SEED).random(len(data)) > share
+    _, results, pipeline = identified([*sent(data[:, :3], kept, '/a')], 20.0)
+    for result in (results[0], pipeline.whole()):
+        assert len(result.modes) >= len(FREQUENCY_HZ)
+        assert ('damping_unsure' in result.quality.flags) == (share > 0.2)
+        known = [np.isfinite(mode.damping_ratio_std) for mode in result.modes]
+        assert all(known) if share < 0.2 else not any(known), SEED
+        assert all(np.isfinite(mode.frequency_std_hz) for mode in result.modes)
+
+
 def test_a_sensor_that_loses_samples_costs_the_others_nothing(responses):
     data = responses(20.0)
     whole = np.ones(len(data), dtype=bool)
