@@ -13,7 +13,8 @@ CHUNK = 2048
 """Rows that are looked at together."""
 FEWEST = 512
 """Rows at the end of a window that tell something."""
-ABSURD = 1e100
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Ranges and values beyond are of no sensor, and their squares of no number."""
 
 Flags = tuple[str, ...]
 
@@ -85,7 +86,7 @@ class ConverterWatch:
 def found_in(rows: NDArray[np.float64]) -> list[Flags]:
     """Return what is wrong with each channel of a stretch, (n_samples, n_channels) array."""
     with np.errstate(invalid='ignore'):
-        usable = (np.abs(rows) < ABSURD).all(axis=0) & (np.ptp(rows, axis=0) > 0.0)
+        usable = (np.abs(rows) < LARGEST).all(axis=0) & (np.ptp(rows, axis=0) > SMALLEST)
     turned = ('rows_reversed',) if is_reversed(rows[:, usable]) else ()
     found: list[Flags] = []
     for column, known in zip(np.ascontiguousarray(rows.T), usable, strict=True):

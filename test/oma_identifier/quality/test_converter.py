@@ -102,6 +102,8 @@ HEALTHY = {
     'knocks': lambda rng: modes(rng, knocks=True),
     'gravity': lambda rng: rng.uniform(0.01, 9.0) * modes(rng) + 9.81,
     'one tone beside gravity': lambda rng: 9.81 * (tones(rng, 1.0, 99.0)[:, :3] + 1.0),
+    'of no size': lambda rng: 1e-200 * modes(rng),
+    'of any size': lambda rng: 10.0 ** rng.uniform(-90.0, 90.0) * modes(rng),
     'noise': lambda rng: rng.standard_normal((4400, 6)),
 }
 
