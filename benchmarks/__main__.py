@@ -60,6 +60,12 @@ def faults(full: bool, store: Path | None) -> Iterator[Line]:
     return rows(500)
 
 
+def emulator(full: bool, store: Path | None) -> Iterator[Line]:
+    from benchmarks.emulator import rows
+
+    return rows()
+
+
 GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {
     'speed': speed,
     'streaming': streaming,
@@ -67,6 +73,7 @@ GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {
     'scatter': scatter,
     'tracking': tracking,
     'throughput': throughput,
+    'emulator': emulator,
     'faults': faults,
 }
 

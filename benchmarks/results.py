@@ -66,6 +66,7 @@ GROUPS = {
         _group('scatter'),
         _group('tracking'),
         _group('throughput'),
+        _group('emulator'),
         _group('faults', 'benchmarks/faults'),
         Group('shapes', (), 'by hand'),
         Group('complex_shapes', (), 'by hand'),

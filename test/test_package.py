@@ -177,6 +177,14 @@ def test_tests_reach_for_no_private_name():
     assert found == []
 
 
+def test_no_test_measures_time():
+    """A busy machine is slow and not wrong: `make bench` measures, tests count work."""
+    clocks = re.compile(r'\b(perf_counter|process_time|thread_time)(_ns)?\b')
+    for path in sorted((ROOT / 'test').rglob('*.py')):
+        used = [line for line in path.read_text().splitlines() if clocks.search(line)]
+        assert path == Path(__file__) or not used, f'{path.relative_to(ROOT)}: {used}'
+
+
 def private_uses(tree: ast.Module) -> list[tuple[int, str]]:
     """Return line and name of each underscored name that a file takes from elsewhere."""
     found = []

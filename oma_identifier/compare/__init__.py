@@ -1,7 +1,7 @@
 """Modes of several recordings held against each other, or joined.
 
 In come modes of two recordings or of several set-ups with shared references; out go changes
-beyond chance, or one set of shapes over all points (PoSER and PreGER; Reynders, Magalhaes, De
+beyond chance, or one set of shapes over all points (PoSER; Reynders, Magalhaes, De
 Roeck and Cunha 2009, IOMAC).
 """
 

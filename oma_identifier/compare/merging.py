@@ -1,8 +1,6 @@
 """Several set-ups with shared references become one mode shape over all points.
 
-Post-identification merging (PoSER) identifies each set-up and joins the modes; merging in the
-covariance (PreGER) rescales the covariances of each set-up to those of the first, so that one
-identification sees all points even when the excitation changed from set-up to set-up.
+Post-identification merging (PoSER): each set-up is identified, and the modes are joined.
 """
 
 from collections.abc import Sequence
@@ -15,14 +13,9 @@ from numpy.typing import NDArray
 from modal_core.errors import LayoutError
 from modal_core.indicators import mac, mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
-from modal_core.samples import Samples
-from oma_identifier.covariance import HankelGram
-from oma_identifier.subspace import poles_of_projection, RawPoles
 
 SAME_MAC = 0.7
 SAME_FREQUENCY = 0.03
-KEPT_SHARE = 1e-3
-"""Singular values of the references' own covariances below this share are noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,79 +140,3 @@ def _pooled(values: Sequence[float], deviations: Sequence[float]) -> tuple[float
         mean = float(np.sum(weight * np.array(values)) / np.sum(weight))
         return mean, float(np.sum(weight) ** -0.5)
     return float(np.mean(values)), math.nan
-
-
-@dataclass(frozen=True, slots=True)
-class MergedPoles:
-    """Poles over all points of all set-ups.
-
-    Parameters
-    ----------
-    poles : RawPoles
-        Discrete-time poles of all model orders with shapes over ``channel_names``.
-    channel_names : tuple of str
-        References first, then what moves, set-up after set-up.
-    sample_rate_hz : float [Hz]
-        Of the set-ups.
-    """
-
-    poles: RawPoles
-    channel_names: tuple[str, ...]
-    sample_rate_hz: float
-
-
-def merge_covariances(setups: Sequence[Samples], block_rows: int, orders: range) -> MergedPoles:
-    """Identify all set-ups as one (PreGER).
-
-    The block Hankel matrix of the moving channels of set-up j is multiplied by
-    H_ref,j⁺ H_ref,1: the excitation of set-up j is replaced by that of the first.
-
-    Parameters
-    ----------
-    setups : sequence of Samples
-        At one rate, sharing their reference channels by name.
-    block_rows : int
-        Of the block Hankel matrices.
-    orders : range
-        Model orders.
-
-    Raises
-    ------
-    LayoutError
-        No channel is shared, or the rates differ.
-
-    References
-    ----------
-    Döhler, Andersen and Mevel (2010), IMAC XXVIII, Data merging for multi-setup operational modal
-    analysis with data-driven SSI; Mevel, Basseville, Benveniste and Goursat (2002),
-    doi:10.1006/mssp.2001.1466.
-    """
-    rates = [samples.sample_rate_hz for samples in setups]
-    if max(rates) - min(rates) > 1e-6 * rates[0]:
-        raise LayoutError('set-ups at different rates', found=rates)
-    shared = shared_channels([samples.channel_names for samples in setups])
-    n_shared = len(shared)
-    names, parts = list(shared), []
-    first: NDArray[np.float64] | None = None
-    scale = setups[0].select(shared).widened().std(axis=0)
-    for samples in setups:
-        moving = [name for name in samples.channel_names if name not in shared]
-        rows = samples.select([*shared, *moving]).widened()
-        rows = rows - rows.mean(axis=0)
-        rows[:, :n_shared] /= scale
-        gram = HankelGram(rows, rows[:, :n_shared], 2 * block_rows)
-        hankel = gram.product(range(block_rows, 2 * block_rows), range(block_rows))
-        hankel = hankel.reshape(block_rows, len(rows[0]), -1) / gram.n_columns
-        references = hankel[:, :n_shared].reshape(block_rows * n_shared, -1)
-        if first is None:
-            first = references
-            parts.append(hankel)
-        else:
-            rescale = np.linalg.pinv(references, rcond=KEPT_SHARE) @ first
-            parts.append(hankel[:, n_shared:] @ rescale)
-        names += moving
-    whole = np.concatenate(parts, axis=1)
-    projection = whole.reshape(block_rows * len(names), -1)
-    raw = poles_of_projection(projection, len(names), n_shared, orders)
-    back = np.concatenate([scale, np.ones(len(names) - n_shared)])
-    return MergedPoles(replace(raw, shape=raw.shape * back[:, None]), tuple(names), rates[0])

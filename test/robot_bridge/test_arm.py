@@ -1,7 +1,5 @@
 """The plant against known truth: equilibrium, poles, forced response, and a free integration."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -274,33 +272,3 @@ def test_friction_takes_energy_out(model, channels):
         arm.advance(np.tile(pose, (64, 1)), np.zeros((64, 6)), kick)
         ends.append(arm.advance(*still(pose, 1024)).readings[-256:].std(axis=0).max())
     assert ends[1] < 0.7 * ends[0]
-
-
-@pytest.mark.parametrize('rate_hz', [2048.0, 4096.0])
-def test_it_runs_faster_than_the_arm_moves(model, channels, rate_hz, record_property):
-    """24 flexible coordinates, 42 channels; every nonlinearity in every gear, or none."""
-    everything = GearSettings(
-        friction_nm=(50.0,) * 6,
-        backlash_rad=(5e-5,) * 6,
-        hardening_1_rad2=(1e6,) * 6,
-        speed_stiffness_s_rad=(1.0,) * 6,
-        slip_share=(0.3,) * 6,
-        drift_change=(0.1,) * 6,
-    )
-    assert (model.n_dof, len(channels)) == (24, 42)
-    pose, block = model.pose('P1'), 64
-    motion = shaking(pose, 80.0)
-    rows = np.array([motion((k + 1) / rate_hz) for k in range(1024)]).transpose(1, 0, 2)
-    for name, gears in (('linear gears', GearSettings()), ('all nonlinearities', everything)):
-        arm = Arm(model, channels, pose, 1 / rate_hz, gears)
-        costs = []
-        for first in range(0, 1024, block):
-            begin = time.process_time()
-            arm.advance(*rows[:, first : first + block])
-            costs.append(time.process_time() - begin)
-        # Processor time; the quickest block is the one other processes disturbed least.
-        factors = block / rate_hz / np.array(costs)
-        text = f'{name}, {rate_hz:.0f} Hz: {factors.max():.1f} at best, {np.median(factors):.1f}'
-        record_property(name, text)
-        print(text)
-        assert factors.max() > (3.0 if rate_hz == 2048.0 else 1.5)

@@ -1,8 +1,6 @@
 """The replay node as a process: rate, loop, offset, remap, pause, step, clock, original stamps."""
 
 import itertools
-import os
-from pathlib import Path
 import time
 
 import numpy as np
@@ -318,14 +316,8 @@ def fast_blocks():
         )
 
 
-def cpu_s(process):
-    """Return the processor time a process has used so far [s]."""
-    fields = Path(f'/proc/{process.pid}/stat').read_text().rsplit(')', 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
-
-
 def test_172_000_samples_a_second_arrive_whole_in_the_identifiers_buffer(
-    tmp_path, processes, listen, record_property
+    tmp_path, processes, listen
 ):
     from oma_identifier.intake.sample_buffer import SampleBuffer
     from oma_identifier.intake.topic_intake import TopicIntake
@@ -338,12 +330,10 @@ def test_172_000_samples_a_second_arrive_whole_in_the_identifiers_buffer(
                 writer.write(raw.topic, raw.message_type, raw.log_time_ns, raw.data)
     listener = listen({'/nothing': AccelerationBlock})
     listener.listen_raw(topic, AccelerationBlock)
-    process = processes('replay', recording=str(path), exit_at_end=False).process
+    processes('replay', recording=str(path), exit_at_end=False)
     listener.spin(lambda: listener.raw)
-    began_s, cpu_before_s = time.monotonic(), cpu_s(process)
     # Whatever the machine does meanwhile, every message comes.
     listener.spin(lambda: len(listener.raw) >= N_FAST, 120.0)
-    took_s, took_cpu_s = time.monotonic() - began_s, cpu_s(process) - cpu_before_s
     intake = TopicIntake()
     buffer = SampleBuffer(IdentificationSettings(window_s=4.0))
     found = intake.decode(listener.raw, 'oma_msgs/msg/AccelerationBlock', topic)
@@ -356,6 +346,3 @@ def test_172_000_samples_a_second_arrive_whole_in_the_identifiers_buffer(
     assert intake.n_refused == {} and buffer.counters.reasons == {}
     assert windows and all(window.quality.identifiable for window in windows)
     assert all(channel.n_lost == 0 for window in windows for channel in window.quality.channels)
-    n_after_the_first = (N_FAST - 1) * FAST_ROWS * N_CHANNELS
-    record_property('samples_per_s', round(n_after_the_first / took_s))
-    record_property('replay_cpu_s_per_recorded_s', round(took_cpu_s / took_s, 3))

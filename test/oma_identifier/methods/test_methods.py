@@ -13,7 +13,7 @@ from modal_core.errors import IdentificationError, LayoutError, SettingsError
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.compare.merging import merge_covariances, merge_modes
+from oma_identifier.compare.merging import merge_modes
 from oma_identifier.covariance.bands import plan_bands
 from oma_identifier.covariance.hankel_gram import HankelGram
 from oma_identifier.methods.catalogue import identify_by, METHODS
@@ -391,17 +391,6 @@ def test_merged_modes_have_one_shape_over_all_points():
     assert merged.channel_names == ('p0', 'p1', 'p2', 'p3', 'p4', 'p5')
     assert len(merged) == 5
     assert np.diag(mac(merged.shapes, truth.shapes)).min() > 0.98
-
-
-def test_merged_covariances_have_one_shape_over_all_points():
-    truth = plant()
-    merged = merge_covariances(roving_setups(), 20, range(20, 21, 2))
-    assert merged.channel_names == ('p0', 'p1', 'p2', 'p3', 'p4', 'p5')
-    pole = np.log(merged.poles.eigenvalue) * RATE_HZ
-    for index, frequency in enumerate(truth.frequency_hz):
-        similar = mac(merged.poles.shape, truth.shapes[:, index])[:, 0]
-        near = np.abs(np.abs(pole) / 2 / np.pi / frequency - 1.0) < 0.02
-        assert similar[near].max() > 0.97, frequency
 
 
 def test_merging_weighs_with_variances_and_needs_shared_channels():
