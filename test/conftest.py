@@ -1,9 +1,10 @@
 """Fixtures every room's tests share."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from test.support.domains import ros_domain
@@ -17,6 +18,16 @@ os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
 DATA = Path(
     os.environ.get('AMA_TEST_DATA', Path(__file__).resolve().parents[2] / 'shared' / 'data')
 )
+
+
+@pytest.fixture
+def record_property(record_property) -> Callable[[str, object], None]:
+    """Record figures as plain numbers: those of numpy do not pass between pytest's processes."""
+
+    def record(name: str, value: object) -> None:
+        record_property(name, value.tolist() if isinstance(value, np.generic) else value)
+
+    return record
 
 
 @pytest.fixture
