@@ -164,8 +164,9 @@ class IdentificationPipeline:
         check_samples(cleaned.samples)
         every = cleaned.samples
         cleaned = self._synchroniser.align(cleaned)
-        peaks = self._synchroniser.peaks
+        peaks = self._synchroniser.take_peaks()
         cleaned = self._sensor_changes.mark(every, peaks, cleaned, window.pose)
+        del peaks  # Large where channels are many.
         if self._synchroniser.corrects_earlier:
             self._forget()
         samples = cleaned.samples

@@ -248,7 +248,9 @@ def _scaled(samples: Samples) -> Real:
     chosen: slice | NDArray[np.intp] = slice(None)
     if n_channels > MOST_CHANNELS:
         chosen = np.linspace(0, n_channels - 1, MOST_CHANNELS).round().astype(int)
-    data = samples.widened(slice(length if length <= n_rows else n_rows), chosen)
-    rows = data - data.mean(axis=0)
+    rows = samples.widened(slice(length if length <= n_rows else n_rows), chosen)
+    rows = rows - rows.mean(axis=0)
     size = np.sqrt(np.mean(rows**2, axis=0))
-    return np.asarray(rows[:, size > 0.0] / size[size > 0.0])
+    rows = rows[:, size > 0.0]
+    rows /= size[size > 0.0]
+    return rows

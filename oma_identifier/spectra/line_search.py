@@ -1,5 +1,8 @@
 """Sinusoids of a stretch: those near known places, and those that a taper shows to be narrow."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
@@ -13,6 +16,8 @@ BACKGROUND = 64
 FALL = 1e-2
 """Of a narrow peak within ``FAR_SIDE`` spectral lines to both sides, with a taper."""
 FAR_SIDE = 6
+COLUMNS_AT_ONCE = 4
+"""A transform and its steps take several times what it is of."""
 STANDS_OUT = 50.0
 """Peak over the median around it: of 10⁶ powers of noise one is above 20."""
 
@@ -22,7 +27,8 @@ Real = NDArray[np.float64]
 def power(rows: Real) -> NDArray[np.float32]:
     """Return the tapered periodogram of rows, (n_lines, n_channels), of noise as without."""
     taper = blackman_harris(len(rows))
-    return _periodogram(rows * (taper / np.sqrt(np.mean(taper**2)))[:, None])
+    taper /= np.sqrt(np.mean(taper**2))
+    return _by_columns(lambda some: _periodogram(some * taper[:, None]), rows)
 
 
 def power_cut_out(rows: Real) -> NDArray[np.float32]:
@@ -31,10 +37,22 @@ def power_cut_out(rows: Real) -> NDArray[np.float32]:
     It is that of their steps, made up for: what moves slowly leaks into them as little as into
     samples that a high-pass filter has conditioned.
     """
-    steps = np.diff(rows, axis=0, append=rows[-1:])
     angle = np.pi * np.arange(len(rows) // 2 + 1) / len(rows)
     gain = np.where(angle > 0.0, 4.0 * np.sin(angle) ** 2, 1.0)
-    return np.asarray(_periodogram(steps) / gain[:, None], dtype=np.float32)
+
+    def of(some: Real) -> Real:
+        return _periodogram(np.diff(some, axis=0, append=some[-1:])) / gain[:, None]
+
+    return _by_columns(of, rows)
+
+
+def _by_columns(of: Callable[[Real], NDArray[Any]], rows: Real) -> NDArray[np.float32]:
+    """Return the spectra of all columns, made of a few at a time."""
+    spectra = np.empty((len(rows) // 2 + 1, rows.shape[1]), dtype=np.float32)
+    for first in range(0, rows.shape[1], COLUMNS_AT_ONCE):
+        columns = slice(first, first + COLUMNS_AT_ONCE)
+        spectra[:, columns] = of(rows[:, columns])
+    return spectra
 
 
 def _periodogram(rows: Real) -> NDArray[np.float32]:

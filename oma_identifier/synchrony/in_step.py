@@ -47,13 +47,11 @@ class Synchroniser:
     ----------
     corrects_earlier : bool
         The newest window shows that sensors are late of which earlier ones did not tell.
-    peaks : list of Peak
-        Of all channels of the newest window; none where it was not looked at.
     """
 
     def __init__(self) -> None:
         self.corrects_earlier = False
-        self.peaks: list[Peak] = []
+        self._peaks: list[Peak] = []
         self._held: dict[str, SensorDelay] = {}
         self._coherence = Coherence()
         self._of: tuple[tuple[Channel, ...], float] = ((), 0.0)
@@ -89,6 +87,14 @@ class Synchroniser:
             kept,
         )
 
+    def take_peaks(self) -> list[Peak]:
+        """Hand over the peaks of the newest window: they are large, and nobody else needs them.
+
+        None where it was not looked at.
+        """
+        peaks, self._peaks = self._peaks, []
+        return peaks
+
     def _is_kept(self, channel: Channel) -> bool:
         sensor = sensor_of(channel)
         held = self._held.get(sensor)
@@ -103,7 +109,7 @@ class Synchroniser:
 
     def _look(self, samples: Samples) -> None:
         """Estimate the delays anew when half a window is new, or the clock was set back."""
-        self.corrects_earlier, self.peaks = False, []
+        self.corrects_earlier, self._peaks = False, []
         grid = samples.channels, samples.sample_rate_hz
         if grid != self._of:
             self._of, self._held = grid, {}
@@ -115,7 +121,7 @@ class Synchroniser:
         if samples.duration_s < SHORTEST_S:
             return
         columns = columns_of(samples.channels)
-        peaks = self.peaks = sensor_peaks(samples) if len(columns) > 1 else []
+        peaks = self._peaks = sensor_peaks(samples) if len(columns) > 1 else []
         fresh = sensor_delays(peaks, columns)
         late = {name for name, delay in fresh.items() if delay.is_odd}
         on_time = {name: own for name, own in columns.items() if name not in late}

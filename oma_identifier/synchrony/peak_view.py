@@ -76,7 +76,11 @@ class PeakView:
 
 
 def view_at(
-    peak: Peak, own: Sequence[NDArray[np.int64]], beside: NDArray[np.int64], complexity: Real
+    peak: Peak,
+    spectra: Complex,
+    own: Sequence[NDArray[np.int64]],
+    beside: NDArray[np.int64],
+    complexity: Real,
 ) -> PeakView:
     """Return how sensors are seen at a peak.
 
@@ -84,6 +88,8 @@ def view_at(
     ----------
     peak : Peak
         Where.
+    spectra : (n_tapers, n_lines, n_channels) complex array
+        Of the peak; those of ``beside`` in step.
     own : sequence of int array
         Channels of each of the sensors.
     beside : int array
@@ -95,10 +101,10 @@ def view_at(
     n_lags = math.ceil(LATEST_S * spread_hz / 0.2)
     lag_s = LATEST_S * (np.arange(-n_lags, n_lags + 1) / n_lags)
     turn = np.exp(2j * np.pi * np.outer(lag_s, peak.line_hz))
-    power = np.sum(np.abs(peak.spectra) ** 2, axis=0)
+    power = np.sum(np.abs(spectra) ** 2, axis=0)
     others = power[:, beside].sum(axis=1)
     each = np.array([power[:, columns].sum(axis=1) for columns in own])
-    crosses = [turn @ _cross(peak, columns, beside) for columns in own]
+    crosses = [turn @ _cross(spectra, columns, beside) for columns in own]
     total = each.sum(axis=1) * others.sum() + 1e-300
     coherence = np.array([np.sum(np.abs(cross) ** 2, axis=1) for cross in crosses])
     coherence /= total[:, None]
@@ -120,11 +126,11 @@ def view_at(
     )
 
 
-def _cross(peak: Peak, own: NDArray[np.int64], beside: NDArray[np.int64]) -> Complex:
+def _cross(spectra: Complex, own: NDArray[np.int64], beside: NDArray[np.int64]) -> Complex:
     """Return the products of two sensors' channels, (n_lines, n_pairs)."""
-    first = peak.spectra[:, :, own].transpose(1, 2, 0)
-    second = peak.spectra[:, :, beside].conj().transpose(1, 0, 2)
-    return np.asarray((first @ second).reshape(len(peak.line_hz), -1))
+    first = spectra[:, :, own].transpose(1, 2, 0)
+    second = spectra[:, :, beside].conj().transpose(1, 0, 2)
+    return np.asarray((first @ second).reshape(spectra.shape[1], -1))
 
 
 def _tops(lag_s: Real, coherence: Real, best: NDArray[np.int64]) -> Real:

@@ -5,10 +5,10 @@ that phase.  Sensors are put in step one after the other, each against all that 
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oma_identifier.synchrony.delay_odds import delays_of, SensorDelay
 from oma_identifier.synchrony.peak_view import view_at
@@ -69,7 +69,8 @@ class _Alignment:
         self._power = {
             name: power[:, own].mean(axis=1) / mean + 1e-12 for name, own in columns.items()
         }
-        self._peaks = [replace(peak, spectra=peak.spectra.copy()) for peak in peaks]
+        self._peaks = peaks
+        self._delay_s: dict[str, float] = {}
 
     def found(self, first: int) -> dict[str, SensorDelay]:
         """Return the delays, beginning with the sensor that sees most (0), or the next (1)."""
@@ -84,18 +85,19 @@ class _Alignment:
                 break
             # What is in doubt is asked again beside more sensors.
             for name in sure:
-                self._shift(name, tried[name].seconds)
+                self._delay_s[name] = tried[name].seconds
             names = [name for name in names if name not in sure]
             in_step += sure
         return {name: found[name] for name in self._columns}
 
-    def _shift(self, name: str, seconds: float) -> None:
-        if seconds == 0.0:
-            return
-        own = self._columns[name]
-        for peak in self._peaks:
-            turn = np.exp(2j * np.pi * (peak.frequency_hz + peak.line_hz) * seconds)
-            peak.spectra[:, :, own] *= turn[:, None]
+    def _in_step(self, peak: Peak) -> NDArray[np.complex128]:
+        """Return the spectra of a peak, of sensors whose delay is known as if they had none."""
+        spectra = peak.spectra
+        for name, seconds in self._delay_s.items():
+            if seconds:
+                turn = np.exp(2j * np.pi * (peak.frequency_hz + peak.line_hz) * seconds)
+                spectra[:, :, self._columns[name]] *= turn[:, None]
+        return spectra
 
     def _compare(self, names: Sequence[str], others: Sequence[str]) -> dict[str, SensorDelay]:
         own = [self._columns[name] for name in names]
@@ -104,7 +106,7 @@ class _Alignment:
         # An imaginary part turns a small entry of a shape more than a large one.
         complexity = [np.sqrt(0.5 / self._power[name] + 0.5 / power) for name in names]
         views = [
-            view_at(peak, own, beside, turned)
+            view_at(peak, self._in_step(peak), own, beside, turned)
             for peak, turned in zip(self._peaks, np.transpose(complexity), strict=True)
         ]
         return dict(zip(names, delays_of(views), strict=True))

@@ -21,7 +21,8 @@ FEWEST_LINES = 9
 PROMINENCE_DB = 6.0
 """Height above both valleys: two and a half deviations of a difference of averaged powers."""
 MOST_PEAKS = 16
-CHANNELS_AT_ONCE = 16
+CHANNELS_AT_ONCE, FEW_AT_ONCE = 16, 4
+"""Transformed together; of large windows fewer, as the steps of one take seven times its size."""
 MOST_LINES = 400
 """A broader peak tells no more than this many lines of it."""
 TOP = 0.86
@@ -44,13 +45,18 @@ class Peak:
         Middle of the power.
     line_hz : (n_lines,) array [Hz]
         From ``frequency_hz``.
-    spectra : (TAPERS, n_lines, n_channels) complex array
-        Of channels of unit variance.
+    single : (TAPERS, n_lines, n_channels) complex array
+        Spectra of channels of unit variance, as precise as they are made.
     """
 
     frequency_hz: float
     line_hz: Real
-    spectra: Complex
+    single: Single
+
+    @property
+    def spectra(self) -> Complex:
+        """The same to calculate with: a copy, which is best looked at one peak at a time."""
+        return self.single.astype(np.complex128)
 
     @property
     def n_free(self) -> float:
@@ -74,7 +80,7 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     power = np.zeros(len(own))
     fits = 8 * half * len(samples.channels) < LARGE_BYTES
     held = []
-    for fine in _transforms(samples, half, len(samples.channels) if fits else CHANNELS_AT_ONCE):
+    for fine in _transforms(samples, half, len(samples.channels) if fits else FEW_AT_ONCE):
         power += _power(fine, len(own))
         held += [fine] if fits else []
     ranges = _ranges(own, power)
@@ -82,16 +88,16 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
         return []
     wanted = np.concatenate([own[first:last] for first, last in ranges])
     # Else transformed once more, rather than spectra of all channels in memory.
-    again = held if fits else _transforms(samples, half, CHANNELS_AT_ONCE)
-    every = np.empty((TAPERS, len(wanted), len(samples.channels)), dtype=np.complex128)
+    again = held if fits else _transforms(samples, half, FEW_AT_ONCE)
+    every = np.empty((TAPERS, len(wanted), len(samples.channels)), dtype=np.complex64)
     first = 0
     for fine in again:
         every[:, :, first : first + fine.shape[1]] = _tapered(fine, wanted)
         first += fine.shape[1]
     ends = np.cumsum([last - first for first, last in ranges])
     return [
-        _peak(spectra, power[first:last], step_hz * own[first:last].astype(np.float64))
-        for spectra, (first, last) in zip(np.split(every, ends[:-1], axis=1), ranges, strict=True)
+        _peak(single, power[first:last], step_hz * own[first:last].astype(np.float64))
+        for single, (first, last) in zip(np.split(every, ends[:-1], axis=1), ranges, strict=True)
     ]
 
 
@@ -164,6 +170,6 @@ def _smooth(line: NDArray[np.int64], power: Real) -> Real:
         width = round(1.25 * width) | 1
 
 
-def _peak(spectra: Complex, power: Real, line_hz: Real) -> Peak:
+def _peak(single: Single, power: Real, line_hz: Real) -> Peak:
     middle = float(np.average(line_hz, weights=power))
-    return Peak(middle, line_hz - middle, spectra)
+    return Peak(middle, line_hz - middle, single)

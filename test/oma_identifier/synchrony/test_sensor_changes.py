@@ -71,7 +71,7 @@ class Eyes:
         if columns is not None:
             window = window.select([NAMES[column] for column in columns])
         cleaned = self.synchronise.align(Cleaned(window, (), never, (), {}))
-        return self.changes.mark(window, self.synchronise.peaks, cleaned, pose)
+        return self.changes.mark(window, self.synchronise.take_peaks(), cleaned, pose)
 
 
 def changed(cleaned):
