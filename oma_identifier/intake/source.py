@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from modal_core.channel import Channel, SensorLayout
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
+from oma_identifier.intake.reach import reach_after, reach_before
 from oma_identifier.intake.source_channels import channels_of
 from oma_identifier.quality import ConverterWatch, RepeatWatch
 from oma_identifier.time_axis import (
@@ -16,9 +17,9 @@ from oma_identifier.time_axis import (
     count,
     GridRows,
     is_coarse,
-    longest_filled,
     make_lattice,
     margin_ns,
+    measured,
     on_grid,
     OrderedSamples,
     Passed,
@@ -219,14 +220,15 @@ class Source:
         held = self._near(start_ns, int(grid_ns[-1]), step_ns)
         samples = self._timed(held, start_ns)
         inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
-        self.repeats.add(inside.stamp_ns, inside.values)
-        self.converter.add(inside.stamp_ns, inside.values)
+        seen = measured(inside.values)
+        self.repeats.add(inside.stamp_ns, seen)
+        self.converter.add(inside.stamp_ns, seen)
         self._follow_rate(inside.stamp_ns)
         uniform = self.clock is not None or samples is not held
         tick_ns = 0 if uniform else tick_of(samples.stamp_ns)
         lattice = make_lattice(samples, start_ns, self.period_ns, uniform=uniform, tick_ns=tick_ns)
         if lattice is None:
-            return _nothing(n_rows, len(self.channels))
+            return GridRows.nothing(n_rows, len(self.channels))
         self.jitter_std_s = lattice.jitter_std_s
         return on_grid(lattice, grid_ns, self.cutoff(step_ns))
 
@@ -276,33 +278,17 @@ class Source:
         margin = margin_ns(self.period_ns, self.cutoff(step_ns))
         before = start_ns - margin - self._reach_ns - int(40 * self.period_ns)
         after = start_ns + length_ns + self.margin_ns(step_ns)
-        before = min(before, self._before_gap(held.stamp_ns, start_ns))
-        after = max(after, self._after_gap(held.stamp_ns, start_ns + length_ns, after))
+        before = reach_before(held, start_ns, before, self.period_ns)
+        after = reach_after(held, start_ns + length_ns, after, self.period_ns)
         first, last = np.searchsorted(held.stamp_ns, [before, after])
         return OrderedSamples(held.stamp_ns[first:last], held.values[first:last])
 
-    def _before_gap(self, stamp_ns: NDArray[np.int64], start_ns: int) -> int:
-        """Return where to begin so that a gap across the start has samples before it [ns]."""
-        place = int(np.searchsorted(stamp_ns, start_ns, 'right')) - 1
-        return start_ns if place < 0 else int(stamp_ns[place]) - int(40 * self.period_ns)
-
-    def _after_gap(self, stamp_ns: NDArray[np.int64], end_ns: int, after_ns: int) -> int:
-        """Return where to end so that a gap across the end has samples after it [ns]."""
-        place = int(np.searchsorted(stamp_ns, after_ns))
-        if place in (0, len(stamp_ns)) or stamp_ns[place - 1] > end_ns - self.period_ns / 2:
-            return after_ns
-        gap_ns = stamp_ns[place] - stamp_ns[place - 1]
-        if gap_ns > (longest_filled(self.period_ns) + 1.5) * self.period_ns:
-            return after_ns
-        return int(stamp_ns[place]) + int(40 * self.period_ns)
-
     def awaits(self, end_ns: int, step_ns: float) -> bool:
         """Tell whether a gap across the end of a stretch wants more samples behind it."""
-        stamps = self.stream.samples().stamp_ns
         last_ns = end_ns - round(step_ns)
-        return self.stream.newest_ns < self._after_gap(
-            stamps, last_ns, last_ns + self.margin_ns(step_ns)
-        )
+        after_ns = last_ns + self.margin_ns(step_ns)
+        held = self.stream.samples()
+        return self.stream.newest_ns < reach_after(held, last_ns, after_ns, self.period_ns)
 
     def _follow_rate(self, inside: NDArray[np.int64]) -> None:
         if self.clock is not None:
@@ -377,12 +363,3 @@ def _mean_step(stamps: NDArray[np.int64]) -> float:
 def _between(samples: OrderedSamples, start_ns: int, end_ns: int) -> OrderedSamples:
     first, last = np.searchsorted(samples.stamp_ns, [start_ns, end_ns])
     return OrderedSamples(samples.stamp_ns[first:last], samples.values[first:last])
-
-
-def _nothing(n_rows: int, n_channels: int) -> GridRows:
-    return GridRows(
-        values=np.zeros((n_rows, n_channels)),
-        lost=np.ones(n_rows, dtype=bool),
-        filled=np.zeros(n_rows, dtype=bool),
-        bad=np.zeros((n_rows, n_channels), dtype=bool),
-    )

@@ -1,6 +1,6 @@
 """Grid rows of one source in one piece, so that a window is a view of them and no copy."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import sys
 
 import numpy as np
@@ -21,12 +21,12 @@ OWN_REFERENCES = 4
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """Rows as they came: ``bad`` are columns, ``bad_rows`` where in them, None for nowhere."""
+    """Rows as they came: where in them values were bad or mended, None for nowhere."""
 
     rows: range
     summary: Summary
-    bad: NDArray[np.bool_]
-    bad_rows: NDArray[np.bool_] | None = None
+    bad: NDArray[np.bool_] | None
+    mended: NDArray[np.bool_] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,9 @@ class CutRows:
     lost, filled : (n_rows,) bool array
         As in :class:`GridRows`.
     bad : (n_channels,) bool array
-        Where the source sent what is no number.
+        Where the source sent what is no number, for too long to fill.
+    n_mended : (n_channels,) int array
+        Rows of each channel that were filled in place of it.
     summary : Summary
         Of the values.
     """
@@ -58,6 +60,7 @@ class CutRows:
     lost: NDArray[np.bool_]
     filled: NDArray[np.bool_]
     bad: NDArray[np.bool_]
+    n_mended: NDArray[np.int64]
     summary: Summary
 
 
@@ -106,9 +109,8 @@ class SourceRows:
         for held, new in zip(_arrays(self._held), _arrays(rows), strict=True):
             held[here] = new
         own = range(self._end, self._end + count)
-        bad = _any(rows.bad)
-        bad_rows = rows.bad if bad.any() else None
-        self._parts.append(_Part(own, self._summary(here), bad, bad_rows))
+        bad, mended = (each if each.any() else None for each in (rows.bad, rows.mended))
+        self._parts.append(_Part(own, self._summary(here), bad, mended))
         self._end = own.stop
 
     def _move(self, count: int) -> None:
@@ -128,7 +130,7 @@ class SourceRows:
     def reach(self, end: int) -> None:
         """Fill up with lost rows."""
         if end > self._end:
-            self.append(_lost_rows(end - self._end, self._held.values.shape[1]))
+            self.append(GridRows.nothing(end - self._end, self._held.values.shape[1]))
 
     def forget(self, before: int) -> None:
         """Drop rows before a grid index."""
@@ -146,7 +148,8 @@ class SourceRows:
             values=held.values[here],
             lost=held.lost[here],
             filled=held.filled[here],
-            bad=_any(np.array([part.bad for part in inside])),
+            bad=self._counted([part.bad for part in inside]) > 0,
+            n_mended=self._counted([part.mended for part in inside]),
             summary=joined([part.summary for part in inside]),
         )
 
@@ -154,22 +157,25 @@ class SourceRows:
         """Return what of a part lies in a window."""
         inside = range(max(part.rows.start, rows.start), min(part.rows.stop, rows.stop))
         if len(inside) in (0, len(part.rows)):
-            return _Part(inside, part.summary, part.bad)
-        bad = part.bad
-        if part.bad_rows is not None:
-            first = inside.start - part.rows.start
-            bad = _any(part.bad_rows[first : first + len(inside)])
-        return _Part(inside, self._summary(self._places(inside)), bad)
+            return replace(part, rows=inside)
+        first = inside.start - part.rows.start
+        some = slice(first, first + len(inside))
+        bad, mended = (None if each is None else each[some] for each in (part.bad, part.mended))
+        return _Part(inside, self._summary(self._places(inside)), bad, mended)
+
+    def _counted(self, masks: list[NDArray[np.bool_] | None]) -> NDArray[np.int64]:
+        """Return how many rows of each channel are marked."""
+        count = np.zeros(self._held.values.shape[1], dtype=np.int64)
+        for mask in masks:
+            if mask is not None:
+                count += np.count_nonzero(mask, axis=0)
+        return count
 
     def _summary(self, here: slice) -> Summary:
         return summarise(np.asarray(self._held.values[here], dtype=np.float64))
 
     def _places(self, rows: range) -> slice:
         return slice(rows.start - self._first, rows.stop - self._first)
-
-
-def _any(bad: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    return np.asarray(bad.any(axis=0))
 
 
 def _arrays(rows: GridRows | _Held) -> tuple[NDArray[np.floating] | NDArray[np.bool_], ...]:
@@ -187,12 +193,3 @@ def _room(n_rows: int, n_channels: int, dtype: 'np.dtype[np.floating]') -> _Held
 def _is_looked_at(held: _Held) -> bool:
     """Tell whether there are views of the rows: every view refers to the array it is of."""
     return any(sys.getrefcount(array) > OWN_REFERENCES for array in _arrays(held))
-
-
-def _lost_rows(n_rows: int, n_channels: int) -> GridRows:
-    return GridRows(
-        values=np.zeros((n_rows, n_channels)),
-        lost=np.ones(n_rows, dtype=bool),
-        filled=np.zeros(n_rows, dtype=bool),
-        bad=np.zeros((n_rows, n_channels), dtype=bool),
-    )

@@ -29,7 +29,9 @@ from oma_identifier.quality import (
 
 DEGRADED_SHARE = 0.01
 """Share of filled samples that makes a window degraded."""
-
+MOST_MENDED = 0.05
+"""Share of a channel's samples that were no numbers and were filled, from where on it is excluded:
+half of that from where on filled samples were seen to cost damping (see gaps.py)."""
 MOST_NAMED = 4
 """Channels named one by one."""
 
@@ -123,17 +125,36 @@ def _qualities(
     within = segment.time_ns(rows.start), segment.time_ns(rows.stop)
     repeated = source.repeats.flags(*within)
     converted = source.converter.flags(*within)
+    bad = cut.bad | (cut.n_mended > MOST_MENDED * len(rows))
+    n_mended = np.rint(cut.n_mended * _samples_per_row(source, segment)).astype(int)
     return [
-        _channel_quality(base, channel, health, bad, found)
-        for channel, health, bad, *found in zip(
+        _channel_quality(_with_mended(base, mended), channel, health, is_bad, found)
+        for channel, health, is_bad, mended, *found in zip(
             source.channels,
             examine(cut.values, cut.summary),
-            cut.bad.tolist(),
+            bad.tolist(),
+            n_mended.tolist(),
             repeated,
             converted,
             strict=True,
         )
     ]
+
+
+def _samples_per_row(source: Source, segment: Segment) -> float:
+    return segment.step_ns / source.period_ns if source.period_ns else 1.0
+
+
+def _with_mended(base: ChannelQuality, n_mended: int) -> ChannelQuality:
+    """Return the quality of a channel some of whose values were no numbers: as if not sent."""
+    if not n_mended or 'missing' in base.flags:
+        return base
+    return replace(
+        base,
+        n_interpolated=base.n_interpolated + n_mended,
+        n_lost=base.n_lost + n_mended,
+        flags=tuple(dict.fromkeys((*base.flags, 'gap'))),
+    )
 
 
 def _source_quality(
@@ -144,7 +165,7 @@ def _source_quality(
     filled: NDArray[np.bool_],
 ) -> ChannelQuality:
     start_ns, end_ns = segment.time_ns(rows.start), segment.time_ns(rows.stop)
-    share = segment.step_ns / source.period_ns if source.period_ns else 1.0
+    share = _samples_per_row(source, segment)
     flags = sorted(source.flags)
     if any(start_ns <= stretch < end_ns for stretch in source.unclear_ns):
         flags.append('clock_unknown')

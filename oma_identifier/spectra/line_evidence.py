@@ -253,4 +253,4 @@ def _scaled(samples: Samples) -> Real:
     size = np.sqrt(np.mean(rows**2, axis=0))
     rows = rows[:, size > 0.0]
     rows /= size[size > 0.0]
-    return rows
+    return np.asarray(rows)

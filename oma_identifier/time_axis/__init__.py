@@ -10,10 +10,10 @@ from oma_identifier.time_axis.block_clock import BlockClock
 from oma_identifier.time_axis.block_gate import BlockGate, Passed
 from oma_identifier.time_axis.candidates import Candidates, CONFIRM
 from oma_identifier.time_axis.coarse_stamps import count, is_coarse, tick_of
+from oma_identifier.time_axis.gaps import longest_filled, measured, no_measurement
 from oma_identifier.time_axis.lattice import (
     GridRows,
     Lattice,
-    longest_filled,
     make_lattice,
     margin_ns,
     on_grid,
@@ -47,6 +47,8 @@ __all__ = [
     'longest_filled',
     'make_lattice',
     'margin_ns',
+    'measured',
+    'no_measurement',
     'on_grid',
     'tells_rate',
     'tick_of',

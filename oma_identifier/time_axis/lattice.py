@@ -7,9 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.time_axis.coarse_stamps import TICK_REACH
+from oma_identifier.time_axis.gaps import (
+    fill_short,
+    long_runs,
+    longest_filled,
+    mend,
+    no_measurement,
+)
 from oma_identifier.time_axis.resample import (
-    AR_ORDER,
-    fill_gaps,
     half_width,
     interpolate,
     LARGEST_JITTER,
@@ -17,20 +22,12 @@ from oma_identifier.time_axis.resample import (
 )
 from oma_identifier.time_axis.source_stream import OrderedSamples
 
-LONGEST_FILLED_S = 0.25
-FEWEST_FILLED = 4
-"""Gaps that are bridged.  Beyond some tens of samples the bridge sinks to the mean, which takes
-that share of the response away.  Random structures at 50, 200 and 1000 Hz keep all their modes,
-frequencies within three deviations; damping leaves them (by 4 to 6) when a tenth or more is
-bridged, far above the share that makes a window degraded."""
 SMALLEST_JITTER = 1e-4
 """Steps; below it the samples are taken as lying on their places."""
 SAME_PLACE = 0.02
 """Steps between a grid point and a sample that pass for none."""
 MOST_PLACES, SPARSEST = 10_000, 64
 """A lattice with more places than that, and that many per sample, holds next to nothing."""
-LARGEST_VALUE = 1e6
-"""[m/s²]; anything above is no measurement."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +47,9 @@ class Lattice:
     filled : (n_samples,) bool array
         True where a short gap was filled.
     bad : (n_samples, n_channels) bool array
-        True where the source sent what is no number.
+        True where the source sent what is no number, for too long to fill.
+    mended : (n_samples, n_channels) bool array
+        True where it did for a short while, which was filled.
     jitter_std_s : float [s]
         Scatter of the stamps about the lattice.
     uniform : bool
@@ -63,6 +62,7 @@ class Lattice:
     lost: NDArray[np.bool_]
     filled: NDArray[np.bool_]
     bad: NDArray[np.bool_]
+    mended: NDArray[np.bool_]
     jitter_std_s: float
     uniform: bool
 
@@ -77,7 +77,7 @@ class GridRows:
         Zero where lost.
     lost, filled : (n_rows,) bool array
         As in :class:`Lattice`.
-    bad : (n_rows, n_channels) bool array
+    bad, mended : (n_rows, n_channels) bool array
         As in :class:`Lattice`.
     """
 
@@ -85,11 +85,18 @@ class GridRows:
     lost: NDArray[np.bool_]
     filled: NDArray[np.bool_]
     bad: NDArray[np.bool_]
+    mended: NDArray[np.bool_]
 
-
-def longest_filled(period_ns: float) -> int:
-    """Return how many missing samples in a row are filled."""
-    return max(FEWEST_FILLED, int(LONGEST_FILLED_S * 1e9 / period_ns))
+    @classmethod
+    def nothing(cls, n_rows: int, n_channels: int) -> 'GridRows':
+        """Return rows of a source that has no samples for them."""
+        return cls(
+            values=np.zeros((n_rows, n_channels)),
+            lost=np.ones(n_rows, dtype=bool),
+            filled=np.zeros(n_rows, dtype=bool),
+            bad=np.zeros((n_rows, n_channels), dtype=bool),
+            mended=np.zeros((n_rows, n_channels), dtype=bool),
+        )
 
 
 def margin_ns(period_ns: float, cutoff: float) -> int:
@@ -141,10 +148,8 @@ def make_lattice(
         return None
     n_places = int(place[-1]) + 1
     values = np.asarray(samples.values, dtype=np.float64)
-    if values.min() >= -LARGEST_VALUE and values.max() <= LARGEST_VALUE:  # false for NaN
-        bad = np.zeros(values.shape, dtype=bool)
-    else:
-        bad = ~(np.abs(values) <= LARGEST_VALUE)
+    bad = no_measurement(values)
+    if bad.any():
         values = np.where(bad, 0.0, values)
     missing = np.zeros(n_places, dtype=bool)
     lost = missing
@@ -152,13 +157,14 @@ def make_lattice(
     if n_places > len(row):
         missing[:] = True
         missing[row] = False
-        lost = _long_runs(missing, longest_filled(slope))
+        lost = long_runs(missing, longest_filled(slope))
         values, bad = (_in_place(each, row, n_places) for each in (values, bad))
     # Stamps that spread over no more than their tick are those of even samples.
     even = np.ptp(offsets) * slope <= TICK_REACH * tick_ns
     as_is = uniform or even or jitter < SMALLEST_JITTER or np.abs(offsets).max() > LARGEST_JITTER
     if missing.any():
-        values = _fill(values, missing, lost)
+        values = fill_short(values, missing, lost)
+    mended = mend(values, bad, missing, longest_filled(slope))
     if not as_is:
         beside = np.zeros(n_places)
         beside[row] = offsets
@@ -169,7 +175,8 @@ def make_lattice(
         values=values,
         lost=lost,
         filled=missing & ~lost,
-        bad=bad,
+        bad=bad & ~mended,
+        mended=mended,
         jitter_std_s=jitter * slope * 1e-9,
         uniform=as_is,
     )
@@ -195,12 +202,14 @@ def on_grid(lattice: Lattice, grid_ns: NDArray[np.float64], cutoff: float) -> Gr
     if cutoff >= 1.0 and lattice.uniform and np.abs(position - nearest).max() < SAME_PLACE:
         if (inside[1:] - inside[:-1] == 1).all() and not lost.any():
             rows = slice(inside[0], inside[-1] + 1)
-            return GridRows(lattice.values[rows], lost, lattice.filled[rows], lattice.bad[rows])
+            masks = (x[rows] for x in (lattice.filled, lattice.bad, lattice.mended))
+            return GridRows(lattice.values[rows], lost, *masks)
         values = lattice.values[inside]
     else:
         values = interpolate(lattice.values, np.clip(position, -1.0, last + 1.0), cutoff)
     values[lost] = 0.0
-    return GridRows(values, lost, lattice.filled[inside], lattice.bad[inside])
+    masks = (x[inside] for x in (lattice.filled, lattice.bad, lattice.mended))
+    return GridRows(values, lost, *masks)
 
 
 def _in_place(rows: NDArray[np.generic], places: NDArray[np.int64], n_places: int) -> NDArray[Any]:
@@ -215,30 +224,3 @@ def _line(place: NDArray[np.float64], time_ns: NDArray[np.float64]) -> tuple[flo
     centred = place - middle
     slope = float(centred @ time_ns / (centred @ centred))
     return slope, float(time_ns.mean() - slope * middle)
-
-
-def _long_runs(mask: NDArray[np.bool_], longest: int) -> NDArray[np.bool_]:
-    """Return the mask with runs up to ``longest`` removed."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    long = mask.copy()
-    for start, stop in zip(edges[::2], edges[1::2], strict=True):
-        if stop - start <= longest:
-            long[start:stop] = False
-    return long
-
-
-def _fill(
-    values: NDArray[np.float64], missing: NDArray[np.bool_], lost: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """Fill short gaps from the stretch between two long ones."""
-    filled = values.copy()
-    cuts = np.flatnonzero(np.diff(lost.astype(np.int8))) + 1
-    for rows in np.split(np.arange(len(values)), cuts):
-        inside = missing[rows]
-        if not lost[rows[0]] and inside.any() and np.count_nonzero(~inside) > AR_ORDER // 8:
-            filled[rows] = fill_gaps(values[rows], inside)
-    if lost.any():
-        known = np.flatnonzero(~missing)
-        for column in filled.T:
-            column[lost] = np.interp(np.flatnonzero(lost), known, column[known])
-    return filled

@@ -133,6 +133,48 @@ def test_a_sensor_that_loses_samples_costs_the_others_nothing(responses):
     assert np.array_equal(one[0].samples.acceleration, both[0].samples.acceleration)
 
 
+@pytest.mark.parametrize('value', [np.nan, np.inf, -1e30])
+@pytest.mark.parametrize('begin', [1190, 3000, 4391])
+def test_values_that_are_no_numbers_for_a_while_are_a_gap_of_their_channel(
+    responses, value, begin
+):
+    # At 1190 and 4391 they lie across the ends of stretches of a second.
+    data = responses(60.0)
+    whole = np.ones(len(data), dtype=bool)
+    healthy, expected, _ = identified([*sent(data[:, :3], whole, '/a')], 60.0)
+    broken = data.copy()
+    broken[begin : begin + 20, 1] = value
+    windows, results, _ = identified([*sent(broken[:, :3], whole, '/a')], 60.0)
+    assert len(windows) == 1 and windows[0].samples.channel_names == ('a.x', 'a.y', 'a.z')
+    counted = [(c.n_interpolated, c.n_lost, 'gap' in c.flags) for c in windows[0].quality.channels]
+    assert counted == [(0, 0, False), (20, 20, True), (0, 0, False)]
+    others = [0, 2]
+    own, same = (w[0].samples.acceleration for w in (windows, healthy))
+    assert np.array_equal(own[:, others], same[:, others])
+    error = own[begin - 2 : begin + 22, 1] - same[begin - 2 : begin + 22, 1]
+    assert np.sqrt(np.mean(error**2)) < 0.7 * same[:, 1].std(), f'seed {SEED}'
+    check(results[0].modes)
+    for mode, true in zip(results[0].modes, expected[0].modes, strict=True):
+        assert abs(mode.frequency_hz - true.frequency_hz) < true.frequency_std_hz
+        assert abs(mode.damping_ratio - true.damping_ratio) < true.damping_ratio_std
+
+
+def test_short_runs_of_no_numbers_take_a_channel_out_where_they_are_many(responses):
+    data = responses(60.0)
+    blocks = [data[first : first + 50].copy() for first in range(0, len(data), 50)]
+    for block in blocks[::4]:
+        block[10:25, 1] = np.nan
+    names = tuple(f'c{n}' for n in range(6))
+    messages = [
+        SampleBlock('/b', int(stamps_of(50 * n)), 50 * n, RATE_HZ, names, block)
+        for n, block in enumerate(blocks)
+    ]
+    windows, results, _ = identified(messages, 60.0)
+    assert 'not_finite' in windows[0].quality.channels[1].flags
+    assert windows[0].samples.channel_names == ('c0', 'c2', 'c3', 'c4', 'c5')
+    check(results[0].modes)
+
+
 def test_a_record_cut_by_long_gaps_is_identified_from_its_stretches(responses):
     data = responses(120.0)
     kept = np.ones(len(data), dtype=bool)
