@@ -22,11 +22,34 @@ from model_gap.predict import Predictor
 from structural_model.spec import MassSpec
 
 Array = NDArray[np.float64]
-POSES = 16
-INSIDE = 0.8
-LEVEL_FACTORS = (0.5, 2.0)
-STEADY_RAD_S = 0.1
-PAYLOAD_SHARE = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class ExperimentRange:
+    """Which recordings are considered.
+
+    Parameters
+    ----------
+    poses : int
+        Drawn at random.
+    inside : float
+        Share of the joints' ranges that they are drawn from.
+    level_factors : tuple of float
+        Motion over that of the loudest record.
+    steady_rad_s : float [rad/s]
+        Slow motion underneath.
+    payload_share : float
+        Known mass over that of the arm.
+    """
+
+    poses: int = 16
+    inside: float = 0.8
+    level_factors: tuple[float, ...] = (0.5, 2.0)
+    steady_rad_s: float = 0.1
+    payload_share: float = 0.03
+
+
+RANGE = ExperimentRange()
 
 
 @dataclass(frozen=True)
@@ -63,7 +86,7 @@ def experiments_between(
     loudest = max(predictor.records, key=lambda item: float(np.abs(item.motor_acceleration).sum()))
     asked = _asked(predictor, loudest, rng)
     found = _separations([record for _, record in asked], one, other, predictor)
-    mass = round(PAYLOAD_SHARE * arm_mass(one.scene), 1)
+    mass = round(RANGE.payload_share * arm_mass(one.scene), 1)
     loaded = _separations([loudest], one, other, predictor, mass)
     words = [text for text, _ in asked] + [f'the same poses with {mass:g} kg at the flange']
     listed = [Experiment(*item) for item in zip(words, found + loaded, strict=True)]
@@ -81,9 +104,9 @@ def _asked(
     record = loudest.record
     limits = predictor.model.limits
     middle = (limits.position_high + limits.position_low) / 2.0
-    half = INSIDE * (limits.position_high - limits.position_low) / 2.0
+    half = RANGE.inside * (limits.position_high - limits.position_low) / 2.0
     asked = []
-    for _ in range(POSES):
+    for _ in range(RANGE.poses):
         pose = middle + half * rng.uniform(-1.0, 1.0, len(middle))
         if limits.position_violation(pose) is None:
             degrees = ', '.join(f'{angle:.0f}' for angle in np.rad2deg(pose))
@@ -91,12 +114,14 @@ def _asked(
             asked.append(
                 (f'serial joint angles [{degrees}]°', dataclasses.replace(loudest, record=there))
             )
-    for factor in LEVEL_FACTORS:
+    for factor in RANGE.level_factors:
         asked.append(
             (f'the same poses, motion {factor:g} times as large', _scaled(loudest, factor))
         )
-    moving = dataclasses.replace(record, motor_velocity=record.motor_velocity + STEADY_RAD_S)
-    words = f'the same motion on top of {STEADY_RAD_S:g} rad/s of steady motion of the joints'
+    moving = dataclasses.replace(record, motor_velocity=record.motor_velocity + RANGE.steady_rad_s)
+    words = (
+        f'the same motion on top of {RANGE.steady_rad_s:g} rad/s of steady motion of the joints'
+    )
     asked.append((words, dataclasses.replace(loudest, record=moving)))
     return asked
 

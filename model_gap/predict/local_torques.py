@@ -1,7 +1,6 @@
 """Nonlinear torques in the joints, stepped in time for all records of a predictor."""
 
-from collections.abc import Sequence
-import dataclasses
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from model_gap.campaign import Complex, hann, RecordSpectra
@@ -41,7 +40,7 @@ class Torques:
     stepped: list[list[SteppedTorque]] = field(default_factory=list)
 
 
-@dataclass
+@dataclass(frozen=True)
 class LocalTorques:
     """Steps torques along the motion of records.
 
@@ -53,12 +52,14 @@ class LocalTorques:
         Which pose each has.
     steps_per_s : float [Hz]
         Fewer than usual are for numbers that are still far off.
+    paths : callable
+        Gives where the paths of a cell are collected.
     """
 
     records: Sequence[RecordSpectra]
     groups: tuple[int, ...]
     steps_per_s: float
-    _known: tuple[CellModel, Paths] | None = field(init=False, default=None, repr=False)
+    paths: Callable[[CellModel], Paths] = field(repr=False)
 
     def followed(self, force: JointForce) -> Follow:
         """Return which twist a torque sees."""
@@ -76,7 +77,7 @@ class LocalTorques:
         self, cells: Sequence[CellModel], model: FlexibleJointModel, systems: Sequence[PoseSystem]
     ) -> list[Torques]:
         """Return the torques of several cells with one arm and one motion."""
-        paths = self._paths(cells[0])
+        paths = self.paths(cells[0])
         found = []
         for cell in cells:
             torques = Torques()
@@ -101,13 +102,6 @@ class LocalTorques:
                     torques.forces.append(sum_of_forces(stepped))
             found.append(torques)
         return found
-
-    def _paths(self, cell: CellModel) -> Paths:
-        """Return the paths of an arm and its motion, those of the last one again."""
-        bare = dataclasses.replace(cell, forces=())
-        if self._known is None or self._known[0] != bare:
-            self._known = bare, {}
-        return self._known[1]
 
     def following(
         self, cell: CellModel, torques: Torques, systems: Sequence[PoseSystem]

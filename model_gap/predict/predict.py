@@ -23,8 +23,10 @@ from model_gap.cell import (
 from model_gap.predict.driven import driven_motion
 from model_gap.predict.error_covariance import error_covariance, ErrorCovariance, whitened
 from model_gap.predict.joint_path import STEPS_PER_S
-from model_gap.predict.local_torques import LocalTorques, Torques
+from model_gap.predict.local_torques import LocalTorques, Paths, Torques
+from model_gap.predict.prediction_cache import Identity, PredictionCache
 from model_gap.predict.ripple import ripple_force
+from model_gap.predict.solved import motion_of, RecordState, Solved
 from model_gap.predict.tone import best_motion, follow, rows_of, tone_motions
 from structural_model import FlexibleJointModel, ModelSpec
 
@@ -32,61 +34,7 @@ Complex = NDArray[np.complex128]
 SAME_POSE_RAD = 2e-3
 
 
-@dataclass(frozen=True)
-class RecordState:
-    """Motor motion and deflection of one record under a cell, on bins and their neighbours.
-
-    Parameters
-    ----------
-    omega : (3 n_bins,) array [rad/s]
-        Flattened triples.
-    acceleration, shift : (n_joints, 3 n_bins) complex array
-        Motor motion behind the inputs' steps.
-    deflection : (n_dof, 3 n_bins) complex array
-        Of the flexible degrees of freedom.
-    """
-
-    omega: NDArray[np.float64]
-    acceleration: Complex
-    shift: Complex
-    deflection: Complex
-
-
-@dataclass(frozen=True)
-class Solved:
-    """How the arm moves in every record under a cell.
-
-    Parameters
-    ----------
-    cell : CellModel
-        Arm, torques and inputs.
-    systems : list of PoseSystem
-        Per pose.
-    torques : Torques
-        The nonlinear ones.
-    states : list of RecordState
-        Per record.
-    readings : list of (n_channels, n_bins) complex array
-        What the sensors read, before the outputs' steps.
-    patterns : list of (n_patterns, n_rows) array
-        What free tones can do, per record; none without tones.
-    """
-
-    cell: CellModel
-    systems: list[PoseSystem]
-    torques: Torques
-    states: list[RecordState]
-    readings: list[Complex]
-    patterns: list[NDArray[np.float64]]
-
-    def holds_for(self, cell: CellModel) -> bool:
-        """Return whether the arm moves like this under another cell."""
-        # Tones and torques on a measured twist follow what sensors read.
-        outputs = cell.outputs if cell.tones or cell.forces else self.cell.outputs
-        return dataclasses.replace(cell, outputs=outputs) == self.cell
-
-
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Predictor:
     """Predict the spectra of records under any cell.
 
@@ -100,39 +48,40 @@ class Predictor:
         Of nonlinear torques; fewer than usual are for numbers that are still far off.
     hanging : bool
         Linear about how the arm hangs in its springs, not about the motors' angles.
+    cache : PredictionCache
+        Where what was computed last is kept; one of its own unless it is handed in.
     """
 
     model: FlexibleJointModel
     records: Sequence[RecordSpectra]
     steps_per_s: float = STEPS_PER_S
     hanging: bool = True
-    groups: tuple[int, ...] = field(init=False)
-    poses: list[NDArray[np.float64]] = field(init=False)
-    _solved: Solved | None = field(init=False, default=None)
-    _model: FlexibleJointModel | None = field(init=False, default=None)
-    _systems: tuple[ModelSpec, tuple[Channel, ...], list[PoseSystem]] | None = field(
-        init=False, default=None
-    )
+    cache: PredictionCache = field(default_factory=PredictionCache, repr=False)
 
-    def __post_init__(self) -> None:
-        """Group the records: those of one pose share one linear system."""
-        groups, self.poses = [], []
+    @cached_property
+    def _basis(self) -> tuple[Identity, float, bool]:
+        """What every key begins with: all that an answer depends on beside the cell."""
+        return Identity((self.model, *self.records)), self.steps_per_s, self.hanging
+
+    @cached_property
+    def poses(self) -> list[NDArray[np.float64]]:
+        """Different poses of the records [rad]."""
+        poses: list[NDArray[np.float64]] = []
         for item in self.records:
-            pose = item.record.pose
-            known = [
-                index
-                for index, other in enumerate(self.poses)
-                if np.abs(other - pose).max() < SAME_POSE_RAD
-            ]
-            if not known:
-                self.poses.append(pose)
-            groups.append(known[0] if known else len(self.poses) - 1)
-        self.groups = tuple(groups)
+            if _pose_number(item.record.pose, poses) is None:
+                poses.append(item.record.pose)
+        return poses
+
+    @cached_property
+    def groups(self) -> tuple[int, ...]:
+        """Number of the pose of every record: those of one pose share one linear system."""
+        numbers = (_pose_number(item.record.pose, self.poses) for item in self.records)
+        return tuple(number for number in numbers if number is not None)
 
     @cached_property
     def local_torques(self) -> LocalTorques:
         """Steps the nonlinear torques."""
-        return LocalTorques(self.records, self.groups, self.steps_per_s)
+        return LocalTorques(self.records, self.groups, self.steps_per_s, self._paths)
 
     @cached_property
     def weighting(self) -> Weighting:
@@ -144,13 +93,18 @@ class Predictor:
         return self.weighting.rows(self.predict(cell))
 
     def systems(self, spec: ModelSpec, channels: tuple[Channel, ...]) -> list[PoseSystem]:
-        """Linearise at every pose; what was asked for last is remembered."""
-        known = self._systems
-        if known is None or known[:2] != (spec, channels):
+        """Linearise at every pose."""
+
+        def linearise() -> list[PoseSystem]:
             model = self.arm(spec)
-            found = [pose_system(model, pose, channels, self.hanging) for pose in self.poses]
-            known = self._systems = (spec, channels, found)
-        return known[2]
+            return [pose_system(model, pose, channels, self.hanging) for pose in self.poses]
+
+        return self.cache.systems.of((*self._basis, spec, channels), linearise)
+
+    def _paths(self, cell: CellModel) -> Paths:
+        """Return where the paths of an arm and its motion are collected."""
+        bare = dataclasses.replace(cell, forces=())
+        return self.cache.paths.of((*self._basis, bare), dict)
 
     def arms(self, spec: ModelSpec, most: int | None = None) -> list[PoseArm]:
         """Return the matrices at every pose, or at the first few."""
@@ -158,10 +112,10 @@ class Predictor:
         return [pose_arm(model, pose, self.hanging) for pose in self.poses[:most]]
 
     def arm(self, spec: ModelSpec) -> FlexibleJointModel:
-        """Return an arm; the last one again if it is the same."""
-        if self._model is None or self._model.spec != spec:
-            self._model = dataclasses.replace(self.model, spec=spec)
-        return self._model
+        """Return an arm with the kinematics of the model."""
+        return self.cache.arms.of(
+            (*self._basis, spec), lambda: dataclasses.replace(self.model, spec=spec)
+        )
 
     def sensors_moved(self, cell: CellModel, systems: Sequence[PoseSystem]) -> list[PoseSystem]:
         """Return the systems with the channels of a cell, dynamics unchanged."""
@@ -172,12 +126,15 @@ class Predictor:
         ]
 
     def solved(self, cell: CellModel) -> Solved:
-        """Return how the arm moves under a cell; what was asked for last is remembered."""
-        if self._solved is None or not self._solved.holds_for(cell):
+        """Return how the arm moves under a cell."""
+
+        def solve() -> Solved:
             systems = self.systems(cell.spec, cell.channels)
             (torques,) = self.torques([cell], systems)
-            self._solved = self._solve(cell, systems, torques)
-        return self._solved
+            return self._solve(cell, systems, torques)
+
+        found = self.cache.motions.of((*self._basis, motion_of(cell)), solve)
+        return dataclasses.replace(found, cell=cell)
 
     def _solve(self, cell: CellModel, systems: list[PoseSystem], torques: Torques) -> Solved:
         states = []
@@ -349,6 +306,12 @@ class Predictor:
         return self._with_whitened_rest(
             self._error_covariances(solved, cell), self.outputs(cell, solved.readings)
         )
+
+
+def _pose_number(pose: NDArray[np.float64], poses: Sequence[NDArray[np.float64]]) -> int | None:
+    """Return which of some poses a pose is, the first one that is near; None for none."""
+    near = (n for n, other in enumerate(poses) if np.abs(other - pose).max() < SAME_POSE_RAD)
+    return next(near, None)
 
 
 def _seen(cell: CellModel, item: RecordSpectra, system: PoseSystem, motion: Complex) -> Complex:

@@ -1,7 +1,7 @@
 """Lines in the spectra that stand at the same frequency in every record."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +12,40 @@ from model_gap.predict import Predictor
 
 Array = NDArray[np.float64]
 
-LEAST_PROMINENCE = 12.0
-# The same of what a model leaves over, the mean of all channels.
-LEAST_REST_PROMINENCE = 4.0
-MOST_LINES = 3
-APART_HZ = 0.6
-LEAST_RECORD_SHARE = 0.6
-MEDIAN_NEIGHBOURS = 24
+
+@dataclass(frozen=True, slots=True)
+class LineLimits:
+    """What is a line.
+
+    Parameters
+    ----------
+    least_prominence : float
+        Power over the running median, in the response over that in the known motion.
+    least_rest_prominence : float
+        The same of what a model leaves over, the mean of all channels.
+    most_lines : int
+        At most so many.
+    apart_hz : float [Hz]
+        Closer lines are one.
+    least_record_share : float
+        Of the records must show it.
+    median_neighbours : int
+        Bins of the running median to either side.
+    """
+
+    least_prominence: float = 12.0
+    least_rest_prominence: float = 4.0
+    most_lines: int = 3
+    apart_hz: float = 0.6
+    least_record_share: float = 0.6
+    median_neighbours: int = 24
+
+
+LIMITS = LineLimits()
 
 
 def common_lines(
-    records: Sequence[GapRecord], band: Band, most: int = MOST_LINES
+    records: Sequence[GapRecord], band: Band, most: int = LIMITS.most_lines
 ) -> tuple[float, ...]:
     """Return frequencies of lines seen in most records, strongest first [Hz].
 
@@ -43,7 +66,7 @@ def common_lines(
         frequency, response = _prominence(record.acceleration, record.sample_rate_hz)
         _, motion = _prominence(record.motor_acceleration, record.sample_rate_hz)
         scores.append((frequency, response / np.maximum(motion, 1.0)))
-    return _common(records, scores, band, LEAST_PROMINENCE, most)
+    return _common(records, scores, band, LIMITS.least_prominence, most)
 
 
 def lines_left(
@@ -71,8 +94,8 @@ def lines_left(
     for item, squares in zip(every, fine.squares(hypothesis.cell()), strict=True):
         power = np.mean(squares, axis=0)
         scores.append((item.frequency_hz, power / np.maximum(_running_median(power), 1e-30)))
-    found = _common(records, scores, band, LEAST_REST_PROMINENCE, MOST_LINES)
-    new = [line for line in found if all(abs(line - other) > APART_HZ for other in known)]
+    found = _common(records, scores, band, LIMITS.least_rest_prominence, LIMITS.most_lines)
+    new = [line for line in found if all(abs(line - other) > LIMITS.apart_hz for other in known)]
     return (*known, *new)
 
 
@@ -91,12 +114,12 @@ def _common(
         padded = np.pad(score, width, mode='edge')
         widened = np.max([padded[i : i + len(score)] for i in range(2 * width + 1)], axis=0)
         rows.append(np.interp(grid, frequency, widened, right=0.0))
-    level = np.quantile(np.array(rows), 1.0 - LEAST_RECORD_SHARE, axis=0)
+    level = np.quantile(np.array(rows), 1.0 - LIMITS.least_record_share, axis=0)
     found: list[float] = []
     while len(found) < most and level.max() > least:
         place = int(np.argmax(level))
         found.append(_exact(records, float(grid[place])))
-        level[np.abs(grid - grid[place]) < APART_HZ] = 0.0
+        level[np.abs(grid - grid[place]) < LIMITS.apart_hz] = 0.0
     return tuple(found)
 
 
@@ -111,8 +134,8 @@ def _prominence(values: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndar
 
 
 def _running_median(row: np.ndarray) -> np.ndarray:
-    padded = np.pad(row, MEDIAN_NEIGHBOURS, mode='edge')
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * MEDIAN_NEIGHBOURS + 1)
+    padded = np.pad(row, LIMITS.median_neighbours, mode='edge')
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * LIMITS.median_neighbours + 1)
     return np.asarray(np.median(windows[:, ::2], axis=1))
 
 

@@ -20,19 +20,40 @@ from model_gap.predict import Predictor, transform_at
 from model_gap.search.reach import free_force
 
 Array = NDArray[np.float64]
-MOST_PER_RAD = 2000.0
-# Periods per turn of the motor.
-USUAL = (1.0, 2.0, 0.5, 3.0, 4.0, 5.0, 6.0)
-# Of an order times the way of the joint in a record, and from pose to pose: finer says the same.
-PHASE_STEP = 0.5
-POSE_PHASE_STEP = 0.3
-# A joint that moves less is parked.
-LEAST_WAY_RAD = 1e-6
-LEAST_SPAN_RAD = 0.01
-# Log evidence that an order must promise.
-LEAST_GAIN = 3.0
-# Relative: closer orders are one.
-APART = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class OrderLimits:
+    """Which orders are tried, and which count.
+
+    Parameters
+    ----------
+    most_per_rad : float [1/rad]
+        Highest order.
+    usual : tuple of float
+        Periods per turn of the motor.
+    phase_step, pose_phase_step : float [rad]
+        Of an order times the way of the joint in a record, and from pose to pose: finer says the
+        same.
+    least_way_rad, least_span_rad : float [rad]
+        A joint that moves less is parked; poses that span less count as spanning this.
+    least_gain : float
+        Log evidence that an order must promise.
+    apart : float
+        Relative: closer orders are one.
+    """
+
+    most_per_rad: float = 2000.0
+    usual: tuple[float, ...] = (1.0, 2.0, 0.5, 3.0, 4.0, 5.0, 6.0)
+    phase_step: float = 0.5
+    pose_phase_step: float = 0.3
+    least_way_rad: float = 1e-6
+    least_span_rad: float = 0.01
+    least_gain: float = 3.0
+    apart: float = 0.01
+
+
+LIMITS = OrderLimits()
 
 
 def orders_left(
@@ -125,13 +146,13 @@ def _strongest(joint: str, tracks: Sequence[_Track], total: float, ratio: float)
     """
     middles = np.array([track.middle for track in tracks])
     way = max(track.way for track in tracks)
-    if way < LEAST_WAY_RAD:
+    if way < LIMITS.least_way_rad:
         return []
-    coarse_step = PHASE_STEP / way
-    coarse = np.arange(0.5 * coarse_step, MOST_PER_RAD + coarse_step, coarse_step)
-    step = POSE_PHASE_STEP / max(float(np.ptp(middles)), LEAST_SPAN_RAD)
-    usual = np.array([ratio * turns for turns in USUAL if ratio > 1.0])
-    orders = np.r_[usual, np.arange(step, MOST_PER_RAD, step)]
+    coarse_step = LIMITS.phase_step / way
+    coarse = np.arange(0.5 * coarse_step, LIMITS.most_per_rad + coarse_step, coarse_step)
+    step = LIMITS.pose_phase_step / max(float(np.ptp(middles)), LIMITS.least_span_rad)
+    usual = np.array([ratio * turns for turns in LIMITS.usual if ratio > 1.0])
+    orders = np.r_[usual, np.arange(step, LIMITS.most_per_rad, step)]
     nearest = np.abs(orders[:, None] - coarse).argmin(axis=1)
     left = np.full(len(orders), total)
     for number, order in enumerate(coarse):
@@ -145,8 +166,8 @@ def _strongest(joint: str, tracks: Sequence[_Track], total: float, ratio: float)
     found: list[Ripple] = []
     for number in sorted(best):
         order = float(orders[number])
-        alike = any(abs(order / item.order_per_rad - 1.0) < APART for item in found)
-        if gain[number] < LEAST_GAIN or alike:
+        alike = any(abs(order / item.order_per_rad - 1.0) < LIMITS.apart for item in found)
+        if gain[number] < LIMITS.least_gain or alike:
             continue
         normals = [track.normal(order) for track in tracks]
         sine, cosine = _solved(*_common(normals, order * middles[None]))[0].tolist()

@@ -1,10 +1,37 @@
-"""Run a search: the steps of :data:`ROUND`, round by round, until nothing is worth adding."""
+"""A search from top to bottom: tolerances, rounds of one effect each, rivals."""
 
 from collections.abc import Callable
 
 from model_gap.search.rivals import confirm
 from model_gap.search.search import Search
-from model_gap.search.steps import fit_tolerances, ROUND
+from model_gap.search.steps import (
+    close_round,
+    confirm_best,
+    fit_finely,
+    fit_roughly,
+    fit_tolerances,
+    screen_again,
+    screen_catalogue,
+    seek_lines,
+    settle_best,
+    stop_or_go_on,
+    take_out_second_order,
+)
+
+Step = Callable[[Search], Search]
+# Each with the share of the round's work that is done after it.
+ROUND: tuple[tuple[Step, float], ...] = (
+    (seek_lines, 0.1),
+    (screen_catalogue, 0.25),
+    (screen_again, 0.4),
+    (fit_roughly, 0.65),
+    (fit_finely, 0.85),
+    (close_round, 0.85),
+    (settle_best, 0.9),
+    (take_out_second_order, 0.95),
+    (confirm_best, 0.95),
+    (stop_or_go_on, 1.0),
+)
 
 # Of the whole work, what is left before the first round, and of that after each: what is left
 # after a round is mostly less than it.
@@ -23,16 +50,21 @@ def run_search(search: Search, progress: Callable[[float], None] = lambda _: Non
         Takes the fraction done.
     """
     search = fit_tolerances(search)
-    for number in range(search.settings.most_effects):
-        begun, ends = (1.0 - LEFT_AT_FIRST * LEFT_AFTER**n for n in (number, number + 1))
-        progress(begun)
-        for step, share in ROUND:
-            search = step(search)
-            progress(begun + share * (ends - begun))
-            if search.finished:
-                break
-        if search.finished:
-            break
+    while len(search.rounds) < search.settings.most_effects and not search.finished:
+        search = run_round(search, progress)
     search = confirm(search)
     progress(1.0)
+    return search
+
+
+def run_round(search: Search, progress: Callable[[float], None]) -> Search:
+    """Look for one more effect."""
+    done = len(search.rounds)
+    begun, ends = (1.0 - LEFT_AT_FIRST * LEFT_AFTER**number for number in (done, done + 1))
+    progress(begun)
+    for step, share in ROUND:
+        search = step(search)
+        progress(begun + share * (ends - begun))
+        if search.finished:
+            break
     return search

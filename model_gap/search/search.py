@@ -1,7 +1,6 @@
 """State of a search: data, what stands so far, and the rounds behind it.
 
-Nothing here starts a fit, and nothing changes: each step of :mod:`model_gap.search.steps` takes a
-state and returns another.
+Nothing here starts a fit, and nothing changes: each step takes a state and returns another.
 """
 
 from collections.abc import Sequence

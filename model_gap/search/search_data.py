@@ -13,11 +13,31 @@ from model_gap.cell import CellModel
 from model_gap.predict import linearised, Predictor, ROUGH_STEPS_PER_S, SAME_POSE_RAD, STEPS_PER_S
 from structural_model import FlexibleJointModel
 
-SCREEN_BINS = 90
-MANY_CHANNELS = 15
-LEAST_BINS = 60
-SCREEN_POSES = 3
-SCREEN_S = 12.0
+
+@dataclass(frozen=True, slots=True)
+class DataSizes:
+    """How much of the records each stage sees.
+
+    Parameters
+    ----------
+    screen_bins, least_bins : int
+        Of a short record; at least so many.
+    many_channels : int
+        More channels say the same with fewer bins.
+    screen_poses : int
+        Of the screening.
+    screen_s : float [s]
+        Length of a short record.
+    """
+
+    screen_bins: int = 90
+    least_bins: int = 60
+    many_channels: int = 15
+    screen_poses: int = 3
+    screen_s: float = 12.0
+
+
+SIZES = DataSizes()
 
 
 @dataclass(frozen=True)
@@ -72,21 +92,23 @@ def prepare_data(
     ) -> Predictor:
         n_channels = chosen[0].acceleration.shape[1] if chosen else 0
         # Many channels say the same with fewer bins.
-        bins = max(LEAST_BINS, round(bins * min(1.0, MANY_CHANNELS / max(n_channels, 1))))
+        bins = max(
+            SIZES.least_bins, round(bins * min(1.0, SIZES.many_channels / max(n_channels, 1)))
+        )
         spectra = [record_spectra(item, band, bins, tuple(lines_hz)) for item in chosen]
         return Predictor(model, spectra, steps_per_s, hanging=about is not None)
 
     if about is not None:
         records = linearised(records, model, about, band.high_hz)
     fitting = [item for item in records if not item.heldout]
-    short = [shortened(item, SCREEN_S) for item in fitting]
-    few = of_first_poses(short, SCREEN_POSES)
+    short = [shortened(item, SIZES.screen_s) for item in fitting]
+    few = of_first_poses(short, SIZES.screen_poses)
     return SearchData(
         fitting=predictor(fitting),
         heldout=predictor([item for item in records if item.heldout]),
-        coarse=predictor(short, SCREEN_BINS, ROUGH_STEPS_PER_S),
-        screening=predictor(few, SCREEN_BINS, ROUGH_STEPS_PER_S),
-        loudest=predictor(loudest(few), SCREEN_BINS, ROUGH_STEPS_PER_S),
+        coarse=predictor(short, SIZES.screen_bins, ROUGH_STEPS_PER_S),
+        screening=predictor(few, SIZES.screen_bins, ROUGH_STEPS_PER_S),
+        loudest=predictor(loudest(few), SIZES.screen_bins, ROUGH_STEPS_PER_S),
     )
 
 

@@ -1,6 +1,5 @@
 """The steps of a round, each a state of the search in and a state out."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 import logging
@@ -223,19 +222,3 @@ def stop_or_go_on(search: Search) -> Search:
     bound = evidence_bound(search.fitted) + tolerance_excess(search.fitted)
     log.debug('misfit %.3g, evidence bound %.3g', search.fitted.misfit, bound)
     return replace(search, finished=bound < search.settings.worth_adding)
-
-
-Step = Callable[[Search], Search]
-# Each with the share of the round's work that is done after it.
-ROUND: tuple[tuple[Step, float], ...] = (
-    (seek_lines, 0.1),
-    (screen_catalogue, 0.25),
-    (screen_again, 0.4),
-    (fit_roughly, 0.65),
-    (fit_finely, 0.85),
-    (close_round, 0.85),
-    (settle_best, 0.9),
-    (take_out_second_order, 0.95),
-    (confirm_best, 0.95),
-    (stop_or_go_on, 1.0),
-)
