@@ -93,7 +93,9 @@ def test_play_is_explained_where_no_motion_can_be_predicted(campaign_of, robot):
     assert left(1.9e-4) > 2.0 * right, f'seed {SEED}: {left(1.9e-4):.1f}'
 
 
-def test_doubt_takes_along_its_direction_only_and_costs_its_determinant(campaign_of, robot):
+def test_error_covariance_takes_along_its_direction_only_and_costs_its_determinant(
+    campaign_of, robot
+):
     predictor, _ = predictor_of(campaign_of([], SEED, **SMALL), robot)
     item = predictor.records[0]
     rng = np.random.default_rng(SEED)
@@ -185,8 +187,8 @@ def test_search_finds_a_hard_spring_under_gravity(campaign_of, robot):
     assert best.heldout_misfit < 2.0, f'seed {SEED}: {best.heldout_misfit}'
 
 
-def test_doubt_of_play_stays_while_its_torque_is_held(campaign_of, robot):
-    """What an effect beside play changes is judged as doubtfully as the prediction itself."""
+def test_error_covariance_of_play_stays_while_its_torque_is_held(campaign_of, robot):
+    """What an effect beside play changes is as uncertain as the prediction itself."""
     campaign = campaign_of([], SEED, **SMALL)
     spectra = [record_spectra(item, Band(4.0, 50.0), 100) for item in campaign.records]
     predictor = Predictor(robot, spectra, hanging=False)
