@@ -3,34 +3,31 @@
 A command marked with :func:`grouped` takes such a record where its help shows the single options.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass, MISSING
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, MISSING
 import inspect
-from typing import Any, TYPE_CHECKING
+from typing import Any, cast, TYPE_CHECKING
 
 from autonomous_modal_analysis.options import (
     channel_names,
     Channels,
-    Hop,
     LayoutPath,
-    MaxFrequency,
-    Method,
-    MinFrequency,
     RecordingPath,
     RobotName,
     SampleRate,
+    setting_option,
     Topics,
     Unit,
-    WindowLength,
 )
 from modal_core.channel import SensorLayout
+from modal_core.schema import parameter_values, settings_of
+from oma_identifier.settings import IdentificationSettings
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.modal_result import ModalResult
     from autonomous_modal_analysis.api.recording import Recording
     from autonomous_modal_analysis.api.settings import Settings
     from autonomous_modal_analysis.terminal import ProgressCallback
-    from oma_identifier.settings import IdentificationSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +74,7 @@ class Source:
 class Identifier:
     """How a recording is identified."""
 
-    window_s: WindowLength = 60.0
-    hop_s: Hop = None
-    min_frequency_hz: MinFrequency = None
-    max_frequency_hz: MaxFrequency = None
-    method: Method = 'ssi_cov'
+    settings: IdentificationSettings = field(default_factory=IdentificationSettings)
     layout: LayoutPath = None
     robot: RobotName = None
 
@@ -94,31 +87,9 @@ class Identifier:
             A setting is out of range, there is no such robot or layout, or the recording cannot
             be identified.
         """
+        settings = cast('Settings', asdict(self.settings))
         robot = self.robot or None
-        return recording.identify(
-            layout=self.layout, robot=robot, progress=progress, **self._settings()
-        )
-
-    def _settings(self) -> 'Settings':
-        return {
-            'window_s': self.window_s,
-            'hop_s': self.hop_s,
-            'min_frequency_hz': self.min_frequency_hz,
-            'max_frequency_hz': self.max_frequency_hz,
-            'method': self.method,
-        }
-
-    def settings(self) -> 'IdentificationSettings':
-        """Return the settings.
-
-        Raises
-        ------
-        SettingsError
-            One is out of range.
-        """
-        from autonomous_modal_analysis.api.settings import checked_settings
-
-        return checked_settings(self._settings())
+        return recording.identify(layout=self.layout, robot=robot, progress=progress, **settings)
 
     def sensors(self) -> SensorLayout | None:
         """Return the sensor layout: the one named, else the robot's own.
@@ -141,11 +112,7 @@ class Identifier:
         if self.robot and not layout:
             layout = robot_folder(self.robot) / 'sensors.yaml'
         return {
-            'window_s': self.window_s,
-            'hop_s': self.hop_s or 0.0,
-            'min_frequency_hz': self.min_frequency_hz or 0.0,
-            'max_frequency_hz': self.max_frequency_hz or 0.0,
-            'method': self.method,
+            **parameter_values(self.settings),
             'layout_file': str(layout),
             'robot': self.robot or '',
         }
@@ -156,24 +123,42 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     groups: dict[str, type[Any]] = {}
     options: list[inspect.Parameter] = []
     for name, parameter in inspect.signature(command).parameters.items():
-        if not is_dataclass(parameter.annotation):
+        if is_dataclass(parameter.annotation):
+            groups[name] = parameter.annotation  # type: ignore[assignment]
+            options.extend(_options(groups[name], parameter.kind))
+        else:
             options.append(parameter)
-            continue
-        groups[name] = parameter.annotation  # type: ignore[assignment]
-        for item in fields(parameter.annotation):
-            default = inspect.Parameter.empty if item.default is MISSING else item.default
-            options.append(
-                inspect.Parameter(item.name, parameter.kind, default=default, annotation=item.type)
-            )
 
     def run(**values: Any) -> None:
-        made = {
-            name: group(**{item.name: values.pop(item.name) for item in fields(group)})
-            for name, group in groups.items()
-        }
+        made = {name: _take(group, values) for name, group in groups.items()}
         command(**made, **values)
 
     run.__name__, run.__doc__ = command.__name__, command.__doc__
     run.__annotations__ = {item.name: item.annotation for item in options}
     run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     return run
+
+
+def _options(group: type[Any], kind: Any) -> Iterator[inspect.Parameter]:
+    """Yield the options of a group: its fields, and the settings of those that are settings."""
+    for item in fields(group):
+        if is_dataclass(item.type):
+            for each in settings_of(cast(type[Any], item.type)):
+                yield inspect.Parameter(
+                    each.name, kind, default=each.default, annotation=setting_option(each)
+                )
+        else:
+            default = inspect.Parameter.empty if item.default is MISSING else item.default
+            yield inspect.Parameter(item.name, kind, default=default, annotation=item.type)
+
+
+def _take(group: type[Any], values: dict[str, Any]) -> Any:
+    """Take the values of a group's options out of all values."""
+    return group(
+        **{
+            item.name: _take(cast(type[Any], item.type), values)
+            if is_dataclass(item.type)
+            else values.pop(item.name)
+            for item in fields(group)
+        }
+    )

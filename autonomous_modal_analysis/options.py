@@ -2,11 +2,13 @@
 
 from pathlib import Path
 import re
-from typing import Annotated
+from typing import Annotated, Any
 
+from rich.markup import escape
 import typer
 
 from modal_core.errors import SettingsError
+from modal_core.schema import Setting
 
 RecordingPath = Annotated[
     Path,
@@ -39,27 +41,6 @@ Channels = Annotated[
         'none.',
     ),
 ]
-WindowLength = Annotated[
-    float, typer.Option('--window-s', help='Length of one window in seconds.')
-]
-Hop = Annotated[
-    float | None,
-    typer.Option('--hop-s', help='Seconds from one window to the next; else half a window.'),
-]
-MinFrequency = Annotated[
-    float | None,
-    typer.Option('--min-frequency-hz', help='Lower edge of the band; else from the data.'),
-]
-MaxFrequency = Annotated[
-    float | None,
-    typer.Option(
-        '--max-frequency-hz',
-        help='Upper edge of the band; else from a recorded plan, or the data.',
-    ),
-]
-Method = Annotated[
-    str, typer.Option('--method', help='ssi_cov, ssi_data, plscf, csi, efdd or fdd.')
-]
 RobotName = Annotated[
     str | None,
     typer.Option(
@@ -71,6 +52,18 @@ RobotName = Annotated[
 Namespace = Annotated[
     str, typer.Option(help='ROS namespace of all nodes of a cell: one for each cell of a domain.')
 ]
+
+
+def setting_option(setting: Setting) -> Any:
+    """Return the option of a setting: its name, its type and its words."""
+    flag = f'--{setting.name.replace("_", "-")}'
+    if setting.kind is bool:
+        flag += f'/--no-{setting.name.replace("_", "-")}'
+    words = setting.text[0].upper() + setting.text[1:]
+    if setting.automatic:
+        words += f'; else {setting.automatic}'
+    kind = setting.kind | None if setting.automatic else setting.kind
+    return Annotated[kind, typer.Option(flag, help=escape(words) + '.')]
 
 
 def check_namespace(namespace: str) -> None:

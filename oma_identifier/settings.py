@@ -1,9 +1,9 @@
 """Settings of the identifier; every default works without being touched."""
 
 from dataclasses import dataclass
-import math
 
 from modal_core.errors import SettingsError
+from modal_core.schema import setting, settings_of, within
 
 LARGEST_ORDER = 100
 SHORTEST_REFINED_HOP_S = 5.0
@@ -45,29 +45,39 @@ class IdentificationSettings:
         A value out of its range, naming the field, the value and the range.
     """
 
-    window_s: float = 60.0
-    hop_s: float | None = None
-    min_frequency_hz: float | None = None
-    max_frequency_hz: float | None = None
-    min_order: int = 2
-    max_order: int = 60
-    block_rows: int | None = None
-    n_references: int | None = None
-    max_damping_ratio: float = 0.15
-    method: str = 'ssi_cov'
-    refine: bool | None = None
+    window_s: float = setting(60.0, 'length of one window [s]', 1.0, 86400.0)
+    hop_s: float | None = setting(
+        None, 'time from one window to the next [s]', 0.01, 86400.0, automatic='half a window'
+    )
+    min_frequency_hz: float | None = setting(
+        None, 'lower edge of the band [Hz]', 0.001, 1e5, automatic='from the data'
+    )
+    max_frequency_hz: float | None = setting(
+        None, 'upper edge of the band [Hz]', 0.01, 1e5, automatic='from the plan, or the data'
+    )
+    min_order: int = setting(2, 'lowest model order', 2, LARGEST_ORDER)
+    max_order: int = setting(60, 'highest model order', 2, LARGEST_ORDER)
+    block_rows: int | None = setting(
+        None, 'block rows of the Hankel matrix', 4, 500, automatic='from order and channels'
+    )
+    n_references: int | None = setting(
+        None, 'number of reference channels', 1, 1000, automatic='eight at most'
+    )
+    max_damping_ratio: float = setting(0.15, 'poles damped more are no modes', 0.001, 0.5)
+    method: str = setting(
+        'ssi_cov', 'identification method: ssi_cov, ssi_data, plscf, csi, efdd or fdd'
+    )
+    refine: bool | None = setting(
+        None, 'refine modes by maximum likelihood', automatic='only with hops of 5 s or more'
+    )
 
     def __post_init__(self) -> None:
         """Refuse values out of range."""
-        _within('window_s', self.window_s, 1.0, 86400.0)
-        _within('hop_s', self.hop_s, 0.01, self.window_s)
-        _within('min_frequency_hz', self.min_frequency_hz, 0.001, 1e5)
-        _within('max_frequency_hz', self.max_frequency_hz, 0.01, 1e5)
-        _within('min_order', self.min_order, 2, LARGEST_ORDER)
-        _within('max_order', self.max_order, self.min_order, LARGEST_ORDER)
-        _within('block_rows', self.block_rows, 4, 500)
-        _within('n_references', self.n_references, 1, 1000)
-        _within('max_damping_ratio', self.max_damping_ratio, 0.001, 0.5)
+        for item in settings_of(IdentificationSettings):
+            item.check(getattr(self, item.name))
+        within('max_order', self.max_order, self.min_order, LARGEST_ORDER)
+        if self.hop_s is not None:
+            within('hop_s', self.hop_s, 0.01, self.window_s)
         low, high = self.min_frequency_hz, self.max_frequency_hz
         if low is not None and high is not None and low >= high:
             raise SettingsError(
@@ -85,12 +95,3 @@ class IdentificationSettings:
         if self.method != 'ssi_cov':
             return False
         return self.hop >= SHORTEST_REFINED_HOP_S if self.refine is None else self.refine
-
-
-def _within(field: str, value: float | None, low: float, high: float) -> None:
-    if value is None:
-        return
-    if not math.isfinite(value) or not low <= value <= high:
-        raise SettingsError(
-            'out of range', where=field, found=value, expected=f'{low:g} to {high:g}'
-        )

@@ -46,7 +46,7 @@ def replay(
     # Opened and built here too: what is wrong is said before any node starts.
     recording = source.open()
     info = recording.info
-    settings = below_edge(identifier.settings(), recorded_edge_hz(recording.source))
+    settings = below_edge(identifier.settings, recorded_edge_hz(recording.source))
     identifier.sensors()
     if not 0.0 < rate <= 1000.0:
         raise SettingsError('out of range', where='--rate', found=rate, expected='above 0 to 1000')

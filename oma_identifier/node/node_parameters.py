@@ -6,8 +6,9 @@ from pathlib import Path
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError
+from modal_core.schema import from_parameters, Setting, settings_of, SWITCH
 from modal_core.yaml_file import load_yaml
-from oma_identifier.settings import IdentificationSettings, LARGEST_ORDER
+from oma_identifier.settings import IdentificationSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,18 +35,18 @@ class NodeParameter:
     read_only: bool = False
 
 
-SETTINGS = (
-    NodeParameter('window_s', 'length of one window [s]', 60.0, 1.0, 86400.0),
-    NodeParameter('hop_s', 'time between windows [s]; 0: half a window', 0.0, 0.0, 86400.0),
-    NodeParameter('min_frequency_hz', 'lower end of the band [Hz]; 0: automatic', 0.0, 0.0, 1e5),
-    NodeParameter('max_frequency_hz', 'upper end of the band [Hz]; 0: automatic', 0.0, 0.0, 1e5),
-    NodeParameter('min_order', 'lowest model order', 2, 2, LARGEST_ORDER),
-    NodeParameter('max_order', 'highest model order', 60, 2, LARGEST_ORDER),
-    NodeParameter('block_rows', 'block rows of the Hankel matrix; 0: automatic', 0, 0, 500),
-    NodeParameter('n_references', 'reference channels; 0: automatic', 0, 0, 1000),
-    NodeParameter('max_damping_ratio', 'poles damped more are no modes', 0.15, 0.001, 0.5),
-    NodeParameter('method', 'identification method', 'ssi_cov'),
-)
+def _node_parameter(setting: Setting) -> NodeParameter:
+    default = setting.to_parameter(setting.default)
+    low, text = setting.low, setting.text
+    if setting.automatic:
+        low = None if low is None else 0.0
+        text += f'; {default}: {setting.automatic}'
+    if isinstance(default, str) and setting.kind is bool:
+        text += f' (one of {", ".join(SWITCH)})'
+    return NodeParameter(setting.name, text, default, low, setting.high)
+
+
+SETTINGS = tuple(_node_parameter(item) for item in settings_of(IdentificationSettings))
 OTHERS = (
     NodeParameter(
         'topics',
@@ -79,7 +80,6 @@ OTHERS = (
     ),
 )
 PARAMETERS = (*SETTINGS, *OTHERS)
-AUTOMATIC = ('hop_s', 'min_frequency_hz', 'max_frequency_hz', 'block_rows', 'n_references')
 
 
 def settings_from(values: Mapping[str, object]) -> IdentificationSettings:
@@ -92,11 +92,7 @@ def settings_from(values: Mapping[str, object]) -> IdentificationSettings:
     """
     for parameter in SETTINGS:
         check_range(parameter, values[parameter.name])
-    names = [parameter.name for parameter in SETTINGS]
-    chosen = {name: values[name] for name in names}
-    for name in AUTOMATIC:
-        chosen[name] = chosen[name] or None
-    return IdentificationSettings(**chosen)  # type: ignore[arg-type]
+    return IdentificationSettings(**from_parameters(IdentificationSettings, values))
 
 
 def check_range(parameter: NodeParameter, value: object) -> None:
