@@ -5,8 +5,10 @@ from rich.markup import escape
 
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import OUTPUT
+from modal_core.mode import MODE_KEYS
 from modal_reports import FREQUENCY
 from oma_msgs.msg import ModalParameters
+from oma_msgs.msg import Mode as ModeMessage
 
 NANOSECONDS = 1_000_000_000
 
@@ -51,29 +53,7 @@ def window_json(message: ModalParameters) -> object:
     """Return a window as plain values, with the keys of the identification's windows."""
     start_ns = message.window_start.sec * NANOSECONDS + message.window_start.nanosec
     length_ns = message.window_length.sec * NANOSECONDS + message.window_length.nanosec
-    fields = (
-        'id',
-        'frequency_hz',
-        'frequency_std_hz',
-        'damping_ratio',
-        'damping_ratio_std',
-        'shape_real',
-        'shape_imag',
-        'shape_std_real',
-        'shape_std_imag',
-        'mac_loss',
-        'mac_loss_std',
-        'mpc',
-        'mpd',
-        'harmonic',
-    )
-    modes = [
-        {name: plain(np.asarray(getattr(mode, name)).tolist()) for name in fields}
-        for mode in message.modes
-    ]
-    for mode in modes:
-        for part in ('shape_std_real', 'shape_std_imag'):
-            mode[part] = mode[part] or None
+    modes = [message_mode_json(mode) for mode in message.modes]
     return {
         'index': message.window_index,
         'start_time_s': start_ns / NANOSECONDS,
@@ -88,3 +68,11 @@ def window_json(message: ModalParameters) -> object:
             'n_windows_skipped': message.data_quality.n_windows_skipped,
         },
     }
+
+
+def message_mode_json(message: ModeMessage) -> dict[str, object]:
+    """Return a mode with the keys of the files; empty deviations are not known."""
+    mode = {name: plain(np.asarray(getattr(message, name)).tolist()) for name in MODE_KEYS}
+    for part in ('shape_std_real', 'shape_std_imag'):
+        mode[part] = mode[part] or None
+    return mode

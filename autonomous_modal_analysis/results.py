@@ -15,7 +15,7 @@ from autonomous_modal_analysis.mode_tracks import mode_tracks
 from modal_core.atomic_file import write_text
 from modal_core.channel import Channel
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.mode import Mode, ModeSet
+from modal_core.mode import Mode, MODE_KEYS, ModeSet
 from modal_core.quality import DataQuality
 from modal_core.window import Pose
 from oma_identifier.covariance import AnalysedBand
@@ -24,14 +24,7 @@ CSV_COLUMNS = (
     'window',
     'start_time_s',
     'end_time_s',
-    'id',
-    'frequency_hz',
-    'frequency_std_hz',
-    'damping_ratio',
-    'damping_ratio_std',
-    'mpc',
-    'mpd',
-    'harmonic',
+    *(key for key in MODE_KEYS if not key.startswith(('shape_', 'mac_loss'))),
 )
 NONE = ModeSet((), ())
 
@@ -219,22 +212,7 @@ def _window(window: IdentifiedWindow) -> dict[str, object]:
 
 def mode_json(mode: Mode) -> dict[str, object]:
     """Return a mode or a line as plain values."""
-    return {
-        'id': int(mode.id),
-        'frequency_hz': plain(mode.frequency_hz),
-        'frequency_std_hz': plain(mode.frequency_std_hz),
-        'damping_ratio': plain(mode.damping_ratio),
-        'damping_ratio_std': plain(mode.damping_ratio_std),
-        'shape_real': plain(np.real(mode.shape)),
-        'shape_imag': plain(np.imag(mode.shape)),
-        'shape_std_real': None if mode.shape_std is None else plain(np.real(mode.shape_std)),
-        'shape_std_imag': None if mode.shape_std is None else plain(np.imag(mode.shape_std)),
-        'mac_loss': plain(mode.mac_loss),
-        'mac_loss_std': plain(mode.mac_loss_std),
-        'mpc': plain(mode.mpc),
-        'mpd': plain(mode.mpd),
-        'harmonic': bool(mode.harmonic),
-    }
+    return {name: plain(value) for name, value in mode.values().items()}
 
 
 def _shape_entry(shape: object, index: int) -> object:

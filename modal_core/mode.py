@@ -1,8 +1,9 @@
 """Identified modes."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, Field, fields
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,22 @@ from numpy.typing import NDArray
 SCATTERED_MPD_RAD = math.radians(10.0)
 """Mean phase deviation above which a mode calls for a second look; its collinearity is then
 below about 0.9."""
+MODE_ORDER = (
+    'id',
+    'frequency_hz',
+    'frequency_std_hz',
+    'damping_ratio',
+    'damping_ratio_std',
+    'shape',
+    'shape_std',
+    'mac_loss',
+    'mac_loss_std',
+    'mpc',
+    'mpd',
+    'harmonic',
+)
+"""Order of fields in files; a new field needs no entry and stands at the end."""
+COMPLEX = ('shape', 'shape_std')
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +72,33 @@ class Mode:
     mac_loss: float = math.nan
     mac_loss_std: float = math.nan
 
+    def values(self) -> dict[str, Any]:
+        """Return the fields as files and messages name them, complex ones in two parts.
+
+        In the order of :data:`MODE_ORDER`, fields that are not in it at the end.
+        """
+        found: dict[str, Any] = {}
+        for item in sorted(fields(self), key=_place):
+            value = getattr(self, item.name)
+            if item.name in COMPLEX:
+                found[f'{item.name}_real'] = None if value is None else np.real(value)
+                found[f'{item.name}_imag'] = None if value is None else np.imag(value)
+            else:
+                found[item.name] = value
+        return found
+
     @property
     def phases_scatter(self) -> bool:
         """Whether the points of the shape move neither in nor against phase."""
         return self.mpd > SCATTERED_MPD_RAD
+
+
+def _place(item: Field[Any]) -> int:
+    return MODE_ORDER.index(item.name) if item.name in MODE_ORDER else len(MODE_ORDER)
+
+
+MODE_KEYS = tuple(Mode(math.nan, math.nan, np.empty(0, dtype=complex)).values())
+"""What :meth:`Mode.values` names."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ What comes in is decoded in batches by `modal_recordings/decode.py`.
 import array
 from collections.abc import Iterable
 import math
+from typing import Any
 
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import AccelStamped, AccelWithCovarianceStamped, Point
@@ -69,23 +70,15 @@ def modal_parameters(result: WindowResult, base_frame: str, n_skipped: int) -> M
 
 def mode_message(mode: Mode) -> ModeMessage:
     """Return one mode."""
-    shape_std = np.empty(0, dtype=complex) if mode.shape_std is None else mode.shape_std
-    return ModeMessage(
-        id=mode.id,
-        frequency_hz=float(mode.frequency_hz),
-        frequency_std_hz=float(mode.frequency_std_hz),
-        damping_ratio=float(mode.damping_ratio),
-        damping_ratio_std=float(mode.damping_ratio_std),
-        shape_real=_doubles(mode.shape.real),
-        shape_imag=_doubles(mode.shape.imag),
-        shape_std_real=_doubles(shape_std.real),
-        shape_std_imag=_doubles(shape_std.imag),
-        mac_loss=float(mode.mac_loss),
-        mac_loss_std=float(mode.mac_loss_std),
-        mpc=float(mode.mpc),
-        mpd=float(mode.mpd),
-        harmonic=bool(mode.harmonic),
-    )
+    values, kinds = mode.values(), ModeMessage.get_fields_and_field_types()
+    return ModeMessage(**{name: _sent(values[name], kind) for name, kind in kinds.items()})
+
+
+def _sent(value: Any, kind: str) -> Any:
+    """Return a value of a mode as its message takes it; an array that is not known is empty."""
+    if kind == 'sequence<double>':
+        return _doubles(np.empty(0) if value is None else value)
+    return {'double': float, 'uint32': int, 'boolean': bool}[kind](value)
 
 
 def quality_message(quality: DataQuality, n_skipped: int) -> DataQualityMessage:

@@ -1,6 +1,7 @@
 """Result files: strict JSON with the promised keys, CSV that reads back, nothing half written."""
 
 import csv
+from dataclasses import dataclass
 import io
 import json
 import math
@@ -14,6 +15,7 @@ from autonomous_modal_analysis.results import (
     identification_json,
     IdentifiedWindow,
     json_text,
+    mode_json,
     write_csv,
     write_json,
 )
@@ -107,3 +109,16 @@ def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         write_csv(path, identification())
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_new_field_of_a_mode_is_in_the_files_and_the_old_ones_keep_their_order():
+    @dataclass(frozen=True)
+    class Wider(Mode):
+        new_hz: float = 7.0
+
+    keys = list(mode_json(Wider(1.0, 0.01, np.ones(2))))
+    assert keys == [
+        'id', 'frequency_hz', 'frequency_std_hz', 'damping_ratio', 'damping_ratio_std',
+        'shape_real', 'shape_imag', 'shape_std_real', 'shape_std_imag', 'mac_loss',
+        'mac_loss_std', 'mpc', 'mpd', 'harmonic', 'new_hz',
+    ]  # fmt: skip

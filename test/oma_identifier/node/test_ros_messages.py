@@ -6,8 +6,10 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
+from autonomous_modal_analysis.message_view_node import message_mode_json
+from autonomous_modal_analysis.results import mode_json
 from modal_core.channel import Channel
-from modal_core.mode import Mode
+from modal_core.mode import Mode, MODE_KEYS
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
@@ -49,3 +51,11 @@ def test_kurtosis_and_noise_of_channels_are_sent():
     sent = quality_message(DataQuality(channels=(known, ChannelQuality('b'))), 0).channels
     assert (sent[0].kurtosis, sent[0].noise_rms) == (2.9, 0.01)
     assert np.isnan(sent[1].kurtosis) and np.isnan(sent[1].noise_rms)
+
+
+def test_a_mode_and_its_message_have_the_same_fields_in_the_same_order():
+    line = Mode(24.0, 0.0, np.array([0.3j, 1.0]), id=3, harmonic=True)
+    known = Mode(9, 0.02, np.ones(2), shape_std=np.array([0.0, 0.1j]))
+    assert list(MODE_KEYS) == list(mode_message(line).get_fields_and_field_types())
+    for mode in (line, known):
+        assert message_mode_json(mode_message(mode)) == mode_json(mode)
