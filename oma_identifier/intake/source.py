@@ -78,6 +78,7 @@ class Source:
     gate: BlockGate = field(init=False)
     _counted: tuple[int, int, int] | None = None
     _reach_ns: int = 0
+    _seen_ns: int = 0
 
     def __post_init__(self) -> None:
         """Count what the gate sets aside where the stream counts; watch all channels."""
@@ -183,7 +184,7 @@ class Source:
         events = self.stream.events
         self.stream = SourceStream(len(self.channels), self.set_aside, self.stream.dtype)
         self.stream.events = events
-        self._counted = None
+        self._counted, self._seen_ns = None, 0
         for number, part in enumerate(later):
             confirmed = number == 0 or self.clock is not None
             self.stream.add(part.stamp_ns, part.values, confirmed=confirmed)
@@ -220,9 +221,9 @@ class Source:
         held = self._near(start_ns, int(grid_ns[-1]), step_ns)
         samples = self._timed(held, start_ns)
         inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
-        seen = measured(inside.values)
-        self.repeats.add(inside.stamp_ns, seen)
-        self.converter.add(inside.stamp_ns, seen)
+        self.repeats.add(inside.stamp_ns, measured(inside.values))
+        fresh = self._unseen(samples, start_ns, start_ns + round(n_rows * step_ns))
+        self.converter.add(fresh.stamp_ns, measured(fresh.values))
         self._follow_rate(inside.stamp_ns)
         uniform = self.clock is not None or samples is not held
         tick_ns = 0 if uniform else tick_of(samples.stamp_ns)
@@ -231,6 +232,17 @@ class Source:
             return GridRows.nothing(n_rows, len(self.channels))
         self.jitter_std_s = lattice.jitter_std_s
         return on_grid(lattice, grid_ns, self.cutoff(step_ns))
+
+    def _unseen(self, samples: OrderedSamples, start_ns: int, end_ns: int) -> OrderedSamples:
+        """Return the samples of a stretch; where two join, each sample once and none left out.
+
+        The ends of stretches are times of the grid: of a sample there, chance would decide.
+        """
+        joins = abs(start_ns - self._seen_ns) < 3.0 * self.period_ns
+        fresh = _between(samples, self._seen_ns + 1 if joins else start_ns, end_ns)
+        if len(fresh.stamp_ns):
+            self._seen_ns = int(fresh.stamp_ns[-1])
+        return fresh
 
     def forget(self, before_ns: int) -> None:
         """Drop what was found before a time."""

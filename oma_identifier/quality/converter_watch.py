@@ -13,6 +13,8 @@ CHUNK = 2048
 """Rows that are looked at together."""
 FEWEST = 512
 """Rows at the end of a window that tell something."""
+LOST = 1.5
+"""Steps between stamps, in the usual one, from where on a sample is missing."""
 SMALLEST, LARGEST = 1e-100, 1e100
 """Ranges and values beyond are of no sensor, and their squares of no number."""
 
@@ -59,8 +61,16 @@ class ConverterWatch:
 
     def _examined(self) -> _Part:
         times = self._times[: self._n_held]
-        found = found_in(self._rows[: self._n_held])
-        return _Part(int(times[0]), int(times[-1]), found)
+        pieces = _unbroken(times, self._rows[: self._n_held])
+        found = [found_in(piece) for piece in pieces if len(piece) >= FEWEST]
+        return _Part(
+            int(times[0]),
+            int(times[-1]),
+            [
+                tuple(dict.fromkeys(flag for each in found for flag in each[column]))
+                for column in range(self._rows.shape[1])
+            ],
+        )
 
     def flags(self, start_ns: int, end_ns: int) -> Sequence[Flags]:
         """Return what is wrong with each channel between two times."""
@@ -81,6 +91,12 @@ class ConverterWatch:
         """Go on at an earlier time, to which nothing found at a later one belongs."""
         self._n_held, self._newest = 0, None
         self._parts = [part for part in self._parts if part.end_ns < first_ns]
+
+
+def _unbroken(stamp_ns: NDArray[np.int64], rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Return the pieces between lost samples: what follows a gap leaps without any fault."""
+    steps = np.diff(stamp_ns)
+    return np.split(rows, np.flatnonzero(steps > LOST * np.median(steps)) + 1)
 
 
 def found_in(rows: NDArray[np.float64]) -> list[Flags]:

@@ -130,3 +130,23 @@ def test_what_was_found_is_forgotten_with_its_time():
     assert watch.flags(int(stamps[3000]), int(stamps[-1]))[0] == ()
     watch.forget(int(stamps[3000]))
     assert watch.flags(START, int(stamps[-1]))[0] == ()
+
+
+def test_a_watch_sees_every_sample_once_and_nothing_across_lost_ones():
+    """Blocks end anywhere beside the stretches of the grid; a gap is no leap of a converter."""
+    rng = np.random.default_rng(40)
+    for rate_hz, n_block in ((72.0, 100), (155.0, 64), (1000.0 / 3.0, 37)):
+        time = np.arange(int(90 * rate_hz)) / rate_hz
+        lines = rng.uniform(0.05, 0.4, 5) * rate_hz
+        rows = np.sin(2 * np.pi * time[:, None] * lines).sum(axis=1, keepdims=True)
+        rows = rows + 0.01 * rng.standard_normal(rows.shape)
+        for lost in (0, 7):
+            pipeline = IdentificationPipeline(IdentificationSettings(window_s=30.0))
+            for first in range(0, len(rows), n_block):
+                index = first + lost * (first > len(rows) // 2)
+                part = rows[index : index + n_block]
+                stamp_ns = 10**18 + round(index * 1e9 / rate_hz)
+                pipeline.add(SampleBlock('a', stamp_ns, index, rate_hz, ('x',), part))
+            windows = [*pipeline.windows(), *pipeline.finish()]
+            flags = {flag for each in windows for c in each.quality.channels for flag in c.flags}
+            assert not flags & {'wrapped', 'rectified', 'rows_reversed'}, (rate_hz, lost, flags)
