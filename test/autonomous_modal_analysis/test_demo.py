@@ -58,7 +58,7 @@ def test_with_the_robot_named_the_report_draws_its_modes_on_the_arm(ama, finishe
     run = ama('identify', recording, '--window-s', 24, '--robot', 'irb6660_205_190', '--out', out)
     assert run.returncode == 0, run.stderr
     data = (out / 'report.html').read_text().split('id="report-data">')[1].split('</script>')[0]
-    shown = json.loads(data)
+    shown = json.loads(data)['mode_shapes']
     assert len(shown['geometry']['points_m']) > 14
     for mode in shown['modes']:
         assert len(mode['moved_real']) == len(shown['geometry']['points_m'])
