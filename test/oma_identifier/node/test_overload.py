@@ -38,7 +38,7 @@ def test_overload_skips_and_counts_windows_and_keeps_no_more_of_them(ros_context
 
     Whatever the machine's speed, a window costs many times what its 64 rows of new samples do.
     """
-    driver = NodeDriver(ros_context, window_s=30.0, hop_s=0.25, refine=False)
+    driver = NodeDriver(ros_context, window_s=30.0, hop_s=0.25, refine='never')
     try:
         rng = np.random.default_rng(SEED)
         resident = []
