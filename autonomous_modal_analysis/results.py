@@ -20,12 +20,9 @@ from modal_core.quality import DataQuality
 from modal_core.window import Pose
 from oma_identifier.covariance import AnalysedBand
 
-CSV_COLUMNS = (
-    'window',
-    'start_time_s',
-    'end_time_s',
-    *(key for key in MODE_KEYS if not key.startswith(('shape_', 'mac_loss'))),
-)
+MODE_COLUMNS = tuple(key for key in MODE_KEYS if not key.startswith(('shape_', 'mac_loss')))
+"""What a table says of a mode; shapes and what is made of them are no single numbers."""
+CSV_COLUMNS = ('window', 'start_time_s', 'end_time_s', *MODE_COLUMNS)
 NONE = ModeSet((), ())
 
 

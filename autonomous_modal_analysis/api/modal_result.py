@@ -13,7 +13,7 @@ from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.identification import IdentifiedRecording
 from autonomous_modal_analysis.output import save_results
 from autonomous_modal_analysis.report.words import band_words
-from autonomous_modal_analysis.results import identification_json, IdentifiedWindow
+from autonomous_modal_analysis.results import identification_json, IdentifiedWindow, MODE_COLUMNS
 from modal_core.channel import SensorLayout
 from modal_core.mode import Mode, ModeSet
 from modal_reports import count, DAMPING, fixed, FREQUENCY, mark, MPC
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
+NAMED = {'mpd': 'mpd_rad'}
+"""Columns whose name must say the unit."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -126,15 +128,9 @@ class ModalResult(Result):
     def columns(self) -> Columns:
         """Return modes and harmonic lines by column; σ is NaN where it is not known."""
         modes = self._listed()
+        rows = [mode.values() for mode in modes]
         return {
-            'id': [mode.id for mode in modes],
-            'frequency_hz': [mode.frequency_hz for mode in modes],
-            'frequency_std_hz': [mode.frequency_std_hz for mode in modes],
-            'damping_ratio': [mode.damping_ratio for mode in modes],
-            'damping_ratio_std': [mode.damping_ratio_std for mode in modes],
-            'mpc': [mode.mpc for mode in modes],
-            'mpd_rad': [mode.mpd for mode in modes],
-            'harmonic': [mode.harmonic for mode in modes],
+            **{NAMED.get(key, key): [row[key] for row in rows] for key in MODE_COLUMNS},
             **{
                 f'shape.{name}': [complex(mode.shape[row]) for mode in modes]
                 for row, name in enumerate(self.channel_names)
