@@ -61,7 +61,7 @@ class Cell:
         parameters = {
             **CALM,
             **{f'{node}.robot': str(robot) for node in nodes},
-            'robot_bridge.recording.packet_log': str(self.folder / 'egm.mcap'),
+            'robot_bridge.packet_log': str(self.folder / 'egm.mcap'),
             'excitation_planner.seed': str(seed),
             'excitation_planner.duration_s': '30.0',
         }
