@@ -221,9 +221,10 @@ class Source:
         held = self._near(start_ns, int(grid_ns[-1]), step_ns)
         samples = self._timed(held, start_ns)
         inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
-        self.repeats.add(inside.stamp_ns, measured(inside.values))
         fresh = self._unseen(samples, start_ns, start_ns + round(n_rows * step_ns))
-        self.converter.add(fresh.stamp_ns, measured(fresh.values))
+        seen = measured(fresh.values)
+        self.repeats.add(fresh.stamp_ns, seen)
+        self.converter.add(fresh.stamp_ns, seen)
         self._follow_rate(inside.stamp_ns)
         uniform = self.clock is not None or samples is not held
         tick_ns = 0 if uniform else tick_of(samples.stamp_ns)

@@ -61,8 +61,7 @@ class SpectralMethod:
         band_hz = bands[-1].low_hz, bands[0].high_hz
         modes = type(self).find(samples, band_hz=band_hz)
         peaks = [_Peak(mode) for mode in modes]
-        suspects = suspicious(peaks)
-        suspects += [Suspect(mode.frequency_hz) for mode in fdd(samples, band_hz=band_hz)]
+        suspects = [*suspicious(peaks), *self.suspects(samples, band_hz)]
         lines = lines_among(suspects, lambda frequency_hz: line_at(samples, frequency_hz))
         kept = tuple(
             peak.mode
@@ -81,6 +80,10 @@ class SpectralMethod:
         )
         return without_explained(found, line_evidence(samples, found), anywhere=True)
 
+    def suspects(self, samples: Samples, band_hz: tuple[float, float]) -> list[Suspect]:
+        """Return where lines may be besides the modes; unless overridden, nowhere."""
+        return []
+
 
 class Fdd(SpectralMethod):
     """Peaks of the first singular value: no damping and no deviation, both are NaN."""
@@ -94,3 +97,7 @@ class Efdd(SpectralMethod):
 
     name = 'efdd'
     find = efdd
+
+    def suspects(self, samples: Samples, band_hz: tuple[float, float]) -> list[Suspect]:
+        """Return all peaks: that of a line has no bell, and gives no mode."""
+        return [Suspect(mode.frequency_hz) for mode in fdd(samples, band_hz=band_hz)]

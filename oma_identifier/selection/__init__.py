@@ -5,7 +5,6 @@ and clusters judged by damping, scatter, phases and peaks.
 """
 
 from oma_identifier.selection.band_selector import BandSelector
-from oma_identifier.selection.cluster import Cluster, cluster_poles
 from oma_identifier.selection.identified import (
     harmonic,
     Identified,
@@ -26,22 +25,18 @@ from oma_identifier.selection.line_decision import (
     suspicious,
 )
 from oma_identifier.selection.new_modes import NewModeTest, without_doubtful
-from oma_identifier.selection.selection import BandSelection, select_in_band, SelectedPole
+from oma_identifier.selection.selection import select_in_band
 from oma_identifier.selection.ssi_poles import identify_band
 from oma_identifier.selection.stabilise import BandPoles
 
 __all__ = [
     'SAME_LINE',
     'BandPoles',
-    'BandSelection',
     'BandSelector',
-    'Cluster',
     'Identified',
     'LineTest',
     'NewModeTest',
-    'SelectedPole',
     'Suspect',
-    'cluster_poles',
     'harmonic',
     'identify_band',
     'is_line',
