@@ -76,10 +76,14 @@ class Spectra:
         return np.take(self.values, lines, axis=1)
 
     def near(self, frequency_hz: float, reach_hz: float) -> slice:
-        """Return the lines within reach of a frequency, one at least, without that at 0."""
+        """Return the lines within reach of a frequency, one at least, without that at 0.
+
+        Beyond the end of the spectrum, where a fit may lead a mode, that is the last.
+        """
         ends = (frequency_hz - reach_hz, frequency_hz + reach_hz)
         first, last = np.searchsorted(self.frequency_hz, ends)
-        return slice(max(1, int(first)), max(2, int(last)))
+        first = min(max(1, int(first)), len(self.frequency_hz) - 1)
+        return slice(first, max(first + 1, int(last)))
 
 
 def moving_channels(samples: Samples) -> NDArray[np.intp]:
