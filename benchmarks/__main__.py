@@ -2,6 +2,7 @@
 
 The quick run takes some minutes; `--full` takes about two hours and says more about chance.
 Every group is kept in docs/measured/results, from where the documentation takes its tables.
+`python -m benchmarks families --help` says what the random families of structures take.
 """
 
 import argparse
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 import platform
+import sys
 import warnings
 
 from benchmarks import peers
@@ -79,6 +81,10 @@ GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {
 
 
 def main() -> None:
+    if sys.argv[1:2] == ['families']:
+        from benchmarks.families.__main__ import main as families
+
+        sys.exit(families(sys.argv[2:]))
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('groups', nargs='*', choices=[*GROUPS, []], help='none: all of them')
     parser.add_argument('--full', action='store_true')

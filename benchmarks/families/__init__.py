@@ -1,0 +1,1 @@
+"""Random families of structures, their records, and what an identifier makes of them."""

@@ -1,0 +1,163 @@
+"""Verdicts of many records of a family, as rates with standard errors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from scipy.stats import binom, hypergeom
+
+from benchmarks.families.judge import PRODUCT_EDGES, Verdict
+
+COLUMNS = (
+    'family',
+    'runs',
+    'recall ζfT < 0.5',
+    '0.5 to 2',
+    '> 2',
+    'false modes a run',
+    'lines as modes',
+    'modes as lines',
+    'lines that are none',
+    '2σ of f',
+    '2σ of ζ',
+    '2σ of shapes',
+    'f, ζ over the law',
+    'MAC loss in 2σ',
+    'wrong and sure',
+    'CPU s, x real time',
+)
+REGRESSION = 1e-3
+"""Chance of one family to seem worse."""
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A share or a number a run; NaN where nothing was to be counted."""
+
+    value: float
+    error: float
+
+    def __str__(self) -> str:
+        """Return value and standard error in units of the last digits."""
+        return '-' if math.isnan(self.value) else f'{self.value:.3f} ± {self.error:.3f}'
+
+
+def rate(counts: Sequence[float], out_of: Sequence[float]) -> Rate:
+    """Return the ratio of sums and its standard error over records, which are independent.
+
+    References
+    ----------
+    Cochran (1977), Sampling Techniques, Eq. (6.13).
+    """
+    x, n = np.array(counts, dtype=float), np.array(out_of, dtype=float)
+    used = n > 0
+    x, n = x[used], n[used]
+    if not len(n):
+        return Rate(math.nan, math.nan)
+    value = x.sum() / n.sum()
+    spread = math.sqrt(float(np.sum((x - value * n) ** 2)) * len(n) / max(1, len(n) - 1))
+    return Rate(float(value), spread / float(n.sum()))
+
+
+@dataclass(frozen=True)
+class Tally:
+    """All records of one family that one identifier has seen."""
+
+    verdicts: Sequence[Verdict]
+
+    def recall(self, place: int) -> Rate:
+        """Return the recall in one bin of ζ f T."""
+        return rate(
+            [v.found[place] for v in self.verdicts], [v.asked[place] for v in self.verdicts]
+        )
+
+    def each_run(self, name: str) -> Rate:
+        """Return a count per run."""
+        return rate([getattr(v, name) for v in self.verdicts], [1] * len(self.verdicts))
+
+    def inside(self, part: int) -> Rate:
+        """Return the share of frequencies (0) or damping ratios (1) with the truth within 2σ."""
+        known = [
+            [each[part] for each in v.inside if each[part] is not None] for v in self.verdicts
+        ]
+        return rate([sum(map(bool, each)) for each in known], [len(each) for each in known])
+
+    @property
+    def shapes(self) -> Rate:
+        """Return the share of the components of shapes with the truth within 2σ."""
+        return rate(
+            [sum(each[0] for each in v.shapes) for v in self.verdicts],
+            [sum(each[1] for each in v.shapes) for v in self.verdicts],
+        )
+
+    @property
+    def losses(self) -> Rate:
+        """Return the share of shapes whose loss of MAC is within two deviations of its mean."""
+        return rate(
+            [sum(each[2] for each in v.losses) for v in self.verdicts],
+            [len(v.losses) for v in self.verdicts],
+        )
+
+    def over_law(self, part: int) -> tuple[float, float]:
+        """Return the scatter of f (1) or ζ (2) over the law where ζ f T > 2: by median, rms."""
+        errors = np.array(
+            [each[part] for v in self.verdicts for each in v.errors if each[0] > PRODUCT_EDGES[-1]]
+        )
+        if not len(errors):
+            return math.nan, math.nan
+        return float(np.median(np.abs(errors)) / 0.6745), float(np.sqrt(np.mean(errors**2)))
+
+    def row(self) -> list[str]:
+        """Return the cells of a line of the table."""
+        cpu_s = np.array([v.cpu_s for v in self.verdicts])
+        speed = sum(v.duration_s for v in self.verdicts) / max(1e-9, float(cpu_s.sum()))
+        (f, f_rms), (zeta, zeta_rms) = self.over_law(1), self.over_law(2)
+        lines = sum(v.n_lines for v in self.verdicts)
+        return [
+            self.verdicts[0].family,
+            str(len(self.verdicts)),
+            *(str(self.recall(place)) for place in range(3)),
+            str(self.each_run('n_false')),
+            f'{sum(v.n_lines_as_modes for v in self.verdicts)} of {lines}' if lines else '-',
+            f'{sum(v.n_modes_as_lines for v in self.verdicts)} of {self.n_asked}',
+            str(self.each_run('n_false_lines')),
+            str(self.inside(0)),
+            str(self.inside(1)),
+            str(self.shapes),
+            f'{f:.2f} (rms {f_rms:.2f}), {zeta:.2f} (rms {zeta_rms:.2f})',
+            str(self.losses),
+            f'{sum(v.n_sure_and_wrong for v in self.verdicts)} of'
+            f' {sum(len(v.losses) for v in self.verdicts)}',
+            f'{np.median(cpu_s):.2f}, {speed:.0f}',
+        ]
+
+    @property
+    def n_asked(self) -> int:
+        """Number of modes asked for."""
+        return sum(sum(v.asked) for v in self.verdicts)
+
+    def counts(self) -> dict[str, int]:
+        """Return what a later run is held against."""
+        return {
+            'runs': len(self.verdicts),
+            'asked': sum(v.asked[2] for v in self.verdicts),
+            'missed': sum(v.asked[2] - v.found[2] for v in self.verdicts),
+            'false': sum(v.n_false + v.n_lines_as_modes for v in self.verdicts),
+        }
+
+
+def regressions(now: dict[str, int], before: dict[str, int]) -> list[str]:
+    """Return what is worse than before beyond chance: modes missed (ζ f T > 2), false modes.
+
+    Missed modes by Fisher's exact test, false modes by the binomial share of two Poisson counts.
+    """
+    worse = []
+    n_missed = now['missed'] + before['missed']
+    n_asked = now['asked'] + before['asked']
+    if hypergeom.sf(now['missed'] - 1, n_asked, n_missed, now['asked']) < REGRESSION:
+        worse.append('missed {missed} of {asked} modes'.format(**now))
+    share = now['runs'] / (now['runs'] + before['runs'])
+    if binom.sf(now['false'] - 1, now['false'] + before['false'], share) < REGRESSION:
+        worse.append('{false} false modes in {runs} runs'.format(**now))
+    return worse
