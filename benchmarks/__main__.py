@@ -7,17 +7,13 @@ Every group is kept in docs/measured/results, from where the documentation takes
 
 import argparse
 from collections.abc import Callable, Iterator
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 import platform
 import sys
 import warnings
 
-from benchmarks import peers
-from benchmarks.results import write_lines
+from benchmarks.results import versions, write_lines
 from benchmarks.table import HEADER, Line
-
-LIBRARIES = ('numpy', 'scipy', *peers.PEERS.values())
 
 
 def speed(full: bool, store: Path | None) -> Iterator[Line]:
@@ -91,8 +87,7 @@ def main() -> None:
     parser.add_argument('--store', type=Path, help='file that keeps the runs of the scatter')
     arguments = parser.parse_args()
     warnings.simplefilter('ignore')
-    versions = list(_versions())
-    print(f'Python {platform.python_version()}, {", ".join(versions)}; one BLAS thread')
+    print(f'Python {platform.python_version()}, {", ".join(versions())}; one BLAS thread')
     short: list[str] = []
     for name in arguments.groups or GROUPS:
         print(f'\n## {name.capitalize()}\n\n{HEADER}')
@@ -102,18 +97,10 @@ def main() -> None:
             lines.append(line)
         short += [line.what for line in lines if line.met is False]
         # Only a whole group is kept: the documentation shows it.
-        write_lines(name, lines, (*versions, 'full' if arguments.full else 'quick run'))
+        write_lines(name, lines, (*versions(), 'full' if arguments.full else 'quick run'))
     print(f'\n{len(short)} fall short')
     for what in short:
         print(f'* {what}')
-
-
-def _versions() -> Iterator[str]:
-    for name in LIBRARIES:
-        try:
-            yield f'{name} {version(name)}'
-        except PackageNotFoundError:
-            yield f'{name} not installed'
 
 
 if __name__ == '__main__':

@@ -5,20 +5,23 @@ When these change, the figures are of something else and have to be measured aga
 """
 
 import ast
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 import datetime
 from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
 import json
 from pathlib import Path
 import platform
 from typing import Any
 
+from benchmarks import peers
 from benchmarks.table import Line
 from modal_core.atomic_file import write_text
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / 'docs' / 'measured' / 'results'
+LIBRARIES = ('numpy', 'scipy', *peers.PEERS.values())
 COLUMNS = ('what', 'ours', 'peer', 'ratio', 'reach', '')
 
 
@@ -118,9 +121,19 @@ def write_lines(name: str, lines: Iterable[Line], where: Sequence[str] = ()) -> 
 
 
 def write_rows(
-    name: str, columns: Sequence[str], rows: Sequence[Sequence[str]], where: Sequence[str] = ()
+    name: str,
+    columns: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    where: Sequence[str] = (),
+    counts: Mapping[str, Mapping[str, int]] | None = None,
 ) -> None:
-    """Keep a table of a group that was measured just now."""
+    """Keep a table of a group that was measured just now.
+
+    Parameters
+    ----------
+    counts : mapping or None
+        What a later run is held against, beside the table.
+    """
     from modal_core.version import suite_version
 
     group = GROUPS[name]
@@ -132,6 +145,18 @@ def write_rows(
         'definition': definition(group),
         'columns': list(columns),
         'rows': [list(row) for row in rows],
+        **({} if counts is None else {'counts': counts}),
     }
     FOLDER.mkdir(parents=True, exist_ok=True)
     write_text(FOLDER / f'{name}.json', json.dumps(results, indent=1, ensure_ascii=False) + '\n')
+
+
+def versions() -> list[str]:
+    """Return the libraries and peers that are compared."""
+    found = []
+    for name in LIBRARIES:
+        try:
+            found.append(f'{name} {version(name)}')
+        except PackageNotFoundError:
+            found.append(f'{name} not installed')
+    return found

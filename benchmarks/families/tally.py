@@ -1,6 +1,6 @@
 """Verdicts of many records of a family, as rates with standard errors."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import math
 
@@ -11,6 +11,7 @@ from benchmarks.families.judge import PRODUCT_EDGES, Verdict
 
 COLUMNS = (
     'family',
+    'by',
     'runs',
     'recall ζfT < 0.5',
     '0.5 to 2',
@@ -108,34 +109,42 @@ class Tally:
             return math.nan, math.nan
         return float(np.median(np.abs(errors)) / 0.6745), float(np.sqrt(np.mean(errors**2)))
 
-    def row(self) -> list[str]:
-        """Return the cells of a line of the table."""
+    def row(self, family: str, who: str) -> list[str]:
+        """Return the cells of a line of the table; what was not to be counted is left out."""
         cpu_s = np.array([v.cpu_s for v in self.verdicts])
         speed = sum(v.duration_s for v in self.verdicts) / max(1e-9, float(cpu_s.sum()))
-        (f, f_rms), (zeta, zeta_rms) = self.over_law(1), self.over_law(2)
-        lines = sum(v.n_lines for v in self.verdicts)
+        n_lines, n_losses = (sum(each) for each in zip(*self._lines_and_losses(), strict=True))
         return [
-            self.verdicts[0].family,
+            family,
+            who,
             str(len(self.verdicts)),
             *(str(self.recall(place)) for place in range(3)),
             str(self.each_run('n_false')),
-            f'{sum(v.n_lines_as_modes for v in self.verdicts)} of {lines}' if lines else '-',
-            f'{sum(v.n_modes_as_lines for v in self.verdicts)} of {self.n_asked}',
+            _of(sum(v.n_lines_as_modes for v in self.verdicts), n_lines),
+            _of(sum(v.n_modes_as_lines for v in self.verdicts), self.n_asked),
             str(self.each_run('n_false_lines')),
-            str(self.inside(0)),
-            str(self.inside(1)),
+            *(str(self.inside(part)) for part in range(2)),
             str(self.shapes),
-            f'{f:.2f} (rms {f_rms:.2f}), {zeta:.2f} (rms {zeta_rms:.2f})',
+            '{:.2f} (rms {:.2f}), {:.2f} (rms {:.2f})'.format(
+                *self.over_law(1), *self.over_law(2)
+            ),
             str(self.losses),
-            f'{sum(v.n_sure_and_wrong for v in self.verdicts)} of'
-            f' {sum(len(v.losses) for v in self.verdicts)}',
+            _of(sum(v.n_sure_and_wrong for v in self.verdicts), n_losses),
             f'{np.median(cpu_s):.2f}, {speed:.0f}',
         ]
+
+    def _lines_and_losses(self) -> list[tuple[int, int]]:
+        return [(v.n_lines, len(v.losses)) for v in self.verdicts]
 
     @property
     def n_asked(self) -> int:
         """Number of modes asked for."""
         return sum(sum(v.asked) for v in self.verdicts)
+
+    @property
+    def score(self) -> int:
+        """Modes found less modes made up."""
+        return sum(sum(v.found) - v.n_false - v.n_lines_as_modes for v in self.verdicts)
 
     def counts(self) -> dict[str, int]:
         """Return what a later run is held against."""
@@ -145,6 +154,15 @@ class Tally:
             'missed': sum(v.asked[2] - v.found[2] for v in self.verdicts),
             'false': sum(v.n_false + v.n_lines_as_modes for v in self.verdicts),
         }
+
+
+def _of(part: int, whole: int) -> str:
+    return f'{part} of {whole}' if whole else '-'
+
+
+def best(tallies: Mapping[str, Tally]) -> str:
+    """Return who found the most, less what was made up."""
+    return max(tallies, key=lambda who: tallies[who].score)
 
 
 def regressions(now: dict[str, int], before: dict[str, int]) -> list[str]:
