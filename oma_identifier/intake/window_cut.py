@@ -19,7 +19,6 @@ from oma_identifier.quality import (
     ChannelHealth,
     channels_by_flag,
     check_gravity,
-    compare,
     DAMPING_UNSURE,
     examine,
     EXCLUDING,
@@ -76,12 +75,11 @@ def cut_window(
     channels = [channels[place] for place in healthy]
     mean = np.concatenate([cut.summary.mean for cut in cuts])[healthy]
     suspicions = check_gravity(channels, mean)
-    compared = compare(values, [qualities[place] for place in healthy])
-    for place, quality in zip(healthy, compared, strict=True):
-        suspicion = suspicions.get(quality.name)
-        if suspicion:
-            quality = replace(quality, flags=(*quality.flags, suspicion))
-        qualities[place] = quality
+    for place in healthy:
+        quality = qualities[place]
+        if quality.name in suspicions:
+            flags_of = (*quality.flags, suspicions[quality.name])
+            qualities[place] = replace(quality, flags=flags_of)
     qualities += _missing(layout, qualities)
     start_ns, end_ns = segment.time_ns(rows.start), segment.time_ns(rows.stop)
     recent = joints.between(start_ns, end_ns)

@@ -28,12 +28,16 @@ LATEST_S = 0.5
 ROUNDS = 5
 EVEN = 32
 """Lengths are cut to a multiple of this, which Fourier transforms like."""
+FIRST_LINE = 2
+"""The taper blurs those before with the mean."""
 LINES = 12
 """Fourier lines pooled to one value of power, phase and coherence."""
 COHERENT = 0.5
 """Least squared coherence of predicted and measured readings that move together."""
 RATIO = 3.0
 """Powers of predicted and measured readings of a rigid arm differ by less than this factor."""
+FOLLOWED = 1.0 / 3.0
+"""Of the reach, up to where flexibility adds at most 1/8 of the motion."""
 USEFUL = 0.5
 """Share of the power that removal may leave to be worth it."""
 DAMPING = 0.02
@@ -44,6 +48,20 @@ SIGNIFICANT = 3.0
 """Standard deviations a delay must have to be put right."""
 APART = 5.0
 """Standard deviations from where on a sensor has another delay than the others."""
+
+
+@dataclass(frozen=True, slots=True)
+class SlowMotion:
+    """Fourier lines far below the first mode, where every link follows the motors.
+
+    Parameters
+    ----------
+    measured, rigid : (n_values, n_channels) array
+        Their real and imaginary parts; possibly none.
+    """
+
+    measured: Real
+    rigid: Real
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +76,15 @@ class RigidFit:
         Up to here the arm follows its motors; infinite when nothing says that it stops.
     odd : (n_channels,) bool array
         Channels whose delay differs from that of the others.
+    slow : SlowMotion
+        What tells whether sensors read what they should.
     """
 
     lag_s: Real
     lag_std_s: Real
     reach_hz: float
     odd: NDArray[np.bool_]
+    slow: SlowMotion
 
     @property
     def proved_lag_s(self) -> Real:
@@ -174,13 +195,19 @@ def _fit(
     if len(useful) == 0:
         return None
     rest_s, std_s, odd = _delays(pooled, follows, sensors)
-    reach_hz = float(pooled.upper_hz[useful[-1]]) if end < len(follows) else math.inf
-    return RigidFit(lag_s + rest_s, std_s, reach_hz, odd)
+    highest_hz = float(pooled.upper_hz[useful[-1]])
+    reach_hz = highest_hz if end < len(follows) else math.inf
+    below = slice(FIRST_LINE, int(np.searchsorted(line_hz, FOLLOWED * highest_hz)))
+    slow = SlowMotion(*(_parts(part[below] * scale) for part in (response, motion)))
+    return RigidFit(lag_s + rest_s, std_s, reach_hz, odd, slow)
+
+
+def _parts(lines: Complex) -> Real:
+    return np.concatenate([lines.real, lines.imag])
 
 
 def _pooled(line_hz: Real, response: Complex, motion: Complex) -> _Spectra:
-    # The taper blurs the first lines with the mean.
-    first = np.arange(2, len(line_hz) - LINES + 1, LINES)
+    first = np.arange(FIRST_LINE, len(line_hz) - LINES + 1, LINES)
     last = first[-1] + LINES
     cross, turn = response[:last] * motion[:last].conj(), 2.0 * np.pi * line_hz[:last, None]
 
@@ -214,7 +241,7 @@ def _coarse(line_hz: Real, cross: Complex, spectra: _Spectra, follows: NDArray[n
     weight = np.zeros(len(line_hz))
     power = np.sqrt(spectra.measured.sum(axis=1) * spectra.rigid.sum(axis=1))
     for band in np.flatnonzero(follows):
-        weight[2 + band * LINES : 2 + (band + 1) * LINES] = 1.0 / power[band]
+        weight[FIRST_LINE + band * LINES : FIRST_LINE + (band + 1) * LINES] = 1.0 / power[band]
     used = weight > 0.0
     together = cross[used].sum(axis=1) * weight[used]
     highest_hz = float(line_hz[used].max())

@@ -19,6 +19,7 @@ from modal_core.samples import Samples
 from oma_identifier.motion.joint_motion import joint_motion, JointMotion
 from oma_identifier.motion.rigid_fit import rigid_fit, RigidFit
 from oma_identifier.motion.robot_motion import in_model_order, RobotMotion
+from oma_identifier.motion.sensor_check import check_sensors
 from oma_identifier.motion.sensor_lag import Lag
 from oma_identifier.time_axis import half_width, interpolate
 
@@ -31,6 +32,8 @@ SAME_GRID = 0.01
 """Steps between the samples of two windows that pass for none."""
 SLOW_HZ = 2.0
 """Below, rigid motion outweighs vibration: where model and sensor are compared."""
+POSES = 32
+"""Moments of a window that its mean pose is told from."""
 SURPRISE = 3.0
 """Standard deviations from where on a newer delay is another one."""
 SAME_REACH = 0.3
@@ -46,8 +49,9 @@ class RigidRemoval:
     samples : Samples
         What is left; the mean, gravity at rest, included in what was taken out.
     flags : dict of str to str
-        By channel: ``rigid_motion_mismatch`` where the prediction does not fit and nothing was
-        taken out, ``not_synchronous`` where its sensor has another delay than the others.
+        By channel: what its sensor is suspected of (`sensor_check`), or
+        ``rigid_motion_mismatch`` where the prediction does not fit, and nothing was taken out;
+        ``not_synchronous`` where its sensor has another delay than the others.
     motion : JointMotion or None
         The joints' motion, all of it, on the clock of the responses.
     fit : RigidFit or None
@@ -88,6 +92,7 @@ class RigidMotionRemoval:
         self._robot = robot
         self._last: _Prediction | None = None
         self._fit: RigidFit | None = None
+        self._suspected: dict[str, str] = {}
         self._fitted: tuple[tuple[Channel, ...], int] = ((), 0)
 
     def remove(self, samples: Samples, joints: JointSamples | None) -> RigidRemoval:
@@ -110,13 +115,16 @@ class RigidMotionRemoval:
             return RigidRemoval(samples, {}, motion)
         chosen = tuple(samples.channels[column] for column in columns)
         fit = self._compare(samples, motion, columns)
+        flags = dict(self._suspected)
         if fit is None:
             self._last = None
-            return RigidRemoval(samples, {}, motion)
+            return RigidRemoval(samples, flags, motion)
         slow = motion_of(samples, joints, self._robot, fit.reach_hz)
         rigid = self._predict(samples, slow or motion, chosen, fit)
-        left, flags = samples.acceleration.astype(np.float64), {}
+        left = samples.acceleration.astype(np.float64)
         for place, column in enumerate(columns):
+            if samples.channels[column].name in flags:
+                continue
             if not _fits(left[:, column], rigid[:, place], samples.sample_rate_hz):
                 flags[samples.channels[column].name] = MISMATCH
                 continue
@@ -142,11 +150,24 @@ class RigidMotionRemoval:
             [channel.name.rpartition('.')[0] or channel.name for channel in chosen],
         )
         known = self._fit if channels == chosen else None
+        self._suspected = check_sensors(
+            chosen,
+            samples.acceleration[:, columns].mean(axis=0, dtype=np.float64),
+            self._at_rest(motion, chosen),
+            None if fresh is None else fresh.slow,
+        )
         self._fitted = chosen, (samples.start_ns + samples.end_ns) // 2
         # What held before is not believed where it does not hold: clocks jump.
         if fresh is None or known is None or not _same(fresh, known):
             self._fit = fresh
         return self._fit
+
+    def _at_rest(self, motion: JointMotion, channels: tuple[Channel, ...]) -> NDArray[np.float64]:
+        """Return the mean readings of an arm that stands still at the poses of a window."""
+        position = motion.position[:: len(motion.position) // POSES + 1]
+        still = np.zeros_like(position)
+        readings = self._robot.rigid_acceleration(position, still, still, channels)
+        return np.asarray(readings.mean(axis=0))
 
     def _predict(
         self, samples: Samples, motion: JointMotion, channels: tuple[Channel, ...], fit: RigidFit

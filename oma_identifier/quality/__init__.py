@@ -9,7 +9,6 @@ from oma_identifier.quality.filled import DAMPING_UNSURE, is_damping_unsure, Sur
 from oma_identifier.quality.flagged import channels_by_flag, named
 from oma_identifier.quality.health import (
     ChannelHealth,
-    compare,
     examine,
     EXCLUDING,
     joined,
@@ -30,7 +29,6 @@ __all__ = [
     'SureDamping',
     'channels_by_flag',
     'check_gravity',
-    'compare',
     'examine',
     'is_damping_unsure',
     'joined',

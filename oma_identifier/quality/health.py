@@ -1,12 +1,10 @@
 """Health of the channels of one window: what is wrong with the samples, and who is left out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from modal_core.quality import ChannelQuality
 
 CLIPPED_SHARE = 1e-3
 """Share of samples at the very same extreme value that only a limit can cause."""
@@ -14,11 +12,6 @@ CLIPPED_AT_LEAST = 8
 FLAT_SHARE = 0.1
 """Share of the window without any change of value."""
 IMPULSIVE_KURTOSIS = 30.0
-GAIN_SUSPICION = 50.0
-"""Times the median root mean square of its neighbours, or one over it."""
-POLARITY_COHERENCE = 0.98
-FEW_SAMPLES = 1024
-"""Enough to tell a coherence of 0.98 from one of chance."""
 NOISE_STRETCHES, NOISE_ROWS = 4, 256
 MEDIAN_OF_GAUSSIAN = 0.6745
 EXCLUDING = (
@@ -228,39 +221,3 @@ def _longest_run(still: NDArray[np.bool_]) -> int:
     changes = np.flatnonzero(~still)
     edges = np.concatenate([[-1], changes, [len(still)]])
     return int(np.diff(edges).max())
-
-
-def compare(
-    values: NDArray[np.floating], qualities: Sequence[ChannelQuality]
-) -> list[ChannelQuality]:
-    """Flag channels whose gain or polarity does not fit their neighbours.
-
-    These are suspicions for a person to check; nothing is corrected or excluded.
-
-    Parameters
-    ----------
-    values : (n_samples, n_channels) array [m/s²]
-        Healthy channels.
-    qualities : sequence of ChannelQuality
-        One per column.
-    """
-    if values.shape[1] < 3:
-        return list(qualities)
-    rms = np.array([quality.rms for quality in qualities])
-    apart = ~np.eye(len(rms), dtype=bool)
-    others = np.median(np.broadcast_to(rms, apart.shape)[apart].reshape(len(rms), -1), axis=1)
-    spaced = values[:: max(1, len(values) // FEW_SAMPLES)].astype(np.float64)
-    with np.errstate(invalid='ignore', divide='ignore'):
-        correlation = np.atleast_2d(np.corrcoef(spaced.T))
-    np.fill_diagonal(correlation, np.nan)
-    opposite = np.nan_to_num(correlation).min(axis=1) < -POLARITY_COHERENCE
-    gain = (rms > GAIN_SUSPICION * others) | (rms * GAIN_SUSPICION < others)
-    checked = list(qualities)
-    for index in np.flatnonzero(gain | opposite):
-        flags = [
-            *checked[index].flags,
-            *(['gain_suspicion'] if gain[index] else []),
-            *(['polarity_suspicion'] if opposite[index] else []),
-        ]
-        checked[index] = replace(checked[index], flags=tuple(flags))
-    return checked

@@ -1,12 +1,13 @@
 """Set-up check of accelerometers against gravity: the one quantity every sensor knows.
 
 A sensor with three axes at rest reads 9.81 m/s², whatever its mounting.  One that reads 1 sends g
-instead of m/s²; another length is a wrong gain.  Sensors without a constant part (AC-coupled, or
-with gravity taken out) say nothing.  What is found is a suggestion for a person: nothing is
-corrected.
+instead of m/s²; a length nearer to half or twice is a wrong gain.  Sensors without a constant part
+(AC-coupled, or with gravity taken out) say nothing, offset or not.  What is found is a suggestion
+for a person: nothing is corrected.
 """
 
 from collections.abc import Sequence
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,13 @@ from numpy.typing import NDArray
 from modal_core.channel import ACCELERATION, Channel
 
 STANDARD_GRAVITY_M_S2 = 9.80665
-LARGEST_ERROR = 0.1
-"""Share by which the length of gravity may be off: calibration, and motion that does not end."""
-LEAST_M_S2 = 0.3
-"""Below, a sensor has no constant part."""
+LEAST_FACTOR = math.sqrt(2.0)
+"""By which a wrong length is off: offsets of plain MEMS accelerometers, up to 250 mg by their data
+sheets, stay below."""
+LEAST_M_S2 = 3.0
+"""Below, there may be no more than the offset of an amplifier."""
+G_ERROR = 0.1
+"""Share by which gravity in g may be off, so that no offset is taken for it."""
 UNIT_G = 'unit_g_suspicion'
 GRAVITY = 'gravity_suspicion'
 
@@ -37,17 +41,19 @@ def check_gravity(channels: Sequence[Channel], mean: NDArray[np.float64]) -> dic
         name, _, axis = channel.name.rpartition('.')
         if name and axis in ('x', 'y', 'z') and channel.unit == ACCELERATION:
             sensors.setdefault(name, {})[axis] = place
-    found = {}
-    for axes in sensors.values():
-        if len(axes) == 3:
-            flag = _flag(float(np.linalg.norm(mean[list(axes.values())])))
-            found.update({channels[place].name: flag for place in axes.values() if flag})
-    return found
+    lengths = {
+        tuple(axes.values()): float(np.linalg.norm(mean[list(axes.values())]))
+        for axes in sensors.values()
+        if len(axes) == 3
+    }
+    # Beside sensors without a constant part, 1 m/s² may be the offset of another one.
+    has_gravity = all(length >= 1.0 - G_ERROR for length in lengths.values())
+    flags = {axes: _flag(length, has_gravity) for axes, length in lengths.items()}
+    return {channels[place].name: flag for axes, flag in flags.items() if flag for place in axes}
 
 
-def _flag(length_m_s2: float) -> str:
-    if length_m_s2 < LEAST_M_S2:
-        return ''
-    if abs(length_m_s2 / STANDARD_GRAVITY_M_S2 - 1.0) <= LARGEST_ERROR:
-        return ''
-    return UNIT_G if abs(length_m_s2 - 1.0) <= LARGEST_ERROR else GRAVITY
+def _flag(length_m_s2: float, has_gravity: bool) -> str:
+    if abs(length_m_s2 - 1.0) <= G_ERROR:
+        return UNIT_G if has_gravity else ''
+    wrong = abs(math.log(max(length_m_s2, LEAST_M_S2) / STANDARD_GRAVITY_M_S2))
+    return GRAVITY if length_m_s2 >= LEAST_M_S2 and wrong > math.log(LEAST_FACTOR) else ''

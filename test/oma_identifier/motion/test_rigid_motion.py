@@ -12,8 +12,9 @@ from modal_core.samples import Samples
 from modal_core.window import Pose, Window
 from oma_identifier.identify import identify_samples
 from oma_identifier.motion.joint_motion import joint_motion
-from oma_identifier.motion.rigid_motion import LATE, MISMATCH, RigidMotionRemoval
+from oma_identifier.motion.rigid_motion import LATE, RigidMotionRemoval
 from oma_identifier.motion.robot_signals import RobotSignals
+from oma_identifier.motion.sensor_check import POLARITY
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
 
@@ -229,7 +230,7 @@ def test_a_sensor_that_does_not_fit_the_model_is_left_alone_and_named(robot, lay
     readings[:, -1] *= -1.0
     seen = window(readings, layout.channels, joints, rng)
     removal = RigidMotionRemoval(robot).remove(seen.samples, joints)
-    assert removal.flags == {flipped: MISMATCH}
+    assert removal.flags == {flipped: POLARITY}
     assert np.array_equal(removal.samples.acceleration[:, -1], seen.samples.acceleration[:, -1])
 
 

@@ -30,6 +30,11 @@ def flags_of(constant, seed):
         (9.81, None),
         (9.6, None),
         (0.0, None),
+        # The offset of an amplifier, or of a plain sensor.
+        (0.5, None),
+        (2.0, None),
+        (7.8, None),
+        (12.0, None),
         (1.0, 'unit_g_suspicion'),
         (19.6, 'gravity_suspicion'),
         (4.9, 'gravity_suspicion'),
