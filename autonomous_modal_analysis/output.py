@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.markup import escape
 
 from autonomous_modal_analysis.identification import IdentifiedRecording
@@ -14,8 +15,9 @@ from autonomous_modal_analysis.report import (
     write_report,
 )
 from autonomous_modal_analysis.report.words import band_words
-from autonomous_modal_analysis.results import Identification, write_csv, write_json
+from autonomous_modal_analysis.results import Identification, SetUps, write_csv, write_json
 from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT
+from modal_core.mode import ModeSet
 from modal_core.version import PACKAGE, suite_version
 from modal_reports import Spectrum
 
@@ -81,6 +83,20 @@ def save_results(
 def show_written(folder: Path) -> None:
     """Say on standard error what :func:`save_results` has written."""
     MESSAGES.print(f'written: {folder}/{{{JSON_NAME}, {CSV_NAME}, {REPORT_NAME}}}', soft_wrap=True)
+
+
+def merged_words(modes: ModeSet, set_ups: SetUps) -> list[str]:
+    """Say in a few lines what merging set-ups came to."""
+    everywhere = sum(len(seen) == len(set_ups.names) for seen in set_ups.seen_in)
+    missing = int(np.isnan(modes.shapes).any(axis=0).sum())
+    said = [f'{everywhere} of {len(modes)} modes are in all set-ups']
+    if missing:
+        said[0] += f'; {missing} lack points that were not seen'
+    said.append(
+        f'frequencies scatter by {100.0 * set_ups.frequency_scatter:.2g} % between set-ups,'
+        f' damping by {100.0 * set_ups.damping_scatter:.2g} %: their ± contains it'
+    )
+    return [*said, f'references: {", ".join(set_ups.references)}']
 
 
 def write_merged(folder: Path, identification: Identification, names: Sequence[str]) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api.recording import open_recording
 from autonomous_modal_analysis.option_groups import Identifier
@@ -90,8 +91,8 @@ def _mode(item: Mapping[str, Any], n_channels: int) -> Mode:
     real, imaginary = (np.asarray(item[f'shape_{part}'], dtype=float) for part in ('real', 'imag'))
     if real.shape != (n_channels,) or imaginary.shape != (n_channels,):
         raise ValueError(f'no shape of {n_channels} channels')
-    shape = real + 1j * imaginary
-    if not np.isfinite(shape).all() or not shape.any():
+    shape = _entries(real, imaginary)
+    if np.isinf(shape).any() or not np.nan_to_num(shape).any():
         raise ValueError('shape not finite, or zero')
     return Mode(
         frequency_hz=number('frequency_hz', LOWEST_HZ, HIGHEST_HZ, known=True),
@@ -102,4 +103,28 @@ def _mode(item: Mapping[str, Any], n_channels: int) -> Mode:
         mpc=number('mpc', 0.0, 1.0 + ROUNDING),
         mpd=number('mpd', 0.0, math.pi),
         id=int(number('id', 0.0, 2.0**31, known=True)),
+        shape_std=_deviations(item, n_channels),
+        mac_loss=number('mac_loss', 0.0) if 'mac_loss' in item else math.nan,
+        mac_loss_std=number('mac_loss_std', 0.0) if 'mac_loss_std' in item else math.nan,
     )
+
+
+def _deviations(item: Mapping[str, Any], n_channels: int) -> NDArray[np.complex128] | None:
+    """Return the deviations of a shape; None where they are not known."""
+    parts = [item.get(f'shape_std_{part}') for part in ('real', 'imag')]
+    if parts == [None, None]:
+        return None
+    real, imaginary = (np.asarray(part, dtype=float) for part in parts)
+    if real.shape != (n_channels,) or imaginary.shape != (n_channels,):
+        raise ValueError(f'no deviations of a shape of {n_channels} channels')
+    std = _entries(real, imaginary)
+    if np.isinf(std).any() or (real < 0.0).any() or (imaginary < 0.0).any():
+        raise ValueError('deviations of a shape not finite, or negative')
+    return std
+
+
+def _entries(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return complex numbers, NaN where both parts are: points that were not seen."""
+    if not np.array_equal(np.isnan(real), np.isnan(imaginary)):
+        raise ValueError('shape not finite')
+    return np.asarray(real + 1j * imaginary)

@@ -56,6 +56,33 @@ class IdentifiedWindow:
 
 
 @dataclass(frozen=True, slots=True)
+class SetUps:
+    """Of which set-ups modes were merged.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the recordings.
+    references : tuple of str
+        Channels that all have.
+    seen_in : tuple of tuple of str
+        Per mode, the set-ups that saw it; it is NaN at points that only others have.
+    frequency_scatter, damping_scatter : float
+        Between set-ups beyond chance, as shares; the standard deviations contain it.
+    """
+
+    names: tuple[str, ...]
+    references: tuple[str, ...]
+    seen_in: tuple[tuple[str, ...], ...]
+    frequency_scatter: float
+    damping_scatter: float
+
+    def words(self, mode: int) -> str:
+        """Say how many saw a mode."""
+        return f'{len(self.seen_in[mode])} of {len(self.names)} set-ups'
+
+
+@dataclass(frozen=True, slots=True)
 class Identification:
     """Everything found in one recording.
 
@@ -78,6 +105,8 @@ class Identification:
         periods at most.
     damage : tuple of str
         What of the recording could not be read or was not used, one statement each.
+    set_ups : SetUps or None
+        Where several were merged.
     """
 
     modes: ModeSet
@@ -88,6 +117,7 @@ class Identification:
     harmonics: ModeSet = NONE
     band: AnalysedBand | None = None
     damage: tuple[str, ...] = ()
+    set_ups: SetUps | None = None
 
 
 def identification_json(identification: Identification) -> dict[str, object]:
@@ -104,7 +134,7 @@ def identification_json(identification: Identification) -> dict[str, object]:
         Keys ``modes``, ``harmonics``, ``shape_channels``, ``band``, ``tracks``, ``windows``,
         ``channels``, ``data_quality``, ``settings``; ``shape_channels`` names the entries of the
         shapes (windows have ``channels`` for that), ``data_quality`` has ``damage``, a list of
-        statements, empty for a sound recording.
+        statements, empty for a sound recording; ``set_ups`` where several were merged.
     """
     quality = {field: plain(value) for field, value in asdict(identification.quality).items()}
     return {
@@ -117,6 +147,7 @@ def identification_json(identification: Identification) -> dict[str, object]:
         'channels': [plain(channel) for channel in identification.channels],
         'data_quality': {**quality, 'damage': list(identification.damage)},
         'settings': plain(identification.settings) or {},
+        **({'set_ups': plain(identification.set_ups)} if identification.set_ups else {}),
     }
 
 

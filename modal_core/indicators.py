@@ -32,6 +32,27 @@ def mac(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     return _ratio(product, scale)
 
 
+def mac_where_seen(
+    first: NDArray[np.complex128], second: NDArray[np.complex128]
+) -> NDArray[np.float64]:
+    """Return the modal assurance criterion over the channels where neither shape is NaN.
+
+    Parameters
+    ----------
+    first, second : (n_channels, n) complex array
+        Mode shapes as columns, NaN where a mode was not seen; see :func:`mac`.
+
+    Returns
+    -------
+    (n_first, n_second) array
+        0 where there is no such channel.
+    """
+    a, b = np.nan_to_num(first), np.nan_to_num(second)
+    of_a = (np.abs(a) ** 2).T @ np.isfinite(second)
+    of_b = np.isfinite(first).T @ (np.abs(b) ** 2)
+    return _ratio(np.abs(a.conj().T @ b) ** 2, of_a * of_b)
+
+
 def mac_of_pairs(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.float64]:
     """Return the modal assurance criterion of each column with its counterpart, (n,) array.
 

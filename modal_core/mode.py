@@ -40,7 +40,7 @@ class Mode:
     damping_ratio : float
         Fraction of critical damping.
     shape : (n_channels,) complex array
-        Mode shape, largest entry 1 + 0i.
+        Mode shape, largest entry 1 + 0i; NaN at points that no set-up with this mode has.
     frequency_std_hz, damping_ratio_std : float [Hz], [-]
         NaN when not estimated.
     mpc : float

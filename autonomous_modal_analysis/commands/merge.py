@@ -27,15 +27,16 @@ def merge(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Merge set-ups that share reference sensors into modes over all points (PoSER).
+    """Merge set-ups that share reference sensors into modes over all points.
 
     Sensors that stay in place have the same channel names in all set-ups, the others their own.
+    A mode that some set-ups missed stays, without their points.
     """
     from dataclasses import replace
 
-    from autonomous_modal_analysis.output import write_merged
-    from autonomous_modal_analysis.read_results import modes_of
-    from autonomous_modal_analysis.results import Identification, identification_json
+    from autonomous_modal_analysis.output import merged_words, write_merged
+    from autonomous_modal_analysis.read_results import modes_of, RESULTS
+    from autonomous_modal_analysis.results import Identification, identification_json, SetUps
     from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT, print_json
     from modal_core.channel import Channel
     from modal_core.errors import SettingsError
@@ -46,28 +47,30 @@ def merge(
     found = [modes_of(path, identifier) for path in setups]
     shared = shared_channels([modes.channel_names for modes in found])
     joined = merge_modes(found)
-    merged = replace(
-        joined, modes=tuple(replace(mode, id=number + 1) for number, mode in enumerate(joined))
-    )
+    numbered = (replace(mode, id=index + 1) for index, mode in enumerate(joined.modes))
+    merged = replace(joined.modes, modes=tuple(numbered))
+    names = tuple(path.parent.name if path.name == RESULTS else path.name for path in setups)
     layout = identifier.sensors()
     known = {channel.name: channel for channel in layout.channels} if layout else {}
+    set_ups = SetUps(
+        names,
+        shared,
+        tuple(tuple(names[k] for k in seen) for seen in joined.seen_in),
+        joined.frequency_scatter,
+        joined.damping_scatter,
+    )
     identification = Identification(
         modes=merged,
         channels=tuple(known.get(name, Channel(name)) for name in merged.channel_names),
-        settings={'merging': 'PoSER', 'set-ups': [path.name for path in setups]},
+        settings={'merging': 'PoSER', 'method': merged.method},
+        set_ups=set_ups,
     )
     if json:
         print_json(identification_json(identification))
     else:
         title = f'{len(setups)} set-ups, {len(merged.channel_names)} channels'
-        OUTPUT.print(modes_table(merged.modes, title))
-    counts = ', '.join(
-        f'{len(modes)} in {path.name}' for modes, path in zip(found, setups, strict=True)
-    )
-    MESSAGES.print(
-        f'{len(merged)} modes are in all set-ups ({counts}); shared: {", ".join(shared)}',
-        soft_wrap=True,
-        markup=False,
-    )
+        notes = [set_ups.words(index) for index in range(len(merged))]
+        OUTPUT.print(modes_table(merged.modes, title, notes))
+    MESSAGES.print('\n'.join(merged_words(merged, set_ups)), soft_wrap=True, markup=False)
     if out is not None:
-        write_merged(out, identification, [path.name for path in setups])
+        write_merged(out, identification, names)

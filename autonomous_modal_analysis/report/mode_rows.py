@@ -1,6 +1,6 @@
 """Modes beside the true ones where they are known, as texts."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 from autonomous_modal_analysis.report.content import ReportContent
@@ -59,8 +59,8 @@ class ModeRow:
     mpc, mpd, mac : str
         MPD in degrees.
     note : str
-        ``harmonic``, ``missed``, ``extra`` (no true mode belongs to it), ``one window`` (the whole
-        recording does not show it) or nothing.
+        How many set-ups saw it where several were merged; ``harmonic``, ``missed``, ``extra`` (no
+        true mode belongs to it), ``one window`` (the whole recording does not show it) or nothing.
     scattered : bool
         The phases of the shape scatter.
     """
@@ -90,6 +90,11 @@ def mode_rows(content: ReportContent) -> list[ModeRow]:
         )
         for mode in modes
     ]
+    if (set_ups := content.identification.set_ups) is not None:
+        rows = [
+            (at_hz, replace(row, note=set_ups.words(index)))
+            for index, (at_hz, row) in enumerate(rows)
+        ]
     rows += [(true.frequency_hz, _missed(true)) for true in truth if true.mode is None]
     return [row for _, row in sorted(rows, key=lambda pair: pair[0])]
 

@@ -10,7 +10,7 @@ from autonomous_modal_analysis.report.tables import channels_table, modes_table
 from autonomous_modal_analysis.report.words import facts, headline
 from autonomous_modal_analysis.results import plain
 from modal_core.atomic_file import write_text
-from modal_core.indicators import mac
+from modal_core.indicators import mac_where_seen
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import ModeSet
 from modal_reports import (
@@ -136,7 +136,7 @@ def _mac(modes: ModeSet) -> object:
         return ''
     shapes = ModeSet(tuple(shown), modes.channel_names).shapes
     names = [str(mode.id) if mode.id else fixed(mode.frequency_hz, 1) for mode in shown]
-    panels = [('', mac(shapes, shapes))]
+    panels = [('', mac_where_seen(shapes, shapes))]
     return heat_map('MAC between the modes', names, names, panels, MAC_SCALE, '{:.2f}'.format)
 
 

@@ -93,6 +93,7 @@
         let name = names[i] || '';
         while (name.length > 1 && context.measureText(name).width > label - 8) name = name.slice(0, name.endsWith('…') ? -2 : -1) + '…';
         context.fillStyle = modal.colour('soft'); context.fillText(name, pad / 2, centre);
+        if (mode.shape_real[i] === null) context.fillText('not seen', zero + 4, centre);
       }
     });
   }

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from modal_core.assignment import cheapest_pairs
-from modal_core.indicators import mac
+from modal_core.indicators import mac_where_seen
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.compare.expected_mac import expected_mac, ExpectedMac, UNKNOWN
 
@@ -90,7 +90,7 @@ def compare(first: ModeSet, second: ModeSet) -> Comparison:
     names = [name for name in first.channel_names if name in second.channel_names]
     one = first.shapes[[first.channel_names.index(name) for name in names]]
     two = second.shapes[[second.channel_names.index(name) for name in names]]
-    alike = mac(one, two) if names else np.ones((len(first), len(second)))
+    alike = mac_where_seen(one, two) if names else np.ones((len(first), len(second)))
     shift = np.abs(second.frequency_hz[None] / first.frequency_hz[:, None] - 1.0)
     cost = shift / FARTHEST_SHARE + (1.0 - alike)
     same = names == list(first.channel_names) == list(second.channel_names)

@@ -1,6 +1,12 @@
-"""Several set-ups with shared references become one mode shape over all points.
+"""Several set-ups with shared references become one set of modes over all points.
 
-Post-identification merging (PoSER): each set-up is identified, and the modes are joined.
+Each set-up is identified, and the modes are joined (PoSER, post separate estimation re-scaling).
+A mode that some set-ups did not see is kept with the points that were seen.
+
+References
+----------
+Reynders, Magalhães, De Roeck and Cunha (2009), IMAC XXVII, Merging strategies for multi-setup
+operational modal analysis.
 """
 
 from collections.abc import Sequence
@@ -11,16 +17,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import LayoutError
-from modal_core.indicators import mac, mpc, mpd, normalise
+from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode, ModeSet
+from oma_identifier.compare.common_values import common_values, CommonValues
+from oma_identifier.compare.joined_shape import joined_shape, PartialShape
+from oma_identifier.compare.same_modes import Group, same_modes
 
-SAME_MAC = 0.7
-SAME_FREQUENCY = 0.03
+LARGEST_SCATTER = 0.1, 1.0
+"""Of frequencies and of damping ratios between set-ups, as shares."""
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class _Matched:
-    modes: tuple[Mode, ...]
+class MergedModes:
+    """Modes of several set-ups as one.
+
+    Parameters
+    ----------
+    modes : ModeSet
+        Over all points; NaN in a shape where none of the set-ups that saw the mode had a sensor.
+    seen_in : tuple of tuple of int
+        Per mode, which set-ups saw it.
+    n_setups : int
+        How many there are.
+    frequency_scatter, damping_scatter : float
+        Between set-ups beyond chance, as a share; it is in the standard deviations.
+    """
+
+    modes: ModeSet
+    seen_in: tuple[tuple[int, ...], ...]
+    n_setups: int
+    frequency_scatter: float
+    damping_scatter: float
 
 
 def shared_channels(names: Sequence[Sequence[str]]) -> tuple[str, ...]:
@@ -41,12 +70,11 @@ def shared_channels(names: Sequence[Sequence[str]]) -> tuple[str, ...]:
     return shared
 
 
-def merge_modes(setups: Sequence[ModeSet]) -> ModeSet:
-    """Merge the modes of several set-ups (PoSER).
+def merge_modes(setups: Sequence[ModeSet]) -> MergedModes:
+    """Merge the modes of several set-ups.
 
-    A mode is kept when every set-up has it: nearest in frequency, alike at the references.
-    Frequency and damping are averaged with the inverse variances as weights where they are
-    known; shapes are scaled to fit at the references by least squares, which are averaged.
+    Frequency and damping are those common to set-ups that scatter; shapes are fitted to each
+    other at the points that set-ups share.
 
     Parameters
     ----------
@@ -57,86 +85,86 @@ def merge_modes(setups: Sequence[ModeSet]) -> ModeSet:
     ------
     LayoutError
         No channel is shared by all.
-
-    References
-    ----------
-    Reynders, Magalhães, De Roeck and Cunha (2009), IMAC XXVII, Merging strategies for multi-setup
-    operational modal analysis.
     """
     shared = shared_channels([modes.channel_names for modes in setups])
-    names = list(setups[0].channel_names)
-    for modes in setups[1:]:
-        names += [name for name in modes.channel_names if name not in names]
-    merged = []
-    for mode in setups[0]:
-        matched = _match(mode, setups, shared)
-        if matched is not None:
-            merged.append(_merged(matched.modes, setups, shared, names))
-    merged.sort(key=lambda mode: mode.frequency_hz)
-    return ModeSet(tuple(merged), tuple(names), setups[0].method)
-
-
-def _at(mode: Mode, names: Sequence[str], wanted: Sequence[str]) -> NDArray[np.complex128]:
-    return np.asarray(mode.shape[[list(names).index(name) for name in wanted]])
-
-
-def _match(mode: Mode, setups: Sequence[ModeSet], shared: Sequence[str]) -> _Matched | None:
-    """Return the mode and its like of every other set-up; None where one has none."""
-    found = [mode]
-    at_references = _at(mode, setups[0].channel_names, shared)
-    for other in setups[1:]:
-        best, cost = None, math.inf
-        for candidate in other:
-            apart = abs(candidate.frequency_hz / mode.frequency_hz - 1.0)
-            alike = 1.0
-            if len(shared) > 1:
-                there = _at(candidate, other.channel_names, shared)
-                alike = float(mac(at_references, there)[0, 0])
-            if apart < SAME_FREQUENCY and alike > SAME_MAC:
-                total = apart / SAME_FREQUENCY + (1.0 - alike) / (1.0 - SAME_MAC)
-                best, cost = (candidate, total) if total < cost else (best, cost)
-        if best is None:
-            return None
-        found.append(best)
-    return _Matched(tuple(found))
-
-
-def _merged(
-    modes: Sequence[Mode], setups: Sequence[ModeSet], shared: Sequence[str], names: list[str]
-) -> Mode:
-    references = [
-        _at(mode, setup.channel_names, shared) for mode, setup in zip(modes, setups, strict=True)
+    names = tuple(dict.fromkeys(name for modes in setups for name in modes.channel_names))
+    groups = same_modes(setups, shared)
+    frequency = _common(
+        _table(setups, groups, 'frequency_hz', 'frequency_std_hz'), 1.0, LARGEST_SCATTER[0]
+    )
+    # The root of a damping ratio scatters alike whatever its size.
+    damping = _common(
+        _table(setups, groups, 'damping_ratio', 'damping_ratio_std'), 0.5, LARGEST_SCATTER[1]
+    )
+    modes = [
+        replace(
+            _with_shape(setups, group, names),
+            frequency_hz=float(frequency.value[row]),
+            frequency_std_hz=float(frequency.std[row]),
+            damping_ratio=float(damping.value[row]),
+            damping_ratio_std=float(damping.std[row]),
+        )
+        for row, group in enumerate(groups)
     ]
-    total = np.zeros(len(names), dtype=complex)
-    count = np.zeros(len(names))
-    for mode, setup, reference in zip(modes, setups, references, strict=True):
-        factor = np.vdot(reference, references[0]) / np.vdot(reference, reference)
-        rows = [names.index(name) for name in setup.channel_names]
-        total[rows] += factor * mode.shape
-        count[rows] += 1.0
-    shape = normalise(np.asarray(total / count, dtype=complex))
-    frequency, frequency_std = _pooled(
-        [mode.frequency_hz for mode in modes], [mode.frequency_std_hz for mode in modes]
-    )
-    damping, damping_std = _pooled(
-        [mode.damping_ratio for mode in modes], [mode.damping_ratio_std for mode in modes]
-    )
-    return replace(
-        modes[0],
-        frequency_hz=frequency,
-        damping_ratio=damping,
-        shape=shape,
-        frequency_std_hz=frequency_std,
-        damping_ratio_std=damping_std,
-        mpc=float(mpc(shape[:, None])[0]),
-        mpd=float(mpd(shape[:, None])[0]),
+    order = np.argsort(frequency.value)
+    return MergedModes(
+        ModeSet(tuple(modes[row] for row in order), names, setups[0].method),
+        tuple(tuple(sorted(groups[row])) for row in order),
+        len(setups),
+        frequency.scatter,
+        damping.scatter,
     )
 
 
-def _pooled(values: Sequence[float], deviations: Sequence[float]) -> tuple[float, float]:
-    deviation = np.array(deviations)
-    if np.all(np.isfinite(deviation)) and np.all(deviation > 0.0):
-        weight = deviation**-2.0
-        mean = float(np.sum(weight * np.array(values)) / np.sum(weight))
-        return mean, float(np.sum(weight) ** -0.5)
-    return float(np.mean(values)), math.nan
+def _table(setups: Sequence[ModeSet], groups: Sequence[Group], *names: str) -> Array:
+    """Return fields of the modes, (n_names, n_modes, n_setups), NaN where a set-up has none."""
+    table = np.full((len(names), len(groups), len(setups)), math.nan)
+    for row, group in enumerate(groups):
+        for column, place in group.items():
+            mode = setups[column].modes[place]
+            table[:, row, column] = [getattr(mode, name) for name in names]
+    return table
+
+
+def _common(table: Array, power: float, largest: float) -> CommonValues:
+    """Return the common values of numbers above zero, compared in a power of them."""
+    value, std = table
+    typical = np.nanmedian(value, axis=1)
+    share = value / typical[:, None]
+    deviation = np.where(std > 0.0, std, np.nan) / typical[:, None] * share ** (power - 1.0)
+    found = common_values((share**power - 1.0) / power, deviation, largest)
+    factor = np.maximum(1.0 + power * found.value, 0.0) ** (1.0 / power)
+    stated = np.isfinite(found.std)
+    return CommonValues(
+        np.where(stated, factor * typical, np.nanmean(value, axis=1)),
+        np.where(stated, found.std * factor ** (1.0 - power) * typical, np.nan),
+        found.scatter,
+    )
+
+
+def _with_shape(setups: Sequence[ModeSet], group: Group, names: Sequence[str]) -> Mode:
+    """Return a mode with what the set-ups of a group saw of its shape."""
+    parts = [
+        _part(setups[k].modes[place], setups[k].channel_names, names)
+        for k, place in sorted(group.items())
+    ]
+    joined = joined_shape(parts, len(names))
+    seen = joined.shape[np.isfinite(joined.shape)][:, None]
+    return Mode(
+        frequency_hz=math.nan,
+        damping_ratio=math.nan,
+        shape=joined.shape,
+        mpc=float(mpc(seen)[0]),
+        mpd=float(mpd(seen)[0]),
+        shape_std=joined.std,
+        mac_loss=joined.mac_loss,
+        mac_loss_std=joined.mac_loss_std,
+    )
+
+
+def _part(mode: Mode, own: Sequence[str], names: Sequence[str]) -> PartialShape:
+    """Return what a mode says of the points; nothing of a channel that took no part."""
+    seen = np.isfinite(mode.shape) & (mode.shape != 0.0)
+    rows = np.array([names.index(name) for name, here in zip(own, seen, strict=True) if here])
+    std = mode.shape_std
+    return PartialShape(rows, mode.shape[seen], None if std is None else std[seen])

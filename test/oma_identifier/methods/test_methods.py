@@ -387,7 +387,7 @@ def roving_setups(duration_s: float = 120.0) -> list[Samples]:
 
 def test_merged_modes_have_one_shape_over_all_points():
     truth = plant()
-    merged = merge_modes([identify_by('ssi_cov', setup).modes for setup in roving_setups()])
+    merged = merge_modes([identify_by('ssi_cov', setup).modes for setup in roving_setups()]).modes
     assert merged.channel_names == ('p0', 'p1', 'p2', 'p3', 'p4', 'p5')
     assert len(merged) == 5
     assert np.diag(mac(merged.shapes, truth.shapes)).min() > 0.98
@@ -396,9 +396,10 @@ def test_merged_modes_have_one_shape_over_all_points():
 def test_merging_weighs_with_variances_and_needs_shared_channels():
     first = ModeSet((Mode(10.0, 0.02, np.array([1.0, 0.5 + 0j]), 0.1, 0.001),), ('a', 'b'))
     second = ModeSet((Mode(10.1, 0.02, np.array([-2.0, 4.0 + 0j]), 0.2, 0.001),), ('a', 'c'))
-    merged = merge_modes([first, second]).modes[0]
-    assert merged.frequency_hz == pytest.approx((10.0 / 0.01 + 10.1 / 0.04) / 125.0)
-    assert merged.frequency_std_hz == pytest.approx(125.0**-0.5)
+    merged = merge_modes([first, second]).modes.modes[0]
+    # Nearer to the surer one, as far as two set-ups tell that they do not scatter.
+    assert (10.0 / 0.01 + 10.1 / 0.04) / 125.0 < merged.frequency_hz < 10.05
+    assert 125.0**-0.5 < merged.frequency_std_hz < 0.5
     # c is 4 where its reference is -2: twice the reference with the sign turned.
     np.testing.assert_allclose(merged.shape / merged.shape[0], [1.0, 0.5, -2.0])
     with pytest.raises(LayoutError, match='share no channel'):
@@ -414,7 +415,7 @@ def test_merging_the_simulated_building(data_path):
         rows = np.load(data_path('pyoma2_3SL_simulated', f'set{number}.npy'))
         names = ['r0', 'r1', 'r2'] + [f's{number}.{column}' for column in range(7)]
         setups.append(Samples(rows, 100.0, tuple(Channel(name) for name in names)))
-    merged = merge_modes([identify_by('ssi_cov', setup).modes for setup in setups])
+    merged = merge_modes([identify_by('ssi_cov', setup).modes for setup in setups]).modes
     assert len(merged.channel_names) == 24
     for frequency in exact:
         error = np.abs(merged.frequency_hz / frequency - 1.0).min()

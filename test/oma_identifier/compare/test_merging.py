@@ -1,0 +1,112 @@
+"""Merging set-ups: who is who, what they have in common, one shape over all points."""
+
+import numpy as np
+import pytest
+
+from modal_core.indicators import mac, normalise
+from modal_core.mode import Mode, ModeSet
+from oma_identifier.compare import merge_modes
+from oma_identifier.compare.common_values import common_values
+from oma_identifier.likelihood import MacLoss, normalised_std
+
+SEED = 20
+REFERENCES = 3
+
+
+def estimate(rng, frequency_hz, damping_ratio, shape, noise):
+    """Return a mode as an identification states it, with errors as large as it states."""
+    deviation = 1e-3 * frequency_hz, 0.1 * damping_ratio
+    size = noise * np.linalg.norm(shape) / np.sqrt(len(shape))
+    scatter = size * np.concatenate([np.eye(len(shape)), 1j * np.eye(len(shape))], axis=1)
+    noisy = shape * np.exp(6j * rng.random()) + scatter @ rng.normal(size=2 * len(shape))
+    loss = MacLoss.of(noisy, scatter)
+    return Mode(
+        frequency_hz + deviation[0] * rng.normal(),
+        damping_ratio + deviation[1] * rng.normal(),
+        normalise(noisy),
+        *deviation,
+        shape_std=normalised_std(noisy, scatter),
+        mac_loss=loss.mean,
+        mac_loss_std=loss.std,
+    )
+
+
+def drawn(rng, n_setups, seen=0.7, scatter=0.0, n_roving=3):
+    """Return set-ups of a random structure, its shapes and which mode is which."""
+    frequency = np.sort(rng.uniform(2.0, 40.0, rng.integers(2, 12)))
+    frequency[1] = frequency[0] * 1.006
+    shapes = rng.normal(size=(REFERENCES + n_setups * n_roving, len(frequency)))
+    setups, members = [], []
+    for k in range(n_setups):
+        own = np.r_[:REFERENCES, REFERENCES + k * n_roving + np.arange(n_roving)]
+        which = np.flatnonzero(rng.random(len(frequency)) < seen)
+        here = frequency * (1.0 + scatter * (rng.normal() + 0.3 * rng.normal(size=len(frequency))))
+        modes = [estimate(rng, here[m], 0.02, shapes[own, m], 0.03) for m in which]
+        order = np.argsort([mode.frequency_hz for mode in modes])
+        names = tuple(f'p{point}' for point in own)
+        setups.append(ModeSet(tuple(modes[i] for i in order), names))
+        members.append([int(which[i]) for i in order])
+    return setups, shapes, members
+
+
+@pytest.mark.parametrize(('n_setups', 'scatter'), [(2, 0.0), (4, 0.003), (15, 0.0), (15, 0.003)])
+def test_modes_that_some_set_ups_missed_stay_without_their_points(n_setups, scatter):
+    rng = np.random.default_rng([SEED, n_setups])
+    for _ in range(3):
+        setups, shapes, members = drawn(rng, n_setups, scatter=scatter)
+        merged = merge_modes(setups)
+        who = {
+            m: tuple(k for k in range(n_setups) if m in members[k]) for m in range(shapes.shape[1])
+        }
+        who = {m: seen for m, seen in who.items() if seen}
+        assert sorted(merged.seen_in) == sorted(who.values()), f'seed {SEED}'
+        names = merged.modes.channel_names
+        for mode, seen in zip(merged.modes, merged.seen_in, strict=True):
+            known = [name for name, entry in zip(names, mode.shape, strict=True) if entry == entry]
+            assert set(known) == {name for k in seen for name in setups[k].channel_names}
+            rows, own = [int(name[1:]) for name in known], mode.shape[np.isfinite(mode.shape)]
+            true = max((m for m in who if who[m] == seen), key=lambda m: mac(own, shapes[rows, m]))
+            loss = 1.0 - mac(own, shapes[rows, true]).item()
+            assert loss < mode.mac_loss + 6.0 * mode.mac_loss_std, f'seed {SEED}'
+
+
+def test_deviations_of_a_merged_shape_are_what_it_scatters_by():
+    rng, errors = np.random.default_rng(SEED + 1), []
+    for _ in range(40):
+        setups, shapes, _ = drawn(rng, 4, seen=1.0)
+        merged = merge_modes(setups)
+        for mode, shape in zip(merged.modes, shapes.T, strict=True):
+            truth = normalise(shape / shape[np.argmax(np.abs(mode.shape))])
+            error, std = mode.shape - truth, mode.shape_std
+            known = (std.real > 0.0) & (mac(mode.shape, shape).item() > 0.9)
+            errors += list((error.real / np.where(known, std.real, 1.0))[known])
+    # Points share the errors of references and of the largest entry: some tens are independent.
+    assert 0.92 < np.mean(np.abs(errors) < 2.0) < 0.98, f'seed {SEED + 1}, {len(errors)} entries'
+
+
+def test_a_frequency_between_two_modes_of_one_reference_is_left_out():
+    def setup(name, *frequencies_hz):
+        shape = np.array([1.0, 0.5 + 0j])
+        modes = (Mode(f, 0.01, shape, 0.002 * f, 0.001) for f in frequencies_hz)
+        return ModeSet(tuple(modes), ('reference', name))
+
+    # Shifted by half their distance: nothing tells which the single mode of the last set-up is.
+    merged = merge_modes([setup('a', 10.0, 10.2), setup('b', 10.0, 10.2), setup('c', 10.1)])
+    assert merged.seen_in == ((0, 1), (0, 1))
+    assert np.isnan(merged.modes.shapes[-1]).all()
+
+
+@pytest.mark.parametrize('n_setups', [3, 15])
+@pytest.mark.parametrize('scatter', [0.0, 0.5, 5.0])
+def test_two_sigma_of_common_values_cover_with_and_without_scatter(n_setups, scatter):
+    rng, inside = np.random.default_rng([SEED, n_setups, int(10 * scatter)]), []
+    for _ in range(25):
+        stated = 1e-3 * np.exp(0.4 * rng.normal(size=(6, 1))) * np.ones((6, n_setups))
+        error = stated * rng.normal(size=stated.shape)
+        error += 1e-3 * scatter * (rng.normal(size=n_setups) + 0.5 * rng.normal(size=stated.shape))
+        error[rng.random(stated.shape) < 0.2] = np.nan
+        found = common_values(error, np.where(np.isnan(error), np.nan, stated), 0.1)
+        inside += list((np.abs(found.value) < 2.0 * found.std)[np.isfinite(found.value)])
+    # A shift that all modes share makes one independent answer of each of the 25.
+    assert np.mean(inside) > 0.955 - 3.0 * np.sqrt(0.045 / 25), f'seed {SEED}'
+    assert n_setups < 15 or np.median(found.std) < 3.0 * 1e-3 * np.hypot(1.0, scatter) / 15**0.5
