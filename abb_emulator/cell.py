@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,18 @@ from abb_emulator.mechanics import (
 from abb_emulator.sensing import DelayLine, SensorArray, SensorErrors, SensorSettings
 from modal_core.channel import ANGULAR_VELOCITY, Channel
 from modal_core.errors import SettingsError
+from modal_core.schema import setting
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
 PPM = 1e-6
+PARTS: dict[str, type[Any]] = {
+    'servo': ServoSettings,
+    'gears': GearSettings,
+    'sensors': SensorSettings,
+    'controller': ControllerSettings,
+}
+"""Settings of the parts, by field of :class:`CellSettings`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +61,15 @@ class CellSettings:
         Settings of the parts.
     """
 
-    sample_rate_hz: float = 2048.0
-    block_samples: int = 64
-    seed: int = 1
+    sample_rate_hz: float = setting(2048.0, 'of the accelerometers [Hz]', 1.0, 1e5)
+    block_samples: int = setting(64, 'rows per acceleration_block', 1, 100_000)
+    seed: int = setting(1, 'of noise, bias and link faults', 0, 2**63 - 1)
     effects: tuple[ArmEffect, ...] = ()
-    tolerance: float = 0.0
-    tolerance_seed: int = 1
-    uptime_s: float = 0.0
+    tolerance: float = setting(
+        0.0, 'ordinary deviations from the model; 1 is what every arm has', 0.0, 100.0
+    )
+    tolerance_seed: int = setting(1, 'of those', 0, 2**63 - 1)
+    uptime_s: float = setting(0.0, 'how long the arm has been switched on [s]', 0.0, 1e9)
     controller: ControllerSettings = field(default_factory=ControllerSettings)
     servo: ServoSettings = field(default_factory=ServoSettings)
     gears: GearSettings = field(default_factory=GearSettings)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from abb_emulator.drives import JointMove, Motion, MoveLimits, Stop, Supervision
 from abb_emulator.egm import EgmSession, GuidanceLaw, GuidanceSettings, Phase, Status, UdpClient
 from modal_core.errors import BridgeError
+from modal_core.schema import setting
 from robot_bridge.egm import RAPID_RUNNING, RAPID_STOPPED, RAPID_UNDEFINED
 from structural_model.flexible_joint_model import FlexibleJointModel
 
@@ -65,12 +66,18 @@ class ControllerSettings:
         Least and most time a program takes to go on after a fine point.
     """
 
-    cycle_s: float = CYCLE_S
-    stop_s: float = 0.1
-    manual_speed_m_s: float = 0.25
-    following_error_deg: float = 30.0
-    speed_slack: float = 1.05
-    fine_latency_s: tuple[float, ...] = (0.02, 0.06)
+    cycle_s: float = setting(CYCLE_S, 'EGM cycle [s]; 0.004 on virtual controllers', 0.001, 0.1)
+    stop_s: float = setting(0.1, 'time a program stop takes to standstill [s]', 0.0, 100.0)
+    manual_speed_m_s: float = setting(0.25, 'fastest flange in manual mode [m/s]', 0.0, 100.0)
+    following_error_deg: float = setting(
+        30.0, 'largest distance between command and motor [deg]', 0.0, 1e4
+    )
+    speed_slack: float = setting(
+        1.05, 'factor on the speed limits before supervision stops', 1.0, 1e6
+    )
+    fine_latency_s: tuple[float, ...] = setting(
+        (0.02, 0.06), 'least and most time to go on after a fine point [s]', 0.0, 100.0
+    )
 
 
 class Controller:

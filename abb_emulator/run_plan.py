@@ -4,7 +4,7 @@ No clock, no network, no ROS: controller, drives, arm and sensors are stepped cy
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 import math
 from pathlib import Path
 from typing import Any
@@ -12,23 +12,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.cell import ArmSide, CellSettings, MotorSide
+from abb_emulator.cell import ArmSide, CellSettings, MotorSide, PARTS
 from abb_emulator.controller import Controller, Program
-from abb_emulator.drives import ServoSettings
 from abb_emulator.egm import GuidanceLaw, GuidanceSettings
-from abb_emulator.mechanics import ArmEffect, GearSettings, read_effects
+from abb_emulator.mechanics import ArmEffect, read_effects
 from abb_emulator.rapid import ProgramTask
 from abb_emulator.recorder import Recorder
-from abb_emulator.sensing import SensorSettings
-from excitation_planner.plan import ExcitationPlan, MOVES
+from excitation_planner.plan import ExcitationPlan
 from excitation_planner.rapid import rapid_module
+from excitation_planner.signals import MOVES
 from modal_core.channel import SensorLayout
-from modal_core.errors import BridgeError, SettingsError
+from modal_core.errors import BridgeError
 from modal_core.measurements import (
     JointSamples,
     Measurement,
     NANOSECONDS_PER_SECOND,
 )
+from modal_core.near_names import refuse_unknown
+from modal_core.schema import read_values, setting, settings_of
 from modal_recordings.encode import encode
 from modal_recordings.raw_message import RawMessage
 from modal_recordings.writer import RecordingWriter
@@ -39,11 +40,6 @@ from structural_model.robot_files import load_layout, load_robot
 Array = NDArray[np.float64]
 START_NS = 1_700_000_000_000_000_000
 BLOCK_TOPIC, JOINT_TOPIC = '/acceleration_block', '/joint_states'
-PARTS: Mapping[str, Any] = {
-    'servo': ServoSettings,
-    'gears': GearSettings,
-    'sensors': SensorSettings,
-}
 # As an exported program sets guidance up.
 GUIDANCE = GuidanceSettings(
     low_pass_hz=100.0, max_speed_deviation_deg_s=100.0, condition_time_s=math.inf
@@ -68,11 +64,11 @@ class ArmOptions:
         Recorded at rest before and after the motion.
     """
 
-    robot: str = 'irb6660_205_190'
-    sensors_file: str = 'sensors'
+    robot: str = setting('irb6660_205_190', 'robot of config/robots, its folder or model file')
+    sensors_file: str = setting('sensors', 'sensor layout of the robot')
     cell: CellSettings = field(default_factory=CellSettings)
     guidance: GuidanceSettings = GUIDANCE
-    rest_s: float = 1.0
+    rest_s: float = setting(1.0, 'recorded at rest before and after [s]', 0.0, 86400.0)
 
     def with_effects(self, *effects: ArmEffect) -> 'ArmOptions':
         """Return the same cell with these effects instead."""
@@ -84,34 +80,34 @@ class ArmOptions:
 
         ``robot``, ``sensors_file``, ``rest_s``; ``sample_rate_hz``, ``block_samples``, ``seed``,
         ``tolerance``, ``tolerance_seed``, ``uptime_s``; ``effects`` as a list; ``servo``,
-        ``gears`` and ``sensors`` as mappings.
+        ``gears``, ``sensors``, ``controller`` and ``guidance`` as mappings.
 
         Raises
         ------
         SettingsError
             Unknown, or of the wrong kind.
         """
-        own = ('robot', 'sensors_file', 'rest_s')
-        flat = [
-            item.name
-            for item in fields(CellSettings)
-            if item.name not in (*PARTS, 'effects', 'controller')
-        ]
-        cell: dict[str, Any] = {}
-        mine: dict[str, Any] = {}
-        for key, value in data.items():
-            if key == 'effects':
-                cell[key] = read_effects(value)
-            elif key in PARTS:
-                cell[key] = _part(key, value)
-            elif key in flat:
-                cell[key] = _same_kind(key, value, getattr(CellSettings(), key))
-            elif key in own:
-                mine[key] = _same_kind(key, value, getattr(cls(), key))
-            else:
-                expected = (*own, *flat, 'effects', *PARTS)
-                raise SettingsError('unknown option', where='arm', found=key, expected=expected)
-        return cls(cell=CellSettings(**cell), **mine)
+        own, cell = ([item.name for item in settings_of(kind)] for kind in (cls, CellSettings))
+        parts = {**PARTS, 'guidance': GuidanceSettings}
+        refuse_unknown(data, (*own, *cell, 'effects', *parts), 'unknown option', 'arm')
+        given = {
+            part: read_values(kind, data[part], f'arm: {part}', f'arm: {part}.')
+            for part, kind in parts.items()
+            if part in data
+        }
+
+        def flat(kind: type, names: Sequence[str]) -> dict[str, Any]:
+            return read_values(kind, {n: data[n] for n in names if n in data}, group='arm: ')
+
+        return cls(
+            guidance=replace(GUIDANCE, **given.pop('guidance', {})),
+            cell=CellSettings(
+                effects=read_effects(data['effects']) if 'effects' in data else (),
+                **{part: PARTS[part](**values) for part, values in given.items()},
+                **flat(CellSettings, cell),
+            ),
+            **flat(cls, own),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,42 +294,3 @@ def _played(
     controller.motion = PlayedPlan(player, law, cycle_s)
     while controller.moving or not controller.standing:
         yield
-
-
-def _part(key: str, value: object) -> Any:
-    kind = PARTS[key]
-    if not isinstance(value, Mapping):
-        raise SettingsError('not a mapping', where=f'arm: {key}', found=value)
-    known = {item.name for item in fields(kind)}
-    for name in value:
-        if name not in known:
-            raise SettingsError(
-                'unknown option', where=f'arm: {key}', found=name, expected=sorted(known)
-            )
-    default = kind()
-    return kind(
-        **{
-            name: _same_kind(f'{key}.{name}', item, getattr(default, name))
-            for name, item in value.items()
-        }
-    )
-
-
-def _same_kind(where: str, value: Any, default: Any) -> Any:
-    try:
-        if isinstance(default, tuple):
-            numbers = tuple(float(item) for item in value)
-            if len(numbers) == len(default):
-                return numbers
-        elif isinstance(default, str):
-            if isinstance(value, (str, Path)):
-                return str(value)
-        elif not isinstance(value, bool) and math.isfinite(float(value)):
-            if isinstance(default, float) or float(value).is_integer():
-                return type(default)(value)
-    except (TypeError, ValueError):
-        pass
-    expected = f'like {default!r}'
-    raise SettingsError(
-        'wrong kind of value', where=f'arm: {where}', found=value, expected=expected
-    )

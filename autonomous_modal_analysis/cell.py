@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from autonomous_modal_analysis.node_tables import check_file, checked
 from autonomous_modal_analysis.processes import NodeCommand
 from modal_core.errors import SettingsError
+from modal_core.near_names import refuse_unknown
 from modal_core.share import share_path
 
 # node name, module, parameter file; the order is the order they start in
@@ -35,22 +37,20 @@ def cell_commands(
     Raises
     ------
     SettingsError
-        An unknown node, or a parameter file that is not there.
+        An unknown node or parameter, or a parameter file that is not there.
     """
     names = tuple(name for name, _, _ in NODES)
-    for name in (*without, *(parameters or {})):
-        if name not in names:
-            raise SettingsError('unknown node', found=name, expected=', '.join(names))
-    return tuple(
-        NodeCommand(
-            name=name,
-            module=module,
-            parameter_file=parameter_file(name, config),
-            parameters=(parameters or {}).get(name, {}),
-        )
+    given = parameters or {}
+    refuse_unknown((*without, *given), names, 'unknown node')
+    made = {name: checked(name, values, f'node {name}') for name, values in given.items()}
+    commands = tuple(
+        NodeCommand(name, module, parameter_file(name, config), made.get(name, {}))
         for name, module, _ in NODES
         if name not in without
     )
+    for command in commands:
+        check_file(command.name, parameter_file(command.name, config))
+    return commands
 
 
 def parameter_file(name: str, config: Path | None = None) -> Path:

@@ -4,14 +4,18 @@ A command marked with :func:`grouped` takes such a record where its help shows t
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, MISSING
+from dataclasses import asdict, dataclass, Field, field, fields, is_dataclass, MISSING
 import inspect
-from typing import Any, cast, TYPE_CHECKING
+from pathlib import Path
+from typing import Annotated, Any, cast, TYPE_CHECKING
+
+import typer
 
 from autonomous_modal_analysis.options import (
     channel_names,
     Channels,
     LayoutPath,
+    numbers,
     RecordingPath,
     RobotName,
     SampleRate,
@@ -19,9 +23,12 @@ from autonomous_modal_analysis.options import (
     Topics,
     Unit,
 )
+from excitation_planner.request import PlanRequest
 from modal_core.channel import SensorLayout
-from modal_core.schema import parameter_values, settings_of
+from modal_core.schema import parameter_values, read_values, Setting, settings_of
+from modal_core.yaml_file import load_yaml
 from oma_identifier.settings import IdentificationSettings
+from robot_bridge.playback_settings import PlaybackSettings
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.modal_result import ModalResult
@@ -118,6 +125,57 @@ class Identifier:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class Playing:
+    """How a recording is played."""
+
+    settings: PlaybackSettings = field(default_factory=PlaybackSettings)
+    remap: Annotated[
+        list[str] | None, typer.Option(help='old:=new topic; may be given more than once.')
+    ] = None
+
+    def parameters(self) -> dict[str, object]:
+        """Return the same as parameters of the replay node."""
+        return {**parameter_values(self.settings), 'remap': self.remap or ['']}
+
+
+IN_DEGREES = ('start_position', 'approach_from')
+"""Of a plan request: commands take these as controller angles or as the names of poses."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What is asked of the planner: a file, and what is given beside it."""
+
+    request: Annotated[
+        Path | None, typer.Option(help='YAML file with any fields of a plan request.')
+    ] = None
+    changes: dict[str, Any] = field(
+        default_factory=dict, metadata={'changes': PlanRequest, 'without': IN_DEGREES}
+    )
+
+    def values(self) -> dict[str, Any]:
+        """Return what was asked, by field of a plan request; an option overrides the file.
+
+        Raises
+        ------
+        SettingsError
+            The file cannot be read, or a field is unknown or out of range.
+        """
+        asked = load_yaml(self.request) if self.request else {}
+        return read_values(PlanRequest, asked | self.changes, where=self.request or '')
+
+    def plan_request(self, **others: Any) -> PlanRequest:
+        """Return the request; ``others`` hold where neither file nor options say anything.
+
+        Raises
+        ------
+        SettingsError
+            A field is unknown or out of range.
+        """
+        return PlanRequest(**others | self.values())
+
+
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
     """Let a command take groups of options; its own options stand after them."""
     groups: dict[str, type[Any]] = {}
@@ -142,7 +200,11 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 def _options(group: type[Any], kind: Any) -> Iterator[inspect.Parameter]:
     """Yield the options of a group: its fields, and the settings of those that are settings."""
     for item in fields(group):
-        if is_dataclass(item.type):
+        if 'changes' in item.metadata:
+            for each in _changes(item):
+                option = setting_option(each, changes=True)
+                yield inspect.Parameter(each.name, kind, default=None, annotation=option)
+        elif is_dataclass(item.type):
             for each in settings_of(cast(type[Any], item.type)):
                 yield inspect.Parameter(
                     each.name, kind, default=each.default, annotation=setting_option(each)
@@ -154,11 +216,33 @@ def _options(group: type[Any], kind: Any) -> Iterator[inspect.Parameter]:
 
 def _take(group: type[Any], values: dict[str, Any]) -> Any:
     """Take the values of a group's options out of all values."""
-    return group(
-        **{
-            item.name: _take(cast(type[Any], item.type), values)
-            if is_dataclass(item.type)
-            else values.pop(item.name)
-            for item in fields(group)
-        }
-    )
+    taken: dict[str, Any] = {}
+    for item in fields(group):
+        if 'changes' in item.metadata:
+            given = {each.name: (each, values.pop(each.name)) for each in _changes(item)}
+            taken[item.name] = {
+                name: _entries(each, value)
+                for name, (each, value) in given.items()
+                if value is not None
+            }
+        elif is_dataclass(item.type):
+            taken[item.name] = _take(cast(type[Any], item.type), values)
+        else:
+            taken[item.name] = values.pop(item.name)
+    return group(**taken)
+
+
+def _changes(item: Field[Any]) -> Iterator[Setting]:
+    """Yield the settings that a field of changes may change."""
+    for each in settings_of(item.metadata['changes']):
+        if each.name not in item.metadata['without']:
+            yield each
+
+
+def _entries(setting: Setting, value: Any) -> Any:
+    """Return the value of an option; one that is a list is given with commas."""
+    if not setting.many:
+        return value
+    if setting.kind is float:
+        return list(numbers(value, f'--{setting.name.replace("_", "-")}'))
+    return [part.strip() for part in value.split(',')]

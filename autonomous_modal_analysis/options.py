@@ -54,15 +54,23 @@ Namespace = Annotated[
 ]
 
 
-def setting_option(setting: Setting) -> Any:
-    """Return the option of a setting: its name, its type and its words."""
+def setting_option(setting: Setting, changes: bool = False) -> Any:
+    """Return the option of a setting: its name, its type and its words.
+
+    With ``changes`` nothing is set unless the option is given: the help tells what holds then.
+    """
     flag = f'--{setting.name.replace("_", "-")}'
     if setting.kind is bool:
         flag += f'/--no-{setting.name.replace("_", "-")}'
     words = setting.text[0].upper() + setting.text[1:]
     if setting.automatic:
         words += f'; else {setting.automatic}'
-    kind = setting.kind | None if setting.automatic else setting.kind
+    kind: Any = str if setting.many else setting.kind
+    if setting.many:
+        words += '; separated by commas'
+    if changes and setting.default != ():
+        words += f'; else {setting.default}'
+    kind = kind | None if setting.automatic or changes else kind
     return Annotated[kind, typer.Option(flag, help=escape(words) + '.')]
 
 

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.limits import check_limits, Envelope, PlanLimits, REDUCED_SPEED_M_S
-from excitation_planner.plan import APPROACH, ExcitationPlan, rounded, sealed
+from excitation_planner.plan import ExcitationPlan, rounded, sealed
 from excitation_planner.pulse_shape import PulseShape
 from excitation_planner.pulses import Pulse, pulse_velocity
 from excitation_planner.quickest_shape import LEAST_ACCELERATION, LEAST_JERK, quickest_shape
+from excitation_planner.signals import APPROACH
 from excitation_planner.trajectory import Trajectory
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel

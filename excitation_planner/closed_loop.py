@@ -9,9 +9,10 @@ import math
 
 import numpy as np
 
-from excitation_planner.plan import BAND_LIMITED_NOISE, ExcitationPlan
+from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import BAND_LIMITED_NOISE
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError
 from modal_core.mode import Mode, ModeSet

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.self_collision import proven_clearance
+from excitation_planner.signals import HIGHEST_PATH_HZ
 from excitation_planner.trajectory import Motion, Trajectory
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -23,8 +24,6 @@ FINER = 10
 CHUNK = 1000
 # Speed no point of the arm may exceed while a person may be near (ISO 10218-1, reduced speed).
 REDUCED_SPEED_M_S = 0.25
-# Servo, filter and 4 ms cycle of the controller leave nothing above this.
-HIGHEST_PATH_HZ = 60.0
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 

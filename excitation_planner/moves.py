@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.plan import ExcitationPlan, MOVES
+from excitation_planner.plan import ExcitationPlan
 from excitation_planner.pulse_shape import PulseShape
 from excitation_planner.quickest_shape import fitted_shape
+from excitation_planner.signals import MOVES
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 

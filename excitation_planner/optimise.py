@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from excitation_planner.limits import check_limits
 from excitation_planner.participation import ModeForecast
-from excitation_planner.plan import BAND_LIMITED_NOISE, RANDOM_PULSES
 from excitation_planner.planner import (
     bring_together,
     draw_trajectory,
@@ -25,6 +24,7 @@ from excitation_planner.planner import (
     Setting,
 )
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import BAND_LIMITED_NOISE, RANDOM_PULSES
 from excitation_planner.spectrum import predicted_spectrum
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError

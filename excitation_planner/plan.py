@@ -9,29 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.prediction import PlanPrediction
+from excitation_planner.signals import LONGEST_S, MOST_SAMPLES, SIGNALS
 from excitation_planner.trajectory import CONSISTENT_RAD, Trajectory
 from modal_core.errors import PlanError
 
 Array = NDArray[np.float64]
 CANONICAL_HEADER = b'excitation plan 1\n'
-RANDOM_PULSES = 'random_pulses'
-BAND_LIMITED_NOISE = 'band_limited_noise'
-# One slow move to where an excitation starts.
-APPROACH = 'approach'
-SIGNALS = (RANDOM_PULSES, BAND_LIMITED_NOISE, APPROACH)
-# Of point-to-point moves, which a program of the controller can make.
-MOVES = (RANDOM_PULSES, APPROACH)
 # Predicted figures are rounded so that the last bits of a library do not reach the hash.
 SIGNIFICANT = 6
 # No arm turns so far [rad] or so fast [rad/s], and no plan is sampled so densely or coarsely.
 LARGEST = 1e4
 SHORTEST_PERIOD_S, LONGEST_PERIOD_S = 1e-5, 10.0
-# Ten of the identifier's windows of a minute at one pose, and all the while a person holds to run;
-# who wants more makes several plans.  A sample for every 4 ms cycle of the controller: a denser
-# plan would not be sent denser.  Checking such a plan takes 13 s of one core, 0.09 ms a sample
-# whatever the length (measured from 7,500 to 150,001 samples, six axes).
-LONGEST_S = 600.0
-MOST_SAMPLES = 150_001
 PER_JOINT = ('start_position', 'position_range', 'peak_velocity', 'peak_acceleration')
 PER_MODE = ('mode_frequency_hz', 'mode_frequency_sensitivity', 'mode_signal_to_noise_db')
 

@@ -10,12 +10,13 @@ from excitation_planner.approach import plan_approach
 from excitation_planner.band_noise import band_noise_velocity, BandNoiseSettings
 from excitation_planner.limits import check_limits, Envelope, PlanLimits
 from excitation_planner.participation import forecast, ModeForecast, ModeParticipation
-from excitation_planner.plan import APPROACH, BAND_LIMITED_NOISE, ExcitationPlan, rounded, sealed
+from excitation_planner.plan import ExcitationPlan, rounded, sealed
 from excitation_planner.prediction import PlanPrediction
 from excitation_planner.pulses import Pulse, pulse_velocity, PulseSettings, random_pulses
 from excitation_planner.quickest_shape import LEAST_ACCELERATION, LEAST_JERK
 from excitation_planner.request import PlanRequest
 from excitation_planner.sensitivity import actual_change
+from excitation_planner.signals import APPROACH, BAND_LIMITED_NOISE
 from excitation_planner.spectrum import predicted_spectrum, PredictedSpectrum, whiteness
 from excitation_planner.torque_projection import (
     require_full_rank,

@@ -1,7 +1,6 @@
 """The planner as a ROS node: parameters in, a sealed plan out; nothing here moves a robot."""
 
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -15,7 +14,7 @@ from trajectory_msgs.msg import JointTrajectory
 from excitation_planner.closed_loop import next_step, plan_next, Targets
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
-from excitation_planner.planner_parameters import PARAMETERS
+from excitation_planner.planner_parameters import PARAMETERS, REQUEST
 from excitation_planner.request import PlanRequest
 from excitation_planner.ros_messages import (
     modes_from_message,
@@ -23,8 +22,9 @@ from excitation_planner.ros_messages import (
     trajectory_message,
 )
 from modal_core.errors import ModalAnalysisError
-from modal_core.ros_messages import diagnostic, LATCHED, parameter_descriptor
+from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
+from modal_core.schema import from_parameters
 from oma_msgs.msg import ExcitationPlan as PlanMessage
 from oma_msgs.msg import ModalParameters
 from structural_model.robot_files import load_layout, load_robot
@@ -39,7 +39,7 @@ class PlannerNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('excitation_planner', **options)
-        self._declare()
+        declare_parameters(self, PARAMETERS)
         self.model = load_robot(self.get_parameter('robot').value)
         self.layout = load_layout(
             self.get_parameter('robot').value, self.get_parameter('sensors').value
@@ -68,32 +68,10 @@ class PlannerNode(Node):
 
     # -- parameters ----------------------------------------------------------------------------
 
-    def _declare(self) -> None:
-        for item in PARAMETERS:
-            if item.default == ():
-                # An empty list has no type on the wire: declare the type, not a value.
-                kind = (
-                    Parameter.Type.STRING_ARRAY
-                    if item.name == 'joints'
-                    else Parameter.Type.DOUBLE_ARRAY
-                )
-                self.declare_parameter(item.name, kind, parameter_descriptor(item.text))
-            else:
-                descriptor = parameter_descriptor(
-                    item.text, item.default, item.span, item.read_only
-                )
-                self.declare_parameter(item.name, item.default, descriptor)
-
     def _request(self, changes: dict[str, Any]) -> PlanRequest:
         """Build the request from the parameters, some of them about to change."""
-        values: dict[str, Any] = {}
-        for item in fields(PlanRequest):
-            value = changes.get(item.name)
-            if value is None:
-                value = self.get_parameter_or(item.name, Parameter(item.name)).value
-            if value is None:
-                continue
-            values[item.name] = tuple(value) if isinstance(item.default, tuple) else value
+        given = {name: value for name, value in changes.items() if value is not None}
+        values = from_parameters(PlanRequest, parameter_mapping(self, REQUEST) | given)
         pose = changes.get('start_pose', self.get_parameter('start_pose').value)
         if pose:
             values['start_position'] = tuple(float(angle) for angle in self.model.pose(pose))

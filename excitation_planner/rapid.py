@@ -55,8 +55,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.plan import APPROACH, BAND_LIMITED_NOISE, check_plan, ExcitationPlan
+from excitation_planner.plan import check_plan, ExcitationPlan
 from excitation_planner.programmed_move import programmed_moves
+from excitation_planner.signals import APPROACH, BAND_LIMITED_NOISE
 from modal_core.atomic_file import write_text
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel

@@ -1,32 +1,23 @@
 """What a person may ask of the planner, with the range of every number."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, Field, field, fields
-import math
-from typing import Any
+from dataclasses import dataclass
 
-from excitation_planner.limits import HIGHEST_PATH_HZ
-from excitation_planner.plan import (
+from excitation_planner.signals import (
     APPROACH,
     BAND_LIMITED_NOISE,
+    HIGHEST_PATH_HZ,
     LONGEST_S,
     MOST_SAMPLES,
     SIGNALS,
 )
 from modal_core.errors import SettingsError
-
-
-def _number(default: float, low: float, high: float, description: str) -> Any:
-    return field(default=default, metadata={'range': (low, high), 'description': description})
-
-
-def _plain(default: Any, description: str) -> Any:
-    return field(default=default, metadata={'description': description})
+from modal_core.schema import check_settings, read_values, setting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRequest:
-    """One request; every field has its unit and range in its metadata.
+    """One request; every field is a setting with its unit and range.
 
     Raises
     ------
@@ -34,67 +25,64 @@ class PlanRequest:
         Naming the field, what was given and what it may be.
     """
 
-    seed: int = field(
-        default=1, metadata={'range': (0, 2**63 - 1), 'description': 'seed of all random numbers'}
+    seed: int = setting(1, 'seed of all random numbers', 0, 2**63 - 1)
+    signal: str = setting(
+        BAND_LIMITED_NOISE,
+        'kind of motion: random_pulses, band_limited_noise, or approach, one slow move',
     )
-    signal: str = _plain(
-        BAND_LIMITED_NOISE, 'random_pulses, band_limited_noise, or approach: one slow move'
-    )
-    joints: tuple[str, ...] = _plain((), 'joints that move; empty: all')
-    start_position: tuple[float, ...] = _plain(
+    joints: tuple[str, ...] = setting((), 'joints that move; empty: all')
+    start_position: tuple[float, ...] = setting(
         (), 'serial joint angles the plan starts at [rad]; empty: the first named pose'
     )
-    approach_from: tuple[float, ...] = _plain(
+    approach_from: tuple[float, ...] = setting(
         (), 'approach: serial joint angles where the arm is now [rad]; it ends at start_position'
     )
-    joint_weights: tuple[float, ...] = _plain(
+    joint_weights: tuple[float, ...] = setting(
         (), 'relative amplitude of each moving joint, 0..1; empty: all 1'
     )
-    duration_s: float = _number(30.0, 2.0, LONGEST_S, 'length of the trajectory [s]')
-    sample_period_s: float = _number(0.004, 0.001, 0.02, 'spacing of the trajectory [s]')
-    band_low_hz: float = _number(5.0, 0.5, 100.0, 'lowest frequency of interest [Hz]')
-    band_high_hz: float = _number(60.0, 1.0, 500.0, 'highest frequency of interest [Hz]')
-    acceleration_rms: float = _number(
-        1.2, 0.0, 50.0, 'of each joint, band-limited noise [rad/s²]; times its weight'
+    duration_s: float = setting(30.0, 'length of the trajectory [s]', 2.0, LONGEST_S)
+    sample_period_s: float = setting(0.004, 'spacing of the trajectory [s]', 0.001, 0.02)
+    band_low_hz: float = setting(5.0, 'lowest frequency of interest [Hz]', 0.5, 100.0)
+    band_high_hz: float = setting(60.0, 'highest frequency of interest [Hz]', 1.0, 500.0)
+    acceleration_rms: float = setting(
+        1.2, 'of each joint, band-limited noise [rad/s²]; times its weight', 0.0, 50.0
     )
-    fade_s: float = _number(1.0, 0.1, 30.0, 'fade at each end of band-limited noise [s]')
-    shape_frequency_hz: tuple[float, ...] = _plain(
+    fade_s: float = setting(1.0, 'fade at each end of band-limited noise [s]', 0.1, 30.0)
+    shape_frequency_hz: tuple[float, ...] = setting(
         (), 'frequencies at which shape_gain is given [Hz]'
     )
-    shape_gain: tuple[float, ...] = _plain((), 'relative amplitude over frequency; empty: flat')
-    half_range: float = _number(
-        0.0, 0.0, 0.6, 'random pulses stay within this of the start [rad]; 0: what is allowed'
+    shape_gain: tuple[float, ...] = setting((), 'relative amplitude over frequency; empty: flat')
+    half_range: float = setting(
+        0.0, 'random pulses stay within this of the start [rad]; 0: what is allowed', 0.0, 0.6
     )
-    frequency_tolerance: float = _number(
-        0.02, 0.0, 1.0, 'largest relative change of a natural frequency over the motion'
+    frequency_tolerance: float = setting(
+        0.02, 'largest relative change of a natural frequency over the motion', 0.0, 1.0
     )
-    enforce_tolerance: bool = _plain(True, 'refuse a motion whose range breaks the tolerance')
-    interval_low_s: float = _number(0.02, 0.0, 10.0, 'shortest pause between pulses [s]')
-    interval_high_s: float = _number(1.0, 0.0, 10.0, 'longest pause between pulses [s]')
-    acceleration_low: float = _number(
-        0.2, 0.02, 1.0, 'least part of the acceleration limit a pulse uses'
+    enforce_tolerance: bool = setting(True, 'refuse a motion whose range breaks the tolerance')
+    interval_low_s: float = setting(0.02, 'shortest pause between pulses [s]', 0.0, 10.0)
+    interval_high_s: float = setting(1.0, 'longest pause between pulses [s]', 0.0, 10.0)
+    acceleration_low: float = setting(
+        0.2, 'least part of the acceleration limit a pulse uses', 0.02, 1.0
     )
-    acceleration_high: float = _number(
-        0.8, 0.02, 1.0, 'greatest part of the acceleration limit a pulse uses'
+    acceleration_high: float = setting(
+        0.8, 'greatest part of the acceleration limit a pulse uses', 0.02, 1.0
     )
-    ramp_low_s: float = _number(0.05, 0.0, 1.0, 'shortest build-up of acceleration [s]; 0: step')
-    ramp_high_s: float = _number(0.15, 0.0, 1.0, 'longest build-up of acceleration [s]; 0: step')
-    speed_low: float = _number(0.3, 0.001, 1.0, 'least part of the speed limits a pulse uses')
-    speed_high: float = _number(0.9, 0.001, 1.0, 'greatest part of the speed limits a pulse uses')
-    synchronised: bool = _plain(True, 'joints start and stop together, as MoveAbsJ does')
-    noise_density: float = _number(1e-3, 1e-9, 10.0, 'of the accelerometers [m/s²/sqrt(Hz)]')
-    point_speed_m_s: float = _number(0.25, 0.001, 5.0, 'no point of the arm is faster [m/s]')
-    box_m: tuple[float, ...] = _plain(
+    ramp_low_s: float = setting(0.05, 'shortest build-up of acceleration [s]; 0: step', 0.0, 1.0)
+    ramp_high_s: float = setting(0.15, 'longest build-up of acceleration [s]; 0: step', 0.0, 1.0)
+    speed_low: float = setting(0.3, 'least part of the speed limits a pulse uses', 0.001, 1.0)
+    speed_high: float = setting(0.9, 'greatest part of the speed limits a pulse uses', 0.001, 1.0)
+    synchronised: bool = setting(True, 'joints start and stop together, as MoveAbsJ does')
+    noise_density: float = setting(1e-3, 'of the accelerometers [m/s²/sqrt(Hz)]', 1e-9, 10.0)
+    point_speed_m_s: float = setting(0.25, 'no point of the arm is faster [m/s]', 0.001, 5.0)
+    box_m: tuple[float, ...] = setting(
         (), 'two corners in the base frame the arm stays in [m]; empty: none'
     )
-    clearance_m: float = _number(0.01, 0.0, 1.0, 'least distance between links [m]')
-    require_full_rank: bool = _plain(True, 'refuse torques that do not span space')
+    clearance_m: float = setting(0.01, 'least distance between links [m]', 0.0, 1.0)
+    require_full_rank: bool = setting(True, 'refuse torques that do not span space')
 
     def __post_init__(self) -> None:
         """Check every field against its range and against the others."""
-        for item in fields(self):
-            _check_type(item, getattr(self, item.name))
-            _check_range(item, getattr(self, item.name))
+        check_settings(self)
         if self.signal not in SIGNALS:
             raise SettingsError(
                 'unknown signal', where='signal', found=self.signal, expected=' or '.join(SIGNALS)
@@ -208,46 +196,4 @@ class PlanRequest:
         SettingsError
             An unknown field, or a value that does not fit.
         """
-        known = {item.name for item in fields(cls)}
-        values: dict[str, Any] = {}
-        for key, value in data.items():
-            if key not in known:
-                raise SettingsError(
-                    'unknown field', where=where, found=key, expected=', '.join(sorted(known))
-                )
-            values[key] = tuple(value) if isinstance(value, list) else value
-        return cls(**values)
-
-
-def _check_type(item: Field[Any], value: object) -> None:
-    default = item.default
-    good = isinstance(value, type(default)) and (
-        isinstance(default, bool) or not isinstance(value, bool)
-    )
-    if isinstance(default, float):
-        good = isinstance(value, int | float) and not isinstance(value, bool)
-        good = good and math.isfinite(value)  # type: ignore[arg-type]
-    if isinstance(default, tuple) and good:
-        kind = str if item.name == 'joints' else (int, float)
-        good = all(
-            isinstance(entry, kind)
-            and not isinstance(entry, bool)
-            and (isinstance(entry, str) or math.isfinite(entry))
-            for entry in value  # type: ignore[attr-defined]
-        )
-    if not good:
-        raise SettingsError(
-            'wrong kind of value',
-            where=item.name,
-            found=repr(value),
-            expected=item.metadata['description'],
-        )
-
-
-def _check_range(item: Field[Any], value: Any) -> None:
-    if 'range' in item.metadata:
-        low, high = item.metadata['range']
-        if not low <= value <= high:
-            raise SettingsError(
-                'out of range', where=item.name, found=value, expected=f'{low:g} to {high:g}'
-            )
+        return cls(**read_values(cls, data, where))

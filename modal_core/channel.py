@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import math
 
 from modal_core.errors import LayoutError
+from modal_core.near_names import refuse_unknown
 
 ACCELERATION = 'm/s^2'
 ANGULAR_VELOCITY = 'rad/s'
@@ -186,9 +187,11 @@ class SensorLayout:
         LayoutError
             Naming the sensor and field that is missing, unknown or malformed.
         """
-        entries = data.get('sensors') if isinstance(data, Mapping) else None
+        mapping = data if isinstance(data, Mapping) else {}
+        entries = mapping.get('sensors')
         if not isinstance(entries, list) or not entries:
             raise LayoutError('no sensors', where=name, expected='a non-empty list "sensors"')
+        refuse_unknown(mapping, ('sensors',), where=name, error=LayoutError)
         sensors = tuple(_sensor(entry, index, name) for index, entry in enumerate(entries))
         names = [sensor.name for sensor in sensors]
         for sensor_name in names:
@@ -220,11 +223,7 @@ def _sensor(entry: object, index: int, where: str) -> Sensor:
     field_of = f'{where}: sensors[{index}]'
     if not isinstance(entry, Mapping):
         raise LayoutError('not a mapping', where=field_of, found=repr(entry))
-    for key in entry:
-        if key not in FIELDS:
-            raise LayoutError(
-                'unknown field', where=field_of, found=key, expected=', '.join(FIELDS)
-            )
+    refuse_unknown(entry, FIELDS, where=field_of, error=LayoutError)
     for key in ('name', 'frame_id'):
         if not isinstance(entry.get(key), str) or not entry[key]:
             raise LayoutError(f'{key} missing', where=field_of, expected='a non-empty text')

@@ -1,15 +1,23 @@
 """What the nodes of every room share: quality of service, parameters, diagnostics, times."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.near_names import refuse_unknown
+from modal_core.node_parameter import is_of_ros, NodeParameter
 
+LISTS: dict[type | None, Parameter.Type] = {
+    str: Parameter.Type.STRING_ARRAY,
+    float: Parameter.Type.DOUBLE_ARRAY,
+}
 # The last value, also for those who come late.
 LATCHED = QoSProfile(
     depth=1,
@@ -18,20 +26,56 @@ LATCHED = QoSProfile(
 )
 
 
-def parameter_descriptor(
-    text: str,
-    default: Any = None,
-    span: tuple[float, float] | None = None,
-    read_only: bool = False,
-) -> ParameterDescriptor:
-    """Return the descriptor of a parameter; ``span`` is the allowed range of a number.
+def declare_parameters(node: Node, parameters: Iterable[NodeParameter]) -> None:
+    """Declare a node's parameters, and refuse what it was given that is none of them.
 
-    A ``default`` that is an int makes it a range of whole numbers, a float one of numbers.
+    Parameters
+    ----------
+    node : Node
+        It declares nothing else.
+    parameters : iterable of NodeParameter
+        All it has.
+
+    Raises
+    ------
+    SettingsError
+        A parameter file or ``-p`` names another parameter: ROS would pass over it in silence.
+    ParameterException
+        A value of another type, or out of range.
     """
-    descriptor = ParameterDescriptor(description=text, read_only=read_only)
-    if span is None or isinstance(default, bool) or not isinstance(default, int | float):
+    known = tuple(parameters)
+    # rclpy has no public word for "given, but not declared".
+    given: Mapping[str, Any] = node._parameter_overrides
+    refuse_unknown(
+        (name for name in given if not is_of_ros(name)),
+        [item.name for item in known],
+        what='unknown parameter',
+        where=node.get_fully_qualified_name(),
+    )
+    for item in known:
+        # An empty list has no type on the wire: its type is declared, not a value.
+        empty = item.default == ()
+        default = list(item.default) if item.many else item.default
+        node.declare_parameter(
+            item.name, LISTS[item.kind] if empty else default, _descriptor(item)
+        )
+
+
+def parameter_mapping(node: Node, parameters: Iterable[NodeParameter]) -> dict[str, Any]:
+    """Return the values of a node's parameters; a list that is not set is empty."""
+    found = {}
+    for item in parameters:
+        value = node.get_parameter_or(item.name, Parameter(item.name)).value
+        found[item.name] = [] if value is None else value
+    return found
+
+
+def _descriptor(item: NodeParameter) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(description=item.text, read_only=item.read_only)
+    default = item.default
+    if item.span is None or isinstance(default, bool) or not isinstance(default, int | float):
         return descriptor
-    low, high = span
+    low, high = item.span
     descriptor.additional_constraints = f'{low:g} to {high:g}'
     if isinstance(default, int):
         descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=1)]

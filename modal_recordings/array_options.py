@@ -7,6 +7,7 @@ from pathlib import Path
 
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.near_names import refuse_unknown
 from modal_core.yaml_file import load_yaml
 
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1e-3, 1e7
@@ -81,11 +82,7 @@ def array_options(
             data = load_yaml(sidecar)
         except SettingsError as error:
             raise RecordingError(error.what, where=error.where, found=error.found) from error
-    for key in data:
-        if key not in FIELDS:
-            raise RecordingError(
-                'unknown field', where=f'{sidecar}: {key}', expected=', '.join(FIELDS)
-            )
+    refuse_unknown(data, FIELDS, where=sidecar, error=RecordingError)
     rate = sample_rate_hz if sample_rate_hz is not None else data.get('sample_rate_hz')
     names = channels if channels is not None else data.get('channels')
     stated = unit if unit is not None else data.get('unit')

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from modal_core.errors import SettingsError
-from modal_core.schema import setting, settings_of, within
+from modal_core.schema import check_settings, setting, within
 
 LARGEST_ORDER = 100
 SHORTEST_REFINED_HOP_S = 5.0
@@ -73,8 +73,7 @@ class IdentificationSettings:
 
     def __post_init__(self) -> None:
         """Refuse values out of range."""
-        for item in settings_of(IdentificationSettings):
-            item.check(getattr(self, item.name))
+        check_settings(self)
         within('max_order', self.max_order, self.min_order, LARGEST_ORDER)
         if self.hop_s is not None:
             within('hop_s', self.hop_s, 0.01, self.window_s)

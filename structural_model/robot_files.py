@@ -12,6 +12,7 @@ import numpy as np
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, SettingsError
+from modal_core.near_names import refuse_unknown
 from modal_core.share import share_path
 from modal_core.yaml_file import load_yaml
 from structural_model.coupling import AxisCoupling, AxisMap
@@ -159,14 +160,7 @@ def _spec(data: Mapping[str, Any], robot: RigidRobot, where: str) -> ModelSpec:
     joints = data.get('joints') or {}
     if not isinstance(joints, Mapping):
         raise ModelError('not a mapping of joints', where=f'{where}: joints')
-    for name in joints:
-        if name not in robot.joint_names:
-            raise ModelError(
-                'unknown joint',
-                where=f'{where}: joints',
-                found=name,
-                expected=', '.join(robot.joint_names),
-            )
+    refuse_unknown(joints, robot.joint_names, 'unknown joint', f'{where}: joints', ModelError)
     parts: dict[str, Any] = {
         key: tuple(
             _fill(kind, item, f'{where}: {key}[{index}]')
@@ -366,6 +360,4 @@ def _list(data: Mapping[str, Any], key: str, where: str) -> list[Any]:
 
 
 def _known(mapping: Mapping[str, Any], allowed: tuple[str, ...], where: str) -> None:
-    for key in mapping:
-        if key not in allowed:
-            raise ModelError('unknown field', where=where, found=key, expected=', '.join(allowed))
+    refuse_unknown(mapping, allowed, where=where, error=ModelError)

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from modal_core.schema import setting
+
 Array = NDArray[np.float64]
 
 
@@ -36,13 +38,19 @@ class ServoSettings:
         Motor turns per axis turn.
     """
 
-    bandwidth_hz: float = 25.0
-    damping_ratio: float = 0.7
-    dead_time_s: float = 0.020
-    friction_deg_s2: float = 0.0
-    friction_speed_deg_s: float = 0.5
-    encoder_counts: int = 8192
-    gear_ratio: tuple[float, ...] = (200.0, 200.0, 180.0, 120.0, 120.0, 100.0)
+    bandwidth_hz: float = setting(25.0, 'natural frequency of the servo [Hz]', 0.1, 1000.0)
+    damping_ratio: float = setting(0.7, 'of the servo', 0.01, 10.0)
+    dead_time_s: float = setting(0.020, "from the controller's command to the drive [s]", 0.0, 1.0)
+    friction_deg_s2: float = setting(
+        0.0, 'Coulomb friction the servo fights, as an acceleration [deg/s²]', 0.0, 1e6
+    )
+    friction_speed_deg_s: float = setting(
+        0.5, 'speed at which friction is developed [deg/s]', 1e-6, 1000.0
+    )
+    encoder_counts: int = setting(8192, 'counts per motor turn', 1, 2**31)
+    gear_ratio: tuple[float, ...] = setting(
+        (200.0, 200.0, 180.0, 120.0, 120.0, 100.0), 'motor turns per axis turn', 0.01, 1e5
+    )
 
 
 @dataclass(frozen=True, slots=True)

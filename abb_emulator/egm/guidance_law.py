@@ -14,6 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.schema import setting
+
 Array = NDArray[np.float64]
 N_AXES = 6
 GAIN_LIMIT_1_S = 20.0
@@ -49,20 +51,30 @@ class GuidanceSettings:
         EGM_STOP_RAMP_DOWN, back to where the session began, instead of EGM_STOP_HOLD.
     """
 
-    gain_1_s: float = 5.0
-    position_gain: float = 1.0
-    low_pass_hz: float = 20.0
-    max_speed_deviation_deg_s: float = 1.0
-    max_position_deviation_deg: float = 1000.0
-    ramp_in_s: float = 0.5
-    ramp_out_s: float = 0.5
-    window_low_deg: tuple[float, ...] = (-0.5,) * N_AXES
-    window_high_deg: tuple[float, ...] = (0.5,) * N_AXES
-    selected: tuple[bool, ...] = (True,) * N_AXES
-    condition_time_s: float = 1.0
-    comm_timeout_s: float = 1.0
-    sample_cycles: int = 1
-    stop_ramp_down: bool = False
+    gain_1_s: float = setting(5.0, 'k of the configuration [1/s]', 0.0, GAIN_LIMIT_1_S)
+    position_gain: float = setting(1.0, 'PosCorrGain, scales k', 0.0, 1.0)
+    low_pass_hz: float = setting(20.0, 'LpFilter on the speed [Hz]; 0: none', 0.0, 100.0)
+    max_speed_deviation_deg_s: float = setting(
+        1.0, 'largest speed of the correction [deg/s]', 0.0, 1e4
+    )
+    max_position_deviation_deg: float = setting(
+        1000.0, 'largest correction of the position [deg]', 0.0, 1e4
+    )
+    ramp_in_s: float = setting(0.5, 'ramp of the speed at the beginning [s]', 0.0, 1e3)
+    ramp_out_s: float = setting(0.5, 'ramp of the speed at the end [s]', 0.0, 1e3)
+    window_low_deg: tuple[float, ...] = setting(
+        (-0.5,) * N_AXES, 'lower edge of the convergence window of each axis [deg]', -1e4, 0.0
+    )
+    window_high_deg: tuple[float, ...] = setting(
+        (0.5,) * N_AXES, 'upper edge of the convergence window of each axis [deg]', 0.0, 1e4
+    )
+    selected: tuple[bool, ...] = setting((True,) * N_AXES, 'axes EGMRunJoint waits for')
+    condition_time_s: float = setting(1.0, 'CondTime [s]', 0.0, 1e9)
+    comm_timeout_s: float = setting(1.0, 'CommTimeout [s]', 0.0, 1e9)
+    sample_cycles: int = setting(1, 'controller cycles per message (SampleRate / 4)', 1, 1000)
+    stop_ramp_down: bool = setting(
+        False, 'EGM_STOP_RAMP_DOWN, back to where the session began, instead of EGM_STOP_HOLD'
+    )
 
 
 class GuidanceLaw:

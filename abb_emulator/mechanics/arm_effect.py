@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from modal_core.errors import SettingsError
+from modal_core.near_names import near, refuse_unknown
 from modal_core.small_file import read_text
 from modal_core.yaml_file import parse_yaml
 
@@ -174,12 +175,10 @@ class ArmEffect:
         kind = KINDS.get(name)
         if kind is None:
             raise SettingsError(
-                'unknown effect', where='effect', found=name, expected=', '.join(KINDS)
+                'unknown effect', where='effect', found=name, expected=near(name, tuple(KINDS))
             )
         known = ('type', *((kind.place,) if kind.place else ()), *kind.values)
-        for key in data:
-            if key not in known:
-                raise SettingsError('unknown value', where=name, found=key, expected=known)
+        refuse_unknown(data, known, 'unknown value', name)
         place = str(data.get(kind.place, '')) if kind.place else ''
         if kind.place and not place:
             raise SettingsError(f'{kind.place} missing', where=name)

@@ -6,6 +6,7 @@ from typing import Any
 
 from abb_emulator.mechanics.arm_effect import ArmEffect
 from abb_emulator.mechanics.arm_structure import check_place
+from modal_core.schema import setting
 
 N_AXES = 6
 NONE = (0.0,) * N_AXES
@@ -33,15 +34,31 @@ class GearSettings:
         k (1 + change (1 - exp(-t / time))) since the arm was switched on.
     """
 
-    friction_nm: tuple[float, ...] = NONE
-    friction_speed_rad_s: float = 1e-3
-    backlash_rad: tuple[float, ...] = NONE
-    hardening_1_rad2: tuple[float, ...] = NONE
-    speed_stiffness_s_rad: tuple[float, ...] = NONE
-    slip_share: tuple[float, ...] = NONE
-    slip_limit_rad: tuple[float, ...] = (1e-4,) * N_AXES
-    drift_change: tuple[float, ...] = NONE
-    drift_time_s: tuple[float, ...] = (600.0,) * N_AXES
+    friction_nm: tuple[float, ...] = setting(
+        NONE, 'Coulomb friction against the rate of the twist [N m]', 0.0, 1e6
+    )
+    friction_speed_rad_s: float = setting(
+        1e-3, 'rate at which friction is developed [rad/s]', 1e-9, 100.0
+    )
+    backlash_rad: tuple[float, ...] = setting(NONE, 'half of the free play [rad]', 0.0, 1.0)
+    hardening_1_rad2: tuple[float, ...] = setting(
+        NONE, 'α of k y (1 + α y²) [1/rad²]', -1e12, 1e12
+    )
+    speed_stiffness_s_rad: tuple[float, ...] = setting(
+        NONE, 'β of k (1 + β |speed of the axis|) [s/rad]', -1e6, 1e6
+    )
+    slip_share: tuple[float, ...] = setting(
+        NONE, 'share of the stiffness of a further spring that slips', 0.0, 100.0
+    )
+    slip_limit_rad: tuple[float, ...] = setting(
+        (1e-4,) * N_AXES, 'twist at which it slips [rad]', 1e-12, 1.0
+    )
+    drift_change: tuple[float, ...] = setting(
+        NONE, 'change of k (1 + change (1 - exp(-t / time))) since switched on', -1.0, 100.0
+    )
+    drift_time_s: tuple[float, ...] = setting(
+        (600.0,) * N_AXES, 'time of that change [s]', 1e-3, 1e9
+    )
 
 
 # Effect: its values and the settings they are added to, or put in place of.

@@ -1,6 +1,6 @@
 """The emulated cell as a ROS node: ABB controller on UDP, accelerometers on topics."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import contextlib
 import math
 from pathlib import Path
@@ -24,8 +24,8 @@ from abb_emulator.cell import ArmSide, MotorSide, SensorBlock
 from abb_emulator.egm import LinkFaults, UdpClient
 from abb_emulator.node.emulator_parameters import (
     cell_settings,
+    guidance_settings,
     PARAMETERS,
-    settings_of,
     start_angles_deg,
 )
 from abb_emulator.node.fault_desk import Fault, FaultDesk
@@ -34,7 +34,7 @@ from abb_emulator.rapid import ProgramTask
 from abb_emulator.recorder import Recorder
 from abb_emulator.rws import RwsServer, Station
 from modal_core.errors import BridgeError, SettingsError
-from modal_core.ros_messages import diagnostic, LATCHED, parameter_descriptor
+from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
 from modal_recordings.encode import encode
 from oma_msgs.msg import AccelerationBlock, ModalParameters
@@ -57,18 +57,17 @@ class EmulatorNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('abb_emulator', **options)
-        for item in PARAMETERS:
-            descriptor = parameter_descriptor(item.text, read_only=not item.live)
-            self.declare_parameter(item.name, item.default, descriptor)
+        declare_parameters(self, PARAMETERS)
+        values = parameter_mapping(self, PARAMETERS)
         self._lock = threading.Lock()
         self._to_arm: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._closing = threading.Event()
         self.n_late = self.n_slips = 0
         self.plant_s = self.plant_of_s = 0.0
-        self._make_cell()
-        self._make_operator()
+        self._make_cell(values)
+        self._make_operator(values)
         self._make_interfaces()
-        if self._value('start_program'):
+        if values['start_program']:
             self.task.start()
         self._threads = [
             threading.Thread(target=self._run_motors, name='controller', daemon=True),
@@ -77,16 +76,17 @@ class EmulatorNode(Node):
         for thread in self._threads:
             thread.start()
 
-    def _make_cell(self) -> None:
+    def _make_cell(self, values: Mapping[str, Any]) -> None:
         """Make controller, arm and sensors, standing at the start pose."""
-        value = self._value
-        self.model = load_robot(value('robot'))
-        self.layout = load_layout(value('robot'), value('sensors_file'))
-        self.settings = cell_settings(value)
-        start_deg = start_angles_deg(value, self.model)
+        self.model = load_robot(values['robot'])
+        self.layout = load_layout(values['robot'], values['sensors_file'])
+        self.settings = cell_settings(values)
+        start_deg = start_angles_deg(values, self.model)
         self.faults = LinkFaults(np.random.default_rng(self.settings.seed + 1))
         self.client = UdpClient(
-            (value('sensor_address'), value('sensor_port')), self.faults, value('local_address')
+            (values['sensor_address'], values['sensor_port']),
+            self.faults,
+            values['local_address'],
         )
         self.start_ns = time.time_ns()
         self.motors = MotorSide(
@@ -97,30 +97,30 @@ class EmulatorNode(Node):
         self.arm = ArmSide(self.model, self.recorder.channels, start_deg, self.settings)
         self._truth_pose = np.full(self.model.n_joints, math.inf)
 
-    def _make_operator(self) -> None:
+    def _make_operator(self, values: Mapping[str, Any]) -> None:
         """Make what an operator has: program, key and panel, faults, web services."""
-        value, controller = self._value, self.motors.controller
-        self.guidance = settings_of('guidance', value)
+        controller = self.motors.controller
+        self.guidance = guidance_settings(values)
         self.task = ProgramTask(
             controller, self.guidance, np.random.default_rng(self.settings.seed + 2)
         )
         self.desk = FaultDesk(controller, self.faults, self.arm.sensors, tuple(self.names))
-        for text in value('faults'):
+        for text in values['faults']:
             if text:
                 self.desk.put(Fault.from_text(text))
-        controller.set_automatic(value('automatic'))
+        controller.set_automatic(values['automatic'])
         controller.confirm_automatic()
-        if not controller.set_speed_ratio(value('speed_ratio')):
+        if not controller.set_speed_ratio(values['speed_ratio']):
             raise SettingsError(
-                'out of range', where='speed_ratio', found=value('speed_ratio'), expected='0..1'
+                'out of range', where='speed_ratio', found=values['speed_ratio'], expected='0..1'
             )
-        if value('module'):
-            self.task.load_file(Path(value('module')))
+        if values['module']:
+            self.task.load_file(Path(values['module']))
         self.rws: RwsServer | None = None
-        if value('rws.port'):
+        if values['rws.port']:
             self.rws = RwsServer(
-                Station(controller, self.task, self._lock), value('rws.address'),
-                value('rws.port'), value('rws.user'), value('rws.password'),
+                Station(controller, self.task, self._lock), values['rws.address'],
+                values['rws.port'], values['rws.user'], values['rws.password'],
             )  # fmt: skip
 
     def _make_interfaces(self) -> None:

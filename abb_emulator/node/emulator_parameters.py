@@ -1,102 +1,57 @@
 """Parameters of the emulated cell: names, defaults, meaning; settings out of their values."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import replace
 import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.cell import CellSettings
-from abb_emulator.controller import ControllerSettings
-from abb_emulator.drives import ServoSettings
+from abb_emulator.cell import CellSettings, PARTS
 from abb_emulator.egm import GuidanceSettings
-from abb_emulator.mechanics import GearSettings, read_effects
-from abb_emulator.sensing import SensorSettings
+from abb_emulator.mechanics import read_effects
+from modal_core.node_parameter import NodeParameter, parameters_of
+from modal_core.schema import check_settings, from_parameters
 from structural_model.flexible_joint_model import FlexibleJointModel
 
-Value = Callable[[str], Any]
-"""Name of a parameter to its value."""
-
-
-@dataclass(frozen=True, slots=True)
-class EmulatorParameter:
-    """One parameter of the node.
-
-    Parameters
-    ----------
-    name : str
-        With its group, as in ``servo.bandwidth_hz``.
-    default : value
-        Also gives the type.
-    text : str
-        What it is.
-    live : bool
-        May be changed while the node runs.
-    """
-
-    name: str
-    default: Any
-    text: str
-    live: bool = False
-
-
-GROUPS: dict[str, type[Any]] = {
-    'servo': ServoSettings,
-    'gears': GearSettings,
-    'sensors': SensorSettings,
-    'controller': ControllerSettings,
-    'guidance': GuidanceSettings,
-}
+LIVE = frozenset({'module', 'speed_ratio'})
+"""May be changed while the node runs."""
+_P = NodeParameter
 OWN = (
-    EmulatorParameter('robot', 'irb6660_205_190', 'robot of config/robots, or its folder'),
-    EmulatorParameter('sensors_file', 'sensors', 'sensor layout of the robot'),
-    EmulatorParameter('start_pose', 'P1', 'named pose the arm stands at'),
-    EmulatorParameter('start_controller_deg', [math.nan], 'or its controller angles [deg]'),
-    EmulatorParameter('sample_rate_hz', 2048.0, 'of the accelerometers [Hz]'),
-    EmulatorParameter('block_samples', 64, 'rows per acceleration_block'),
-    EmulatorParameter('seed', 1, 'of noise, bias and link faults'),
-    EmulatorParameter(
-        'effects', '', 'what the arm has and its model lacks: YAML list, or its file'
-    ),
-    EmulatorParameter(
-        'tolerance', 0.0, 'ordinary deviations from the model; 1 is what every arm has'
-    ),
-    EmulatorParameter('tolerance_seed', 1, 'of those'),
-    EmulatorParameter('uptime_s', 0.0, 'how long the arm has been switched on [s]'),
-    EmulatorParameter('sensor_address', '127.0.0.1', 'host that answers EGM (Remote Address)'),
-    EmulatorParameter('sensor_port', 6510, 'its port'),
-    EmulatorParameter('local_address', '127.0.0.1', 'interface the controller sends from'),
-    EmulatorParameter(
-        'start_program', True, 'run the program at once; guidance when the sensor answers'
-    ),
-    EmulatorParameter('module', '', 'RAPID module to run; none is EGM guidance', live=True),
-    EmulatorParameter('speed_ratio', 1.0, "operator's speed ratio, 0..1", live=True),
-    EmulatorParameter('automatic', True, 'operating mode at the beginning; else manual'),
-    EmulatorParameter('faults', [''], 'at the beginning: name[:value[:duration_s[:target]]]'),
-    EmulatorParameter('rws.port', 0, 'TCP port of Robot Web Services; 0 has none'),
-    EmulatorParameter('rws.address', '127.0.0.1', 'interface it listens on'),
-    EmulatorParameter('rws.user', 'Default User', 'account'),
-    EmulatorParameter('rws.password', 'robotics', 'of the account'),
+    _P('robot', 'robot of config/robots, or its folder', 'irb6660_205_190'),
+    _P('sensors_file', 'sensor layout of the robot', 'sensors'),
+    _P('start_pose', 'named pose the arm stands at', 'P1'),
+    _P('start_controller_deg', 'or its controller angles [deg]', (math.nan,)),
+    _P('effects', 'what the arm has and its model lacks: YAML list, or its file', ''),
+    _P('sensor_address', 'host that answers EGM (Remote Address)', '127.0.0.1'),
+    _P('sensor_port', 'its port', 6510, 1, 65535),
+    _P('local_address', 'interface the controller sends from', '127.0.0.1'),
+    _P('start_program', 'run the program at once; guidance when the sensor answers', True),
+    _P('module', 'RAPID module to run; none is EGM guidance', ''),
+    _P('speed_ratio', "operator's speed ratio, 0..1", 1.0),
+    _P('automatic', 'operating mode at the beginning; else manual', True),
+    _P('faults', 'at the beginning: name[:value[:duration_s[:target]]]', ('',)),
+    _P('rws.port', 'TCP port of Robot Web Services; 0 has none', 0, 0, 65535),
+    _P('rws.address', 'interface it listens on', '127.0.0.1'),
+    _P('rws.user', 'account', 'Default User'),
+    _P('rws.password', 'of the account', 'robotics'),
+)
+PARAMETERS = tuple(
+    replace(item, read_only=item.name not in LIVE)
+    for item in (
+        *OWN,
+        *parameters_of(CellSettings),
+        *(
+            item
+            for part, kind in {**PARTS, 'guidance': GuidanceSettings}.items()
+            for item in parameters_of(kind, f'{part}.')
+        ),
+    )
 )
 
 
-def _of_group(group: str, kind: type[Any]) -> list[EmulatorParameter]:
-    made = []
-    for item in fields(kind):
-        default = getattr(kind(), item.name)
-        default = list(default) if isinstance(default, tuple) else default
-        made.append(
-            EmulatorParameter(f'{group}.{item.name}', default, f'{kind.__name__}.{item.name}')
-        )
-    return made
-
-
-PARAMETERS = (*OWN, *(item for group, kind in GROUPS.items() for item in _of_group(group, kind)))
-
-
-def cell_settings(value: Value) -> CellSettings:
+def cell_settings(values: Mapping[str, Any]) -> CellSettings:
     """Return the cell the parameters describe.
 
     Raises
@@ -104,34 +59,33 @@ def cell_settings(value: Value) -> CellSettings:
     SettingsError
         An effect or a figure that is not possible.
     """
+    parts = {part: _part(part, kind, values) for part, kind in PARTS.items()}
     return CellSettings(
-        sample_rate_hz=value('sample_rate_hz'),
-        block_samples=value('block_samples'),
-        seed=value('seed'),
-        effects=read_effects(value('effects')),
-        tolerance=value('tolerance'),
-        tolerance_seed=value('tolerance_seed'),
-        uptime_s=value('uptime_s'),
-        controller=settings_of('controller', value),
-        servo=settings_of('servo', value),
-        gears=settings_of('gears', value),
-        sensors=settings_of('sensors', value),
+        effects=read_effects(values['effects']), **parts, **from_parameters(CellSettings, values)
     )
 
 
-def settings_of(group: str, value: Value) -> Any:
-    """Return the settings of one group."""
-    kind = GROUPS[group]
-    values = {}
-    for item in fields(kind):
-        found = value(f'{group}.{item.name}')
-        values[item.name] = found if isinstance(found, (int, float, str)) else tuple(found)
-    return kind(**values)
+def guidance_settings(values: Mapping[str, Any]) -> GuidanceSettings:
+    """Return how guidance is set up.
+
+    Raises
+    ------
+    SettingsError
+        A figure that is not possible.
+    """
+    made: GuidanceSettings = _part('guidance', GuidanceSettings, values)
+    return made
 
 
-def start_angles_deg(value: Value, model: FlexibleJointModel) -> NDArray[np.float64]:
+def start_angles_deg(values: Mapping[str, Any], model: FlexibleJointModel) -> NDArray[np.float64]:
     """Return the controller angles the arm stands at, (n_joints,) array [deg]."""
-    stated = np.array(value('start_controller_deg'), float)
+    stated = np.array(values['start_controller_deg'], float)
     if np.isfinite(stated).all() and len(stated) == model.n_joints:
         return stated
-    return np.asarray(np.degrees(model.to_controller(model.pose(value('start_pose')))))
+    return np.asarray(np.degrees(model.to_controller(model.pose(values['start_pose']))))
+
+
+def _part(part: str, kind: type[Any], values: Mapping[str, Any]) -> Any:
+    settings = kind(**from_parameters(kind, values, f'{part}.'))
+    check_settings(settings, f'{part}.')
+    return settings

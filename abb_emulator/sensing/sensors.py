@@ -6,6 +6,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.schema import setting
+
 Array = NDArray[np.float64]
 
 
@@ -29,12 +31,16 @@ class SensorSettings:
         By how much the sampling clock runs fast; stamps are the sampling clock's own.
     """
 
-    noise_density: float = 3e-4
-    bias: float = 0.02
-    resolution: float = 1e-4
-    range_limit: float = 160.0
-    gyro_scale: float = 0.1
-    clock_error_ppm: float = 0.0
+    noise_density: float = setting(3e-4, 'one-sided, white [m/s²/√Hz]', 0.0, 1e3)
+    bias: float = setting(0.02, 'deviation of the constant offset [m/s²]', 0.0, 1e3)
+    resolution: float = setting(1e-4, 'step of the converter [m/s²]; 0: none', 0.0, 1e3)
+    range_limit: float = setting(160.0, 'readings beyond are cut off [m/s²]', 0.0, 1e9)
+    gyro_scale: float = setting(
+        0.1, 'gyroscopes have all of these times this [rad/s per m/s²]', 0.0, 1e3
+    )
+    clock_error_ppm: float = setting(
+        0.0, 'by how much the sampling clock runs fast [ppm]', -1e5, 1e5
+    )
 
 
 class SensorArray:

@@ -23,6 +23,7 @@ from excitation_planner.request import PlanRequest
 from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, SettingsError
+from modal_core.schema import read_values
 from modal_reports import DAMPING, FREQUENCY
 from modal_reports.palette import on_white
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -268,18 +269,14 @@ def plan(
     >>> motion.plan_hash == ama.plan('irb6660_205_190', 'P1', duration_s=10, seed=3).plan_hash
     True
     """
-    known = [item.name for item in fields(PlanRequest)]
-    for name in changes:
-        if name not in known:
-            raise SettingsError('unknown field', where=name, expected=', '.join(known))
     arm = read_robot(robot)
-    wish = request or PlanRequest()
-    if pose_deg is not None or not (wish.start_position or 'start_position' in changes):
-        changes['start_position'] = _angles(arm, pose_deg)
+    wish, given = request or PlanRequest(), read_values(PlanRequest, changes)
+    if pose_deg is not None or not (wish.start_position or 'start_position' in given):
+        given['start_position'] = _angles(arm, pose_deg)
     if approach_from is not None:
-        changes |= {'signal': 'approach', 'approach_from': _angles(arm, approach_from)}
+        given |= {'signal': 'approach', 'approach_from': _angles(arm, approach_from)}
     sensors = sensors_of(robot, arm, layout) or SensorLayout(())
-    return PlannedMotion(plan_excitation(arm, sensors, replace(wish, **changes)), arm, robot)
+    return PlannedMotion(plan_excitation(arm, sensors, replace(wish, **given)), arm, robot)
 
 
 def _angles(arm: FlexibleJointModel, pose_deg: str | Sequence[float] | None) -> tuple[float, ...]:

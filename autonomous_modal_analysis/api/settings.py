@@ -3,7 +3,7 @@
 from dataclasses import fields
 from typing import Any, TypedDict
 
-from modal_core.errors import SettingsError
+from modal_core.near_names import refuse_unknown
 from oma_identifier.settings import IdentificationSettings
 
 
@@ -29,13 +29,8 @@ def checked_settings(given: Any) -> IdentificationSettings:
     Raises
     ------
     SettingsError
-        A keyword that is none of the settings, or a value that is no number or out of range.
+        A keyword that is none of the settings, or a value of another kind or out of range.
     """
     known = [field.name for field in fields(IdentificationSettings)]
-    for name in given:
-        if name not in known:
-            raise SettingsError('unknown setting', where=name, expected=', '.join(known))
-    try:
-        return IdentificationSettings(**given)
-    except TypeError as error:
-        raise SettingsError('not a number', where=', '.join(given), found=error) from error
+    refuse_unknown(given, known, 'unknown setting')
+    return IdentificationSettings(**given)

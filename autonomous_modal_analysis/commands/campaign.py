@@ -5,6 +5,7 @@ from typing import Annotated, Any, TYPE_CHECKING
 
 import typer
 
+from autonomous_modal_analysis.option_groups import grouped, Wish
 from autonomous_modal_analysis.options import check_namespace, Namespace
 from modal_core.errors import SettingsError
 
@@ -16,10 +17,11 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command('campaign')(campaign)
+    app.command('campaign')(grouped(campaign))
 
 
 def campaign(
+    wish: Wish,
     robot: Annotated[
         str, typer.Argument(help='Robot of config/robots, its folder, or its model.yaml.')
     ] = 'irb6660_205_190',
@@ -37,12 +39,7 @@ def campaign(
     levels: Annotated[
         str, typer.Option(help='Amplitudes, parts of the full one, separated by commas.')
     ] = '1,0.35',
-    duration_s: Annotated[float | None, typer.Option(help='Length of each motion.')] = None,
-    request: Annotated[
-        Path | None, typer.Option(help='YAML file with any fields of a plan request.')
-    ] = None,
     sensors: Annotated[str, typer.Option(help='Sensor layout of the robot.')] = 'sensors',
-    seed: Annotated[int, typer.Option(help='Of poses, motions and sensor noise.')] = 1,
     arm: Annotated[
         Path | None,
         typer.Option(
@@ -83,7 +80,6 @@ def campaign(
     from autonomous_modal_analysis.options import numbers
     from autonomous_modal_analysis.pose import parse_pose
     from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, progress_bar
-    from excitation_planner.request import PlanRequest
     from modal_core.yaml_file import load_yaml
     from structural_model.robot_files import load_layout, load_robot
 
@@ -94,15 +90,13 @@ def campaign(
         )
     model, layout = load_robot(robot), load_layout(robot, sensors)
     options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
-    given = {'seed': seed} | ({} if duration_s is None else {'duration_s': duration_s})
-    asked = load_yaml(request) if request else {}
-    wish = CampaignWish(
+    asked = CampaignWish(
         poses=[parse_pose(model, text) for text in pose_deg or ()],
         n_poses=poses,
         levels=numbers(levels, 'levels'),
-        request=PlanRequest.from_mapping({**DEFAULTS, **asked, **given}, str(request or '')),
+        request=wish.plan_request(**DEFAULTS),
     )
-    planned = planned_recordings(model, layout, wish)
+    planned = planned_recordings(model, layout, asked)
     with progress_bar('checking the motions') as progress:
         check_all(model, layout, planned, progress)
     if dry_run:

@@ -5,29 +5,23 @@ from typing import Annotated
 
 import typer
 
+from autonomous_modal_analysis.option_groups import grouped, Wish
 from autonomous_modal_analysis.options import Json
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command('plan')(plan)
+    app.command('plan')(grouped(plan))
 
 
 def plan(
+    wish: Wish,
     robot: Annotated[
         str, typer.Argument(help='Robot of config/robots, or its folder.')
     ] = 'irb6660_205_190',
     pose_deg: Annotated[
         str | None,
         typer.Option(help='Controller angles j1,j2,... in degrees, or the name of a pose.'),
-    ] = None,
-    signal: Annotated[
-        str | None, typer.Option(help='band_limited_noise (EGM) or random_pulses (RAPID).')
-    ] = None,
-    seed: Annotated[int | None, typer.Option(help='Seed of all random numbers.')] = None,
-    duration_s: Annotated[float | None, typer.Option(help='Length of the motion.')] = None,
-    request: Annotated[
-        Path | None, typer.Option(help='YAML file with any fields of a plan request.')
     ] = None,
     sensors: Annotated[str, typer.Option(help='Sensor layout of the robot.')] = 'sensors',
     approach_from: Annotated[
@@ -49,18 +43,14 @@ def plan(
     import autonomous_modal_analysis as ama
     from autonomous_modal_analysis.plan_view import show_plan
     from autonomous_modal_analysis.terminal import MESSAGES, print_json
-    from excitation_planner.request import PlanRequest
-    from modal_core.yaml_file import load_yaml
     from structural_model.robot_files import load_layout
 
-    given = {'signal': signal, 'seed': seed, 'duration_s': duration_s}
     made = ama.plan(
         robot,
         pose_deg,
         approach_from=approach_from,
         layout=load_layout(robot, sensors),
-        request=PlanRequest.from_mapping(load_yaml(request), str(request)) if request else None,
-        **{key: value for key, value in given.items() if value is not None},
+        **wish.values(),
     )
     if rapid is not None:
         made.save_rapid(rapid)

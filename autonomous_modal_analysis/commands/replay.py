@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Identifier, Source
+from autonomous_modal_analysis.option_groups import grouped, Identifier, Playing, Source
 from autonomous_modal_analysis.options import Json
 
 
@@ -16,12 +16,7 @@ def register(app: typer.Typer) -> None:
 def replay(
     source: Source,
     identifier: Identifier,
-    rate: Annotated[float, typer.Option(help='1: as recorded; 10: ten times as fast.')] = 1.0,
-    start_offset_s: Annotated[float, typer.Option(help='Skip this much at the beginning.')] = 0.0,
-    loop: Annotated[bool, typer.Option('--loop', help='Begin again at the end.')] = False,
-    remap: Annotated[
-        list[str] | None, typer.Option(help='old:=new topic; may be given more than once.')
-    ] = None,
+    playing: Playing,
     only_play: Annotated[
         bool,
         typer.Option('--only-play', help='Play into the ROS domain of this shell, no identifier.'),
@@ -40,7 +35,6 @@ def replay(
     from autonomous_modal_analysis.replay_session_node import play_only, ReplaySettings
     from autonomous_modal_analysis.replay_session_node import replay as run
     from autonomous_modal_analysis.terminal import MESSAGES, print_json, progress_bar
-    from modal_core.errors import SettingsError
     from oma_identifier.covariance import below_edge
 
     # Opened and built here too: what is wrong is said before any node starts.
@@ -48,16 +42,15 @@ def replay(
     info = recording.info
     settings = below_edge(identifier.settings, recorded_edge_hz(recording.source))
     identifier.sensors()
-    if not 0.0 < rate <= 1000.0:
-        raise SettingsError('out of range', where='--rate', found=rate, expected='above 0 to 1000')
-    playing = {'rate': rate, 'start_offset_s': start_offset_s, 'loop': loop}
+    played = playing.settings
+    played_s = max(info.duration_s - played.start_offset_s, 0.0) / played.rate
     session = ReplaySettings(
-        replay_parameters={**source.parameters(), **playing, 'remap': remap or ['']},
+        replay_parameters={**source.parameters(), **playing.parameters()},
         identifier_parameters={
             **identifier.parameters(),
             'max_frequency_hz': settings.max_frequency_hz or 0.0,
         },
-        duration_s=0.0 if loop else max(info.duration_s - start_offset_s, 0.0) / rate,
+        duration_s=0.0 if played.loop else played_s,
     )
     view = WindowView(json=json)
     with progress_bar(f'playing {source.recording.name}') as progress:
@@ -72,5 +65,5 @@ def replay(
     if view.n_skipped:
         MESSAGES.print(
             f'[yellow]note[/]: {view.n_skipped} windows were skipped: this computer cannot'
-            f' identify them at rate {rate:g}; lower --rate'
+            f' identify them at rate {played.rate:g}; lower --rate'
         )

@@ -77,7 +77,8 @@ def _overrides(egm_port: int | None, lines: Sequence[str]) -> dict[str, dict[str
         found = {'robot_bridge': {'port': egm_port}, 'abb_emulator': {'sensor_port': egm_port}}
     for line in lines:
         name, given, text = line.partition('=')
-        node, _, own_name = name.partition('.')
+        # NAME:=VALUE, as ROS writes it, is meant as well.
+        node, _, own_name = name.removesuffix(':').partition('.')
         try:
             value = yaml.safe_load(text)
         except yaml.YAMLError:

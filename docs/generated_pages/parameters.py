@@ -1,21 +1,13 @@
 """The reference of the nodes' parameters, out of the tables the nodes declare them from."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 import math
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from generated_pages.place import cell
 
-
-@dataclass(frozen=True)
-class Row:
-    """One parameter as it is shown."""
-
-    name: str
-    default: Any
-    text: str
-    span: tuple[float, float] | None = None
+if TYPE_CHECKING:
+    from modal_core.node_parameter import NodeParameter
 
 
 def parameters_page() -> str:
@@ -23,48 +15,11 @@ def parameters_page() -> str:
     return '\n'.join(_lines())
 
 
-def node_parameters() -> dict[str, list[Row]]:
-    """Return the rows of every node, by its executable."""
-    return {
-        'oma_identifier': _identifier(),
-        'excitation_planner': _planner(),
-        'robot_bridge': _bridge(),
-        'abb_emulator': _emulator(),
-        'replay': _replay(),
-    }
+def node_parameters() -> 'dict[str, tuple[NodeParameter, ...]]':
+    """Return the parameters of every node, by its executable."""
+    from autonomous_modal_analysis.node_tables import parameters_of_node, TABLES
 
-
-def _identifier() -> list[Row]:
-    from oma_identifier.node.node_parameters import PARAMETERS
-
-    return [
-        Row(p.name, p.default, p.description, None if p.low is None else (p.low, p.high))
-        for p in PARAMETERS
-    ]
-
-
-def _bridge() -> list[Row]:
-    from robot_bridge.bridge_settings import PARAMETERS
-
-    return [Row(p.name, p.default, p.text, p.span) for p in PARAMETERS]
-
-
-def _emulator() -> list[Row]:
-    from abb_emulator.node.emulator_parameters import PARAMETERS
-
-    return [Row(p.name, p.default, p.text) for p in PARAMETERS]
-
-
-def _planner() -> list[Row]:
-    from excitation_planner.planner_parameters import PARAMETERS
-
-    return [Row(p.name, p.default, p.text, p.span) for p in PARAMETERS]
-
-
-def _replay() -> list[Row]:
-    from robot_bridge.node.replay_parameters import PARAMETERS
-
-    return [Row(name, default, text) for name, default, text in PARAMETERS]
+    return {node: parameters_of_node(node) for node in TABLES}
 
 
 def _lines() -> Iterator[str]:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 from examples.paper.cell import ROBOT, robot
 from examples.paper.output import show_table
-from excitation_planner import ExcitationPlan, plan_excitation, PlanRequest
 from excitation_planner.optimise import natural_std, optimise, uniform_intervals, worst_mode
+from excitation_planner.plan import ExcitationPlan
+from excitation_planner.planner import plan_excitation
+from excitation_planner.request import PlanRequest
 from structural_model import load_layout
 
 SEED = 2025

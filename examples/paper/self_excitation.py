@@ -20,7 +20,7 @@ from examples.paper.cell import (
     truth,
 )
 from examples.paper.output import COLOURS, GREY, panels, save, say, show_table
-from excitation_planner import BAND_LIMITED_NOISE
+from excitation_planner.signals import BAND_LIMITED_NOISE
 from modal_core.mode import Mode
 from oma_identifier.result import WindowResult
 

@@ -1,6 +1,6 @@
 """campaign.yaml: which recordings belong to a campaign, at which pose and level."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from modal_core.errors import SettingsError
+from modal_core.near_names import misspelt, refuse_unknown
 from modal_core.yaml_file import load_yaml
 
 LISTS = ('recordings', 'records')
@@ -16,6 +17,13 @@ FILES = ('file', 'path', 'recording', 'bag')
 LEVEL_KEYS = ('level', 'amplitude', 'amplitude_level')
 NOTES = ('notes', 'note', 'remarks')
 HELDOUT = ('heldout', 'held_out')
+PARTS = ('part', 'split', 'set')
+LAYOUTS = ('sensors', 'layout')
+POSES = {'pose': 1.0, 'pose_rad': 1.0, 'pose_deg': np.pi / 180.0}
+OF_CAMPAIGN = (*LISTS, *LAYOUTS, *NOTES, 'robot', 'conditions')
+OF_RECORDING = (
+    *FILES, *LEVEL_KEYS, *NOTES, *HELDOUT, *PARTS, *POSES, 'controller_deg', 'plan_hash',
+)  # fmt: skip
 SUFFIXES = ('.mcap', '.db3', '.bag')
 
 
@@ -90,14 +98,15 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     if not isinstance(items, list) or not items:
         raise SettingsError('no recordings', where=path, expected='a list "recordings"')
     entries = tuple(_entry(item, index, folder, path) for index, item in enumerate(items))
-    layout = data.get('sensors') or data.get('layout')
+    layout = next((data[key] for key in LAYOUTS if data.get(key)), None)
     if isinstance(layout, str):
         layout = _inside(folder, layout, f'{path}: layout')
     elif isinstance(layout, list):
         layout = {'sensors': layout}
     _refuse_doubles(entries, path)
     layout = layout if layout is not None else _own(folder)
-    return CampaignFile(folder, entries, layout, _remarks(data, items))
+    remarks = (*_remarks(data, items), *_not_read(data, items, path))
+    return CampaignFile(folder, entries, layout, remarks)
 
 
 def _refuse_doubles(entries: tuple[CampaignEntry, ...], path: Path) -> None:
@@ -116,6 +125,18 @@ def _remarks(data: Mapping[str, Any], items: list[Any]) -> tuple[str, ...]:
             name = next((str(item[key]) for key in FILES if key in item), '')
             found += [f'{name}: {text}' for text in _texts(item)]
     return tuple(found)
+
+
+def _not_read(data: Mapping[str, Any], items: list[Any], path: Path) -> Iterator[str]:
+    """Refuse slips of a known key; tell of others, which tools of others may have written."""
+    others: dict[str, None] = {}
+    recordings = [(OF_RECORDING, item) for item in items if isinstance(item, Mapping)]
+    for known, mapping in ((OF_CAMPAIGN, data), *recordings):
+        slips, unknown = misspelt(mapping, known)
+        refuse_unknown(slips, known, where=path)
+        others |= dict.fromkeys(unknown)
+    for key in others:
+        yield f'campaign.yaml: {key} is not read'
 
 
 def _texts(data: Mapping[str, Any]) -> list[str]:
@@ -167,7 +188,7 @@ def _entry(item: object, index: int, folder: Path, path: Path) -> CampaignEntry:
 
 
 def _pose(item: Mapping[str, Any], where: str) -> tuple[float, ...] | None:
-    for key, factor in (('pose', 1.0), ('pose_rad', 1.0), ('pose_deg', np.pi / 180.0)):
+    for key, factor in POSES.items():
         value = item.get(key)
         if isinstance(value, list):
             try:
@@ -183,7 +204,7 @@ def _heldout(item: Mapping[str, Any], where: str) -> bool | None:
             if not isinstance(item[key], bool):
                 raise SettingsError('not true or false', where=f'{where}.{key}', found=item[key])
             return bool(item[key])
-    part = item.get('part', item.get('split', item.get('set')))
+    part = next((item[key] for key in PARTS if key in item), None)
     if part is None:
         return None
     return str(part).lower().replace('-', '').replace('_', '') in ('heldout', 'test', 'validation')

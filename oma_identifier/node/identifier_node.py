@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
@@ -19,7 +19,7 @@ from modal_core.errors import SettingsError
 from modal_core.measurements import Measurement
 from modal_core.printable import printable
 from modal_core.reasons import say_reasons
-from modal_core.ros_messages import LATCHED, parameter_descriptor
+from modal_core.ros_messages import declare_parameters, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
 from modal_recordings.decode import BLOCK, JOINT_STATE
 from oma_identifier.covariance import below_edge
@@ -31,7 +31,6 @@ from oma_identifier.node.excitation_watch_node import ExcitationWatch
 from oma_identifier.node.findings import quality_findings
 from oma_identifier.node.node_parameters import (
     load_layout_file,
-    NodeParameter,
     PARAMETERS,
     SETTINGS,
     settings_from,
@@ -65,8 +64,7 @@ class IdentifierNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('oma_identifier', **options)
-        for parameter in PARAMETERS:
-            self.declare_parameter(parameter.name, _default(parameter), _descriptor(parameter))
+        declare_parameters(self, PARAMETERS)
         self.layout = load_layout_file(self._value('layout_file'))
         robot = self._value('robot')
         self.robot = load_robot_motion(robot) if robot else None
@@ -110,7 +108,7 @@ class IdentifierNode(Node):
         return self.get_parameter(name).value
 
     def _settings(self) -> dict[str, object]:
-        return {parameter.name: self._value(parameter.name) for parameter in SETTINGS}
+        return parameter_mapping(self, SETTINGS)
 
     # -- input -----------------------------------------------------------------------------
 
@@ -340,19 +338,6 @@ class IdentifierNode(Node):
         if self._checkpoint is not None:
             self._checkpoint.close()
         super().destroy_node()
-
-
-def _default(parameter: NodeParameter) -> Any:
-    value = parameter.default
-    return list(value) if isinstance(value, tuple) else value
-
-
-def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
-    low, high = parameter.low, parameter.high
-    span = (low, high) if low is not None and high is not None else None
-    return parameter_descriptor(
-        parameter.description, parameter.default, span, parameter.read_only
-    )
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -1,52 +1,15 @@
 """Parameters of the identifier node: names, meaning, ranges; settings out of their values."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from modal_core.channel import SensorLayout
-from modal_core.errors import SettingsError
-from modal_core.schema import from_parameters, Setting, settings_of, SWITCH
+from modal_core.node_parameter import NodeParameter, parameters_of
+from modal_core.schema import from_parameters
 from modal_core.yaml_file import load_yaml
 from oma_identifier.settings import IdentificationSettings
 
-
-@dataclass(frozen=True, slots=True)
-class NodeParameter:
-    """One parameter of the node.
-
-    Parameters
-    ----------
-    name, description : str
-        What it is; 0 or an empty text means "chosen by the node" where the description says so.
-    default : value
-        Also gives the type.
-    low, high : float or None
-        Range of a number.
-    read_only : bool
-        Cannot be changed while the node runs.
-    """
-
-    name: str
-    description: str
-    default: float | int | str | tuple[str, ...]
-    low: float | None = None
-    high: float | None = None
-    read_only: bool = False
-
-
-def _node_parameter(setting: Setting) -> NodeParameter:
-    default = setting.to_parameter(setting.default)
-    low, text = setting.low, setting.text
-    if setting.automatic:
-        low = None if low is None else 0.0
-        text += f'; {default}: {setting.automatic}'
-    if isinstance(default, str) and setting.kind is bool:
-        text += f' (one of {", ".join(SWITCH)})'
-    return NodeParameter(setting.name, text, default, low, setting.high)
-
-
-SETTINGS = tuple(_node_parameter(item) for item in settings_of(IdentificationSettings))
+SETTINGS = parameters_of(IdentificationSettings)
 OTHERS = (
     NodeParameter(
         'topics',
@@ -90,33 +53,8 @@ def settings_from(values: Mapping[str, object]) -> IdentificationSettings:
     SettingsError
         Naming the parameter, the value and the allowed range.
     """
-    for parameter in SETTINGS:
-        check_range(parameter, values[parameter.name])
-    return IdentificationSettings(**from_parameters(IdentificationSettings, values))
-
-
-def check_range(parameter: NodeParameter, value: object) -> None:
-    """Refuse a value of another type or out of range.
-
-    Raises
-    ------
-    SettingsError
-        Naming the parameter, the value and the allowed range.
-    """
-    if parameter.low is None or parameter.high is None:
-        return
-    kind = type(parameter.default)
-    if isinstance(value, bool) or not isinstance(value, kind):
-        raise SettingsError(
-            'wrong type', where=parameter.name, found=repr(value), expected=kind.__name__
-        )
-    if not parameter.low <= value <= parameter.high:  # type: ignore[operator]
-        raise SettingsError(
-            'out of range',
-            where=parameter.name,
-            found=value,
-            expected=f'{parameter.low:g} to {parameter.high:g}',
-        )
+    checked = {item.name: item.read(values[item.name]) for item in SETTINGS}
+    return IdentificationSettings(**from_parameters(IdentificationSettings, checked))
 
 
 def load_layout_file(path: str) -> SensorLayout | None:

@@ -5,6 +5,7 @@ from ipaddress import ip_address
 from pathlib import Path
 
 from modal_core.errors import BridgeError
+from modal_core.schema import setting
 from robot_bridge.backends.backend import Backend
 from robot_bridge.backends.guidance_backend import GuidanceBackend
 from robot_bridge.backends.rapid_backend import RapidBackend
@@ -32,7 +33,7 @@ class BackendSettings:
         Let EGM guidance move a real arm.
     controller_address : str
         The only host listened to.
-    rapid_file : Path
+    rapid_file : str
         Where the module of a plan goes.
     rws_address, rws_user, rws_password : str
         Web services that load, start and stop programs and tell the mode; no address: by hand.
@@ -43,14 +44,20 @@ class BackendSettings:
     """
 
     name: str = 'emulator'
-    method: str = 'egm'
-    guidance_enabled: bool = False
-    controller_address: str = '127.0.0.1'
-    rapid_file: Path = Path('AmaExcitation.mod')
-    rws_address: str = ''
-    rws_user: str = ''
+    method: str = setting('egm', 'emulator only: egm guidance, or a rapid program')
+    guidance_enabled: bool = setting(False, 'let EGM guidance move a real arm')
+    controller_address: str = setting('127.0.0.1', 'the only host listened to')
+    rapid_file: str = setting(
+        'AmaExcitation.mod', 'RAPID backends: where the module of a plan goes'
+    )
+    rws_address: str = setting(
+        '', 'web services of the controller, host or host:port; empty: none'
+    )
+    rws_user: str = setting('Default User', 'account of the web services')
     rws_password: str = field(default='', repr=False)
-    point_speed_m_s: float = REDUCED_SPEED_M_S
+    point_speed_m_s: float = setting(
+        REDUCED_SPEED_M_S, 'plans with a faster point of the arm are refused [m/s]', 0.001, 10.0
+    )
     flow: FlowSettings = field(default_factory=FlowSettings)
 
 
@@ -74,7 +81,7 @@ def make_backend(settings: BackendSettings, model: FlexibleJointModel) -> Backen
         control = RwsClient(settings.rws_address, settings.rws_user, settings.rws_password)
     if name == 'abb_rapid' or (name == 'emulator' and method == 'rapid'):
         flow = StreamFlow(settings.flow)
-        return RapidBackend(name, flow, model, settings.rapid_file, control)
+        return RapidBackend(name, flow, model, Path(settings.rapid_file), control)
     real = is_real(settings) and not settings.flow.dry_run
     if real and not settings.guidance_enabled:
         raise BridgeError(

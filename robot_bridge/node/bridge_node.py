@@ -20,7 +20,7 @@ from rclpy.parameter import Parameter
 
 from excitation_planner.ros_messages import plan_from_message
 from modal_core.errors import ModalAnalysisError
-from modal_core.ros_messages import LATCHED, parameter_descriptor
+from modal_core.ros_messages import declare_parameters, LATCHED, parameter_mapping
 from modal_core.run_node import RCLError, run_node
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
@@ -47,10 +47,7 @@ class BridgeNode(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('robot_bridge', **options)
-        for item in PARAMETERS:
-            self.declare_parameter(
-                item.name, item.default, parameter_descriptor(item.text, item.default, item.span)
-            )
+        declare_parameters(self, PARAMETERS)
         self.condition, self.plan_error = 'not configured', ''
         self.configure_error: ModalAnalysisError | None = None
         self.bridge: Bridge | None = None
@@ -177,9 +174,8 @@ class BridgeNode(LifecycleNode):
             return response
 
     def _open(self) -> None:
-        values = {item.name: self.get_parameter(item.name).value for item in PARAMETERS}
         log_file = Path(get_logging_directory()) / time.strftime('egm_%Y%m%d_%H%M%S.mcap')
-        settings = settings_from(values, log_file)
+        settings = settings_from(parameter_mapping(self, PARAMETERS), log_file)
         model = load_robot(settings.robot)
         self.joints.start(model)
         self.bridge = Bridge(settings, model, self._hear, self.joints.tell)

@@ -16,13 +16,15 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
 from modal_core.errors import ModalAnalysisError, RecordingError
-from modal_core.ros_messages import LATCHED, parameter_descriptor, stamp
+from modal_core.ros_messages import declare_parameters, LATCHED, parameter_mapping, stamp
 from modal_core.run_node import RCLError, run_node
+from modal_core.schema import from_parameters
 from modal_recordings.open_recording import open_recording, Recording
 from oma_msgs.msg import BridgeState
 from robot_bridge.node.replay_parameters import PARAMETERS
 from robot_bridge.operator import FlowState
-from robot_bridge.recording import DueMessage, parse_remap, Playback, PlaybackSettings
+from robot_bridge.playback_settings import PlaybackSettings
+from robot_bridge.recording import DueMessage, parse_remap, Playback
 
 RELIABLE = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 CLOCK_PERIOD_S = 0.01
@@ -34,8 +36,7 @@ class ReplayNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('replay', **options)
-        for name, default, text in PARAMETERS:
-            self.declare_parameter(name, default, parameter_descriptor(text, read_only=True))
+        declare_parameters(self, PARAMETERS)
         self.recording = self._open()
         self.playback = self._make_playback()
         self.done = threading.Event()
@@ -73,16 +74,11 @@ class ReplayNode(Node):
         )
 
     def _make_playback(self) -> Playback:
-        value = self._value
-        return Playback(
-            self.recording,
-            PlaybackSettings(
-                rate=value('rate'),
-                start_offset_s=value('start_offset_s'),
-                loop=value('loop'),
-                remap=parse_remap(value('remap')),
-            ),
+        values = parameter_mapping(self, PARAMETERS)
+        settings = PlaybackSettings(
+            remap=parse_remap(values['remap']), **from_parameters(PlaybackSettings, values)
         )
+        return Playback(self.recording, settings)
 
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value

@@ -1,19 +1,33 @@
-"""Parameters of the replay node: name, default, meaning."""
+"""Parameters of the replay node: names, meaning, ranges."""
 
-from typing import Any
+from dataclasses import replace
 
-PARAMETERS: tuple[tuple[str, Any, str], ...] = (
-    ('recording', '', 'rosbag2 folder, .mcap, .db3, .bag, .npy or .csv'),
-    ('topics', [''], 'play only these topics; empty: every usable one'),
-    ('remap', [''], 'old:=new, one entry per topic'),
-    ('rate', 1.0, '1: as recorded'),
-    ('start_offset_s', 0.0, 'skipped at the beginning [s]'),
-    ('loop', False, 'begin again at the end'),
-    ('publish_clock', False, 'publish /clock in recorded time'),
-    ('start_paused', False, 'wait for ~/pause false or ~/step'),
-    ('wait_for_subscribers_s', 10.0, 'longest wait until every topic is listened to'),
-    ('exit_at_end', True, 'end the process when everything is played'),
-    ('sample_rate_hz', 0.0, 'plain arrays: rate [Hz]; 0: from the sidecar file'),
-    ('unit', '', 'plain arrays: unit; empty: from the sidecar file'),
-    ('channels', [''], 'plain arrays: names of the columns; empty: from the sidecar file'),
+from modal_core.node_parameter import NodeParameter, parameters_of
+from robot_bridge.playback_settings import PlaybackSettings
+
+PARAMETERS = tuple(
+    replace(item, read_only=True)
+    for item in (
+        NodeParameter('recording', 'rosbag2 folder, .mcap, .db3, .bag, .npy or .csv', ''),
+        NodeParameter('topics', 'play only these topics; empty: every usable one', ('',)),
+        NodeParameter('remap', 'old:=new, one entry per topic', ('',)),
+        *parameters_of(PlaybackSettings),
+        NodeParameter('publish_clock', 'publish /clock in recorded time', False),
+        NodeParameter('start_paused', 'wait for ~/pause false or ~/step', False),
+        NodeParameter(
+            'wait_for_subscribers_s',
+            'longest wait until every topic is listened to',
+            10.0,
+            0.0,
+            86400.0,
+        ),
+        NodeParameter('exit_at_end', 'end the process when everything is played', True),
+        NodeParameter(
+            'sample_rate_hz', 'plain arrays: rate [Hz]; 0: from the sidecar file', 0.0, 0.0, 1e7
+        ),
+        NodeParameter('unit', 'plain arrays: unit; empty: from the sidecar file', ''),
+        NodeParameter(
+            'channels', 'plain arrays: names of the columns; empty: from the sidecar file', ('',)
+        ),
+    )
 )

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 from modal_core.errors import BridgeError
+from modal_core.schema import setting
 from robot_bridge.egm import MCI_RUNNING, RobotFeedback
 from robot_bridge.player import PlayerSettings
 
@@ -44,13 +45,21 @@ class FlowSettings:
         Ramps.
     """
 
-    cycle_s: float = 0.004032
+    cycle_s: float = setting(0.004032, 'period of the controller [s]', 0.001, 0.1)
     link_timeout_s: float = 0.012
-    most_missed_cycles: int = 3
-    heartbeat_timeout_s: float = 0.13
-    start_tolerance_deg: float = 0.2
-    max_following_error_deg: float = 2.0
-    dry_run: bool = True
+    most_missed_cycles: int = setting(
+        3, 'packets in a row that may be missing while moving', 0, 10_000
+    )
+    heartbeat_timeout_s: float = setting(
+        0.13, 'silence of the operator that stops; 0: none asked, emulator only [s]', 0.0, 10.0
+    )
+    start_tolerance_deg: float = setting(
+        0.2, 'distance from the start pose allowed at start [deg]', 0.0, 5.0
+    )
+    max_following_error_deg: float = setting(
+        2.0, 'distance from the reference that stops [deg]', 0.01, 90.0
+    )
+    dry_run: bool = setting(True, 'go through everything and send nothing to the controller')
     player: PlayerSettings = field(default_factory=PlayerSettings)
 
 

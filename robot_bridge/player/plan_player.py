@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.schema import setting
 from robot_bridge.player.plan_path import PlanPath
 
 Array = NDArray[np.float64]
@@ -30,8 +31,8 @@ class PlayerSettings:
     the distance from the start times the rate of the change.
     """
 
-    ramp_in_s: float = 1.0
-    stop_ramp_s: float = 0.05
+    ramp_in_s: float = setting(1.0, 'time over which the amplitude grows [s]', 0.01, 60.0)
+    stop_ramp_s: float = setting(0.05, 'time from an abort to standstill [s]', 0.004, 5.0)
     override_rate_per_s: float = 1.0
 
 

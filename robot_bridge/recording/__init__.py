@@ -5,6 +5,6 @@ recordings the measurements that were made.
 """
 
 from robot_bridge.recording.packet_log import PacketLog
-from robot_bridge.recording.playback import DueMessage, parse_remap, Playback, PlaybackSettings
+from robot_bridge.recording.playback import DueMessage, parse_remap, Playback
 
-__all__ = ['DueMessage', 'PacketLog', 'Playback', 'PlaybackSettings', 'parse_remap']
+__all__ = ['DueMessage', 'PacketLog', 'Playback', 'parse_remap']

@@ -1,6 +1,6 @@
 """A recording as serialised messages with the times they are due; no clock in it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 import re
 
@@ -10,39 +10,11 @@ from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.encode import encode
 from modal_recordings.open_recording import Recording
 from modal_recordings.raw_message import RawMessage
+from robot_bridge.playback_settings import PlaybackSettings
 
 LARGEST_BLOCK_BYTES = 64_000
 BLOCK_TOPIC, JOINT_TOPIC = 'acceleration_block', '/joint_states'
 TOPIC = re.compile(r'[~/]?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
-
-
-@dataclass(frozen=True, slots=True)
-class PlaybackSettings:
-    """What of a recording is played, and how.
-
-    Parameters
-    ----------
-    rate : float
-        1 is as recorded; 2 twice as fast.
-    start_offset_s : float [s]
-        Skipped at the beginning.
-    loop : bool
-        Begin again at the end; the stamps jump back, as they were recorded.
-    remap : mapping
-        Recorded topic to the topic played on.
-    """
-
-    rate: float = 1.0
-    start_offset_s: float = 0.0
-    loop: bool = False
-    remap: Mapping[str, str] | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be played."""
-        if not 0.0 < self.rate <= 1000.0:
-            raise SettingsError('bad rate', where='rate', found=self.rate, expected='0..1000')
-        if not 0.0 <= self.start_offset_s < 1e9:
-            raise SettingsError('bad offset', where='start_offset_s', found=self.start_offset_s)
 
 
 @dataclass(frozen=True, slots=True)

@@ -111,8 +111,8 @@ def test_a_wrong_array_is_refused_in_one_line(array, options, words):
 @pytest.mark.parametrize(
     ('settings', 'words'),
     [
-        ({'windows_s': 30.0}, 'windows_s: unknown setting'),
-        ({'window_s': 'long'}, 'not a number'),
+        ({'windows_s': 30.0}, 'unknown setting .found windows_s, expected window_s'),
+        ({'window_s': 'long'}, 'window_s: wrong kind of value'),
         ({'window_s': -1.0}, 'window_s: out of range'),
         ({'method': 'magic'}, 'unknown method'),
     ],

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from excitation_planner import PlanRequest
 from excitation_planner.closed_loop import next_step, plan_next, Targets
+from excitation_planner.request import PlanRequest
 from modal_core.mode import Mode, ModeSet
 from structural_model import load_layout, load_robot
 

@@ -8,10 +8,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from excitation_planner import check_limits, plan_limits, PlanRequest, Trajectory
-from excitation_planner.limits import PlanLimits
-from excitation_planner.planner import bring_together, draw_trajectory
+from excitation_planner.limits import check_limits, PlanLimits
+from excitation_planner.planner import bring_together, draw_trajectory, plan_limits
+from excitation_planner.request import PlanRequest
 from excitation_planner.self_collision import proven_clearance
+from excitation_planner.trajectory import Trajectory
 from modal_core.errors import PlanError
 from structural_model import load_robot
 

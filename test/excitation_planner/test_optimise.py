@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from excitation_planner import plan_excitation, PlanRequest
 from excitation_planner.optimise import natural_std, optimise, uniform_intervals, worst_mode
+from excitation_planner.planner import plan_excitation
+from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError
 from structural_model import load_layout, load_robot
 

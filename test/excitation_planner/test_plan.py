@@ -6,8 +6,9 @@ import hashlib
 import numpy as np
 import pytest
 
-from excitation_planner import check_plan, plan_excitation, plan_hash, PlanRequest
-from excitation_planner.plan import canonical_bytes, sealed
+from excitation_planner.plan import canonical_bytes, check_plan, plan_hash, sealed
+from excitation_planner.planner import plan_excitation
+from excitation_planner.request import PlanRequest
 from modal_core.errors import LayoutError, ModelError, PlanError, SettingsError
 from structural_model import load_layout, load_robot
 

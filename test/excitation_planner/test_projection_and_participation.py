@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from excitation_planner import plan_excitation, PlanRequest
 from excitation_planner.participation import cramer_rao_std
-from excitation_planner.planner import joint_axes
+from excitation_planner.planner import joint_axes, plan_excitation
+from excitation_planner.request import PlanRequest
 from excitation_planner.torque_projection import require_full_rank, torque_projection
 from modal_core.errors import PlanError
 from structural_model import load_layout, load_robot

@@ -5,9 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from excitation_planner import plan_excitation, PlanRequest
 from excitation_planner.moves import moves_of
+from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import rapid_module, RapidOptions, write_rapid
+from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError
 from structural_model import load_robot
 
