@@ -98,7 +98,7 @@ def test_an_emulated_plan_shows_the_modes_of_the_model(tmp_path):
         (lambda: ama.model(ROBOT, 7), ModelError, 'neither a named pose nor angles'),
         (lambda: ama.model(ROBOT, max_frequency_hz=-1), SettingsError, 'max_frequency_hz'),
         (lambda: ama.model(ROBOT, step_deg=90), SettingsError, 'step_deg'),
-        (lambda: ama.plan(ROBOT, durations_s=10), SettingsError, 'unknown field .found durations_s, expected duration_s'),
+        (lambda: ama.plan(ROBOT, durations_s=10), SettingsError, 'expected duration_s'),
         (lambda: ama.plan(ROBOT, duration_s='ten'), SettingsError, 'duration_s'),
         (lambda: ama.plan(ROBOT, frequency_tolerance=1e-9), PlanError, 'plan|range|tolerance'),
         (lambda: ama.gap('/no/such/folder', ROBOT), SettingsError, 'not a folder'),
