@@ -3,8 +3,9 @@
 from dataclasses import dataclass, replace
 
 Range = tuple[float, float]
-ALL_FORCES = ('white', 'coloured', 'banded')
-ALL_COURSES = ('steady', 'growing', 'bursting')
+WHITE, STEADY = 'white', 'steady'
+ALL_FORCES = (WHITE, 'coloured', 'banded')
+ALL_COURSES = (STEADY, 'growing', 'bursting')
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ class Family:
     duration_s: Range = (30.0, 1800.0)
     noise: Range = (0.001, 0.1)
     rank: Range = (1.0, 1.0)
-    forces: tuple[str, ...] = ('white',)
-    courses: tuple[str, ...] = ('steady',)
+    forces: tuple[str, ...] = (WHITE,)
+    courses: tuple[str, ...] = (STEADY,)
     n_lines: tuple[int, int] = (0, 0)
     drift: Range = (0.0, 0.0)
 

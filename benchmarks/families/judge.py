@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from benchmarks.families.matching import match, Matched, reach_hz
 from benchmarks.families.record import Record
-from benchmarks.scatter import law
 from modal_core.indicators import mac
 from modal_core.mode import Mode
 
@@ -38,8 +37,8 @@ class Verdict:
     n_false, n_lines, n_lines_as_modes, n_modes_as_lines, n_false_lines : int
         Modes that are none; lines there; reported as modes; true modes asked for that are missed
         and reported as a line; lines reported that are neither.
-    errors : list of [ζ f T, error of f, of ζ over the law]
-        Of modes that can be told apart, without drift.
+    errors : list of [ζ f T, error of f, of ζ over the law, of f, of ζ over the bound]
+        Of modes that can be told apart, without drift; NaN where there is no bound.
     inside : list of [f, ζ]
         Whether the error is within 2σ; None without σ.
     shapes : list of [components within 2σ, components]
@@ -96,10 +95,17 @@ def product(record: Record) -> NDArray[np.float64]:
 
 
 def asked_for(record: Record) -> NDArray[np.bool_]:
-    """Tell which true modes are asked for: in the band, and 1 % of the response."""
-    hz = record.plant.frequency_hz
+    """Tell which true modes are asked for.
+
+    They lie in the band, carry 1 % of the response, and the record tells frequency to a half-width
+    and damping to itself, by the Cramér-Rao bound where that is known.
+    """
+    hz, zeta = record.plant.frequency_hz, record.plant.damping_ratio
     within = (hz * record.duration_s >= FEWEST_PERIODS) & (hz <= HIGHEST * record.rate_hz)
-    return np.asarray(within & (record.share >= LEAST_SHARE))
+    asked = within & (record.share >= LEAST_SHARE)
+    if record.bound is not None:
+        asked &= (record.bound[0] < zeta) & (record.bound[1] < 1.0)
+    return np.asarray(asked)
 
 
 def _count_recall(
@@ -173,7 +179,7 @@ def _judge_values(verdict: Verdict, mode: Mode, true: int, record: Record) -> No
     if record.drift:
         return
     plant = record.plant
-    least = law(plant, record.duration_s)[:, true]
+    least = record.law[:, true]
     errors = []
     inside: list[bool | None] = []
     for what, value, truth, std, limit in (
@@ -188,7 +194,9 @@ def _judge_values(verdict: Verdict, mode: Mode, true: int, record: Record) -> No
                 f'{what} {value:.5g} ± {std:.2g} for {truth:.5g}: {error / std:.1f} σ, of the law'
                 f' {errors[-1]:.1f}'
             )
-    verdict.errors.append([float(product(record)[true]), *errors])
+    bound = np.full(2, math.nan) if record.bound is None else record.bound[:, true]
+    of_bound = np.array(errors) * least / bound
+    verdict.errors.append([float(product(record)[true]), *errors, *map(float, of_bound)])
     verdict.inside.append(inside)
     _judge_shape(verdict, mode, plant.shapes[:, true])
 

@@ -2,17 +2,20 @@
 
 A mode is a pole and a shape.  A mode found may be a true one when
 
-* its frequency is within the reach of the true one: the half-width ζf, four deviations of the law
-  (Au 2014) and half the drift, as squares;
-* its damping ratio is within a factor of three, widened by three deviations of the law;
+* its frequency is within the reach of the true one: the half-width ζf, four least deviations and
+  half the drift, as squares;
+* its damping ratio is within a factor of three, widened by three least deviations;
 * with three channels or more the MAC of the shapes is 0.5 at least.
 
 Of all that may be, the pairing with the least sum of squared distances (in reaches and, for
 frequencies alike, in 1 - MAC) counts, one to one.
 
-Two true modes are one to a record when their poles are nearer than three deviations of the law or
-their frequencies nearer than one line of the record, 1/T: such a group counts once in the recall;
-a mode found for each of its members is right, and no value of it is judged.
+Two true modes are one to a record when their poles are nearer than three least deviations or their
+frequencies nearer than one line of the record, 1/T: such a group counts once in the recall; a mode
+found for each of its members is right, and no value of it is judged.
+
+Least deviations are those of the law (Au 2014), or of the Cramér-Rao bound where that is known and
+larger: a pair in one channel, a mode below the noise.
 """
 
 from collections.abc import Sequence
@@ -23,7 +26,6 @@ from numpy.typing import NDArray
 
 from benchmarks.families.record import Record
 from benchmarks.families.response import poles
-from benchmarks.scatter import law
 from modal_core.assignment import cheapest_pairs
 from modal_core.indicators import mac
 from modal_core.mode import Mode
@@ -72,7 +74,7 @@ def reach_hz(record: Record) -> NDArray[np.float64]:
     plant = record.plant
     parts = (
         plant.damping_ratio,
-        DEVIATIONS * law(plant, record.duration_s)[0],
+        DEVIATIONS * record.deviation[0],
         np.full(len(plant.frequency_hz), 0.5 * record.drift),
     )
     return np.asarray(plant.frequency_hz * np.sqrt(sum(part**2 for part in parts)))
@@ -84,7 +86,7 @@ def _cost(modes: Sequence[Mode], record: Record) -> NDArray[np.float64]:
     found_zeta = np.array([max(mode.damping_ratio, 1e-9) for mode in modes])
     away = (found_hz[:, None] - plant.frequency_hz) / reach_hz(record)
     factor = np.abs(np.log(found_zeta[:, None] / plant.damping_ratio))
-    most = np.log(DAMPING_FACTOR) + DAMPING_DEVIATIONS * law(plant, record.duration_s)[1]
+    most = np.log(DAMPING_FACTOR) + DAMPING_DEVIATIONS * record.deviation[1]
     if record.drift:
         # What moves looks damped by its drift as well.
         most = most + np.log1p(record.drift / plant.damping_ratio)
@@ -100,7 +102,7 @@ def _groups(record: Record) -> NDArray[np.int64]:
     plant = record.plant
     pole, hz = poles(plant), plant.frequency_hz
     # A pole is told as well in damping as in frequency: both by sqrt(ζ f / 2πT) [Hz].
-    deviation = 2.0 * np.pi * hz * law(plant, record.duration_s)[0]
+    deviation = 2.0 * np.pi * hz * record.deviation[0]
     least = APART * np.hypot(deviation[:, None], deviation)
     one = (np.abs(pole[:, None] - pole) < least) | (
         np.abs(hz[:, None] - hz) < 1.0 / record.duration_s

@@ -1,13 +1,15 @@
 """One record of a family: drawn by its seed alone, with all that is true about it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 import zlib
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.families.family import Family, Range
+from benchmarks.families.bound import bound
+from benchmarks.families.family import Family, Range, STEADY, WHITE
 from benchmarks.families.force import draw_envelope, draw_spectrum
 from benchmarks.families.response import (
     anti_alias,
@@ -25,6 +27,7 @@ from benchmarks.families.structure import (
     Modal,
 )
 from benchmarks.plant import Plant
+from benchmarks.scatter import law
 
 MOST_SAMPLES, MOST_VALUES, MOST_DRIFTING = 250_000, 2_500_000, 50_000
 """Samples, samples x channels, and samples where frequencies drift: a record takes seconds."""
@@ -55,6 +58,8 @@ class Record:
     drift : float
         From least to greatest natural frequency over the mean.
     noise : float
+        Over the standard deviation of the responses.
+    noise_std : (n_channels,) array [m/s²]
     n_forces : int
     forces : str
         Kind of forces.
@@ -69,6 +74,7 @@ class Record:
     lines_hz: tuple[float, ...]
     drift: float
     noise: float
+    noise_std: NDArray[np.float64]
     n_forces: int
     forces: str
 
@@ -76,6 +82,23 @@ class Record:
     def duration_s(self) -> float:
         """Samples over rate [s]."""
         return len(self.acceleration) / self.rate_hz
+
+    @cached_property
+    def law(self) -> NDArray[np.float64]:
+        """Least relative deviations of f and ζ were a mode alone (Au 2014), (2, n_modes)."""
+        return law(self.plant, self.duration_s)
+
+    @cached_property
+    def bound(self) -> NDArray[np.float64] | None:
+        """The Cramér-Rao bound of the same; None where its model is not that of the record."""
+        if self.forces != f'{WHITE} {STEADY}' or self.lines_hz or self.drift:
+            return None
+        return bound(self.plant, self.noise_std, self.rate_hz, self.duration_s)
+
+    @property
+    def deviation(self) -> NDArray[np.float64]:
+        """The larger of law and bound, (2, n_modes)."""
+        return self.law if self.bound is None else np.maximum(self.law, self.bound)
 
     def __str__(self) -> str:
         """Describe it in one line."""
@@ -129,13 +152,14 @@ def draw(family: Family, seed: int) -> Record:
     return Record(
         family=family.name,
         seed=seed,
-        plant=own,
+        plant=replace(own, participation=scale * own.participation),
         acceleration=scale * (clean + level * rng.standard_normal(clean.shape)),
         rate_hz=rate_hz,
         share=np.mean(around / variance, axis=1),
         lines_hz=tuple(hz for hz, _ in lines),
         drift=drift,
         noise=noise,
+        noise_std=scale * level,
         n_forces=n_forces,
         forces=f'{kind} {course}',
     )

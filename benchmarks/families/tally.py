@@ -24,6 +24,7 @@ COLUMNS = (
     '2σ of ζ',
     '2σ of shapes',
     'f, ζ over the law',
+    'over the bound',
     'MAC loss in 2σ',
     'wrong and sure',
     'CPU s, x real time',
@@ -100,10 +101,21 @@ class Tally:
             [len(v.losses) for v in self.verdicts],
         )
 
-    def over_law(self, part: int) -> tuple[float, float]:
-        """Return the scatter of f (1) or ζ (2) over the law where ζ f T > 2: by median, rms."""
+    def scatter(self, part: int) -> tuple[float, float]:
+        """Return the scatter where ζ f T > 2, by the median and as rms.
+
+        Parameters
+        ----------
+        part : int
+            1, 2: f and ζ over the law; 3, 4: over the bound.
+        """
         errors = np.array(
-            [each[part] for v in self.verdicts for each in v.errors if each[0] > PRODUCT_EDGES[-1]]
+            [
+                each[part]
+                for v in self.verdicts
+                for each in v.errors
+                if each[0] > PRODUCT_EDGES[-1] and math.isfinite(each[part])
+            ]
         )
         if not len(errors):
             return math.nan, math.nan
@@ -125,9 +137,8 @@ class Tally:
             str(self.each_run('n_false_lines')),
             *(str(self.inside(part)) for part in range(2)),
             str(self.shapes),
-            '{:.2f} (rms {:.2f}), {:.2f} (rms {:.2f})'.format(
-                *self.over_law(1), *self.over_law(2)
-            ),
+            '{:.2f} (rms {:.2f}), {:.2f} (rms {:.2f})'.format(*self.scatter(1), *self.scatter(2)),
+            f'{self.scatter(3)[0]:.2f}, {self.scatter(4)[0]:.2f}',
             str(self.losses),
             _of(sum(v.n_sure_and_wrong for v in self.verdicts), n_losses),
             f'{np.median(cpu_s):.2f}, {speed:.0f}',

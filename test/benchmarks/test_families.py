@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from scipy.signal import lsim, resample
 
+from benchmarks.families.bound import bound
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import asked_for, judge
 from benchmarks.families.matching import match
 from benchmarks.families.record import draw, Record
 from benchmarks.families.response import in_time, modal_accelerations
 from benchmarks.families.structure import coupled, Modal
-from benchmarks.families.tally import rate, regressions, Tally
+from benchmarks.families.tally import COLUMNS, rate, regressions, Tally
 from benchmarks.plant import Plant
+from benchmarks.scatter import law
 from modal_core.indicators import normalise
 from modal_core.mode import Mode
 
@@ -99,7 +101,9 @@ def record_of(hz: list[float], zeta: float = 0.01, duration_s: float = 100.0) ->
         np.array(hz), np.full(n, zeta), rng.standard_normal((5, n)) + 0j, np.ones((n, 1)) + 0j
     )
     samples = np.zeros((int(duration_s * 50.0), 5))
-    return Record('plain', 1, plant, samples, 50.0, np.full(n, 0.5), (), 0.0, 0.0, 1, 'white')
+    return Record(
+        'plain', 1, plant, samples, 50.0, np.full(n, 0.5), (), 0.0, 0.0, np.full(5, 0.1), 1, 'x'
+    )
 
 
 def truth(record: Record, deviations: float = 0.0) -> list[Mode]:
@@ -232,3 +236,33 @@ def test_a_row_of_the_table_tells_what_was_counted():
     )
     assert tally.counts()['missed'] == 1
     assert tally.inside(0).value == 1.0
+    assert len(tally.row('plain', 'ours')) == len(COLUMNS)
+
+
+def test_the_bound_of_a_mode_alone_is_the_law():
+    """And more than that for a weak mode far below the noise."""
+    rng = np.random.default_rng(2)
+    omega = 2.0 * np.pi * np.array([4.0, 13.0])
+    shapes = rng.standard_normal((3, 2))
+    plant = Modal(omega, np.diag(0.02 * omega), shapes, np.diag([3.0, 0.1])).plant()
+    found = bound(plant, np.full(3, 1e-3), 50.0, 600.0) / law(plant, 600.0)
+    assert np.allclose(found, 1.0, atol=0.05)
+    noisy = bound(plant, np.full(3, 10.0), 50.0, 600.0) / law(plant, 600.0)
+    assert (noisy[:, 1] > 2.0).all()
+    assert (noisy[:, 0] < noisy[:, 1]).all()
+
+
+def test_one_channel_tells_close_modes_worse_than_three():
+    rng = np.random.default_rng(4)
+    omega = 2.0 * np.pi * np.array([9.0, 9.1])
+    shapes, forces = rng.standard_normal((3, 2)), rng.standard_normal((2, 2))
+    one, three = (
+        bound(
+            Modal(omega, np.diag(0.02 * omega), shapes[:n], forces).plant(),
+            np.full(n, 1e-3),
+            40.0,
+            300.0,
+        )
+        for n in (1, 3)
+    )
+    assert (one > 2.0 * three).all()
