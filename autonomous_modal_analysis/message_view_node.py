@@ -5,7 +5,7 @@ from rich.markup import escape
 
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import OUTPUT
-from modal_core.mode import MODE_KEYS
+from modal_core.mode import MODE_FIELDS
 from modal_reports import FREQUENCY
 from oma_msgs.msg import ModalParameters
 from oma_msgs.msg import Mode as ModeMessage
@@ -72,7 +72,9 @@ def window_json(message: ModalParameters) -> object:
 
 def message_mode_json(message: ModeMessage) -> dict[str, object]:
     """Return a mode with the keys of the files; empty deviations are not known."""
-    mode = {name: plain(np.asarray(getattr(message, name)).tolist()) for name in MODE_KEYS}
-    for part in ('shape_std_real', 'shape_std_imag'):
-        mode[part] = mode[part] or None
-    return mode
+    found: dict[str, object] = {}
+    for item in MODE_FIELDS:
+        for key in item.keys:
+            value = plain(np.asarray(getattr(message, key)).tolist())
+            found[key] = value if value != [] or item.default is not None else None
+    return found

@@ -1,12 +1,7 @@
 """Modes of a recording, of whatever it was kept as: the recording itself, or its modes.json."""
 
-from collections.abc import Mapping
-import math
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api.recording import open_recording
 from autonomous_modal_analysis.option_groups import Identifier
@@ -18,8 +13,6 @@ from modal_core.mode import Mode, ModeSet
 
 RESULTS = 'modes.json'
 LARGEST_BYTES = 500_000_000
-LOWEST_HZ, HIGHEST_HZ = 1e-6, 1e7
-ROUNDING = 1e-9
 
 
 def results_file(path: Path) -> Path | None:
@@ -57,7 +50,7 @@ def read_modes(path: Path) -> ModeSet:
     try:
         found: Any = load_json(path, LARGEST_BYTES)
         names = tuple(str(name) for name in found['shape_channels'])
-        modes = tuple(_mode(item, len(names)) for item in found['modes'])
+        modes = tuple(Mode.from_values(item, len(names)) for item in found['modes'])
         method = str(found['settings'].get('method', 'ssi_cov'))
     except SettingsError as error:
         raise _no_results(error.where, error.what) from error
@@ -75,56 +68,3 @@ def _no_results(where: object, found: str) -> RecordingError:
         found=found,
         expected='modes.json as `ama identify --out` or `--json` writes it, or a recording',
     )
-
-
-def _mode(item: Mapping[str, Any], n_channels: int) -> Mode:
-    """Return a mode as it was written; nothing but what an identification can find is one."""
-
-    def number(name: str, low: float, high: float = math.inf, known: bool = False) -> float:
-        if item[name] is None and not known:
-            return math.nan
-        value = math.nan if isinstance(item[name], bool | str) else float(item[name])
-        if not (math.isfinite(value) and low <= value <= high):
-            raise ValueError(f'{name} {item[name]}, expected {low:g} to {high:g}')
-        return value
-
-    real, imaginary = (np.asarray(item[f'shape_{part}'], dtype=float) for part in ('real', 'imag'))
-    if real.shape != (n_channels,) or imaginary.shape != (n_channels,):
-        raise ValueError(f'no shape of {n_channels} channels')
-    shape = _entries(real, imaginary)
-    if np.isinf(shape).any() or not np.nan_to_num(shape).any():
-        raise ValueError('shape not finite, or zero')
-    return Mode(
-        frequency_hz=number('frequency_hz', LOWEST_HZ, HIGHEST_HZ, known=True),
-        damping_ratio=number('damping_ratio', 0.0, 1.0, known=True),
-        shape=shape,
-        frequency_std_hz=number('frequency_std_hz', 0.0),
-        damping_ratio_std=number('damping_ratio_std', 0.0),
-        mpc=number('mpc', 0.0, 1.0 + ROUNDING),
-        mpd=number('mpd', 0.0, math.pi),
-        id=int(number('id', 0.0, 2.0**31, known=True)),
-        shape_std=_deviations(item, n_channels),
-        mac_loss=number('mac_loss', 0.0) if 'mac_loss' in item else math.nan,
-        mac_loss_std=number('mac_loss_std', 0.0) if 'mac_loss_std' in item else math.nan,
-    )
-
-
-def _deviations(item: Mapping[str, Any], n_channels: int) -> NDArray[np.complex128] | None:
-    """Return the deviations of a shape; None where they are not known."""
-    parts = [item.get(f'shape_std_{part}') for part in ('real', 'imag')]
-    if parts == [None, None]:
-        return None
-    real, imaginary = (np.asarray(part, dtype=float) for part in parts)
-    if real.shape != (n_channels,) or imaginary.shape != (n_channels,):
-        raise ValueError(f'no deviations of a shape of {n_channels} channels')
-    std = _entries(real, imaginary)
-    if np.isinf(std).any() or (real < 0.0).any() or (imaginary < 0.0).any():
-        raise ValueError('deviations of a shape not finite, or negative')
-    return std
-
-
-def _entries(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Return complex numbers, NaN where both parts are: points that were not seen."""
-    if not np.array_equal(np.isnan(real), np.isnan(imaginary)):
-        raise ValueError('shape not finite')
-    return np.asarray(real + 1j * imaginary)

@@ -15,12 +15,12 @@ from autonomous_modal_analysis.mode_tracks import mode_tracks
 from modal_core.atomic_file import write_text
 from modal_core.channel import Channel
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.mode import Mode, MODE_KEYS, ModeSet
+from modal_core.mode import Mode, MODE_FIELDS, ModeSet
 from modal_core.quality import DataQuality
 from modal_core.window import Pose
 from oma_identifier.covariance import AnalysedBand
 
-MODE_COLUMNS = tuple(key for key in MODE_KEYS if not key.startswith(('shape_', 'mac_loss')))
+MODE_COLUMNS = tuple(item.name for item in MODE_FIELDS if item.single)
 """What a table says of a mode; shapes and what is made of them are no single numbers."""
 CSV_COLUMNS = ('window', 'start_time_s', 'end_time_s', *MODE_COLUMNS)
 NONE = ModeSet((), ())

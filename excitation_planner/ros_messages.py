@@ -11,7 +11,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from excitation_planner.plan import check_plan, check_size, ExcitationPlan
 from modal_core.errors import MessageError, PlanError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.mode import Mode, ModeSet
+from modal_core.mode import Mode, MODE_KEYS, ModeSet
 from oma_msgs.msg import ExcitationPlan as PlanMessage
 from oma_msgs.msg import ModalParameters
 
@@ -125,32 +125,15 @@ def modes_from_message(message: ModalParameters) -> ModeSet:
     modes = []
     for index, mode in enumerate(message.modes):
         where = f'ModalParameters.modes[{index}]'
-        if not (np.isfinite(mode.frequency_hz) and mode.frequency_hz > 0.0):
-            raise MessageError('bad frequency', where=where, found=mode.frequency_hz)
-        if not (np.isfinite(mode.damping_ratio) and abs(mode.damping_ratio) < 1.0):
-            raise MessageError('bad damping ratio', where=where, found=mode.damping_ratio)
-        lengths, expected = (
-            {len(mode.shape_real), len(mode.shape_imag)},
-            len(message.channel_names),
-        )
-        if lengths != {expected}:
-            raise MessageError('bad shape', where=where, found=max(lengths), expected=expected)
-        shape = _numbers(mode.shape_real) + 1j * _numbers(mode.shape_imag)
-        if not np.all(np.isfinite(shape)):
+        values = {key: getattr(mode, key) for key in MODE_KEYS}
+        try:
+            found = Mode.from_values(values, len(message.channel_names))
+        except ValueError as error:
+            raise MessageError('not a mode', where=where, found=error) from error
+        if not np.isfinite(found.shape).all():
             raise MessageError('shape is not finite', where=where)
-        if not mode.harmonic:
-            modes.append(
-                Mode(
-                    frequency_hz=mode.frequency_hz,
-                    damping_ratio=mode.damping_ratio,
-                    shape=shape,
-                    frequency_std_hz=mode.frequency_std_hz,
-                    damping_ratio_std=mode.damping_ratio_std,
-                    mpc=mode.mpc,
-                    mpd=mode.mpd,
-                    id=mode.id,
-                )
-            )
+        if not found.harmonic:
+            modes.append(found)
     ordered = sorted(modes, key=lambda mode: mode.frequency_hz)
     return ModeSet(tuple(ordered), tuple(message.channel_names), message.method)
 

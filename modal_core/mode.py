@@ -1,16 +1,100 @@
 """Identified modes."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, Field, fields
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.quantity import quantities_of, Quantity, quantity
+
 SCATTERED_MPD_RAD = math.radians(10.0)
 """Mean phase deviation above which a mode calls for a second look; its collinearity is then
 below about 0.9."""
+LOWEST_HZ, HIGHEST_HZ = 1e-6, 1e7
+ROUNDING = 1e-9
+LARGEST_ID = 2**32 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """One mode of vibration with its standard deviations; a new field stands here alone.
+
+    Files, tables, the reading of both and the documents follow; a message has it when
+    oma_msgs/Mode names it.  Shapes are (n_channels,) complex arrays.  What was not estimated is
+    NaN, or None.
+    """
+
+    frequency_hz: float = quantity('undamped natural frequency', 'Hz', LOWEST_HZ, HIGHEST_HZ)
+    damping_ratio: float = quantity('fraction of critical damping', '', 0.0, 1.0)
+    shape: NDArray[np.complex128] = quantity(
+        'mode shape, largest entry 1 + 0i; NaN at points that no set-up with this mode has'
+    )
+    frequency_std_hz: float = quantity(
+        'standard deviation of the natural frequency', 'Hz', 0.0, default=math.nan
+    )
+    damping_ratio_std: float = quantity(
+        'standard deviation of the damping ratio', '', 0.0, default=math.nan
+    )
+    mpc: float = quantity(
+        'modal phase collinearity; 1: a real mode', '', 0.0, 1.0 + ROUNDING, default=math.nan
+    )
+    mpd: float = quantity(
+        'mean phase deviation; 0: a real mode', 'rad', 0.0, math.pi, default=math.nan
+    )
+    harmonic: bool = quantity(
+        'a line of a machine or drive, not a mode of the structure', default=False
+    )
+    id: int = quantity(
+        'stays the same over windows; 0 before tracking', '', 0, LARGEST_ID, default=0
+    )
+    shape_std: NDArray[np.complex128] | None = quantity(
+        'standard deviations of the real parts + i · those of the imaginary parts of the shape, 0'
+        ' at its largest entry',
+        '',
+        0.0,
+        default=None,
+    )
+    mac_loss: float = quantity(
+        'mean of what chance takes from the MAC of the shape with the true one',
+        '',
+        0.0,
+        default=math.nan,
+        single=False,
+    )
+    mac_loss_std: float = quantity(
+        'standard deviation of that loss', '', 0.0, default=math.nan, single=False
+    )
+
+    def values(self) -> dict[str, Any]:
+        """Return the fields as files and messages name them, complex ones in two parts.
+
+        In the order of :data:`MODE_ORDER`, fields that are not in it at the end.
+        """
+        found: dict[str, Any] = {}
+        for item in _fields_of(type(self)):
+            found |= item.write(getattr(self, item.name))
+        return found
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, Any], n_channels: int) -> 'Mode':
+        """Return a mode from its values in a file or a message; what is not there is not known.
+
+        Raises
+        ------
+        ValueError, TypeError, OverflowError
+            Nothing that an identification can find.
+        """
+        return cls(**{item.name: item.read(values, n_channels) for item in _fields_of(cls)})
+
+    @property
+    def phases_scatter(self) -> bool:
+        """Whether the points of the shape move neither in nor against phase."""
+        return self.mpd > SCATTERED_MPD_RAD
+
+
 MODE_ORDER = (
     'id',
     'frequency_hz',
@@ -26,78 +110,20 @@ MODE_ORDER = (
     'harmonic',
 )
 """Order of fields in files; a new field needs no entry and stands at the end."""
-COMPLEX = ('shape', 'shape_std')
 
 
-@dataclass(frozen=True, slots=True)
-class Mode:
-    """One mode of vibration with its standard deviations.
-
-    Parameters
-    ----------
-    frequency_hz : float [Hz]
-        Undamped natural frequency.
-    damping_ratio : float
-        Fraction of critical damping.
-    shape : (n_channels,) complex array
-        Mode shape, largest entry 1 + 0i; NaN at points that no set-up with this mode has.
-    frequency_std_hz, damping_ratio_std : float [Hz], [-]
-        NaN when not estimated.
-    mpc : float
-        Modal phase collinearity, 0..1.
-    mpd : float [rad]
-        Mean phase deviation.
-    harmonic : bool
-        A line of a machine or drive, not a mode of the structure.
-    id : int
-        Stays the same over windows; 0 before tracking.
-    shape_std : (n_channels,) complex array or None
-        Standard deviations of the real parts + i · those of the imaginary parts of ``shape``, 0 at
-        its largest entry; None when not estimated.
-    mac_loss, mac_loss_std : float
-        Mean and standard deviation of what chance takes from the MAC of ``shape`` with the true
-        one; NaN when not estimated.
-    """
-
-    frequency_hz: float
-    damping_ratio: float
-    shape: NDArray[np.complex128]
-    frequency_std_hz: float = math.nan
-    damping_ratio_std: float = math.nan
-    mpc: float = math.nan
-    mpd: float = math.nan
-    harmonic: bool = False
-    id: int = 0
-    shape_std: NDArray[np.complex128] | None = None
-    mac_loss: float = math.nan
-    mac_loss_std: float = math.nan
-
-    def values(self) -> dict[str, Any]:
-        """Return the fields as files and messages name them, complex ones in two parts.
-
-        In the order of :data:`MODE_ORDER`, fields that are not in it at the end.
-        """
-        found: dict[str, Any] = {}
-        for item in sorted(fields(self), key=_place):
-            value = getattr(self, item.name)
-            if item.name in COMPLEX:
-                found[f'{item.name}_real'] = None if value is None else np.real(value)
-                found[f'{item.name}_imag'] = None if value is None else np.imag(value)
-            else:
-                found[item.name] = value
-        return found
-
-    @property
-    def phases_scatter(self) -> bool:
-        """Whether the points of the shape move neither in nor against phase."""
-        return self.mpd > SCATTERED_MPD_RAD
+def _in_order(kind: type[Mode]) -> tuple[Quantity, ...]:
+    found = quantities_of(kind)
+    return tuple(sorted(found, key=lambda item: (*MODE_ORDER, item.name).index(item.name)))
 
 
-def _place(item: Field[Any]) -> int:
-    return MODE_ORDER.index(item.name) if item.name in MODE_ORDER else len(MODE_ORDER)
+def _fields_of(kind: type[Mode]) -> tuple[Quantity, ...]:
+    return MODE_FIELDS if kind is Mode else _in_order(kind)
 
 
-MODE_KEYS = tuple(Mode(math.nan, math.nan, np.empty(0, dtype=complex)).values())
+MODE_FIELDS = _in_order(Mode)
+"""The fields of a mode in the order of files."""
+MODE_KEYS = tuple(key for item in MODE_FIELDS for key in item.keys)
 """What :meth:`Mode.values` names."""
 
 

@@ -19,6 +19,7 @@ from generated_pages.commands import commands_page  # noqa: E402
 from generated_pages.effects import effects_page  # noqa: E402
 from generated_pages.imports import arrows_between_rooms, arrows_within  # noqa: E402
 from generated_pages.messages import messages_page  # noqa: E402
+from generated_pages.mode import mode_page  # noqa: E402
 from generated_pages.modules import module_pages  # noqa: E402
 from generated_pages.parameters import node_parameters, parameters_page  # noqa: E402
 from generated_pages.picture import svg  # noqa: E402
@@ -134,6 +135,14 @@ import os; os._exit(0)
     assert set(documented) == own - {'start_type_description_service'}
     assert all(declared[name] == text for name, text in documented.items())
     assert all(f'| `{name}` |' in parameters_page() for name in documented)
+
+
+def test_every_field_of_a_mode_is_documented():
+    from modal_core.mode import MODE_FIELDS, MODE_KEYS
+
+    page = mode_page()
+    assert all(f'`{key}`' in page for key in MODE_KEYS)
+    assert all(item.text and item.text in page for item in MODE_FIELDS)
 
 
 def test_every_effect_is_documented():

@@ -13,9 +13,9 @@ from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.identification import IdentifiedRecording
 from autonomous_modal_analysis.output import save_results
 from autonomous_modal_analysis.report.words import band_words
-from autonomous_modal_analysis.results import identification_json, IdentifiedWindow, MODE_COLUMNS
+from autonomous_modal_analysis.results import identification_json, IdentifiedWindow
 from modal_core.channel import SensorLayout
-from modal_core.mode import Mode, ModeSet
+from modal_core.mode import Mode, MODE_FIELDS, ModeSet
 from modal_reports import count, DAMPING, fixed, FREQUENCY, mark, MPC
 
 if TYPE_CHECKING:
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
-NAMED = {'mpd': 'mpd_rad'}
-"""Columns whose name must say the unit."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -128,9 +126,12 @@ class ModalResult(Result):
     def columns(self) -> Columns:
         """Return modes and harmonic lines by column; σ is NaN where it is not known."""
         modes = self._listed()
-        rows = [mode.values() for mode in modes]
         return {
-            **{NAMED.get(key, key): [row[key] for row in rows] for key in MODE_COLUMNS},
+            **{
+                item.column: [getattr(mode, item.name) for mode in modes]
+                for item in MODE_FIELDS
+                if item.single
+            },
             **{
                 f'shape.{name}': [complex(mode.shape[row]) for mode in modes]
                 for row, name in enumerate(self.channel_names)

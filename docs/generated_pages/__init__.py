@@ -1,7 +1,7 @@
 """Pages of the documentation that follow from the code: a Sphinx extension.
 
-When a build begins, the reference of messages, parameters, commands and modules is written anew
-below ``reference/generated``; a page that is included there cannot go stale.  The directives
+When a build begins, the reference of messages, modes, parameters, commands and modules is written
+anew below ``reference/generated``; a page that is included there cannot go stale.  The directives
 ``import-picture`` and ``measured`` draw the arrows between rooms and show results of benchmarks.
 """
 
@@ -11,6 +11,7 @@ from typing import Any, NewType
 from generated_pages.commands import commands_page
 from generated_pages.effects import effects_page
 from generated_pages.messages import messages_page
+from generated_pages.mode import mode_page
 from generated_pages.modules import module_pages
 from generated_pages.parameters import parameters_page
 from generated_pages.place import write_when_changed
@@ -23,6 +24,7 @@ def write_pages(app: Any) -> None:
     folder = Path(app.srcdir) / FOLDER
     pages = {
         'messages.md': messages_page(),
+        'mode.md': mode_page(),
         'parameters.md': parameters_page(),
         'commands.md': commands_page(),
         'effects.md': effects_page(),
