@@ -8,55 +8,86 @@ docs/measured/results; --quick is held against it.
 import argparse
 from collections import defaultdict
 from collections.abc import Sequence
+import itertools
 import json
+from pathlib import Path
 import sys
 import warnings
 
 from benchmarks import peers
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import Verdict
-from benchmarks.families.series import OURS, run, Task
-from benchmarks.families.tally import best, COLUMNS, regressions, Tally
+from benchmarks.families.peer import name_of, PRESETS
+from benchmarks.families.rows import COLUMNS, OURS, rows_of
+from benchmarks.families.series import run, Task
+from benchmarks.families.store import Store
+from benchmarks.families.tally import regressions, Tally
 from benchmarks.results import FOLDER, versions, write_rows
 
 QUICK_SEED, REPORT_SEED = 850_000, 880_000
 QUICK_RUNS, QUICK_MINUTES = 12, 8.0
 RUNS, MINUTES = 60, 110.0
+Verdicts = dict[str, dict[str, list[Verdict]]]
+"""By family and by who."""
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run, print the table; return 1 where --quick found a regression."""
     chosen = _parser().parse_args(words)
     warnings.simplefilter('ignore')
-    with_peer = not (chosen.quick or chosen.ours)
-    if with_peer and not peers.installed('pyoma2'):
-        with_peer = False
-        print('pyOMA2 is not installed: ours only', file=sys.stderr)
-    first, n_runs = (QUICK_SEED, QUICK_RUNS) if chosen.quick else (REPORT_SEED, RUNS)
-    seeds = range(*chosen.seeds) if chosen.seeds else range(first, first + n_runs)
+    seeds, minutes = _extent(chosen)
     names = chosen.family or list(FAMILIES)
-    tasks = [Task(name, seed, with_peer) for seed in seeds for name in names]
-    minutes = chosen.minutes or (QUICK_MINUTES if chosen.quick else MINUTES)
-    verdicts: dict[str, dict[str, list[Verdict]]] = {name: defaultdict(list) for name in names}
+    store = Store(chosen.store)
+    tasks, known = _tasks(chosen, names, seeds, store)
+    verdicts: Verdicts = {name: defaultdict(list) for name in names}
     for found in run(tasks, chosen.workers, minutes):
-        for who, verdict in found.items():
-            verdicts[verdict.family][who].append(verdict)
-        if chosen.verbose:
+        store.keep((who, verdict) for who, verdict in found.items() if who != OURS)
+        if chosen.verbose and OURS in found:
             print('\n  '.join(filter(None, [*found[OURS].notes, found[OURS].failed])), flush=True)
+        first = next(iter(found.values()))
+        for who, verdict in {**known[first.family, first.seed], **found}.items():
+            verdicts[verdict.family][who].append(verdict)
     rows, counts = _table(verdicts)
     print(f'| {" | ".join(COLUMNS)} |\n|{"---|" * len(COLUMNS)}')
     for row in rows:
         print(f'| {" | ".join(row)} |')
-    if chosen.keep or not (chosen.quick or chosen.ours or chosen.seeds or chosen.family):
+    whole = not (chosen.quick or chosen.ours or chosen.seeds or chosen.family)
+    if rows and (chosen.keep or whole):
         where = (*versions(), f'seeds from {seeds[0]}')
         write_rows('families', COLUMNS, rows, where, counts)
     return _worse(counts) if chosen.quick else 0
+
+
+def _extent(chosen: argparse.Namespace) -> tuple[range, float]:
+    """Return the seeds and the time [min]."""
+    first, n_runs = (QUICK_SEED, QUICK_RUNS) if chosen.quick else (REPORT_SEED, RUNS)
+    seeds = range(*chosen.seeds) if chosen.seeds else range(first, first + n_runs)
+    return seeds, chosen.minutes or (QUICK_MINUTES if chosen.quick else MINUTES)
+
+
+def _tasks(
+    chosen: argparse.Namespace, names: Sequence[str], seeds: range, store: Store
+) -> tuple[list[Task], dict[tuple[str, int], dict[str, Verdict]]]:
+    """Return what is to be run, all families of a seed before the next seed, and what is known."""
+    presets = () if chosen.quick or chosen.ours else PRESETS
+    if presets and not peers.installed('pyoma2'):
+        presets = ()
+        print('pyOMA2 is not installed: ours only', file=sys.stderr)
+    tasks, known = [], {}
+    for seed, name in itertools.product(seeds, names):
+        known[name, seed] = store.known(name, seed) if presets else {}
+        left = tuple(preset for preset in presets if name_of(preset) not in known[name, seed])
+        if left or not chosen.peer:
+            tasks.append(Task(name, seed, not chosen.peer, left))
+    return tasks, known
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='benchmarks families', description=__doc__)
     parser.add_argument('--quick', action='store_true', help='ten minutes; fails when worse')
     parser.add_argument('--ours', action='store_true', help='without the peer')
+    parser.add_argument('--peer', action='store_true', help='the peer alone, for the store')
+    parser.add_argument('--store', type=Path, help='file that keeps what the peer made of records')
     parser.add_argument('--seeds', nargs=2, type=int, metavar=('FIRST', 'END'))
     parser.add_argument('--family', action='append', choices=list(FAMILIES))
     parser.add_argument('--verbose', action='store_true', help='what was wrong in each record')
@@ -67,20 +98,15 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _table(
-    verdicts: dict[str, dict[str, list[Verdict]]],
+    verdicts: Verdicts,
 ) -> tuple[list[list[str]], dict[str, dict[str, int]]]:
     """Return the rows, ours above the peer's best, and what later runs are held against."""
     rows, counts = [], {}
     for name, by_whom in verdicts.items():
-        tallies = {who: Tally(each) for who, each in by_whom.items()}
-        ours = tallies.pop(OURS, None)
-        if ours is None:
-            continue
-        rows.append(ours.row(name, OURS))
-        counts[name] = ours.counts()
-        if tallies:
-            who = best(tallies)
-            rows.append(tallies[who].row('', who))
+        if by_whom[OURS]:
+            tallies = {who: Tally(each) for who, each in by_whom.items()}
+            rows += rows_of(FAMILIES[name], tallies)
+            counts[name] = tallies[OURS].counts()
     return rows, counts
 
 

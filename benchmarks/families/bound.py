@@ -15,17 +15,19 @@ Whittle (1953), Arkiv för Matematik 2, doi:10.1007/BF02590998; Au (2014),
 doi:10.1016/j.ymssp.2014.03.002.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.families.response import poles
 from benchmarks.plant import Plant
 
-MOST_PARAMETERS = 260
+MOST_PARAMETERS = 450
 """Above, it takes longer than the identification."""
 AT_ONCE = 50
 
-Complex = NDArray[np.complex128]
+Complex = NDArray[np.complexfloating[Any, Any]]
 Real = NDArray[np.float64]
 
 

@@ -35,7 +35,7 @@ class Family:
     n_lines : pair of int
         Harmonics.
     drift : pair of float
-        From least to greatest natural frequency over the mean, uniform.
+        From least to greatest natural frequency over the mean, uniform; none below 0.
     """
 
     name: str
@@ -110,7 +110,7 @@ FAMILIES = {
             forces=ALL_FORCES,
             courses=ALL_COURSES,
             n_lines=(0, 4),
-            drift=(0.0, 0.03),
+            drift=(-0.03, 0.03),
         ),
     )
 }

@@ -34,9 +34,10 @@ class Verdict:
     family, seed : str, int
     asked, found : list of int
         Modes (or groups that the record cannot tell apart) asked for by bin of ζ f T; those found.
-    n_false, n_lines, n_lines_as_modes, n_modes_as_lines, n_false_lines : int
-        Modes that are none; lines there; reported as modes; true modes asked for that are missed
-        and reported as a line; lines reported that are neither.
+    modes_as_lines : list of int
+        Those missed and reported as a line.
+    n_false, n_lines, n_lines_as_modes, n_false_lines : int
+        Modes that are none; lines there; reported as modes; lines reported that are none.
     errors : list of [ζ f T, error of f, of ζ over the law, of f, of ζ over the bound]
         Of modes that can be told apart, without drift; NaN where there is no bound.
     inside : list of [f, ζ]
@@ -58,10 +59,10 @@ class Verdict:
     seed: int
     asked: list[int] = field(default_factory=lambda: [0, 0, 0])
     found: list[int] = field(default_factory=lambda: [0, 0, 0])
+    modes_as_lines: list[int] = field(default_factory=lambda: [0, 0, 0])
     n_false: int = 0
     n_lines: int = 0
     n_lines_as_modes: int = 0
-    n_modes_as_lines: int = 0
     n_false_lines: int = 0
     errors: list[list[float]] = field(default_factory=list)
     inside: list[list[bool | None]] = field(default_factory=list)
@@ -72,6 +73,11 @@ class Verdict:
     duration_s: float = 0.0
     notes: list[str] = field(default_factory=list)
     failed: str = ''
+
+    @property
+    def n_made_up(self) -> int:
+        """Modes that are none, lines among them."""
+        return self.n_false + self.n_lines_as_modes
 
 
 def judge(modes: Sequence[Mode], lines: Sequence[Mode], record: Record) -> Verdict:
@@ -89,9 +95,9 @@ def judge(modes: Sequence[Mode], lines: Sequence[Mode], record: Record) -> Verdi
 
 
 def product(record: Record) -> NDArray[np.float64]:
-    """Return ζ f T of the true modes."""
+    """Return ζ f T of the true modes, T that of a steady force."""
     plant = record.plant
-    return np.asarray(plant.damping_ratio * plant.frequency_hz * record.duration_s)
+    return np.asarray(plant.damping_ratio * plant.frequency_hz * record.steady_s)
 
 
 def asked_for(record: Record) -> NDArray[np.bool_]:
@@ -127,7 +133,7 @@ def _count_recall(
             abs(line.frequency_hz - hz) < near_hz[mode] and not _on_line(line.frequency_hz, record)
             for line in lines
         )
-        verdict.n_modes_as_lines += as_line
+        verdict.modes_as_lines[place] += as_line
         verdict.notes.append(
             f'{"called a line" if as_line else "missed"}: {hz:.5g} Hz, ζ'
             f' {plant.damping_ratio[mode]:.2%}, share {record.share[mode]:.1%}, ζfT'
@@ -162,7 +168,8 @@ def _nearest(mode: Mode, record: Record) -> str:
     """Describe the true mode that is nearest in frequency over its reach."""
     away = (mode.frequency_hz - record.plant.frequency_hz) / reach_hz(record)
     near = int(np.argmin(np.abs(away)))
-    alike = float(mac(mode.shape, record.plant.shapes[:, near])[0, 0])
+    known = np.isfinite(mode.shape)
+    alike = float(mac(mode.shape[known], record.plant.shapes[known, near])[0, 0])
     return (
         f'; nearest {record.plant.frequency_hz[near]:.5g} Hz, ζ'
         f' {record.plant.damping_ratio[near]:.2%}: {away[near]:.2g} reaches, MAC {alike:.2f}'
@@ -198,7 +205,7 @@ def _judge_values(verdict: Verdict, mode: Mode, true: int, record: Record) -> No
     of_bound = np.array(errors) * least / bound
     verdict.errors.append([float(product(record)[true]), *errors, *map(float, of_bound)])
     verdict.inside.append(inside)
-    _judge_shape(verdict, mode, plant.shapes[:, true])
+    _judge_shape(verdict, mode, np.asarray(plant.shapes[:, true], dtype=complex))
 
 
 def _judge_shape(verdict: Verdict, mode: Mode, truth: NDArray[np.complex128]) -> None:

@@ -90,11 +90,17 @@ def _cost(modes: Sequence[Mode], record: Record) -> NDArray[np.float64]:
     if record.drift:
         # What moves looks damped by its drift as well.
         most = most + np.log1p(record.drift / plant.damping_ratio)
-    alike = mac(np.array([mode.shape for mode in modes]).T, plant.shapes)
+    alike = np.array([_alike(mode, record) for mode in modes])
     least = LEAST_MAC if len(plant.shapes) >= FEWEST_CHANNELS else 0.0
     cost = away**2 + (1.0 - alike) ** 2
     never = (np.abs(away) > 1.0) | (factor > most) | (alike < least)
     return np.where(never, NEVER, cost)
+
+
+def _alike(mode: Mode, record: Record) -> NDArray[np.float64]:
+    """Return the MAC with each true shape over the channels that are known, (n_modes,)."""
+    known = np.isfinite(mode.shape)
+    return np.asarray(mac(mode.shape[known], record.plant.shapes[known])[0])
 
 
 def _groups(record: Record) -> NDArray[np.int64]:

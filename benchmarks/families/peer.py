@@ -15,7 +15,8 @@ from benchmarks.families.record import Record
 from modal_core.mode import Mode
 from oma_identifier.covariance import choose_references
 
-PRESETS = ((20, 40), (30, 60), (50, 100))
+Preset = tuple[int, int]
+PRESETS: tuple[Preset, ...] = ((20, 40), (30, 60), (40, 80))
 """Block rows and highest order."""
 SELECTION = 'hier_avg'
 MOST_REFERENCES = 6
@@ -23,12 +24,12 @@ MOST_BYTES = 400_000_000
 """Of its stacked rows."""
 
 
-def name_of(preset: tuple[int, int]) -> str:
+def name_of(preset: Preset) -> str:
     """Name a preset as the table does."""
     return 'pyOMA2 {} rows, order {}'.format(*preset)
 
 
-def peer(record: Record, preset: tuple[int, int]) -> Verdict:
+def peer(record: Record, preset: Preset) -> Verdict:
     """Identify the record; an error of the library finds nothing."""
     start = time.process_time()
     failed = ''

@@ -63,6 +63,9 @@ class Record:
     n_forces : int
     forces : str
         Kind of forces.
+    steady : float
+        Share of the record in which steady forces would tell as much: (mean power)² over the mean
+        of its square.
     """
 
     family: str
@@ -77,16 +80,22 @@ class Record:
     noise_std: NDArray[np.float64]
     n_forces: int
     forces: str
+    steady: float
 
     @property
     def duration_s(self) -> float:
         """Samples over rate [s]."""
         return len(self.acceleration) / self.rate_hz
 
+    @property
+    def steady_s(self) -> float:
+        """Length of a record under steady forces that would tell as much [s]."""
+        return self.steady * self.duration_s
+
     @cached_property
     def law(self) -> NDArray[np.float64]:
         """Least relative deviations of f and ζ were a mode alone (Au 2014), (2, n_modes)."""
-        return law(self.plant, self.duration_s)
+        return law(self.plant, self.steady_s)
 
     @cached_property
     def bound(self) -> NDArray[np.float64] | None:
@@ -162,6 +171,7 @@ def draw(family: Family, seed: int) -> Record:
         noise_std=scale * level,
         n_forces=n_forces,
         forces=f'{kind} {course}',
+        steady=float(np.mean(envelope**2) ** 2 / np.mean(envelope**4)),
     )
 
 
@@ -223,7 +233,7 @@ def _drift(
     rng: np.random.Generator, limits: Range, n_samples: int
 ) -> tuple[float, NDArray[np.float64] | None]:
     """Return the extent of a drift and the modes' own time [samples]."""
-    extent = float(rng.uniform(*limits))
+    extent = max(0.0, float(rng.uniform(*limits)))
     if not extent:
         return 0.0, None
     share = np.arange(n_samples) / n_samples

@@ -1,8 +1,9 @@
 """Records of families run in processes, one seed of every family after the other."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed, Future, ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 import itertools
 import signal
 import sys
@@ -12,35 +13,35 @@ from types import FrameType
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import Verdict
 from benchmarks.families.ours import ours
-from benchmarks.families.peer import name_of, peer, PRESETS
+from benchmarks.families.peer import name_of, peer, Preset
 from benchmarks.families.record import draw
+from benchmarks.families.rows import OURS
 
-OURS = 'ours'
 LONGEST_S = 600.0
 """Processor time after which a record is given up."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A record, and whether the peer sees it too."""
+    """A record, and who identifies it: ours, and the peer with some presets."""
 
     family: str
     seed: int
-    with_peer: bool
+    ours: bool
+    presets: tuple[Preset, ...]
 
 
 def examine(task: Task) -> dict[str, Verdict]:
     """Return the verdicts on a record by who identified it."""
     record = draw(FAMILIES[task.family], task.seed)
-    signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
-    verdicts = {OURS: ours(record)}
-    if task.with_peer:
-        for preset in PRESETS:
-            signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
-            verdicts[name_of(preset)] = peer(record, preset)
+    runs: dict[str, Callable[[], Verdict]] = {OURS: partial(ours, record)} if task.ours else {}
+    runs |= {name_of(preset): partial(peer, record, preset) for preset in task.presets}
+    verdicts = {}
+    for who, identify in runs.items():
+        signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
+        verdicts[who] = identify()
+        verdicts[who].notes.insert(0, str(record))
     signal.setitimer(signal.ITIMER_PROF, 0)
-    for verdict in verdicts.values():
-        verdict.notes.insert(0, str(record))
     return verdicts
 
 
@@ -58,15 +59,16 @@ def run(tasks: Sequence[Task], workers: int, minutes: float) -> Iterator[dict[st
                 waiting |= {pool.submit(examine, task) for task in itertools.islice(left, 1)}
             done += 1
             verdicts = finished.result()
-            _progress(verdicts[OURS], f'{done}/{len(tasks)}')
+            for who, verdict in verdicts.items():
+                _progress(who, verdict, f'{done}/{len(tasks)}')
             yield verdicts
     if done < len(tasks):
         print(f'time is over after {done} of {len(tasks)} records', file=sys.stderr)
 
 
-def _progress(verdict: Verdict, where: str) -> None:
+def _progress(who: str, verdict: Verdict, where: str) -> None:
     print(
-        f'{where} {verdict.family} {verdict.seed}: found {sum(verdict.found)} of'
+        f'{where} {verdict.family} {verdict.seed} {who}: found {sum(verdict.found)} of'
         f' {sum(verdict.asked)}, {verdict.n_false} false, {verdict.cpu_s:.1f} s'
         f' {verdict.failed}',
         file=sys.stderr,

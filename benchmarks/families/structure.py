@@ -71,7 +71,7 @@ def draw_damping(
     rng: np.random.Generator, omega: NDArray[np.float64], limits: tuple[float, float]
 ) -> NDArray[np.float64]:
     """Draw log-uniform damping ratios and return D without coupling."""
-    zeta = np.exp(rng.uniform(*np.log(limits), len(omega)))
+    zeta = np.exp(rng.uniform(np.log(limits[0]), np.log(limits[1]), len(omega)))
     return np.diag(2.0 * zeta * omega)
 
 

@@ -9,26 +9,6 @@ from scipy.stats import binom, hypergeom
 
 from benchmarks.families.judge import PRODUCT_EDGES, Verdict
 
-COLUMNS = (
-    'family',
-    'by',
-    'runs',
-    'recall ζfT < 0.5',
-    '0.5 to 2',
-    '> 2',
-    'false modes a run',
-    'lines as modes',
-    'modes as lines',
-    'lines that are none',
-    '2σ of f',
-    '2σ of ζ',
-    '2σ of shapes',
-    'f, ζ over the law',
-    'over the bound',
-    'MAC loss in 2σ',
-    'wrong and sure',
-    'CPU s, x real time',
-)
 REGRESSION = 1e-3
 """Chance of one family to seem worse."""
 
@@ -121,41 +101,36 @@ class Tally:
             return math.nan, math.nan
         return float(np.median(np.abs(errors)) / 0.6745), float(np.sqrt(np.mean(errors**2)))
 
-    def row(self, family: str, who: str) -> list[str]:
-        """Return the cells of a line of the table; what was not to be counted is left out."""
-        cpu_s = np.array([v.cpu_s for v in self.verdicts])
-        speed = sum(v.duration_s for v in self.verdicts) / max(1e-9, float(cpu_s.sum()))
-        n_lines, n_losses = (sum(each) for each in zip(*self._lines_and_losses(), strict=True))
-        return [
-            family,
-            who,
-            str(len(self.verdicts)),
-            *(str(self.recall(place)) for place in range(3)),
-            str(self.each_run('n_false')),
-            _of(sum(v.n_lines_as_modes for v in self.verdicts), n_lines),
-            _of(sum(v.n_modes_as_lines for v in self.verdicts), self.n_asked),
-            str(self.each_run('n_false_lines')),
-            *(str(self.inside(part)) for part in range(2)),
-            str(self.shapes),
-            '{:.2f} (rms {:.2f}), {:.2f} (rms {:.2f})'.format(*self.scatter(1), *self.scatter(2)),
-            f'{self.scatter(3)[0]:.2f}, {self.scatter(4)[0]:.2f}',
-            str(self.losses),
-            _of(sum(v.n_sure_and_wrong for v in self.verdicts), n_losses),
-            f'{np.median(cpu_s):.2f}, {speed:.0f}',
-        ]
-
-    def _lines_and_losses(self) -> list[tuple[int, int]]:
-        return [(v.n_lines, len(v.losses)) for v in self.verdicts]
-
     @property
-    def n_asked(self) -> int:
-        """Number of modes asked for."""
-        return sum(sum(v.asked) for v in self.verdicts)
+    def modes_as_lines(self) -> list[int]:
+        """Return the modes called lines by bin of ζ f T."""
+        return [sum(v.modes_as_lines[place] for v in self.verdicts) for place in range(3)]
+
+    def found_more(self, other: 'Tally') -> Rate:
+        """Return by how much the recall is above another's on the same records."""
+        pairs = self._paired(other)
+        return rate(
+            [sum(own.found) - sum(its.found) for own, its in pairs],
+            [sum(own.asked) for own, _ in pairs],
+        )
+
+    def false_more(self, other: 'Tally') -> Rate:
+        """Return how many more modes a run are made up than another makes up."""
+        pairs = self._paired(other)
+        return rate([own.n_made_up - its.n_made_up for own, its in pairs], [1] * len(pairs))
+
+    def _paired(self, other: 'Tally') -> list[tuple[Verdict, Verdict]]:
+        by_seed = {v.seed: v for v in other.verdicts}
+        return [(v, by_seed[v.seed]) for v in self.verdicts if v.seed in by_seed]
+
+    def total(self, name: str) -> int:
+        """Return the sum of a count."""
+        return sum(getattr(v, name) for v in self.verdicts)
 
     @property
     def score(self) -> int:
         """Modes found less modes made up."""
-        return sum(sum(v.found) - v.n_false - v.n_lines_as_modes for v in self.verdicts)
+        return sum(sum(v.found) - v.n_made_up for v in self.verdicts)
 
     def counts(self) -> dict[str, int]:
         """Return what a later run is held against."""
@@ -163,12 +138,8 @@ class Tally:
             'runs': len(self.verdicts),
             'asked': sum(v.asked[2] for v in self.verdicts),
             'missed': sum(v.asked[2] - v.found[2] for v in self.verdicts),
-            'false': sum(v.n_false + v.n_lines_as_modes for v in self.verdicts),
+            'false': sum(v.n_made_up for v in self.verdicts),
         }
-
-
-def _of(part: int, whole: int) -> str:
-    return f'{part} of {whole}' if whole else '-'
 
 
 def best(tallies: Mapping[str, Tally]) -> str:

@@ -12,8 +12,9 @@ from benchmarks.families.judge import asked_for, judge
 from benchmarks.families.matching import match
 from benchmarks.families.record import draw, Record
 from benchmarks.families.response import in_time, modal_accelerations
+from benchmarks.families.rows import COLUMNS, rows_of
 from benchmarks.families.structure import coupled, Modal
-from benchmarks.families.tally import COLUMNS, rate, regressions, Tally
+from benchmarks.families.tally import rate, regressions, Tally
 from benchmarks.plant import Plant
 from benchmarks.scatter import law
 from modal_core.indicators import normalise
@@ -100,9 +101,20 @@ def record_of(hz: list[float], zeta: float = 0.01, duration_s: float = 100.0) ->
     plant = Plant(
         np.array(hz), np.full(n, zeta), rng.standard_normal((5, n)) + 0j, np.ones((n, 1)) + 0j
     )
-    samples = np.zeros((int(duration_s * 50.0), 5))
     return Record(
-        'plain', 1, plant, samples, 50.0, np.full(n, 0.5), (), 0.0, 0.0, np.full(5, 0.1), 1, 'x'
+        family='plain',
+        seed=1,
+        plant=plant,
+        acceleration=np.zeros((int(duration_s * 50.0), 5)),
+        rate_hz=50.0,
+        share=np.full(n, 0.5),
+        lines_hz=(),
+        drift=0.0,
+        noise=0.0,
+        noise_std=np.full(5, 0.1),
+        n_forces=1,
+        forces='any',
+        steady=1.0,
     )
 
 
@@ -147,7 +159,7 @@ def test_what_is_missing_made_up_or_taken_for_a_line_is_counted():
     verdict = judge([modes[0], extra], [replace(modes[2], harmonic=True)], record)
     assert sum(verdict.found) == 1
     assert verdict.n_false == 1
-    assert verdict.n_modes_as_lines == 1
+    assert sum(verdict.modes_as_lines) == 1
     assert verdict.n_false_lines == 1
     twice = judge([*modes, modes[1]], (), record)
     assert sum(twice.found) == 3
@@ -230,13 +242,21 @@ def test_only_what_is_worse_beyond_chance_is_a_regression():
 
 def test_a_row_of_the_table_tells_what_was_counted():
     record = record_of([2.0, 5.0, 9.0])
-    tally = Tally([judge(truth(record, 1.0), (), record), judge(truth(record)[:2], (), record)])
+    tally = Tally(
+        [
+            judge(truth(record, 1.0), (), record),
+            judge(truth(record)[:2], (), replace(record, seed=2)),
+        ]
+    )
     assert tally.recall(2).value == pytest.approx(
         1.0 - 1.0 / sum(v.asked[2] for v in tally.verdicts)
     )
     assert tally.counts()['missed'] == 1
     assert tally.inside(0).value == 1.0
-    assert len(tally.row('plain', 'ours')) == len(COLUMNS)
+    assert tally.found_more(Tally(tally.verdicts[::-1])).value == 0.0
+    rows = rows_of(FAMILIES['plain'], {'ours': tally, 'other': Tally(tally.verdicts[1:])})
+    assert [len(row) for row in rows] == [len(COLUMNS)] * 2
+    assert [row[1] for row in rows] == ['ours', 'other']
 
 
 def test_the_bound_of_a_mode_alone_is_the_law():
