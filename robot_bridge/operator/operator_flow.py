@@ -66,7 +66,9 @@ class OperatorFlow:
     # -- the operator --------------------------------------------------------------------------
 
     def offer(self, path: PlanPath, longest_arm_s: float = LONGEST_ARM_S) -> None:
-        """Take a plan in hand; a release ends unless it was of this very plan, by its hash.
+        """Take a plan in hand; the plan that is in hand, by its hash, changes nothing.
+
+        It may come late or again: a release of it stays, and it neither releases nor starts.
 
         Parameters
         ----------
@@ -82,12 +84,11 @@ class OperatorFlow:
         """
         with self._lock:
             self.check_free()
-            before, self.path = self.path, path
+            if self.path is not None and self.path.plan_hash == path.plan_hash:
+                return
+            self.path = path
             self._longest_arm_s = min(longest_arm_s, LONGEST_ARM_S)
-            released = self.state == FlowState.ARMED
-            if released and before is not None and before.plan_hash == path.plan_hash:
-                return  # a late or repeated delivery of what the operator released
-            if released or self.state == FlowState.HOLDING:
+            if self.state in (FlowState.ARMED, FlowState.HOLDING):
                 self._enter(FlowState.IDLE, 'a new plan arrived')
 
     def check_free(self) -> None:

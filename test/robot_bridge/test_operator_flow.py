@@ -130,6 +130,39 @@ def test_a_release_outlasts_a_repeated_delivery_of_its_plan_but_no_other_plan():
         rig.start()
 
 
+def played(rig):
+    rig.go().run(3000)
+
+
+@pytest.mark.parametrize(
+    ('bring', 'state'),
+    [
+        (lambda rig: rig.flow.offer(sweep()), FlowState.IDLE),
+        (lambda rig: (rig.flow.offer(sweep()), rig.arm()), FlowState.ARMED),
+        (played, FlowState.HOLDING),
+        (lambda rig: (rig.go().run(30), rig.flow.abort('stop'), rig.run(60)), FlowState.ABORTED),
+    ],
+)
+def test_the_same_plan_again_changes_nothing_and_starts_nothing(bring, state):
+    rig = Rig().run(3)
+    bring(rig)
+    rig.run(3)
+    assert rig.flow.state == state
+    before, progress = rig.flow.reason, rig.flow.progress
+    stood = len(rig.positions)
+    for _ in range(3):
+        rig.flow.offer(sweep())
+        rig.run(20)
+    assert (rig.flow.state, rig.flow.reason, rig.flow.progress) == (state, before, progress)
+    assert np.ptp(rig.positions[stood:], axis=0).max() == 0.0
+    if state == FlowState.ARMED:
+        rig.start().run(3)  # with the token of the one release
+        assert rig.flow.state == FlowState.RUNNING
+    else:
+        with pytest.raises(BridgeError, match='not armed'):
+            rig.flow.start(rig.now, rig.token)
+
+
 @pytest.mark.parametrize('timeout_s', [0.0, -1.0, 301.0, float('nan'), float('inf')])
 def test_arm_needs_a_bounded_time_out(timeout_s):
     rig = Rig().run(3)
