@@ -10,6 +10,7 @@ from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.motion.robot_signals import Cleaned, never
 from oma_identifier.synchrony.in_step import sensor_of, Synchroniser
+from oma_identifier.synchrony.multiple_coherence import residual_of
 
 SEED = 31_700
 RATE_HZ = 200.0
@@ -142,3 +143,45 @@ def test_a_few_channels_contradict_nobody(structure, n_channels):
         channels = tuple(Channel(name=f'c{number}') for number in range(n_channels))
         cleaned = looked_at(Samples(samples.acceleration, RATE_HZ, channels))
         assert not cleaned.channel_flags and not cleaned.left_out, f'seed {SEED}, {seed}'
+
+
+def test_what_is_left_of_all_sensors_at_once_is_what_least_squares_leave_of_each():
+    rng = np.random.default_rng((SEED, 400))
+    values = rng.standard_normal((300, 6, 2)) @ (1.0, 1.0j)
+    values[:, 3] = values[:, :3] @ (1.0, -0.5, 0.3j) + 0.1 * values[:, 3]
+    sensors = [np.array([0, 1]), np.array([2]), np.array([3, 4]), np.array([5])]
+    rest = residual_of(values.conj().T @ values, sensors, n_free=300.0)
+    for number, own in enumerate(sensors):
+        others = np.delete(values, own, axis=1)
+        left = values[:, own] - others @ np.linalg.lstsq(others, values[:, own])[0]
+        assert rest.power[number] == pytest.approx(np.sum(np.abs(left) ** 2), rel=1e-6)
+        assert rest.n_used[number] == pytest.approx(6 - len(own), rel=1e-6)
+
+
+def test_no_more_coefficients_are_estimated_than_half_the_values_can_tell():
+    rng = np.random.default_rng((SEED, 401))
+    values = rng.standard_normal((12, 40, 2)) @ (1.0, 1.0j)
+    each = [np.array([number]) for number in range(40)]
+    rest = residual_of(values.conj().T @ values, each, n_free=12.0)
+    assert (rest.n_used < 6.0).all() and (rest.n_used > 4.0).all()
+    total = np.sum(np.abs(values) ** 2, axis=0)
+    # Of noise chance explains its share, and that share is known.
+    share = np.mean(1.0 - rest.power / total)
+    assert share == pytest.approx(np.mean(rest.n_used) / 12.0, abs=0.15)
+
+
+@pytest.mark.parametrize('axes', [1, 3])
+def test_in_crowded_structures_of_heavy_damping_no_healthy_sensor_is_suspected(structure, axes):
+    """More modes overlap at a peak than a few directions hold, and a plateau looks like noise."""
+    n_flagged = 0
+    for seed in range(10):
+        rng = np.random.default_rng((SEED, 500 + seed))
+        hz = np.sort(np.exp(rng.uniform(np.log(3.0), np.log(45.0), 8)))
+        plant = structure(hz, rng.uniform(0.05, 0.1, 8), n_channels=12, seed=seed)
+        samples = plant.simulate(rng, 30.0, 128.0, 0.05)
+        names = NAMES if axes == 3 else [f'c{number}' for number in range(12)]
+        channels = tuple(Channel(name=name) for name in names)
+        cleaned = looked_at(Samples(samples.acceleration, 128.0, channels), slice(None))
+        assert not cleaned.left_out, f'seed {SEED}, {seed}'
+        n_flagged += len(cleaned.channel_flags)
+    assert n_flagged <= 1, f'seed {SEED}: {n_flagged} of 120 channels'

@@ -6,7 +6,6 @@ import pytest
 from modal_core.channel import Channel
 from modal_core.samples import Samples
 from oma_identifier.synchrony.delay_likelihood import DelayLikelihood
-from oma_identifier.synchrony.explained_power import explained, nearly_explained
 from oma_identifier.synchrony.peak_view import LATEST_S, view_at
 from oma_identifier.synchrony.sensor_peaks import sensor_peaks
 
@@ -47,15 +46,3 @@ def test_delays_that_are_given_up_are_unlikely(peaks, delay_rows):
     assert (some[~likely] <= 1.001 * every[~likely]).all()
     low_s, high_s = delay_s - 1e-3, delay_s + 1e-3
     assert (likelihood.within(sensor, low_s, high_s) >= 0.999 * every).all()
-
-
-@pytest.mark.parametrize('delay_rows', [0, 3000])
-def test_what_is_told_of_all_sensors_at_once_is_what_is_told_of_each(peaks, delay_rows):
-    sensors = [BESIDE, *OWN]
-    for peak in peaks(delay_rows):
-        values = peak.spectra.reshape(-1, 12)
-        products = values.conj().T @ values
-        each = [explained(products, own, np.delete(np.arange(12), own)) for own in sensors]
-        total = [np.diag(products).real[own].sum() for own in sensors]
-        shares = nearly_explained(products, sensors) / total
-        np.testing.assert_allclose(shares, np.divide(each, total), atol=0.1)
