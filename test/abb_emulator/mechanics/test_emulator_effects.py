@@ -467,7 +467,7 @@ def test_wrong_arm_options_are_refused(wrong):
 
 
 def test_the_documentation_names_every_effect_and_its_example_is_read():
-    text = (Path(__file__).parents[2] / 'docs' / 'reference' / 'abb.md').read_text()
+    text = (Path(__file__).parents[3] / 'docs' / 'reference' / 'abb.md').read_text()
     part = text[text.index('## Effects in the arm') : text.index('## Control law')]
     lines = [line[4:] for line in part.splitlines() if line.startswith('    ')]
     assert [item.type for item in read_effects(yaml.safe_load('\n'.join(lines))['effects'])] == [
