@@ -6,6 +6,7 @@ import math
 from statistics import mode
 
 from autonomous_modal_analysis.plan_record import recorded_edge_hz
+from autonomous_modal_analysis.remarks import remarks
 from autonomous_modal_analysis.results import Identification, IdentifiedWindow
 from autonomous_modal_analysis.terminal import ProgressCallback
 from modal_core.channel import SensorLayout
@@ -110,6 +111,7 @@ def identify_recording(
             band=analysed_band(mode(rates_hz), math.inf, asked, settings),
             harmonics=whole.harmonics,
             damage=(*recording.damage(), *_unused(pipeline)),
+            remarks=remarks(whole, windows, mode(rates_hz), settings),
         ),
         whole=whole,
     )

@@ -48,6 +48,8 @@ def show_identification(found: IdentifiedRecording, name: str) -> None:
             OUTPUT.print(track.words())
     if identification.band is not None:
         OUTPUT.print(band_words(identification.band))
+    for remark in identification.remarks:
+        OUTPUT.print(f'note: {escape(remark)}', soft_wrap=True)
 
 
 def save_results(

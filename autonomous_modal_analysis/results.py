@@ -105,6 +105,8 @@ class Identification:
         periods at most.
     damage : tuple of str
         What of the recording could not be read or was not used, one statement each.
+    remarks : tuple of str
+        What should be known of it, each with a remedy; empty when settings and data fit.
     set_ups : SetUps or None
         Where several were merged.
     """
@@ -117,6 +119,7 @@ class Identification:
     harmonics: ModeSet = NONE
     band: AnalysedBand | None = None
     damage: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     set_ups: SetUps | None = None
 
 
@@ -132,9 +135,10 @@ def identification_json(identification: Identification) -> dict[str, object]:
     -------
     dict
         Keys ``modes``, ``harmonics``, ``shape_channels``, ``band``, ``tracks``, ``windows``,
-        ``channels``, ``data_quality``, ``settings``; ``shape_channels`` names the entries of the
-        shapes (windows have ``channels`` for that), ``data_quality`` has ``damage``, a list of
-        statements, empty for a sound recording; ``set_ups`` where several were merged.
+        ``channels``, ``data_quality``, ``remarks``, ``settings``; ``shape_channels`` names the
+        entries of the shapes (windows have ``channels`` for that), ``data_quality`` has
+        ``damage``, a list of statements, empty for a sound recording; ``set_ups`` where several
+        were merged.
     """
     quality = {field: plain(value) for field, value in asdict(identification.quality).items()}
     return {
@@ -146,6 +150,7 @@ def identification_json(identification: Identification) -> dict[str, object]:
         'windows': [_window(window) for window in identification.windows],
         'channels': [plain(channel) for channel in identification.channels],
         'data_quality': {**quality, 'damage': list(identification.damage)},
+        'remarks': list(identification.remarks),
         'settings': plain(identification.settings) or {},
         **({'set_ups': plain(identification.set_ups)} if identification.set_ups else {}),
     }

@@ -11,13 +11,18 @@ could not be identified from them.  Noise rises through 50 rows once in 50! = 3e
 LEAST_STEPS = 0.02
 """Share of rows that a coarse clock moves on, 50 samples to a stamp at most; a sensor that is
 stuck but for a jump or two does not count."""
+LARGEST_SCATTER = 2.0
+"""About a straight line, in its steps; the slope of 50 rows of noise, of which it is one part in
+two, is 50 deviations from zero."""
 EVEN_SHARE = 0.9
 """Share of steps that are one and the same in a counter that wraps around."""
 PIECE_ROWS = 1 << 12
 
 
 def counts_up(column: NDArray[np.generic]) -> bool:
-    """Tell whether a column never falls, or rises evenly but for where it begins anew.
+    """Tell whether a column never falls, or goes evenly but for where it begins anew.
+
+    A time whose stamps jitter by more than a step falls, too, as does one that counts down.
 
     Parameters
     ----------
@@ -32,7 +37,10 @@ def counts_up(column: NDArray[np.generic]) -> bool:
         pages.read(len(part) * abs(column.strides[0]))
         steps = np.diff(part)
         if not np.isfinite(steps).all() or (steps < 0.0).any():
-            return _is_even(np.asarray(column[:PIECE_ROWS], dtype=np.float64))
+            beginning = np.asarray(column[:PIECE_ROWS], dtype=np.float64)
+            return bool(np.isfinite(beginning).all()) and (
+                _is_even(beginning) or _is_line(beginning)
+            )
         n_rises += int(np.count_nonzero(steps))
     return n_rises >= max(FEWEST_ROWS / 2, LEAST_STEPS * len(column))
 
@@ -44,3 +52,11 @@ def _is_even(column: NDArray[np.float64]) -> bool:
     # To the last digit of a double, or of the decimals that were printed.
     near = np.abs(steps - step) <= 1e-6 * abs(step) + 4.0 * np.spacing(np.abs(column[1:]))
     return step > 0.0 and bool(np.count_nonzero(near) >= EVEN_SHARE * len(steps))
+
+
+def _is_line(column: NDArray[np.float64]) -> bool:
+    """Tell whether a column runs along a straight line, up or down, nearer than vibration can."""
+    row = np.arange(len(column)) - 0.5 * (len(column) - 1)
+    rest = column - column.mean()
+    slope = float(row @ rest / (row @ row))
+    return slope != 0.0 and float(np.std(rest - slope * row)) < LARGEST_SCATTER * abs(slope)

@@ -67,6 +67,11 @@ class ModalResult(Result):
         return self.found.identification.damage
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """What should be known, one statement with its remedy each; empty when all fits."""
+        return self.found.identification.remarks
+
+    @property
     def channel_names(self) -> tuple[str, ...]:
         """Rows of ``shapes``."""
         return self.modes.channel_names
@@ -121,7 +126,8 @@ class ModalResult(Result):
         text += '' if len(self) else f': {reason}'
         if identification.band is not None:
             text += f'; {band_words(identification.band)}'
-        return text + (f'; damaged: {"; ".join(self.damage)}' if self.damage else '')
+        text += f'; damaged: {"; ".join(self.damage)}' if self.damage else ''
+        return '\nnote: '.join((text, *self.remarks))
 
     def columns(self) -> Columns:
         """Return modes and harmonic lines by column; σ is NaN where it is not known."""

@@ -11,7 +11,14 @@ from oma_identifier.covariance.analysed_band import (
     below_edge,
     sharp_edge_hz,
 )
-from oma_identifier.covariance.bands import Band, PERIODS, plan_bands, UPPER, UPPER_UNDECIMATED
+from oma_identifier.covariance.bands import (
+    Band,
+    PERIODS,
+    plan_bands,
+    RATE_RATIO,
+    UPPER,
+    UPPER_UNDECIMATED,
+)
 from oma_identifier.covariance.condition import BandConditioner, Decimation
 from oma_identifier.covariance.hankel_gram import HankelGram
 from oma_identifier.covariance.output_covariance import (
@@ -23,6 +30,7 @@ from oma_identifier.covariance.references import choose_references
 
 __all__ = [
     'PERIODS',
+    'RATE_RATIO',
     'UPPER',
     'UPPER_UNDECIMATED',
     'AnalysedBand',

@@ -64,7 +64,7 @@ def test_json_has_the_promised_keys_and_no_nan():
     found = identification_json(identification())
     expected = {
         'modes', 'harmonics', 'shape_channels', 'band', 'tracks', 'windows', 'channels',
-        'data_quality', 'settings',
+        'data_quality', 'remarks', 'settings',
     }  # fmt: skip
     assert set(found) == expected
     for part in (found, found['windows'][0]):

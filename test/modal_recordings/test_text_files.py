@@ -105,6 +105,9 @@ def test_what_loggers_write_is_read_as_stated(tmp_path, case):
         assert np.abs(np.diff(recording.stamp_ns) - 4e6).max() <= 1e3
 
 
+JITTERED = [
+    f'{t:.6f}' for t in (np.arange(N_ROWS) + np.random.default_rng(SEED).normal(size=N_ROWS)) / 250
+]
 UNEVEN = [f'{t:.6f}' for t in np.sort(np.random.default_rng(SEED).lognormal(0, 3, N_ROWS))]
 ASKED = {
     'decimal commas between commas': (table(None, ',', ',', 'a,b\n'), 'decimal comma'),
@@ -122,6 +125,8 @@ ASKED = {
     'counts up, unknown name': (table(seconds(), above='foo,a,b\n'), r'\(foo\): counts up'),
     'counts up, wraps around': (table([str(n % 100) for n in range(N_ROWS)]), 'counts up'),
     'coarse, no name': (table([str(n // 10) for n in range(N_ROWS)]), 'counts up'),
+    'jitters by more than its step, no name': (table(JITTERED), 'column 1: counts up'),
+    'counts down, no name': (table(seconds()[::-1]), 'column 1: counts up'),
     'index of pandas': (table(COUNT, above=',a,b\n'), 'column 1: counts up'),
     'whole times without unit': (table(COUNT, above='time,a,b\n'), 'time without unit'),
     'milliseconds without unit': (table(MS, above='time,a,b\n'), 'time without unit'),
