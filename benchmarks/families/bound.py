@@ -25,7 +25,9 @@ from benchmarks.plant import Plant
 
 MOST_PARAMETERS = 450
 """Above, it takes longer than the identification."""
-AT_ONCE = 50
+NEIGHBOURS, MOST_DIRECTIONS = 2, 3
+"""Modes, the one itself among them, and combinations of channels, with which a mode is looked at alone."""
+AT_ONCE, ROUNDING = 50, 1e-12
 
 Complex = NDArray[np.complexfloating[Any, Any]]
 Real = NDArray[np.float64]
@@ -67,13 +69,45 @@ def bound(
     return _relative(plant, _covariance(information, 2 * n_modes))
 
 
+def local_bound(plant: Plant, noise: Real, rate_hz: float, duration_s: float) -> Real:
+    """Return what the bound is at least, (2, n_modes), for any number of modes and channels.
+
+    Each mode is looked at with its nearest one, the others being known, in the combinations of
+    channels in which these stand out most from the noise.
+    """
+    hz, width = plant.frequency_hz, plant.damping_ratio * plant.frequency_hz
+    away = np.abs(hz[:, None] - hz) / (width[:, None] + width)
+    found = np.empty((2, len(hz)))
+    for mode, row in enumerate(away):
+        near = np.argsort(row)[:NEIGHBOURS]
+        part = _directions(plant, near, noise)
+        least = bound(part, np.ones(len(part.shapes)), rate_hz, duration_s)
+        assert least is not None
+        found[:, mode] = least[:, 0]
+    return found
+
+
+def _directions(plant: Plant, modes: NDArray[np.intp], noise: Real) -> Plant:
+    """Return some modes in the combinations of channels that show them best over unit noise."""
+    shapes = plant.shapes[:, modes] / noise[:, None]
+    strength = np.linalg.norm(plant.participation[modes], axis=1)
+    both = np.concatenate([shapes.real * strength, shapes.imag * strength], axis=1)
+    base = np.linalg.svd(both, full_matrices=False)[0][:, :MOST_DIRECTIONS]
+    return Plant(
+        plant.frequency_hz[modes],
+        plant.damping_ratio[modes],
+        base.T @ shapes,
+        plant.participation[modes],
+    )
+
+
 def _grid(plant: Plant, rate_hz: float, duration_s: float, edge: float) -> Real:
     """Return frequencies that are dense where modes are, (n,) [Hz]."""
     hz, width = plant.frequency_hz, plant.damping_ratio * plant.frequency_hz
-    around = np.sinh(np.linspace(-6.0, 6.0, 81)) / 4.0
+    around = np.sinh(np.linspace(-6.0, 6.0, 61)) / 4.0
     points = np.concatenate(
         [
-            np.linspace(1.0 / duration_s, edge * rate_hz, 200),
+            np.linspace(1.0 / duration_s, edge * rate_hz, 100),
             (hz[:, None] + width[:, None] * around).ravel(),
         ]
     )
@@ -109,7 +143,10 @@ def _slopes(plant: Plant, partner: Complex, noise: Real, omega: Real) -> Real:
                 of_vectors += _real_and_imaginary(_times(near, pair), _times(far, pair.conj()))
     of_noise = [_times(np.ones_like(omega), 0.5 * np.diag(unit) + 0j) for unit in one]
     slopes = np.stack([*of_poles, *of_vectors, *of_noise], axis=1)
-    white = np.linalg.inv(np.linalg.cholesky(spectrum + _adjoint(spectrum)))[:, None]
+    spectrum = spectrum + _adjoint(spectrum)
+    # Where one force shakes, all channels are one but for the noise: 120 dB of it are kept.
+    spectrum += _times(ROUNDING * np.trace(spectrum, axis1=1, axis2=2), np.eye(n_channels) + 0j)
+    white = np.linalg.inv(np.linalg.cholesky(spectrum))[:, None]
     slopes = white @ (slopes + _adjoint(slopes)) @ _adjoint(white)
     flat = slopes.reshape(len(omega), slopes.shape[1], -1)
     return np.concatenate([flat.real, flat.imag], axis=2)

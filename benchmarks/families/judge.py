@@ -104,14 +104,12 @@ def asked_for(record: Record) -> NDArray[np.bool_]:
     """Tell which true modes are asked for.
 
     They lie in the band, carry 1 % of the response, and the record tells frequency to a half-width
-    and damping to itself, by the Cramér-Rao bound where that is known.
+    and damping to itself.
     """
     hz, zeta = record.plant.frequency_hz, record.plant.damping_ratio
     within = (hz * record.duration_s >= FEWEST_PERIODS) & (hz <= HIGHEST * record.rate_hz)
-    asked = within & (record.share >= LEAST_SHARE)
-    if record.bound is not None:
-        asked &= (record.bound[0] < zeta) & (record.bound[1] < 1.0)
-    return np.asarray(asked)
+    told = (record.deviation[0] < zeta) & (record.deviation[1] < 1.0)
+    return np.asarray(within & told & (record.share >= LEAST_SHARE))
 
 
 def _count_recall(

@@ -5,7 +5,8 @@ A mode is a pole and a shape.  A mode found may be a true one when
 * its frequency is within the reach of the true one: the half-width ζf, four least deviations and
   half the drift, as squares;
 * its damping ratio is within a factor of three, widened by three least deviations;
-* with three channels or more the MAC of the shapes is 0.5 at least.
+* with three channels or more the MAC of the shapes is 0.5 at least, or what its own expected loss
+  leaves within two deviations.
 
 Of all that may be, the pairing with the least sum of squared distances (in reaches and, for
 frequencies alike, in 1 - MAC) counts, one to one.
@@ -14,12 +15,13 @@ Two true modes are one to a record when their poles are nearer than three least 
 frequencies nearer than one line of the record, 1/T: such a group counts once in the recall; a mode
 found for each of its members is right, and no value of it is judged.
 
-Least deviations are those of the law (Au 2014), or of the Cramér-Rao bound where that is known and
-larger: a pair in one channel, a mode below the noise.
+Least deviations are those of the law (Au 2014), or of the Cramér-Rao bound where that is larger: a
+pair in one channel, a mode below the noise.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +34,7 @@ from modal_core.mode import Mode
 
 DEVIATIONS = 4.0
 DAMPING_FACTOR, DAMPING_DEVIATIONS = 3.0, 3.0
-LEAST_MAC, FEWEST_CHANNELS = 0.5, 3
+LEAST_MAC, FEWEST_CHANNELS, LOSS_DEVIATIONS = 0.5, 3, 2.0
 APART = 3.0
 NEVER = 1e6
 
@@ -91,10 +93,18 @@ def _cost(modes: Sequence[Mode], record: Record) -> NDArray[np.float64]:
         # What moves looks damped by its drift as well.
         most = most + np.log1p(record.drift / plant.damping_ratio)
     alike = np.array([_alike(mode, record) for mode in modes])
-    least = LEAST_MAC if len(plant.shapes) >= FEWEST_CHANNELS else 0.0
+    least = np.array([_least_mac(mode) for mode in modes])[:, None]
     cost = away**2 + (1.0 - alike) ** 2
     never = (np.abs(away) > 1.0) | (factor > most) | (alike < least)
     return np.where(never, NEVER, cost)
+
+
+def _least_mac(mode: Mode) -> float:
+    """Return the MAC that a mode has with the true one at least."""
+    if np.isfinite(mode.shape).sum() < FEWEST_CHANNELS:
+        return 0.0
+    expected = 1.0 - mode.mac_loss - LOSS_DEVIATIONS * mode.mac_loss_std
+    return LEAST_MAC if math.isnan(expected) else min(LEAST_MAC, expected)
 
 
 def _alike(mode: Mode, record: Record) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.families.bound import bound
+from benchmarks.families.bound import bound, local_bound
 from benchmarks.families.family import Family, Range, STEADY, WHITE
 from benchmarks.families.force import draw_envelope, draw_spectrum
 from benchmarks.families.response import (
@@ -63,6 +63,8 @@ class Record:
     n_forces : int
     forces : str
         Kind of forces.
+    gain : (n_modes,) array
+        Of the spectrum of the forces at the modes.
     steady : float
         Share of the record in which steady forces would tell as much: (mean power)² over the mean
         of its square.
@@ -80,6 +82,7 @@ class Record:
     noise_std: NDArray[np.float64]
     n_forces: int
     forces: str
+    gain: NDArray[np.float64]
     steady: float
 
     @property
@@ -104,10 +107,15 @@ class Record:
             return None
         return bound(self.plant, self.noise_std, self.rate_hz, self.duration_s)
 
-    @property
+    @cached_property
     def deviation(self) -> NDArray[np.float64]:
-        """The larger of law and bound, (2, n_modes)."""
-        return self.law if self.bound is None else np.maximum(self.law, self.bound)
+        """The larger of law and bound, or of what the bound is at least, (2, n_modes)."""
+        least = self.bound
+        if least is None:
+            forced = self.plant.participation * self.gain[:, None]
+            plant = replace(self.plant, participation=forced)
+            least = local_bound(plant, self.noise_std, self.rate_hz, self.steady_s)
+        return np.maximum(self.law, least)
 
     def __str__(self) -> str:
         """Describe it in one line."""
@@ -171,6 +179,7 @@ def draw(family: Family, seed: int) -> Record:
         noise_std=scale * level,
         n_forces=n_forces,
         forces=f'{kind} {course}',
+        gain=spectrum(own.frequency_hz),
         steady=float(np.mean(envelope**2) ** 2 / np.mean(envelope**4)),
     )
 

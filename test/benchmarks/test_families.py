@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim, resample
 
-from benchmarks.families.bound import bound
+from benchmarks.families.bound import bound, local_bound
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import asked_for, judge
 from benchmarks.families.matching import match
@@ -98,9 +98,7 @@ def record_of(hz: list[float], zeta: float = 0.01, duration_s: float = 100.0) ->
     """Return a record of modes alike in strength, without its samples."""
     rng = np.random.default_rng(3)
     n = len(hz)
-    plant = Plant(
-        np.array(hz), np.full(n, zeta), rng.standard_normal((5, n)) + 0j, np.ones((n, 1)) + 0j
-    )
+    plant = Plant(np.array(hz), np.full(n, zeta), rng.standard_normal((5, n)) + 0j, np.eye(n) + 0j)
     return Record(
         family='plain',
         seed=1,
@@ -111,9 +109,10 @@ def record_of(hz: list[float], zeta: float = 0.01, duration_s: float = 100.0) ->
         lines_hz=(),
         drift=0.0,
         noise=0.0,
-        noise_std=np.full(5, 0.1),
+        noise_std=np.full(5, 1e-6),
         n_forces=1,
         forces='any',
+        gain=np.ones(n),
         steady=1.0,
     )
 
@@ -270,6 +269,19 @@ def test_the_bound_of_a_mode_alone_is_the_law():
     noisy = bound(plant, np.full(3, 10.0), 50.0, 600.0) / law(plant, 600.0)
     assert (noisy[:, 1] > 2.0).all()
     assert (noisy[:, 0] < noisy[:, 1]).all()
+
+
+def test_what_the_bound_is_at_least_is_near_it_and_not_above():
+    """Two pairs and a mode alone in four channels, three forces, noise above the response."""
+    rng = np.random.default_rng(9)
+    omega = 2.0 * np.pi * np.array([3.0, 3.05, 7.0, 12.0, 12.3])
+    shapes, forces = rng.standard_normal((4, 5)), rng.standard_normal((5, 2))
+    plant = Modal(omega, np.diag(0.04 * omega), shapes, forces).plant()
+    noise = rng.uniform(2.0, 8.0, 4)
+    exact, least = (each(plant, noise, 50.0, 300.0) for each in (bound, local_bound))
+    assert (exact / law(plant, 300.0) > 1.5).any()
+    assert (least < 1.1 * exact).all()
+    assert (least > 0.6 * exact).all()
 
 
 def test_one_channel_tells_close_modes_worse_than_three():
