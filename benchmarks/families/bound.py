@@ -26,7 +26,7 @@ from benchmarks.plant import Plant
 MOST_PARAMETERS = 450
 """Above, it takes longer than the identification."""
 NEIGHBOURS, MOST_DIRECTIONS = 2, 3
-"""Modes, the one itself among them, and combinations of channels, with which a mode is looked at alone."""
+"""Modes, itself among them, and combinations of channels, with which a mode is looked at."""
 AT_ONCE, ROUNDING = 50, 1e-12
 
 Complex = NDArray[np.complexfloating[Any, Any]]

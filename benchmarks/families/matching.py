@@ -13,7 +13,8 @@ frequencies alike, in 1 - MAC) counts, one to one.
 
 Two true modes are one to a record when their poles are nearer than three least deviations or their
 frequencies nearer than one line of the record, 1/T: such a group counts once in the recall; a mode
-found for each of its members is right, and no value of it is judged.
+found for each of its members is right where its shape lies in the span of theirs, and no value of
+it is judged.
 
 Least deviations are those of the law (Au 2014), or of the Cramér-Rao bound where that is larger: a
 pair in one channel, a mode below the noise.
@@ -63,12 +64,13 @@ class Matched:
 def match(modes: Sequence[Mode], record: Record) -> Matched:
     """Pair modes found with true ones."""
     true_of = np.full(len(modes), -1)
+    group = _groups(record)
     if modes:
-        cost = _cost(modes, record)
+        cost = _cost(modes, record, group)
         for found, true in zip(*cheapest_pairs(cost), strict=True):
             if cost[found, true] < NEVER:
                 true_of[found] = true
-    return Matched(true_of, _groups(record))
+    return Matched(true_of, group)
 
 
 def reach_hz(record: Record) -> NDArray[np.float64]:
@@ -82,7 +84,7 @@ def reach_hz(record: Record) -> NDArray[np.float64]:
     return np.asarray(plant.frequency_hz * np.sqrt(sum(part**2 for part in parts)))
 
 
-def _cost(modes: Sequence[Mode], record: Record) -> NDArray[np.float64]:
+def _cost(modes: Sequence[Mode], record: Record, group: NDArray[np.int64]) -> NDArray[np.float64]:
     plant = record.plant
     found_hz = np.array([mode.frequency_hz for mode in modes])
     found_zeta = np.array([max(mode.damping_ratio, 1e-9) for mode in modes])
@@ -92,7 +94,7 @@ def _cost(modes: Sequence[Mode], record: Record) -> NDArray[np.float64]:
     if record.drift:
         # What moves looks damped by its drift as well.
         most = most + np.log1p(record.drift / plant.damping_ratio)
-    alike = np.array([_alike(mode, record) for mode in modes])
+    alike = np.array([_alike(mode, record, group) for mode in modes])
     least = np.array([_least_mac(mode) for mode in modes])[:, None]
     cost = away**2 + (1.0 - alike) ** 2
     never = (np.abs(away) > 1.0) | (factor > most) | (alike < least)
@@ -107,10 +109,20 @@ def _least_mac(mode: Mode) -> float:
     return LEAST_MAC if math.isnan(expected) else min(LEAST_MAC, expected)
 
 
-def _alike(mode: Mode, record: Record) -> NDArray[np.float64]:
-    """Return the MAC with each true shape over the channels that are known, (n_modes,)."""
+def _alike(mode: Mode, record: Record, group: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the MAC with each true shape, or with the span of its group's, (n_modes,).
+
+    Over the channels that are known.
+    """
     known = np.isfinite(mode.shape)
-    return np.asarray(mac(mode.shape[known], record.plant.shapes[known])[0])
+    shape, shapes = mode.shape[known], record.plant.shapes[known]
+    alike = mac(shape, shapes)[0]
+    for number in np.flatnonzero(np.bincount(group) > 1):
+        base = np.linalg.qr(shapes[:, group == number])[0]
+        alike[group == number] = (
+            np.sum(np.abs(base.conj().T @ shape) ** 2) / np.vdot(shape, shape).real
+        )
+    return np.asarray(alike)
 
 
 def _groups(record: Record) -> NDArray[np.int64]:

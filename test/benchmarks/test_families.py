@@ -202,6 +202,8 @@ def test_what_no_record_tells_apart_counts_once():
         verdict = judge(found, (), record)
         assert (sum(verdict.asked), sum(verdict.found), verdict.n_false) == (1, 1, 0)
         assert not verdict.inside
+    mixed = normalise(modes[0].shape + 1.5 * modes[1].shape)
+    assert judge([replace(modes[0], shape=mixed)], (), record).n_false == 0
     assert match(modes, record_of([5.0, 5.4])).alone.all()
 
 
