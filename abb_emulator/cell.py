@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.controller import Controller, ControllerSettings
+from abb_emulator.controller import Controller
+from abb_emulator.controller_settings import ControllerSettings
 from abb_emulator.drives import Servo, ServoSettings
 from abb_emulator.egm import UdpClient
 from abb_emulator.mechanics import (

@@ -5,79 +5,24 @@ to guide or to stop.  Failures the program can handle are thrown into it as :cla
 """
 
 from collections.abc import Generator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import math
 import time
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abb_emulator.controller_settings import ControllerSettings, RapidError
 from abb_emulator.drives import JointMove, Motion, MoveLimits, Stop, Supervision
 from abb_emulator.egm import EgmSession, GuidanceLaw, GuidanceSettings, Phase, Status, UdpClient
 from modal_core.errors import BridgeError
-from modal_core.schema import setting
 from robot_bridge.egm import RAPID_RUNNING, RAPID_STOPPED, RAPID_UNDEFINED
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
 Program = Generator[None, None, None]
-CYCLE_S = 0.004032
 AT_TARGET_DEG = 1e-6
 STANDING_DEG = 0.005
-ERROR_NUMBERS = {'ERR_UDPUC_COMM': 1001, 'ERR_OUTOFBND': 1002, 'ERR_ARGVALERR': 1003}
-
-
-class RapidError(Exception):
-    """An error a RAPID program's ERROR handler sees.
-
-    Parameters
-    ----------
-    code : str
-        Name of the error, for example ``ERR_UDPUC_COMM``.
-    """
-
-    def __init__(self, code: str) -> None:
-        super().__init__(code)
-        self.code = code
-
-    @property
-    def number(self) -> float:
-        """ERRNO; the controller's own numbers are not published, these are the emulator's."""
-        return float(ERROR_NUMBERS.get(self.code, 1000))
-
-
-@dataclass(frozen=True, slots=True)
-class ControllerSettings:
-    """The controller's own figures.
-
-    Parameters
-    ----------
-    cycle_s : float [s]
-        EGM cycle; 4.000 ms on virtual controllers.
-    stop_s : float [s]
-        Time a program stop takes to standstill.
-    manual_speed_m_s : float [m/s]
-        Fastest flange in manual mode.
-    following_error_deg : float [deg]
-        Largest distance between command and motor.
-    speed_slack : float
-        Factor on the speed limits before supervision stops.
-    fine_latency_s : (2,) tuple [s]
-        Least and most time a program takes to go on after a fine point.
-    """
-
-    cycle_s: float = setting(CYCLE_S, 'EGM cycle [s]; 0.004 on virtual controllers', 0.001, 0.1)
-    stop_s: float = setting(0.1, 'time a program stop takes to standstill [s]', 0.0, 100.0)
-    manual_speed_m_s: float = setting(0.25, 'fastest flange in manual mode [m/s]', 0.0, 100.0)
-    following_error_deg: float = setting(
-        30.0, 'largest distance between command and motor [deg]', 0.0, 1e4
-    )
-    speed_slack: float = setting(
-        1.05, 'factor on the speed limits before supervision stops', 1.0, 1e6
-    )
-    fine_latency_s: tuple[float, ...] = setting(
-        (0.02, 0.06), 'least and most time to go on after a fine point [s]', 0.0, 100.0
-    )
 
 
 class Controller:

@@ -2,7 +2,8 @@
 
 from collections.abc import Generator
 
-from abb_emulator.controller import Controller, RapidError
+from abb_emulator.controller import Controller
+from abb_emulator.controller_settings import RapidError
 from abb_emulator.egm import GuidanceSettings
 
 

@@ -18,7 +18,6 @@ from modal_core.measurements import (
     Measurement,
     NANOSECONDS_PER_SECOND,
     SampleBlock,
-    StampedSamples,
 )
 from modal_core.window import Window
 from oma_identifier.intake.buffer_counters import BufferCounters
@@ -26,7 +25,8 @@ from oma_identifier.intake.joint_track import JointTrack
 from oma_identifier.intake.leading_clock import APART, LeadingClock, TOGETHER_NS
 from oma_identifier.intake.rate_limits import refuse_rates
 from oma_identifier.intake.segment import Segment
-from oma_identifier.intake.source import make_source, Source
+from oma_identifier.intake.source import Source
+from oma_identifier.intake.source_roster import SourceRoster
 from oma_identifier.intake.window_cut import cut_window
 from oma_identifier.one_thread import one_thread
 from oma_identifier.settings import IdentificationSettings
@@ -35,7 +35,6 @@ from oma_identifier.time_axis import tells_rate
 START_NS = NANOSECONDS_PER_SECOND
 EXPECT_NS = 5 * NANOSECONDS_PER_SECOND
 """Sources that begin within this time begin together."""
-MOST_SOURCES = 256
 SHORTEST_PARTIAL = 0.1
 """Share of a window that is worth a partial window at a break or at the end."""
 MOST_PENDING_BYTES = 2**28
@@ -69,11 +68,8 @@ class SampleBuffer:
         self._clock = LeadingClock()
         self._refused: set[str] = set()
         self._checked: tuple[str, ...] = ()
-        self._sources: dict[str, Source] = {}
-        self._seen: dict[str, Channel] = {}
+        self._roster = SourceRoster(layout, self.counters)
         self._expected: set[str] = set()
-        self._ignored: set[str] = set()
-        self._met: set[str] = set()
         self._untold: set[str] = set()
         self._idle: set[str] = set()
         self._segment: Segment | None = None
@@ -86,14 +82,14 @@ class SampleBuffer:
         """All channels that are expected or have been seen."""
         expected = self.layout.channels if self.layout else ()
         # A copy: whoever asks from another thread must not meet a change half-way.
-        seen = list(self._seen.values())
+        seen = list(self._roster.seen.values())
         return (*expected, *(channel for channel in seen if channel not in expected))
 
     @property
     def n_held(self) -> int:
         """Samples of all sources that are held now: those that wait, and those in their place."""
         placed = self._segment.rows.values() if self._segment else ()
-        waiting = sum(source.stream.n_pending for source in self._sources.values())
+        waiting = sum(source.stream.n_pending for source in self._roster.sources.values())
         return waiting + sum(rows.n_held for rows in placed)
 
     def expect(self, source: str) -> None:
@@ -105,7 +101,7 @@ class SampleBuffer:
         if isinstance(measurement, JointSamples):
             self.joints.add(measurement, self._clock.now_ns)
             return
-        source = self._source_of(measurement)
+        source = self._roster.source_of(measurement)
         if source is None:
             return
         if isinstance(measurement, SampleBlock):
@@ -130,15 +126,15 @@ class SampleBuffer:
 
     def _look(self) -> None:
         """Find out whose time leads, and give up what nobody waits for."""
-        if self._clock.look(list(self._sources.values())) and self._segment is not None:
+        if self._clock.look(list(self._roster.sources.values())) and self._segment is not None:
             self._close_segment()
             self._break('clock_jump')
         for name in self._clock.newly_apart:
             self.counters.note(APART, text=f'{name.split()[0]} keeps another time than the others')
         now_ns = self._clock.now_ns
         active = {source.name for source in self._active()}
-        idle = {one.name for one in self._sources.values() if one.stream.n_pending} - active
-        for source in self._sources.values():
+        idle = {one.name for one in self._roster.sources.values() if one.stream.n_pending} - active
+        for source in self._roster.sources.values():
             source.expire()
             # What has just come may be the first of a source, and long.
             if source.name in idle & self._idle:
@@ -156,7 +152,7 @@ class SampleBuffer:
 
     def finish(self) -> Iterator[Window]:
         """Yield what is left: complete windows, then a partial one."""
-        for source in self._sources.values():
+        for source in self._roster.sources.values():
             source.flush(alone=self._clock.now_ns is None)
             self._note(source, 0)
         self.joints.flush()
@@ -164,78 +160,14 @@ class SampleBuffer:
         self._look()
         self._work(closing=True)
         self._close_segment()
-        self._sources.clear()
-        self._ignored.clear()
-        self._met.clear()
+        self._roster.clear()
         self._clock = LeadingClock()
         yield from self.windows()
 
-    def _source_of(self, measurement: StampedSamples | SampleBlock) -> Source | None:
-        key = self._key_of(measurement)
-        source = self._sources.get(key)
-        if source is not None or key in self._ignored:
-            return source if source is not None and source.sends(measurement) else None
-        source = make_source(measurement, self.layout)
-        if source is not None:
-            source.name = key
-            if self._has_room():
-                self._sources[key] = source
-                return source
-        self._ignore(key, 'not_in_layout' if source is None else 'too_many_sources')
-        return None
-
-    def _key_of(self, measurement: StampedSamples | SampleBlock) -> str:
-        """Return what a source is known by: several may share a topic.
-
-        Channels tell recorders apart, in whatever order they come; frames tell sensors apart.
-        """
-        topic = key = measurement.source
-        if isinstance(measurement, SampleBlock):
-            key = f'{topic} {" ".join(measurement.channel_names)}'
-            if key not in self._sources:
-                same = (n for n, one in self._sources.items() if one.sends(measurement))
-                return next((name for name in same if name.split()[0] == topic), key)
-        elif key in self._sources and not self._sources[key].sends(measurement):
-            key = f'{topic} frame {measurement.frame_id}'
-        return key
-
-    def _has_room(self) -> bool:
-        """Make room for another source: one that nothing confirmed goes first."""
-        if len(self._sources) < MOST_SOURCES:
-            return True
-        waiting = next((name for name, one in self._sources.items() if one.is_waiting), None)
-        if waiting is None:
-            return False
-        gone = self._sources.pop(waiting)
-        gone.flush(alone=False)
-        self.counters.collect(gone.set_aside)
-        return True
-
-    def _ignore(self, key: str, reason: str, text: str = '') -> None:
-        self.counters.n_rejected += 1
-        self.counters.note(reason, text=text)
-        if len(self._ignored) < MOST_SOURCES:
-            self._ignored.add(key)
-
-    def _meet(self) -> None:
-        """Take in the channels of sources whose messages are confirmed, each channel once."""
-        for key, source in list(self._sources.items()):
-            names = source.names
-            if source.stream.first_ns is None or key in self._met:
-                continue
-            twice = [met for met in self._met if names & self._sources[met].names]
-            if twice:
-                del self._sources[key]
-                text = f'{key} is not used: {twice[0]} sends channels of the same names'
-                self._ignore(key, 'channel_sent_twice', text)
-                continue
-            self._met.add(key)
-            self._seen.update({channel.name: channel for channel in source.channels})
-
     def _work(self, *, closing: bool) -> None:
-        self._meet()
+        self._roster.meet()
         while True:
-            if any(source.stream.jumped for source in self._sources.values()):
+            if any(source.stream.jumped for source in self._roster.sources.values()):
                 self._handle_jump(closing=closing)
             if self._segment is None and not self._begin(closing=closing):
                 return
@@ -255,7 +187,7 @@ class SampleBuffer:
         first = min(start for start, _ in spans.values())
         held_ns = max(end for _, end in spans.values()) - first
         silent = self._expected - {name.split()[0] for name in spans}
-        waiting = [source for source in self._sources.values() if source.is_waiting]
+        waiting = [source for source in self._roster.sources.values() if source.is_waiting]
         least_ns = max(
             EXPECT_NS if silent or waiting else START_NS,
             *(round(one.gate.awaited_s * NANOSECONDS_PER_SECOND) for one in waiting),
@@ -293,11 +225,7 @@ class SampleBuffer:
 
     def _leading(self) -> list[Source]:
         """Return the sources that keep the time of the record."""
-        return [
-            source
-            for key, source in self._sources.items()
-            if key in self._met and source.name in self._clock.leading
-        ]
+        return [source for source in self._roster.confirmed if source.name in self._clock.leading]
 
     def _active(self) -> list[Source]:
         return [
@@ -369,7 +297,7 @@ class SampleBuffer:
 
     def _resume(self, resume_ns: int) -> None:
         """Let the next segment begin at a time, and not with what the last one has used."""
-        for source in self._sources.values():
+        for source in self._roster.sources.values():
             source.stream.forget(resume_ns - round(source.period_ns / 2))
 
     def _check_rates(self) -> bool:
@@ -416,7 +344,7 @@ class SampleBuffer:
             window = cut_window(
                 index=self.n_windows,
                 segment=segment,
-                sources=[self._sources[key] for key in self._sources if key in self._met],
+                sources=self._roster.confirmed,
                 rows=range(first, last),
                 layout=self.layout,
                 joints=self.joints,
@@ -435,7 +363,7 @@ class SampleBuffer:
     def _handle_jump(self, *, closing: bool) -> None:
         """Begin anew when the clocks of most sources jumped back; else restart the odd one."""
         live = self._leading()
-        jumped = [source for source in self._sources.values() if source.stream.jumped]
+        jumped = [source for source in self._roster.sources.values() if source.stream.jumped]
         leading = [source for source in jumped if source in live]
         waited = max(
             int(source.stream.jumped[-1].stamp_ns[-1] - source.stream.jumped[0].stamp_ns[0])

@@ -9,57 +9,37 @@ This is not a safety function (ISO 10218): the controller's limits, guards and e
 charge.
 """
 
-from collections.abc import Callable
 import math
-import threading
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import BridgeError
 from robot_bridge.egm import Judgement, MCI_RUNNING, RobotFeedback, Verdict
-from robot_bridge.operator.flow_settings import check_fraction, FlowSettings, FlowState, not_ready
+from robot_bridge.operator.flow_base import FlowBase
+from robot_bridge.operator.flow_settings import FlowSettings, FlowState, not_ready
 from robot_bridge.operator.following_check import FollowingCheck
 from robot_bridge.operator.lateness import Lateness
 from robot_bridge.operator.pace_check import PaceCheck
-from robot_bridge.operator.release import Release
 from robot_bridge.player import PlanPath, PlanPlayer, Reference
 
 Array = NDArray[np.float64]
 LONGEST_ARM_S = 300.0
 
 
-class OperatorFlow:
+class OperatorFlow(FlowBase):
     """The state machine; every method may be called from any thread.
 
     Parameters
     ----------
     settings : FlowSettings
         Limits.
-
-    Attributes
-    ----------
-    on_change : callable
-        Told every state that is entered and why; called in the thread that enters it.
     """
 
     def __init__(self, settings: FlowSettings) -> None:
-        self.settings = settings
-        self.state = FlowState.DISCONNECTED
-        self.reason = 'no feedback yet'
-        self.path: PlanPath | None = None
-        self.feedback: RobotFeedback | None = None
-        self.active, self.muted = True, False
-        self.clash = ''
-        self.release = Release()
-        self.on_change: Callable[[FlowState, str], None] = lambda *_: None
-        self._lock = threading.RLock()
+        super().__init__(settings)
         self._longest_arm_s = LONGEST_ARM_S
-        self._player: PlanPlayer | None = None
         self._following: FollowingCheck | None = None
-        self._hold: Array | None = None
-        self._override = 1.0
-        self._heard_s = -math.inf
         self._pace = PaceCheck(settings.cycle_s)
         self._lateness = Lateness(settings.cycle_s, settings.link_timeout_s)
 
@@ -166,20 +146,6 @@ class OperatorFlow:
             self._follow_plan(path, hold, feedback, self._lateness)
             self._enter(FlowState.RUNNING, 'started by the operator')
 
-    def abort(self, reason: str) -> None:
-        """Slow down to standstill, hold, and latch; harmless at standstill."""
-        with self._lock:
-            if self.state != FlowState.ABORTED:
-                if self._player is not None:
-                    self._player.stop()
-                self._enter(FlowState.ABORTED, reason)
-
-    def note(self, text: str) -> None:
-        """Add to the reason of the state what the operator must know, once."""
-        with self._lock:
-            if text not in self.reason:
-                self._enter(self.state, f'{self.reason}; {text}')
-
     def reset(self) -> None:
         """Leave a latched abort; the arm stays where it is and nothing is armed.
 
@@ -196,60 +162,6 @@ class OperatorFlow:
             self._check_alone()
             self._player = None
             self._enter(FlowState.IDLE, 'reset by the operator')
-
-    def activate(self) -> None:
-        """Let plans be released and packets be answered."""
-        with self._lock:
-            self.active, self.muted = True, False
-
-    def mute(self) -> None:
-        """Answer no more packets; only for an arm at rest."""
-        with self._lock:
-            self.muted = True
-
-    def deactivate(self) -> None:
-        """Stop what moves and release nothing more; still to be muted once the arm is at rest."""
-        with self._lock:
-            if self.state == FlowState.RUNNING:
-                self.abort('the bridge is being deactivated')
-            elif self.state == FlowState.ARMED:
-                self._enter(FlowState.IDLE, 'the bridge is being deactivated')
-            self.active = False
-
-    def settle(self) -> None:
-        """Wait until an abort has done everything it does beside the cycle."""
-
-    def heartbeat(self, now_s: float, token: str, number: int | None = None) -> None:
-        """Note that the operator who has this token holds to run; see :meth:`Release.beat`."""
-        with self._lock:
-            timeout_s = self.settings.heartbeat_timeout_s
-            one = self.release.beat(token, number, now_s, timeout_s)
-            if not one and self.state == FlowState.RUNNING:
-                self.abort('a second operator holds to run')
-
-    def meet(self, clash: str) -> None:
-        """Take who else offers this bridge's names: nothing is released meanwhile; '' is nobody.
-
-        Requests and beats reach both, so what is released ends in the latched abort.
-        """
-        with self._lock:
-            new, self.clash = bool(clash) and not self.clash, clash
-            if new and self.active:
-                self.abort(f'name clash: {clash}')
-
-    def set_speed_override(self, fraction: float) -> None:
-        """Scale amplitude, speed and acceleration of the motion; followed by a slow ramp.
-
-        Raises
-        ------
-        BridgeError
-            Not within 0..1.
-        """
-        check_fraction(fraction)
-        with self._lock:
-            self._override = fraction
-            if self._player is not None:
-                self._player.override_target = fraction
 
     # -- the controller ------------------------------------------------------------------------
 
@@ -282,46 +194,6 @@ class OperatorFlow:
         """Let time pass: link, heartbeat and release may run out."""
         with self._lock:
             self._watch(now_s)
-
-    @property
-    def connected(self) -> bool:
-        """The controller is heard."""
-        return self.feedback is not None and self._heard_s > -math.inf
-
-    @property
-    def moving(self) -> bool:
-        """A plan is played or the motion is slowing down."""
-        player = self._player
-        return player is not None and not player.at_rest
-
-    @property
-    def busy(self) -> bool:
-        """No other plan can be taken: one is played, or slowing down."""
-        return self.state in (FlowState.RUNNING, FlowState.STOPPING) or self.moving
-
-    @property
-    def playing(self) -> bool:
-        """A plan is in the player: moving, or brought to rest in it."""
-        return self._player is not None
-
-    @property
-    def progress(self) -> float:
-        """Fraction of the plan played."""
-        player = self._player
-        if player is not None:
-            return player.progress
-        return 1.0 if self.state == FlowState.HOLDING else 0.0
-
-    @property
-    def speed_override(self) -> float:
-        """Fraction set by the operator."""
-        return self._override
-
-    @property
-    def reference_deg(self) -> Array | None:
-        """Axis angles wanted now, (6,) [deg]."""
-        player = self._player
-        return player.position_deg if player is not None else self._hold
 
     # -- inside --------------------------------------------------------------------------------
 
@@ -359,14 +231,6 @@ class OperatorFlow:
 
     def _heartbeat_lost(self, now_s: float) -> bool:
         return self.release.silent(now_s, self.settings.heartbeat_timeout_s)
-
-    def _check_alone(self) -> None:
-        if self.clash:
-            raise BridgeError(
-                'name clash',
-                found=self.clash,
-                advice='stop the other, or give each robot a namespace of its own',
-            )
 
     def _check_released(self, now_s: float, token: str) -> None:
         """Refuse to start what is not released, or for who did not release it."""
@@ -447,9 +311,3 @@ class OperatorFlow:
             axis = int(np.argmax(error))
             self.abort(f'the controller stands {error[axis]:.2f} deg away on axis {axis + 1}')
         return away
-
-    def _enter(self, state: FlowState, reason: str) -> None:
-        if state not in (FlowState.ARMED, FlowState.RUNNING):
-            self.release.end()
-        self.state, self.reason = state, reason
-        self.on_change(state, reason)

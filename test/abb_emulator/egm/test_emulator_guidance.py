@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from abb_emulator.cell import CellSettings
-from abb_emulator.controller import ControllerSettings
+from abb_emulator.controller_settings import ControllerSettings
 from excitation_planner.rapid import rapid_module
 from test.support.lockstep_sensor import LockstepSensor
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from abb_emulator.controller import CYCLE_S
+from abb_emulator.controller_settings import CYCLE_S
 from abb_emulator.egm.guidance_law import GuidanceLaw, GuidanceSettings
 
 WIDE = {'max_speed_deviation_deg_s': 1e3, 'condition_time_s': 1e9, 'ramp_in_s': CYCLE_S}
