@@ -13,6 +13,7 @@ from benchmarks.families.matching import match
 from benchmarks.families.record import draw, Record
 from benchmarks.families.response import in_time, modal_accelerations
 from benchmarks.families.rows import COLUMNS, rows_of
+from benchmarks.families.store import Store
 from benchmarks.families.structure import coupled, Modal
 from benchmarks.families.tally import rate, regressions, Tally
 from benchmarks.plant import Plant
@@ -300,3 +301,15 @@ def test_one_channel_tells_close_modes_worse_than_three():
         for n in (1, 3)
     )
     assert (one > 2.0 * three).all()
+
+
+def test_verdicts_on_the_peer_are_kept_until_a_program_changes(tmp_path, monkeypatch):
+    record = record_of([2.0, 5.0])
+    verdict = judge(truth(record), (), record)
+    path = tmp_path / 'peer.jsonl'
+    Store(path).keep([('other', verdict)])
+    # NaN stands where there is no bound.
+    assert repr(Store(path).known('plain', 1)) == repr({'other': verdict})
+    assert Store(path).known('plain', 2) == {}
+    monkeypatch.setattr('benchmarks.families.store.definition', lambda _: 'changed')
+    assert Store(path).known('plain', 1) == {}
