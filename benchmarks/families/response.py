@@ -21,6 +21,8 @@ DECAYS = 6.0
 MOST_EXTRA = 600_000
 FINER = 4
 """Finer grid from which a drifting response is read off by a spline."""
+AROUND = 3.0
+"""Half-widths to either side of a mode in which its response counts as its own."""
 MARGIN = 8
 """Samples before the record that the spline sees."""
 
@@ -115,3 +117,16 @@ def in_time(
     values = FINER * ifft(fine)[FINER * first :]
     place = np.arange(len(values)) / FINER - MARGIN
     return np.asarray(make_interp_spline(place, values, k=7)(own_time))
+
+
+def power_around(
+    modal: NDArray[np.complex128], plant: Plant, mode: int, rate_hz: float, n_samples: int
+) -> float:
+    """Return the mean power of a(t) over the record, within three half-widths of its mode."""
+    n_period = len(modal)
+    centre = plant.frequency_hz[mode] * n_period / rate_hz
+    reach = max(n_period / n_samples, AROUND * plant.damping_ratio[mode] * centre)
+    first, last = max(1, int(centre - reach)), min(n_period // 2, int(np.ceil(centre + reach)) + 1)
+    around = np.zeros_like(modal)
+    around[first:last] = modal[first:last]
+    return float(np.mean(np.abs(in_time(around, n_samples)) ** 2))

@@ -10,11 +10,11 @@ import sys
 import time
 from types import FrameType
 
+from benchmarks.families.drawing import draw
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import Verdict
 from benchmarks.families.ours import ours
 from benchmarks.families.peer import name_of, peer, Preset
-from benchmarks.families.record import draw
 from benchmarks.families.rows import OURS
 
 LONGEST_S = 600.0

@@ -14,8 +14,8 @@ DECIDES = Group(
         *(
             f'benchmarks/families/{name}.py'
             for name in (
-                *('bound', 'family', 'force', 'judge', 'matching'),
-                *('peer', 'record', 'response', 'structure'),
+                *('bound', 'chance', 'drawing', 'family', 'force', 'judge', 'machine'),
+                *('matching', 'peer', 'record', 'response', 'structure'),
             )
         ),
         'benchmarks/plant.py',
