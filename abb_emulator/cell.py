@@ -21,9 +21,10 @@ from abb_emulator.mechanics import (
     with_tolerances,
 )
 from abb_emulator.sensing import DelayLine, SensorArray, SensorErrors, SensorSettings
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
 from modal_core.errors import SettingsError
 from modal_core.schema import setting
+from modal_core.units import ANGULAR_VELOCITY
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]

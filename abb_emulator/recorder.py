@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.channel import ANGULAR_VELOCITY, Channel, Sensor, SensorLayout
+from modal_core.channel import Channel, Sensor, SensorLayout
 from modal_core.measurements import (
     Measurement,
     NANOSECONDS_PER_SECOND,
     SampleBlock,
     StampedSamples,
 )
+from modal_core.units import ANGULAR_VELOCITY
 
 N_IMU = 6
 # Below the size of a datagram.

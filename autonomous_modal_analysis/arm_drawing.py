@@ -39,8 +39,9 @@ def draw_identified(
     """
     modes = identification.modes
     placed = {channel.name for channel in layout.channels}
+    others = {channel.name for channel in identification.channels if not channel.is_straight}
     poses = [window.pose for window in identification.windows if window.pose is not None]
-    if not poses or not set(modes.channel_names) <= placed:
+    if not poses or not set(modes.channel_names) - others <= placed:
         return None
     newest = poses[-1]
     if not set(model.joint_names) <= set(newest.joint_names):
@@ -103,8 +104,10 @@ def _displacement(
     shape: NDArray[np.complex128],
     highest_hz: float,
 ) -> NDArray[np.complex128]:
-    channels = tuple(layout.channel(name) for name in channel_names)
-    straight = rotate_to_real(normalise(shape)[:, None])
+    placed = {channel.name: channel for channel in layout.channels if channel.is_straight}
+    rows = [row for row, name in enumerate(channel_names) if name in placed]
+    channels = tuple(placed[channel_names[row]] for row in rows)
+    straight = rotate_to_real(normalise(shape[rows])[:, None])
     dof = expanded_shapes(model, q, channels, straight, highest_hz)
     at_skeleton = model.sensor_jacobian(q, model.geometry.skeleton_channels) @ dof
     moved = model.geometry.to_base(q, at_skeleton.reshape(-1, 3))

@@ -6,9 +6,8 @@ import math
 
 from modal_core.errors import LayoutError
 from modal_core.near_names import refuse_unknown
+from modal_core.units import ACCELERATION, DISPLACEMENT, response_unit, TIMES_DERIVED, VELOCITY
 
-ACCELERATION = 'm/s^2'
-ANGULAR_VELOCITY = 'rad/s'
 AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
 Vector = tuple[float, float, float]
 
@@ -29,7 +28,9 @@ class Channel:
     position_m : (3,) tuple [m]
         Place of the sensor in the frame.
     unit : str
-        SI unit of the samples.
+        SI unit of the samples, which says what they measure (`modal_core.units`).
+    scale : float
+        From what its source sends to that unit.
     delay_s : float [s]
         By how much the samples are later than their stamps.
     since_ns : int [ns]
@@ -42,8 +43,19 @@ class Channel:
     direction: Vector = AXES['x']
     position_m: Vector = (0.0, 0.0, 0.0)
     unit: str = ACCELERATION
+    scale: float = 1.0
     delay_s: float = 0.0
     since_ns: int = 0
+
+    @property
+    def times_derived(self) -> int:
+        """How often what it measures was differentiated: 2 of an acceleration."""
+        return TIMES_DERIVED[self.unit]
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether it measures motion along its direction, no rotation and no strain."""
+        return self.unit in (ACCELERATION, VELOCITY, DISPLACEMENT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +81,8 @@ class Sensor:
         axes: what the axis reads per unit motion along x, y and z of the frame.  Empty: none.
     delay_s : float [s]
         By how much its samples are later than their stamps.
+    unit : str
+        Unit of what it sends (m/s^2, g, mm/s, um, rad/s, ...), which says what it measures.
     """
 
     name: str
@@ -79,18 +93,22 @@ class Sensor:
     topic: str = ''
     sensitivity: tuple[Vector, ...] = ()
     delay_s: float = 0.0
+    unit: str = ACCELERATION
 
     def channels(self) -> tuple[Channel, ...]:
         """Return one channel per sensitive axis."""
         directions = self.sensitivity or tuple(
             rotate(self.rotation_quaternion, AXES[axis]) for axis in self.axes
         )
+        unit = response_unit(self.unit, f'sensor {self.name}', LayoutError)
         return tuple(
             Channel(
                 name=f'{self.name}.{axis}',
                 frame_id=self.frame_id,
                 direction=direction,
                 position_m=self.position_m,
+                unit=unit.si,
+                scale=unit.factor,
                 delay_s=self.delay_s,
             )
             for axis, direction in zip(self.axes, directions, strict=True)
@@ -114,6 +132,8 @@ class Sensor:
             entry['rotation_quaternion'] = list(self.rotation_quaternion)
         if self.delay_s:
             entry['delay_s'] = self.delay_s
+        if self.unit != ACCELERATION:
+            entry['unit'] = self.unit
         if self.topic:
             entry['topic'] = self.topic
         return entry
@@ -215,7 +235,7 @@ def rotate(quaternion: tuple[float, float, float, float], vector: Vector) -> Vec
 
 FIELDS = (
     'name', 'frame_id', 'position_m', 'axes', 'rotation_quaternion', 'topic', 'sensitivity',
-    'delay_s',
+    'delay_s', 'unit',
 )  # fmt: skip
 
 
@@ -255,7 +275,15 @@ def _sensor(entry: object, index: int, where: str) -> Sensor:
         topic=str(entry.get('topic', '')),
         sensitivity=_sensitivity(entry, axes, field_of),
         delay_s=_numbers([entry.get('delay_s', 0.0)], 1, f'{field_of}.delay_s')[0],
+        unit=_unit(entry.get('unit', ACCELERATION), f'{field_of}.unit'),
     )
+
+
+def _unit(text: object, where: str) -> str:
+    if not isinstance(text, str):
+        raise LayoutError('not a unit', where=where, found=text, expected='a text such as g')
+    response_unit(text, where, LayoutError)
+    return text
 
 
 def _sensitivity(

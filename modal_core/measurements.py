@@ -30,6 +30,8 @@ class StampedSamples:
         From an Imu; None where the sensor has no gyroscope.
     channel_names : tuple of str
         One per column of the acceleration; empty: x, y and z of the source.
+    units : tuple of str
+        SI unit of each column where they are not all accelerations; empty: all are.
     """
 
     source: str
@@ -38,6 +40,7 @@ class StampedSamples:
     acceleration: NDArray[np.float64]
     angular_velocity: NDArray[np.float64] | None = None
     channel_names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,8 @@ class SampleBlock:
         One per column.
     acceleration : (n_samples, n_channels) array [m/s²]
         As sent.
+    units : tuple of str
+        SI unit of each column where they are not all accelerations; empty: all are.
     """
 
     source: str
@@ -66,6 +71,7 @@ class SampleBlock:
     sample_rate_hz: float
     channel_names: tuple[str, ...]
     acceleration: NDArray[np.float32]
+    units: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

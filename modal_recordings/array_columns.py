@@ -1,4 +1,4 @@
-"""Which columns of a table are accelerations, in which unit, and which are times or counters."""
+"""Which columns of a table are responses, in which unit, and which are times or counters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
+from modal_core.units import ACCELERATION, ANGULAR_VELOCITY, KINDS, response_unit, Unit
 from modal_recordings.array_options import ArrayOptions
 from modal_recordings.array_table import ArrayTable
 from modal_recordings.counting import counts_up
 from modal_recordings.heading import Heading, heading_of
-from modal_recordings.units import to_si
 
 LEAVE_OUT = '-'
 
@@ -24,11 +24,13 @@ class ArrayColumns:
     Parameters
     ----------
     channels : tuple of int
-        Columns of acceleration.
+        Columns of responses.
     names : tuple of str
         Of the channels.
     scale : (n_channels,) array
-        From the file's units to m/s².
+        From the file's units to SI units.
+    units : tuple of str
+        Those SI units.
     times : tuple of int
         Columns of time.
     time_factors : tuple of float or None
@@ -42,6 +44,7 @@ class ArrayColumns:
     channels: tuple[int, ...]
     names: tuple[str, ...]
     scale: NDArray[np.float64]
+    units: tuple[str, ...]
     times: tuple[int, ...] = ()
     time_factors: tuple[float | None, ...] = ()
     counter: int | None = None
@@ -54,9 +57,10 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
     Raises
     ------
     RecordingError
-        A column may be several things, units contradict one another, or no acceleration is left.
+        A column may be several things, units contradict one another, or no response is left.
     """
     headings = _headings(path, table, options)
+    beside = () if options.channels else _turns_beside(headings)
     times, counters, channels, notes = [], [], [], []
     for column, heading in enumerate(headings):
         if heading is None:
@@ -64,8 +68,11 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         if column in table.dated or heading.is_time:
             times.append(column)
         elif heading.is_other and (heading.unit is not None):
+            notes.append(f'{_called(heading, column)} left out: {heading.unit_text}, no response')
+        elif column in beside:
             notes.append(
-                f'{_called(heading, column)} left out: {heading.unit_text}, no acceleration'
+                f'{_called(heading, column)} left out: {heading.unit_text} beside accelerations;'
+                ' taken where columns are named'
             )
         elif counts_up(table.values[:, column]):
             if not heading.is_counter:
@@ -80,22 +87,31 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
     if not channels:
         units = ', '.join(sorted({heading.unit_text for heading in known} - {''}))
         raise RecordingError(
-            'no column of acceleration',
+            'no column of responses',
             where=path,
             found=units or None,
             advice=options.advice.columns,
         )
     named = _named(path, [known[column] for column in channels], options, len(headings))
-    scale, assumed = _scale(path, named, options)
+    measured_in, assumed = _units(path, named, options)
     return ArrayColumns(
         channels=tuple(channels),
         names=tuple(heading.name for heading in named),
-        scale=scale,
+        scale=np.array([unit.factor for unit in measured_in], dtype=float),
+        units=tuple(unit.si for unit in measured_in),
         times=tuple(times),
         time_factors=tuple(_time_factor(known[c], c in table.dated) for c in times),
         counter=counters[0] if counters else None,
         notes=(*assumed, *notes),
     )
+
+
+def _turns_beside(headings: Sequence[Heading | None]) -> tuple[int, ...]:
+    """Return the columns of gyroscopes beside those of accelerometers: most loggers write both."""
+    measured = [heading.unit.si if heading and heading.unit else '' for heading in headings]
+    if ACCELERATION not in measured:
+        return ()
+    return tuple(column for column, si in enumerate(measured) if si == ANGULAR_VELOCITY)
 
 
 def _time_factor(heading: Heading, dated: bool) -> float | None:
@@ -151,14 +167,14 @@ def _told(path: Path, name: str, own: Heading) -> Heading:
     return told if told.unit else replace(own, name=told.name)
 
 
-def _scale(
+def _units(
     path: Path, headings: Sequence[Heading], options: ArrayOptions
-) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Return the factor of every channel to m/s², and what was assumed."""
-    stated = [heading.unit.factor if heading.unit else None for heading in headings]
+) -> tuple[list[Unit], tuple[str, ...]]:
+    """Return the unit of every channel, and what was assumed or may surprise."""
+    stated = [heading.unit for heading in headings]
     if options.unit is not None:
-        factor = to_si(options.unit, f'{path}: unit')
-        other = next((h for h in headings if h.unit and h.unit.factor != factor), None)
+        given = response_unit(options.unit, f'{path}: unit', RecordingError)
+        other = next((h for h in headings if h.unit and h.unit != given), None)
         if other is not None:
             raise RecordingError(
                 'units contradict one another',
@@ -166,10 +182,10 @@ def _scale(
                 found=f'{other.unit_text} in the file',
                 expected=f'{options.unit} as given',
             )
-        return np.full(len(headings), factor), ()
-    if all(factor is None for factor in stated):
-        return np.ones(len(headings)), ('no unit stated: taken as m/s^2',)
-    missing = next((h for h, factor in zip(headings, stated, strict=True) if factor is None), None)
+        return [given] * len(headings), ()
+    if all(unit is None for unit in stated):
+        return [Unit(ACCELERATION)] * len(headings), ('no unit stated: taken as m/s^2',)
+    missing = next((h for h in headings if h.unit is None), None)
     if missing is not None:
         raise RecordingError(
             'no unit, where others have one',
@@ -177,7 +193,16 @@ def _scale(
             expected=f'a unit for every column, or {options.advice.unit} for those without',
             advice=options.advice.columns,
         )
-    return np.array(stated, dtype=float), ()
+    return [unit for unit in stated if unit is not None], _kinds_told(headings)
+
+
+def _kinds_told(headings: Sequence[Heading]) -> tuple[str, ...]:
+    """Name the channels that measure no acceleration."""
+    return tuple(
+        f'{heading.name} measures {KINDS[heading.unit.si]} [{heading.unit_text}]'
+        for heading in headings
+        if heading.unit is not None and heading.unit.si != ACCELERATION
+    )
 
 
 def _called(heading: Heading, column: int) -> str:

@@ -57,6 +57,7 @@ class ArrayRecording:
         columns = array_columns(path, table, options)
         clock = array_clock(path, table, columns, options)
         self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
+        self.units = columns.units
         self.channel_names = columns.names
         self.notes = (*columns.notes, *clock.notes)
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
@@ -87,6 +88,7 @@ class ArrayRecording:
                     sample_rate_hz=self.sample_rate_hz,
                     channel_names=self.channel_names,
                     acceleration=rows,  # type: ignore[arg-type]
+                    units=self.units,
                 )
             else:
                 yield StampedSamples(
@@ -95,6 +97,7 @@ class ArrayRecording:
                     stamp_ns=self.stamp_ns[first : first + step],
                     acceleration=rows,
                     channel_names=self.channel_names,
+                    units=self.units,
                 )
 
     def damage(self) -> tuple[str, ...]:

@@ -1,12 +1,14 @@
 """Write any recording as MCAP, so that it can be replayed through live nodes."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
+from modal_core.units import ACCELERATION
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.encode import encode
 from modal_recordings.open_recording import Recording
@@ -96,6 +98,13 @@ def _encode_array(recording: ArrayRecording, measurement: Measurement) -> list[R
             found=', '.join(recording.channel_names),
             advice='state the rate with --sample-rate-hz instead',
         )
+    if set(measurement.units) - {ACCELERATION}:
+        raise RecordingError(
+            'only accelerations become Imu messages',
+            where=recording.path,
+            found=', '.join(sorted(set(measurement.units))),
+            advice='state the rate with --sample-rate-hz instead',
+        )
     return encode(
         StampedSamples(
             source=measurement.source,
@@ -111,12 +120,10 @@ def _encode_array(recording: ArrayRecording, measurement: Measurement) -> list[R
 def split_block(block: SampleBlock, n_rows: int) -> Iterator[SampleBlock]:
     """Split a block into blocks of at most ``n_rows`` samples."""
     for first in range(0, len(block.acceleration), n_rows):
-        yield SampleBlock(
-            source=block.source,
+        yield replace(
+            block,
             stamp_ns=block.stamp_ns + round(first * 1e9 / block.sample_rate_hz),
             first_index=block.first_index + first,
-            sample_rate_hz=block.sample_rate_hz,
-            channel_names=block.channel_names,
             acceleration=block.acceleration[first : first + n_rows],
         )
 

@@ -12,6 +12,7 @@ from modal_core.measurements import (
     SampleBlock,
     StampedSamples,
 )
+from modal_core.units import ACCELERATION
 from modal_recordings.cdr import ACCEL, IMU
 from modal_recordings.decode import BLOCK, JOINT_STATE
 from modal_recordings.raw_message import RawMessage
@@ -49,12 +50,21 @@ def encode_block(block: SampleBlock, frame_id: str = '') -> bytes:
     buffer = bytearray(_header(block.stamp_ns, frame_id))
     _align(buffer, 8)
     buffer += struct.pack('<Qd', block.first_index, block.sample_rate_hz)
-    _texts(buffer, block.channel_names)
+    _texts(buffer, _names_with_units(block))
     _align(buffer, 4)
     values = np.ascontiguousarray(block.acceleration, dtype='<f4')
     buffer += struct.pack('<II', len(values), values.size)
     buffer += values.tobytes()
     return bytes(buffer)
+
+
+def _names_with_units(block: SampleBlock) -> tuple[str, ...]:
+    """Return the names of channels, with the unit of what is no acceleration: ``belt [m/s]``."""
+    units = block.units or (ACCELERATION,) * len(block.channel_names)
+    return tuple(
+        name if unit == ACCELERATION else f'{name} [{unit}]'
+        for name, unit in zip(block.channel_names, units, strict=True)
+    )
 
 
 def _vectors(samples: StampedSamples, topic: str) -> list[RawMessage]:

@@ -5,7 +5,7 @@ import re
 
 from modal_core.errors import RecordingError
 from modal_core.printable import printable
-from modal_recordings.units import known_unit, Unit, UNITS
+from modal_core.units import known_unit, OTHER, RESPONSES, SECOND, Unit
 
 LONGEST_NAME = 200
 BRACKETED = re.compile(r'^(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$')
@@ -24,7 +24,7 @@ OTHER_WORDS = frozenset(
     voltage velocity displacement rpm pressure humidity roll pitch yaw force hammer battery
     quaternion quat latitude longitude altitude""".split()
 )
-"""First words of names of what is no acceleration."""
+"""First words of names of what is no acceleration, unless a unit says what it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Heading:
     def is_time(self) -> bool:
         """Whether it is called a time, or in a unit of time."""
         if self.unit is not None:
-            return self.unit.kind == 'time'
+            return self.unit.si == SECOND
         words = self.words
         return bool(words) and (words[0] in TIME_WORDS or words[-1] in TIME_WORDS)
 
@@ -66,9 +66,9 @@ class Heading:
 
     @property
     def is_other(self) -> bool:
-        """Whether it is called, or in a unit of, something that is no acceleration."""
+        """Whether it is called, or in a unit of, something that is no response."""
         if self.unit is not None:
-            return self.unit.kind == 'neither'
+            return self.unit.si == OTHER
         return bool(self.words) and self.words[0] in OTHER_WORDS
 
 
@@ -119,7 +119,10 @@ def _is_unit(inside: str, where: str, square: bool) -> bool:
 
 def _refuse(unit: str, where: str) -> None:
     raise RecordingError(
-        'unknown unit', where=where, found=unit, expected=f'{", ".join(UNITS)}, or s, ms, us, ns'
+        'unknown unit',
+        where=where,
+        found=unit,
+        expected=f'{", ".join(RESPONSES)}, or s, ms, us, ns',
     )
 
 
@@ -129,7 +132,7 @@ def _last_word(name: str, text: str) -> tuple[str, str]:
     last = known_unit(parts[-1])
     if text or last is None:
         return name, text
-    if last.kind == 'time' and (len(parts) == 1 or parts[0].strip('_').lower() in TIME_WORDS):
+    if last.si == SECOND and (len(parts) == 1 or parts[0].strip('_').lower() in TIME_WORDS):
         # A column s or h alone may be any; ms or sec is not.
         return (name, parts[-1]) if len(parts) > 1 or len(name) > 1 else (name, text)
     if len(parts) > 1 and ('/' in parts[-1] or parts[-1].lower() in ('mg', 'dps', 'mps2', 'rpm')):

@@ -5,7 +5,7 @@ from pathlib import Path
 import re
 
 from modal_core.errors import RecordingError
-from modal_recordings.units import known_unit
+from modal_core.units import known_unit, SECOND
 
 VALUE = r'\W*([\d.,]+(?:[eE][-+]?\d+)?)\s*([^\s,;)\]]*)'
 RATE = re.compile(
@@ -48,7 +48,7 @@ def _rate(line: str) -> float | None:
         if not inverse:
             return number * PER_SECOND[word] if word in PER_SECOND else None
         unit = known_unit(word or 's')
-        return 1.0 / (number * unit.factor) if unit and unit.kind == 'time' else None
+        return 1.0 / (number * unit.factor) if unit and unit.si == SECOND else None
     return None
 
 

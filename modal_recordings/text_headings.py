@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from modal_core.errors import RecordingError
+from modal_core.units import known_unit
 from modal_recordings.text_cells import is_value, not_a_number, NUMBER
-from modal_recordings.units import known_unit
 
 
 @dataclass(frozen=True, slots=True)

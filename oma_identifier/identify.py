@@ -14,6 +14,7 @@ from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 from oma_identifier.covariance import Band, Decimation, plan_bands, WhenFull
 from oma_identifier.motion import never, PeakTest
+from oma_identifier.one_kind import of_one_kind
 from oma_identifier.one_thread import one_thread
 from oma_identifier.refinement import adopt_refined, Adopted
 from oma_identifier.result import WindowResult
@@ -75,6 +76,7 @@ def identify_samples(
         The stretch is too short for the band asked for.
     """
     settings = settings or IdentificationSettings()
+    samples = of_one_kind(samples)
     check_samples(samples)
     selector = BandSelector()
     with one_thread():

@@ -4,6 +4,7 @@ The same object serves the node, the command line and the model gap.  It reads n
 comes with the samples.
 
     measurements → SampleBuffer → Window → RobotSignals (rigid motion and drive lines removed)
+      → cleaned_of_one_kind (velocities and displacements differentiated beside accelerations)
       → Synchroniser (late sensors put in step) → SensorChanges (changed ones told apart)
       → RecordStreams (condition, output covariance per band)
       → identify_bands (block Hankel, poles per model order, stabilise, cluster, select with σ)
@@ -39,6 +40,7 @@ from oma_identifier.motion import (
     with_flags,
     with_inputs,
 )
+from oma_identifier.one_kind import cleaned_of_one_kind
 from oma_identifier.one_thread import one_thread
 from oma_identifier.quality import SureDamping
 from oma_identifier.refinement import Refiner
@@ -160,7 +162,7 @@ class IdentificationPipeline:
             return self._without_modes(window, quality)
 
     def _identify(self, window: Window) -> WindowResult:
-        cleaned = self._robot_signals.clean(window)
+        cleaned = cleaned_of_one_kind(self._robot_signals.clean(window))
         check_samples(cleaned.samples)
         every = cleaned.samples
         cleaned = self._synchroniser.align(cleaned)

@@ -38,6 +38,8 @@ class IdentificationSettings:
     refine : bool or None
         Refine the modes of a window by maximum likelihood; None: unless the hop is so short that
         speed counts more.
+    gyroscopes : bool
+        The angular velocities of an Imu take part beside its accelerations.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class IdentificationSettings:
     refine: bool | None = setting(
         None, 'refine modes by maximum likelihood', automatic='only with hops of 5 s or more'
     )
+    gyroscopes: bool = setting(False, 'angular velocities of IMUs take part')
 
     def __post_init__(self) -> None:
         """Refuse values out of range."""

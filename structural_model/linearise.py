@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 import pinocchio as pin
 
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
+from modal_core.units import ANGULAR_VELOCITY
 from structural_model import sensing
 from structural_model.dynamics import Dynamics
 from structural_model.response import StateSpace

@@ -7,12 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 import pinocchio as pin
 
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
+from modal_core.units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY
 from structural_model.assembly import Assembly
 from structural_model.kinematics import Motion, point_acceleration
 
 Array = NDArray[np.float64]
 LAYOUTS_KEPT = 16
+ROTATIONS = (ANGULAR_VELOCITY, ANGULAR_ACCELERATION)
 RowFunction = Callable[[Assembly, pin.Data, Sequence[Channel], NDArray[np.intp]], Array]
 
 
@@ -62,7 +64,7 @@ def _new_map(assembly: Assembly, channels: tuple[Channel, ...]) -> SensorMap:
         joints[number], placement = assembly.attach(channel.frame_id, np.array(channel.position_m))
         position[number] = placement.translation
         along = placement.rotation @ np.array(channel.direction)
-        if channel.unit == ANGULAR_VELOCITY:
+        if channel.unit in ROTATIONS:
             wrench[number, 3:] = along
         else:  # d·(v + ω × p) = d·v + (p × d)·ω
             wrench[number, :3], direction[number] = along, along

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
 from modal_core.errors import ModelError
+from modal_core.units import ANGULAR_VELOCITY
 from structural_model.dynamics import Dynamics
 from structural_model.limits import check_length
 from structural_model.linearise import gravity_rows, sensor_rows

@@ -21,7 +21,8 @@ from abb_emulator.mechanics.gear_springs import GearSprings
 from abb_emulator.mechanics.linear_step import LinearStep
 from abb_emulator.mechanics.sensor_readings import SensorReadings
 from abb_emulator.mechanics.whole_arm import WholeArm
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
+from modal_core.units import ANGULAR_VELOCITY
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abb_emulator.mechanics.whole_arm import N_MOTION
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
+from modal_core.units import ANGULAR_VELOCITY
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]

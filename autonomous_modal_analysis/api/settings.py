@@ -21,6 +21,7 @@ class Settings(TypedDict, total=False):
     max_damping_ratio: float
     method: str
     refine: bool | None
+    gyroscopes: bool
 
 
 def checked_settings(given: Any) -> IdentificationSettings:

@@ -1,7 +1,7 @@
 """Uniform series out of the measurements of one recording."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import itertools
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
+from modal_core.units import ACCELERATION, named_unit
 
 Array = NDArray[np.float64]
 Columns = NDArray[np.intp]
@@ -153,12 +154,27 @@ def joint_columns(names: tuple[str, ...], wanted: tuple[str, ...]) -> list[int] 
 
 
 def match_channel(name: str, layout: SensorLayout) -> Channel | None:
-    """Return the layout's channel of a recorded name, tolerant of separators and case."""
-    plain = _plain(name)
+    """Return the layout's accelerometer of a recorded name, tolerant of separators and case.
+
+    A unit that ends the name, ``elbow.x [g]``, goes before the layout's.
+    """
+    bare, unit = named_unit(name)
+    plain = _plain(bare)
     for channel in layout.channels:
-        if channel.name == name or _plain(channel.name) == plain:
-            return channel
+        if channel.name in (name, bare) or _plain(channel.name) == plain:
+            if unit is not None:
+                channel = replace(channel, unit=unit.si, scale=unit.factor)
+            return channel if channel.unit == ACCELERATION else None
     return None
+
+
+def _names(item: SampleBlock | StampedSamples) -> tuple[str, ...]:
+    """Return the names of channels, each with the unit that the recording states."""
+    if not item.units:
+        return item.channel_names
+    return tuple(
+        f'{name} [{unit}]' for name, unit in zip(item.channel_names, item.units, strict=True)
+    )
 
 
 def _plain(name: str) -> str:
@@ -172,7 +188,7 @@ def _from_blocks(
     items: list[SampleBlock], layout: SensorLayout, unknown: list[str]
 ) -> Series | None:
     names = items[0].channel_names
-    matched = [match_channel(name, layout) for name in names]
+    matched = [match_channel(name, layout) for name in _names(items[0])]
     unknown += [name for name, channel in zip(names, matched, strict=True) if channel is None]
     columns = [number for number, channel in enumerate(matched) if channel is not None]
     if not columns:
@@ -189,8 +205,9 @@ def _from_blocks(
     index = np.array([item.first_index - run[0].first_index for item in run], dtype=float)
     stamps = np.array([item.stamp_ns for item in run], dtype=np.int64)
     start, rate = _line(index, stamps, run[0].sample_rate_hz)
-    kept = tuple(channel.name for channel in matched if channel is not None)
-    return Series(kept, start, rate, values)
+    kept = [channel for channel in matched if channel is not None]
+    scale = [channel.scale for channel in kept]
+    return Series(tuple(channel.name for channel in kept), start, rate, values * scale)
 
 
 def _line(index: Array, stamps: NDArray[np.int64], nominal_hz: float) -> tuple[float, float]:
@@ -209,21 +226,23 @@ def _from_stamped(
     items: list[StampedSamples], layout: SensorLayout, unknown: list[str]
 ) -> Series | None:
     first = items[0]
-    names = _stamped_names(first, layout)
-    if names is None:
+    channels = _stamped_channels(first, layout)
+    if channels is None:
         unknown.append(first.source)
         return None
     stamps = np.concatenate([item.stamp_ns for item in items])
-    values = np.concatenate([item.acceleration for item in items])[:, : len(names)]
-    uniform = _uniform(stamps, values)
+    values = np.concatenate([item.acceleration for item in items])[:, : len(channels)]
+    uniform = _uniform(stamps, values * [channel.scale for channel in channels])
+    names = tuple(channel.name for channel in channels)
     return None if uniform is None else Series(names, *uniform)
 
 
-def _stamped_names(item: StampedSamples, layout: SensorLayout) -> tuple[str, ...] | None:
+def _stamped_channels(item: StampedSamples, layout: SensorLayout) -> tuple[Channel, ...] | None:
     if item.channel_names:
-        matched = [match_channel(name, layout) for name in item.channel_names]
-        if all(channel is not None for channel in matched):
-            return tuple(channel.name for channel in matched if channel is not None)
+        matched = [match_channel(name, layout) for name in _names(item)]
+        known = tuple(channel for channel in matched if channel is not None)
+        if len(known) == len(matched):
+            return known
     topic = item.source.strip('/')
     for test in (
         lambda sensor: sensor.topic.strip('/') == topic,
@@ -234,7 +253,8 @@ def _stamped_names(item: StampedSamples, layout: SensorLayout) -> tuple[str, ...
     ):
         fitting = [sensor for sensor in layout if test(sensor)]
         if len(fitting) == 1 and fitting[0].axes == ('x', 'y', 'z'):
-            return tuple(channel.name for channel in fitting[0].channels())
+            channels = fitting[0].channels()
+            return channels if channels[0].unit == ACCELERATION else None
     return None
 
 

@@ -68,7 +68,7 @@ class SampleBuffer:
         self._clock = LeadingClock()
         self._refused: set[str] = set()
         self._checked: tuple[str, ...] = ()
-        self._roster = SourceRoster(layout, self.counters)
+        self._roster = SourceRoster(layout, self.counters, gyroscopes=settings.gyroscopes)
         self._expected: set[str] = set()
         self._untold: set[str] = set()
         self._idle: set[str] = set()
@@ -83,7 +83,7 @@ class SampleBuffer:
         expected = self.layout.channels if self.layout else ()
         # A copy: whoever asks from another thread must not meet a change half-way.
         seen = list(self._roster.seen.values())
-        return (*expected, *(channel for channel in seen if channel not in expected))
+        return tuple({channel.name: channel for channel in (*expected, *seen)}.values())
 
     @property
     def n_held(self) -> int:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel, SensorLayout
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
 from oma_identifier.intake.reach import reach_after, reach_before
-from oma_identifier.intake.source_channels import channels_of
+from oma_identifier.intake.source_channels import channels_of, columns_of
 from oma_identifier.quality import ConverterWatch, RepeatWatch
 from oma_identifier.time_axis import (
     BlockClock,
@@ -47,6 +47,8 @@ class Source:
         One per column that is used.
     columns : slice or tuple of int
         Columns of the samples that are used.
+    gyroscopes : bool
+        Whether angular velocities follow the accelerations of a sensor.
     sent : tuple of str
         What tells sources of one topic apart: names of all columns of a block, in the order of the
         first; frame id of a sensor.
@@ -68,6 +70,7 @@ class Source:
     sent: tuple[str, ...]
     stream: SourceStream
     clock: BlockClock | None = None
+    gyroscopes: bool = False
     period_ns: float = 0.0
     jitter_std_s: float = 0.0
     rate_changed: bool = False
@@ -124,7 +127,8 @@ class Source:
 
     def add_stamped(self, samples: StampedSamples) -> None:
         """Take in per-sample messages."""
-        self.stream.add(samples.stamp_ns, samples.acceleration[:, self.columns])
+        values = columns_of(samples, gyroscopes=self.gyroscopes)
+        self.stream.add(samples.stamp_ns, self._in_si(values[:, self.columns]))
 
     def add_block(self, block: SampleBlock) -> None:
         """Take in a block, when others confirm it; its columns may come in any order."""
@@ -172,7 +176,12 @@ class Source:
             self.flags.add('clock_jump')
         # A copy: what came with the block may be part of a file or a message.
         values = block.acceleration[:, self.columns].astype(self.stream.dtype)
-        self.stream.add(times.stamp_ns, values, confirmed=True)
+        self.stream.add(times.stamp_ns, self._in_si(values), confirmed=True)
+
+    def _in_si(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Return values in the units of the channels."""
+        scale = np.array([channel.scale for channel in self.channels], dtype=values.dtype)
+        return values if (scale == 1.0).all() else values * scale
 
     def restart(self) -> None:
         """Go on with what came after the clock jumped back."""
@@ -329,13 +338,17 @@ class Source:
 
 
 def make_source(
-    measurement: StampedSamples | SampleBlock, layout: SensorLayout | None
+    measurement: StampedSamples | SampleBlock,
+    layout: SensorLayout | None,
+    *,
+    gyroscopes: bool = False,
 ) -> Source | None:
     """Return a new source for a measurement; None when the layout knows none of its channels."""
     clock = None
     if isinstance(measurement, SampleBlock):
         clock = BlockClock(measurement.sample_rate_hz)
-    given = channels_of(measurement, layout)
+    gyroscopes = gyroscopes and _turns(measurement)
+    given = channels_of(measurement, layout, gyroscopes=gyroscopes)
     columns = tuple(index for index, channel in enumerate(given) if channel is not None)
     channels = tuple(channel for channel in given if channel is not None)
     if not channels:
@@ -347,10 +360,19 @@ def make_source(
         sent=_sent(measurement),
         stream=SourceStream(len(channels), dtype=_precision(measurement)),
         clock=clock,
+        gyroscopes=gyroscopes,
     )
     if clock is not None:
         source.period_ns = NANOSECONDS_PER_SECOND / clock.sample_rate_hz
     return source
+
+
+def _turns(measurement: StampedSamples | SampleBlock) -> bool:
+    """Tell whether a source has gyroscopes; an Imu without them sends no numbers, or zeros."""
+    if isinstance(measurement, SampleBlock) or measurement.channel_names:
+        return True
+    turns = measurement.angular_velocity
+    return turns is not None and bool(np.isfinite(turns).any() and np.nan_to_num(turns).any())
 
 
 def _precision(measurement: StampedSamples | SampleBlock) -> 'np.dtype[np.floating]':

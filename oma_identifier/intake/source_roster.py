@@ -17,6 +17,8 @@ class SourceRoster:
         The channels to expect; None: whatever arrives.
     counters : BufferCounters
         Told what is not used.
+    gyroscopes : bool
+        Use the angular velocities of an Imu.
 
     Attributes
     ----------
@@ -28,8 +30,10 @@ class SourceRoster:
         Channel by name.
     """
 
-    def __init__(self, layout: SensorLayout | None, counters: BufferCounters) -> None:
-        self._layout, self._counters = layout, counters
+    def __init__(
+        self, layout: SensorLayout | None, counters: BufferCounters, *, gyroscopes: bool = False
+    ) -> None:
+        self._layout, self._counters, self._gyroscopes = layout, counters, gyroscopes
         self.sources: dict[str, Source] = {}
         self.met: set[str] = set()
         self.seen: dict[str, Channel] = {}
@@ -52,7 +56,7 @@ class SourceRoster:
         source = self.sources.get(key)
         if source is not None or key in self._ignored:
             return source if source is not None and source.sends(measurement) else None
-        source = make_source(measurement, self._layout)
+        source = make_source(measurement, self._layout, gyroscopes=self._gyroscopes)
         if source is not None:
             source.name = key
             if self._has_room():

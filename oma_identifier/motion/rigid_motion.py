@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel
 from modal_core.measurements import JointSamples, NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
+from modal_core.units import ACCELERATION, ANGULAR_VELOCITY
 from oma_identifier.motion.joint_motion import joint_motion, JointMotion
 from oma_identifier.motion.rigid_fit import rigid_fit, RigidFit
 from oma_identifier.motion.robot_motion import in_model_order, RobotMotion
@@ -27,6 +28,8 @@ MOST_OUTSIDE_S = 0.25
 """Time at either end of a window that the joint states may leave uncovered."""
 WORSE = 1.5
 """Times its power below the vibrations that removal may leave on a channel the model fits."""
+PREDICTED = (ACCELERATION, ANGULAR_VELOCITY)
+"""What the model says of a rigid arm."""
 MISMATCH, LATE = 'rigid_motion_mismatch', 'not_synchronous'
 SAME_GRID = 0.01
 """Steps between the samples of two windows that pass for none."""
@@ -108,7 +111,9 @@ class RigidMotionRemoval:
         motion = motion_of(samples, joints, self._robot)
         links = self._robot.link_names
         columns = [
-            place for place, channel in enumerate(samples.channels) if channel.frame_id in links
+            place
+            for place, channel in enumerate(samples.channels)
+            if channel.frame_id in links and channel.unit in PREDICTED
         ]
         if joints is None or motion is None or not columns:
             self._last = None

@@ -14,7 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.channel import ACCELERATION, Channel
+from modal_core.channel import Channel
+from modal_core.units import ACCELERATION
 from oma_identifier.motion.rigid_fit import SlowMotion
 
 Real = NDArray[np.float64]

@@ -162,7 +162,7 @@ def _arrows(
     arrows: dict[tuple[str, tuple[float, float, float]], list[float]] = {}
     for name, value in zip(names, mode.shape.real.tolist(), strict=True):
         channel = known.get(name)
-        if channel is None or not channel.frame_id:
+        if channel is None or not channel.frame_id or not channel.is_straight:
             continue
         arrow = arrows.setdefault((channel.frame_id, channel.position_m), [0.0, 0.0, 0.0])
         for axis, part in enumerate(channel.direction):

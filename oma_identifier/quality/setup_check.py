@@ -12,7 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.channel import ACCELERATION, Channel
+from modal_core.channel import Channel
+from modal_core.units import ACCELERATION
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 LEAST_FACTOR = math.sqrt(2.0)

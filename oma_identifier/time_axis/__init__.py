@@ -19,7 +19,12 @@ from oma_identifier.time_axis.lattice import (
     on_grid,
 )
 from oma_identifier.time_axis.rate_check import tells_rate, typical_step
-from oma_identifier.time_axis.resample import HALF_WIDTH, half_width, interpolate
+from oma_identifier.time_axis.resample import (
+    HALF_WIDTH,
+    half_width,
+    interpolate,
+    KAISER_BETA,
+)
 from oma_identifier.time_axis.source_stream import (
     FORWARD_NS,
     OrderedSamples,
@@ -31,6 +36,7 @@ __all__ = [
     'CONFIRM',
     'FORWARD_NS',
     'HALF_WIDTH',
+    'KAISER_BETA',
     'REORDER_NS',
     'BlockClock',
     'BlockGate',

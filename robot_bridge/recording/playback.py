@@ -1,7 +1,7 @@
 """A recording as serialised messages with the times they are due; no clock in it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import re
 
 from modal_core.errors import SettingsError
@@ -130,11 +130,9 @@ def _small(measurement: Measurement) -> Iterator[Measurement]:
     rows = max(1, LARGEST_BLOCK_BYTES // (4 * len(measurement.channel_names)))
     for first in range(0, len(measurement.acceleration), rows):
         offset_ns = round(first * NANOSECONDS_PER_SECOND / measurement.sample_rate_hz)
-        yield SampleBlock(
-            source=measurement.source,
+        yield replace(
+            measurement,
             stamp_ns=measurement.stamp_ns + offset_ns,
             first_index=measurement.first_index + first,
-            sample_rate_hz=measurement.sample_rate_hz,
-            channel_names=measurement.channel_names,
             acceleration=measurement.acceleration[first : first + rows],
         )

@@ -5,6 +5,7 @@ import pytest
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import SampleBlock
+from modal_recordings.convert import to_mcap
 from modal_recordings.open_recording import open_recording
 
 SEED = 1308
@@ -133,7 +134,7 @@ ASKED = {
     'unknown unit': (table(None, above='a [m/s^3],b [m/s^3]\n'), 'unknown unit'),
     'unknown unit of time': (table(seconds(), above='time [1/x],a,b\n'), 'unknown unit'),
     'one unit of two': (table(None, above='a [g],b\n'), 'no unit, where others have one'),
-    'no acceleration': (table(None, above='a [deg/s],b [deg/s]\n'), 'no column of acceleration'),
+    'no response': (table(None, above='a [V],b [V]\n'), 'no column of responses'),
     'rotation without unit': (table(None, above='acc_x,gyro_x\n'), r'\(gyro_x\)'),
     'two times': (table([f'{t},{t}' for t in seconds()], above='time,elapsed,a,b\n'), 'which'),
     'backward times': (table(seconds()[::-1], above='time,a,b\n'), 'does not run forward'),
@@ -168,6 +169,56 @@ def test_units_of_each_column_count_and_rotations_are_left_out_with_a_word(tmp_p
     assert np.allclose(gathered(recording), VALUES * (G, 1.0))
     assert [note.split()[0] for note in recording.notes] == ['w', 'T']
     assert all('left out' in note for note in recording.notes)
+
+
+def test_rotations_take_part_where_columns_are_named(tmp_path):
+    text = table(seconds(), above='t [s],w [deg/s],b [m/s²]\n')
+    recording = open_recording(put(tmp_path, text), channels=['t [s]', 'w [deg/s]', 'b [m/s^2]'])
+    assert recording.channel_names == ('w', 'b') and recording.units == ('rad/s', 'm/s^2')
+    assert np.allclose(gathered(recording), VALUES * (np.pi / 180.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ('unit', 'si', 'factor'),
+    [
+        ('mm/s', 'm/s', 1e-3),
+        ('ips', 'm/s', 0.0254),
+        ('µm', 'm', 1e-6),
+        ('mil', 'm', 2.54e-5),
+        ('um/m', 'm/m', 1e-6),
+        ('microstrain', 'm/m', 1e-6),
+        ('dps', 'rad/s', np.pi / 180.0),
+    ],
+)
+def test_every_column_says_what_it_measures(tmp_path, unit, si, factor):
+    named = put(tmp_path, table(seconds(), above=f't [s],a [{unit}],b [{unit}]\n'))
+    recording = open_recording(named)
+    assert recording.units == (si, si)
+    assert np.allclose(gathered(recording), factor * VALUES)
+    assert all(unit in note for note in recording.notes) and len(recording.notes) == 2
+    bare = put(tmp_path, table(None), 'bare.csv')
+    recording = open_recording(bare, sample_rate_hz=RATE_HZ, unit=unit)
+    assert recording.units == (si, si) and np.allclose(gathered(recording), factor * VALUES)
+
+
+def test_velocity_beside_acceleration_is_another_kind(tmp_path):
+    text = table(seconds(), above='t [s],v [mm/s],b [g]\n')
+    recording = open_recording(put(tmp_path, text))
+    assert recording.units == ('m/s', 'm/s^2')
+    assert np.allclose(gathered(recording), VALUES * (1e-3, G))
+
+
+def test_kinds_survive_conversion_to_messages(tmp_path):
+    text = table(None, above='v [mm/s],b [g]\n')
+    recording = open_recording(put(tmp_path, text), sample_rate_hz=RATE_HZ)
+    converted = open_recording(to_mcap(recording, tmp_path / 'converted.mcap'))
+    blocks = [part for part in converted.measurements() if isinstance(part, SampleBlock)]
+    assert {block.channel_names for block in blocks} == {('v [m/s]', 'b')}
+    sent = np.concatenate([block.acceleration for block in blocks])
+    assert np.allclose(sent, VALUES * (1e-3, G), rtol=1e-6)
+    timed = put(tmp_path, table(seconds(), above='t [s],v [mm/s],b [g]\n'), 'timed.csv')
+    with pytest.raises(RecordingError):
+        to_mcap(open_recording(timed), tmp_path / 'timed.mcap')
 
 
 def test_the_question_is_answered_by_names(tmp_path):

@@ -4,7 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
+from modal_core.units import ANGULAR_VELOCITY
 from structural_model import load_robot
 
 SEED = 40

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
 from modal_core.errors import ModelError
+from modal_core.units import ANGULAR_VELOCITY
 from structural_model import load_robot
 from structural_model.fitting import FitProblem, FreeParameter, FrequencyFit, PoseTarget
 from structural_model.scan import random_poses

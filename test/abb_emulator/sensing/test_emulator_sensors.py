@@ -7,7 +7,8 @@ from scipy.signal import welch
 from abb_emulator.cell import ArmSide, CellSettings, MotorSide
 from abb_emulator.drives.servo import Servo, ServoSettings
 from abb_emulator.sensing.sensors import SensorArray, SensorSettings
-from modal_core.channel import ANGULAR_VELOCITY, Channel
+from modal_core.channel import Channel
+from modal_core.units import ANGULAR_VELOCITY
 
 RATE_HZ = 2048.0
 SEED = 21
