@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-import math
 from statistics import mode
 
 from autonomous_modal_analysis.plan_record import recorded_edge_hz
@@ -108,7 +107,7 @@ def identify_recording(
             channels=pipeline.channels,
             quality=whole.quality,
             settings=settings,
-            band=analysed_band(mode(rates_hz), math.inf, asked, settings),
+            band=analysed_band(mode(rates_hz), pipeline.identified_s, asked, settings),
             harmonics=whole.harmonics,
             damage=(*recording.damage(), *_unused(pipeline)),
             remarks=remarks(whole, windows, mode(rates_hz), settings),

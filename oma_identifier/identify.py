@@ -41,9 +41,12 @@ from oma_identifier.spectra import (
 from oma_identifier.subspace import BandCovariance, BandStream
 
 FEW_ROWS = 1000
+LEAST_PART = 0.25
+"""Length of a part over that of the longest for its spectra to be used: the bias that leakage
+gives narrow modes goes by one over the length."""
 NO_MODE = 'no mode stands out from the noise'
 ONLY_LINES = 'only harmonics: no mode stands out beside them'
-Adopt = Callable[[Samples, ModeSet, ModeSet], Adopted]
+Adopt = Callable[[Samples, ModeSet, ModeSet, Sequence[Samples]], Adopted]
 
 
 def identify_samples(
@@ -77,21 +80,8 @@ def identify_samples(
     """
     settings = settings or IdentificationSettings()
     samples = of_one_kind(samples)
-    check_samples(samples)
-    selector = BandSelector()
-    with one_thread():
-        sources = _sources(samples, settings, progress)
-        test_line, peaks = line_tester(samples), SpectralPeaks(samples)
-        found = identify_bands(
-            sources, samples.channels, settings, test_line, explains, peaks, selector
-        )
-        evidence = line_evidence(samples, found)
-        found = without_explained(found, evidence)
-        if settings.refines:
-            found = refine_found(samples, found, sources, settings, explains, selector=selector)
-            found = without_explained(found, evidence)
-        highest_hz = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)[0].high_hz
-        spectrum = singular_value_spectrum(samples, highest_hz)
+    found = identify_parts([samples], settings, explains, progress)
+    highest_hz = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)[0].high_hz
     return WindowResult(
         index=-1,
         start_ns=samples.start_ns,
@@ -99,32 +89,80 @@ def identify_samples(
         modes=found.modes,
         harmonics=found.harmonics,
         poles=found.poles,
-        spectrum=spectrum,
+        spectrum=singular_value_spectrum(samples, highest_hz),
         quality=explain(DataQuality(), found),
     )
 
 
+def identify_parts(
+    parts: Sequence[Samples],
+    settings: IdentificationSettings,
+    explains: PeakTest = never,
+    progress: Callable[[float], None] | None = None,
+) -> Identified:
+    """Identify the modes of a record, of which stretches may be missing.
+
+    Whether something is a line or a peak is asked of the longest part, which tells most.
+
+    Parameters
+    ----------
+    parts : sequence of Samples
+        Stretches between gaps, of the same channels and rate, the longest first.
+    settings : IdentificationSettings
+        Band, orders and limits; bands are planned for the length of all parts together.
+    explains : callable
+        Tells a peak that motion of the robot explains from a mode.
+    progress : callable or None
+        Called with the share of the work done.
+
+    Raises
+    ------
+    IdentificationError
+        The parts are too short for the band asked for.
+    """
+    for part in parts:
+        check_samples(part)
+    longest, selector = parts[0], BandSelector()
+    with one_thread():
+        sources = _sources(parts, settings, progress)
+        test_line, peaks = line_tester(longest), SpectralPeaks(longest)
+        found = identify_bands(
+            sources, longest.channels, settings, test_line, explains, peaks, selector
+        )
+        evidence = line_evidence(longest, found)
+        found = without_explained(found, evidence)
+        if settings.refine is not False and settings.method == 'ssi_cov':
+            found = refine_found(parts, found, sources, settings, explains, selector=selector)
+            found = without_explained(found, evidence)
+    return found
+
+
 def _sources(
-    samples: Samples,
+    parts: Sequence[Samples],
     settings: IdentificationSettings,
     progress: Callable[[float], None] | None = None,
 ) -> list[BandCovariance | None]:
-    bands = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)
-    rows = Decimation()
-    rows.take(samples.acceleration)
+    duration_s = sum(part.duration_s for part in parts)
+    bands = plan_bands(parts[0].sample_rate_hz, duration_s, settings)
+    rows = [Decimation() for _ in parts]
+    for each, part in zip(rows, parts, strict=True):
+        each.take(part.acceleration)
     sources = []
     for done, band in enumerate(bands):
-        sources.append(_source(band, samples, rows, settings))
+        sources.append(_source(band, rows, duration_s, settings))
         if progress is not None:
             progress((done + 1) / len(bands))
     return sources
 
 
 def _source(
-    band: Band, samples: Samples, rows: Decimation, settings: IdentificationSettings
+    band: Band, parts: Sequence[Decimation], duration_s: float, settings: IdentificationSettings
 ) -> BandCovariance | None:
-    stream = BandStream(band, settings, samples.duration_s, WhenFull.JOIN)
-    stream.add(rows)
+    # As many blocks in each part as allow for what an interrupted one loses.
+    stream = BandStream(band, settings, duration_s / len(parts), WhenFull.JOIN)
+    for rows in parts:
+        stream.interrupt()
+        stream.add(rows)
     return stream.result()
 
 
@@ -144,7 +182,7 @@ def line_tester(samples: Samples, removed: ModeSet | None = None) -> LineTest:
 
 
 def refine_found(
-    samples: Samples,
+    parts: Sequence[Samples],
     found: Identified,
     sources: Sequence[BandCovariance | None],
     settings: IdentificationSettings,
@@ -159,10 +197,10 @@ def refine_found(
 
     Parameters
     ----------
-    samples : Samples
-        What the modes were identified from.
+    parts : sequence of Samples
+        What the modes were identified from, the longest first.
     found : Identified
-        Of these samples.
+        Of these.
     sources : sequence of BandCovariance or None
         What it was found in.
     settings : IdentificationSettings
@@ -176,27 +214,35 @@ def refine_found(
     """
     if len(found.harmonics):
         lines_hz = found.harmonics.frequency_hz
-        samples = without_lines(samples, tuple(lines_hz))
-        rows = Decimation()
-        rows.take(samples.acceleration)
+        parts = [without_lines(part, tuple(lines_hz)) for part in parts]
+        rows = [Decimation() for _ in parts]
+        for each, part in zip(rows, parts, strict=True):
+            each.take(part.acceleration)
+        duration_s = sum(part.duration_s for part in parts)
         freed = [
-            _source(source.band, samples, rows, settings)
+            _source(source.band, rows, duration_s, settings)
             if source is not None and source.band.sees(lines_hz).any()
             else source
             for source in sources
         ]
-        test_line, peaks = line_tester(samples, found.harmonics), SpectralPeaks(samples)
+        test_line, peaks = line_tester(parts[0], found.harmonics), SpectralPeaks(parts[0])
         again = identify_bands(
-            freed, samples.channels, settings, test_line, explains, peaks, selector
+            freed, parts[0].channels, settings, test_line, explains, peaks, selector
         )
         found = replace(
             again, harmonics=found.harmonics, poles=_with_images(again.poles, found.poles)
         )
     adopted = without_doubtful(
-        adopt(samples, found.modes, found.harmonics),
-        NewModeTest(samples, settings, found.harmonics, explains),
+        adopt(parts[0], found.modes, found.harmonics, _long(parts)),
+        NewModeTest(parts[0], settings, found.harmonics, explains),
     )
     return replace(found, modes=adopted.modes, poles=renumbered(found.poles, adopted.origin))
+
+
+def _long(parts: Sequence[Samples]) -> list[Samples]:
+    """Return the further parts that a likelihood of spectra may use."""
+    least_s = LEAST_PART * parts[0].duration_s
+    return [part for part in parts[1:] if part.duration_s >= least_s]
 
 
 def check_samples(samples: Samples) -> None:

@@ -26,13 +26,17 @@ from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Pose, Window
-from oma_identifier.covariance import WhenFull
-from oma_identifier.identify import check_samples, explain, identify_bands, refine_found
+from oma_identifier.identify import (
+    check_samples,
+    explain,
+    identify_bands,
+    identify_parts,
+    refine_found,
+)
 from oma_identifier.intake import SampleBuffer
-from oma_identifier.methods import identify_by, KeptRecord, method_named
+from oma_identifier.methods import identify_by, method_named
 from oma_identifier.motion import (
     Cleaned,
-    never,
     PeakTest,
     RobotMotion,
     RobotSignals,
@@ -43,6 +47,7 @@ from oma_identifier.motion import (
 from oma_identifier.one_kind import cleaned_of_one_kind
 from oma_identifier.one_thread import one_thread
 from oma_identifier.quality import SureDamping
+from oma_identifier.record import WholeRecord
 from oma_identifier.refinement import Refiner
 from oma_identifier.result import WindowResult
 from oma_identifier.selection import (
@@ -58,7 +63,6 @@ from oma_identifier.spectra import (
     empty_spectrum,
     line_at,
     REFRESHED,
-    singular_value_spectrum,
     SingularValueSpectrum,
     SlidingSpectrum,
     SpectralPeaks,
@@ -66,7 +70,6 @@ from oma_identifier.spectra import (
 from oma_identifier.subspace import RecordStreams
 from oma_identifier.synchrony import SensorChanges, Synchroniser
 from oma_identifier.tracking import ModeTracker, TrackedModes
-from oma_identifier.whole_record import WholeRecord
 
 log = logging.getLogger(__name__)
 
@@ -88,6 +91,8 @@ class IdentificationPipeline:
     only_whole : bool
         The spectra of single windows are not looked at: where windows overlap, only as many are
         made as that of the whole record needs.
+    keeps_record : bool
+        Whether :meth:`whole` will be asked for; samples are kept for it.
     """
 
     def __init__(
@@ -98,6 +103,7 @@ class IdentificationPipeline:
         robot: RobotMotion | None = None,
         *,
         only_whole: bool = False,
+        keeps_record: bool = True,
     ) -> None:
         self.settings = settings or IdentificationSettings()
         self.tracker = tracker or ModeTracker()
@@ -106,23 +112,20 @@ class IdentificationPipeline:
         self._robot_signals = RobotSignals(robot)
         self._synchroniser = Synchroniser()
         self._sensor_changes = SensorChanges()
-        self._explains: PeakTest = never
-        self._newest = RecordStreams(self.settings, WhenFull.RETIRE)
-        self._record = WholeRecord(self.settings)
+        self._newest = RecordStreams(self.settings)
+        self._keeps_record = keeps_record
+        self._record = WholeRecord(self.settings, self._identify_parts)
         self._refiner = Refiner()
         self._damping = SureDamping()
         self._selector = BandSelector()
         refreshed = 1.0 if only_whole else REFRESHED
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz, refreshed)
-        method = method_named(self.settings.method).name
-        self._kept = None if method == 'ssi_cov' else KeptRecord(method)
+        method_named(self.settings.method)
 
     def _forget(self) -> None:
         """Begin the whole record anew: its sensors were not in step."""
-        self._record = WholeRecord(self.settings)
+        self._record = WholeRecord(self.settings, self._identify_parts)
         self._damping = SureDamping()
-        if self._kept is not None:
-            self._kept = KeptRecord(self.settings.method)
 
     @property
     def buffer(self) -> SampleBuffer:
@@ -175,8 +178,25 @@ class IdentificationPipeline:
         spectrum = self._spectra.of(samples)
         if samples.acceleration.nbytes >= LARGE_BYTES:
             give_back()
-        if self._kept is not None:
-            return self._by_method(self._kept, window, cleaned, spectrum)
+        if self.settings.method == 'ssi_cov':
+            found = self._found(samples, cleaned)
+        else:
+            if self.settings.method == 'csi':
+                cleaned = replace(cleaned, samples=with_inputs(samples, cleaned.motion))
+            found = self._found_by_method(cleaned.samples, cleaned.explains)
+        if samples.acceleration.nbytes >= LARGE_BYTES:
+            give_back()
+        found = with_lines(found, cleaned.lines)
+        window = replace(window, quality=with_flags(window.quality, cleaned))
+        found = self._with_sure_damping(found, window.quality)
+        self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
+        found = replace(found, modes=self.last_tracked.modes)
+        if self._keeps_record:
+            self._record.add(cleaned, found, spectrum, window.quality)
+        return _result(window, found, spectrum)
+
+    def _found(self, samples: Samples, cleaned: Cleaned) -> Identified:
+        """Identify a window by what is carried over from the last one and its new samples."""
         self._newest.add(samples)
         sources = self._newest.results()
         found = identify_bands(
@@ -191,47 +211,21 @@ class IdentificationPipeline:
         # Where hops are short a search for lines that nobody suspects would cost too much.
         looks = self.settings.refines or len(found.harmonics)
         evidence = line_evidence(samples, found) if looks else None
-        found = with_lines(without_explained(found, evidence), cleaned.lines)
-        window = replace(window, quality=with_flags(window.quality, cleaned))
-        self._record.add(
-            samples, found, spectrum, window.quality, cleaned.explains, self._newest, evidence
-        )
-        self._newest.release()
+        found = without_explained(found, evidence)
+        if not self.settings.refines:
+            return found
         if samples.acceleration.nbytes >= LARGE_BYTES:
             give_back()
-        if self.settings.refines:
-            found = refine_found(
-                samples,
-                found,
-                sources,
-                self.settings,
-                cleaned.explains,
-                self._refiner.adopt,
-                self._selector,
-            )
-            found = without_explained(found, evidence)
-        found = self._with_sure_damping(found, window.quality)
-        self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
-        return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
-
-    def _by_method(
-        self,
-        kept: KeptRecord,
-        window: Window,
-        cleaned: Cleaned,
-        spectrum: SingularValueSpectrum,
-    ) -> WindowResult:
-        """Identify a window by a method that has nothing to carry over from the last one."""
-        samples = cleaned.samples
-        if self.settings.method == 'csi':
-            samples = with_inputs(samples, cleaned.motion)
-        kept.add(samples)
-        self._explains = cleaned.explains
-        found = with_lines(self._found_by_method(samples), cleaned.lines)
-        found = self._with_sure_damping(found, window.quality)
-        self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
-        window = replace(window, quality=with_flags(window.quality, cleaned))
-        return _result(window, replace(found, modes=self.last_tracked.modes), spectrum)
+        found = refine_found(
+            [samples],
+            found,
+            sources,
+            self.settings,
+            cleaned.explains,
+            self._refiner.adopt,
+            self._selector,
+        )
+        return without_explained(found, evidence)
 
     def _with_sure_damping(self, found: Identified, quality: DataQuality) -> Identified:
         return replace(found, modes=self._damping.of_window(found.modes, quality))
@@ -246,16 +240,15 @@ class IdentificationPipeline:
         as_sent = replace(tracked.modes, channel_names=modes.channel_names)
         return replace(tracked, modes=as_sent)
 
-    def _found_by_method(self, samples: Samples) -> Identified:
+    def _found_by_method(self, samples: Samples, explains: PeakTest) -> Identified:
         responses, inputs = split_inputs(samples)
-        return identify_by(self.settings.method, responses, self.settings, inputs, self._explains)
+        return identify_by(self.settings.method, responses, self.settings, inputs, explains)
 
-    def _whole_by_method(self, kept: KeptRecord) -> WindowResult:
-        samples = kept.samples()
-        found = self._found_by_method(samples)
-        responses, _ = split_inputs(samples)
-        spectrum = singular_value_spectrum(responses, self.settings.max_frequency_hz)
-        return _result(Window(-1, responses), found, spectrum)
+    def _identify_parts(self, parts: Sequence[Samples], explains: PeakTest) -> Identified:
+        """Identify a record of which stretches may be missing."""
+        if self.settings.method == 'ssi_cov':
+            return identify_parts(parts, self.settings, explains)
+        return self._found_by_method(parts[0], explains)
 
     def _without_modes(self, window: Window, quality: DataQuality) -> WindowResult:
         log.debug('window %d: %s', window.index, quality.reason)
@@ -264,11 +257,16 @@ class IdentificationPipeline:
         found = Identified(none, none, no_poles(len(window.samples.channels)))
         return _result(replace(window, quality=quality), found, empty_spectrum())
 
+    @property
+    def identified_s(self) -> float:
+        """Length of the record that :meth:`whole` identifies [s]."""
+        return self._record.identified_s
+
     def whole(self) -> WindowResult:
         """Identify everything seen so far as one record.
 
-        Memory does not grow with the record: its covariances are kept, not its samples.  Methods
-        other than ``ssi_cov`` keep the samples, up to a bound.
+        Memory does not grow with the record: beyond a bound its samples are kept at a lower rate,
+        and what lies above is taken from the windows.
 
         Raises
         ------
@@ -276,8 +274,7 @@ class IdentificationPipeline:
             No window could be identified yet.
         """
         with one_thread():
-            kept = self._kept
-            result = self._record.identify() if kept is None else self._whole_by_method(kept)
+            result = self._record.identify()
         modes = self._damping.of_record(result.modes)
         return replace(result, modes=self.tracker.label(modes))
 

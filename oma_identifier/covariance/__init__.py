@@ -16,10 +16,11 @@ from oma_identifier.covariance.bands import (
     PERIODS,
     plan_bands,
     RATE_RATIO,
+    STEP,
     UPPER,
     UPPER_UNDECIMATED,
 )
-from oma_identifier.covariance.condition import BandConditioner, Decimation
+from oma_identifier.covariance.condition import BandConditioner, Decimation, Decimator
 from oma_identifier.covariance.hankel_gram import HankelGram
 from oma_identifier.covariance.output_covariance import (
     CovarianceAccumulator,
@@ -31,6 +32,7 @@ from oma_identifier.covariance.references import choose_references
 __all__ = [
     'PERIODS',
     'RATE_RATIO',
+    'STEP',
     'UPPER',
     'UPPER_UNDECIMATED',
     'AnalysedBand',
@@ -38,6 +40,7 @@ __all__ = [
     'BandConditioner',
     'CovarianceAccumulator',
     'Decimation',
+    'Decimator',
     'HankelGram',
     'OutputCovariance',
     'WhenFull',

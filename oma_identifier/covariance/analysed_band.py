@@ -61,7 +61,7 @@ def analysed_band(
     Parameters
     ----------
     sample_rate_hz, duration_s : float [Hz], [s]
-        Of the stretch; a record identified block by block has no end.
+        Of the stretch.
     asked, used : IdentificationSettings
         Before and after :func:`below_edge`.
 

@@ -20,8 +20,8 @@ from oma_identifier.covariance.filters import (
 )
 from oma_identifier.covariance.references import LONGEST
 
-PASS, STOP = 0.4, 0.6
-"""Edges of the decimation filter over the new rate; what aliases lands above ``PASS``."""
+PASS = 0.4
+"""Edge of the decimation filter over the new rate; what is folded lands above it."""
 ATTENUATION_DB = 70.0
 HIGH_PASS_ORDER = 4
 GROUP = 16
@@ -36,14 +36,16 @@ class Decimator:
     ----------
     factor : int
         Output rate is input rate over this.
+    clean : float
+        Part of the new rate that passes, and that nothing is folded into.
     """
 
-    def __init__(self, factor: int) -> None:
+    def __init__(self, factor: int, clean: float = PASS) -> None:
         self.factor = factor
         # Kaiser: length for the attenuation and transition width (Oppenheim & Schafer, 7.76)
-        width = 2.0 * math.pi * (STOP - PASS) / factor
+        width = 2.0 * math.pi * (1.0 - 2.0 * clean) / factor
         n_taps = math.ceil((ATTENUATION_DB - 8.0) / (2.285 * width)) | 1
-        self.taps = kaiser_low_pass(n_taps, (PASS + STOP) / factor, ATTENUATION_DB)
+        self.taps = kaiser_low_pass(n_taps, 1.0 / factor, ATTENUATION_DB)
         # The filter is symmetric, so a row of taps is the filter itself.
         self._group = np.zeros((GROUP, (GROUP - 1) * factor + len(self.taps)))
         for row in range(GROUP):
@@ -133,20 +135,11 @@ class Decimation:
         self.stages: dict[tuple[int, ...], tuple[Decimator, int]] = {}
         self._made: dict[tuple[int, ...], NDArray[np.floating]] = {}
         self._number = 0
-        self.n_rows = 0
 
-    def take(self, rows: NDArray[np.floating], ahead: 'Decimation | None' = None) -> None:
-        """Take the next rows, (n_samples, n_channels).
-
-        Parameters
-        ----------
-        ahead : Decimation or None
-            That took the same rows, this time and every time before: what it made is not made
-            again.
-        """
+    def take(self, rows: NDArray[np.floating]) -> None:
+        """Take the next rows, (n_samples, n_channels)."""
         self._number += 1
-        self.n_rows = len(rows)
-        self._made = {**(ahead._made if ahead is not None else {}), (): rows}
+        self._made = {(): rows}
 
     def by(self, factors: tuple[int, ...]) -> NDArray[np.floating]:
         """Return the rows taken last, decimated by all factors in turn."""
@@ -159,11 +152,7 @@ class Decimation:
         return self._made[factors]
 
     def drop(self) -> None:
-        """Forget the rows at the full rate, which keep the window alive they were cut from."""
-        self._made.pop((), None)
-
-    def drop_all(self) -> None:
-        """Forget what was made of the rows as well: nobody will ask for it again."""
+        """Forget the rows, which keep the window alive they were cut from, and what was made."""
         self._made = {}
 
 

@@ -108,11 +108,6 @@ class CovarianceAccumulator:
         self._pending: list[NDArray[np.floating]] = []
         self._n_pending = 0
         self.n_added = 0
-        self._lead: CovarianceAccumulator | None = None
-        self._n_taken = 0
-        self._n_partial = 0
-        self._partial = np.empty(0)
-        self._partial_power = np.empty(0)
 
     def add(self, rows: NDArray[np.floating]) -> None:
         """Add the next samples, (n_samples, n_channels); complete blocks are summed at once."""
@@ -136,42 +131,6 @@ class CovarianceAccumulator:
         """Forget what came just before: the next samples do not continue it."""
         self._past = None
         self._pending, self._n_pending = [], 0
-        self._n_partial = 0
-
-    def fits(self, lead: 'CovarianceAccumulator') -> bool:
-        """Tell whether blocks of another can be joined to those kept here."""
-        return (
-            self.n_lags == lead.n_lags
-            and np.array_equal(self.references, lead.references)
-            and self.block_samples % lead.block_samples == 0
-        )
-
-    def take(self, lead: 'CovarianceAccumulator') -> None:
-        """Add the blocks that another has completed since the last call, instead of samples."""
-        if lead is not self._lead:
-            self.interrupt()
-            self._lead, self._n_taken = lead, 0
-        n_new = min(lead.n_added - self._n_taken, lead.n_blocks)
-        self._n_taken = lead.n_added
-        for number in range(lead.n_blocks - n_new, lead.n_blocks):
-            place = (lead._oldest + number) % lead.capacity
-            self._add_block(lead._ring[place], lead._powers[place], lead.block_samples)
-
-    def _add_block(
-        self, sums: NDArray[np.float32], power: NDArray[np.float64], n_samples: int
-    ) -> None:
-        """Add the sums of a part of a block."""
-        if self._n_partial == 0:
-            self._partial = np.zeros(sums.shape)
-            self._partial_power = np.zeros(power.shape)
-        self._partial += sums
-        self._partial_power += power
-        self._n_partial += n_samples
-        if self._n_partial == self.block_samples and self._is_full:
-            self._join()
-        if self._n_partial == self.block_samples:
-            self._keep_block(self._partial, self._partial_power)
-            self._n_partial = 0
 
     @property
     def _is_full(self) -> bool:

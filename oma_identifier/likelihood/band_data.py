@@ -1,6 +1,6 @@
 """From the spectra of all channels to the few numbers the likelihood of one band needs."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -214,6 +214,7 @@ def reduce_band(
         start.half_width_hz[[*group, *within]],
         n_noise,
         noise,
+        spectra.durations_s,
     )
     inside = basis.T @ shapes[:, included]
     force = _force_levels(spectra, start, included, scale, free @ free.T)
@@ -300,11 +301,12 @@ def _tails(
     """
     frequency, damping = start.frequency_hz[modes], start.damping_ratio[modes]
     places = frequency + np.linspace(-1.0, 1.0, PEAK_LINES)[:, None] * damping * frequency
-    lines = np.clip(np.rint(places / spectra.spacing_hz), 1, len(spectra.frequency_hz) - 1)
-    near = spectra.values[:, lines.astype(np.intp)]
+    lines = np.searchsorted(spectra.frequency_hz, places - 0.5 * spectra.spacing_hz)
+    lines = np.clip(lines, 1, len(spectra.frequency_hz) - 1)
+    near = spectra.values[:, lines]
     shapes = _unit(start.shapes[:, modes] * scale[:, None])
     response = np.einsum('cm,clm->lm', scale[:, None] * shapes.conj(), near)
-    beta = frequency / (lines * spectra.spacing_hz)
+    beta = frequency / spectra.frequency_hz[lines]
     level = np.mean(np.abs(response * (1.0 - beta**2 - 2j * damping * beta)) ** 2, axis=0)
     gain = np.abs(accelerance(ends_hz, frequency, damping)).max(axis=0)
     return np.asarray(np.sqrt(level) * gain)
@@ -356,6 +358,7 @@ def averages_from(
     half_widths_hz: Real,
     n_noise: int = 0,
     noise: float = 1.0,
+    durations_s: Sequence[float] = (0.0,),
 ) -> BandData:
     """Average the periodograms of a band, finely at its peaks and coarsely beside them.
 
@@ -369,8 +372,15 @@ def averages_from(
         Peaks and their half-power half-widths.
     n_noise, noise : int, float
         Number and mean square of values that hold noise alone.
+    durations_s : sequence of float [s]
+        Of the stretches that the lines are of; only looked at where there are several.
     """
-    first = _first_of_averages(frequency_hz, centres_hz, half_widths_hz)
+    apart = np.diff(frequency_hz)
+    spacing = widest = float(apart.min())
+    if len(durations_s) > 1:
+        spacing, widest = 1.0 / sum(durations_s), 1.0 / min(durations_s)
+    gaps = np.append(np.flatnonzero(apart > 1.5 * widest) + 1, len(frequency_hz))
+    first = _first_of_averages(frequency_hz, gaps, spacing, centres_hz, half_widths_hz)
     count = np.diff(np.append(first, len(frequency_hz))).astype(float)
     periodogram = _summed_products(values, first) / count[:, None, None]
     mean_hz = np.add.reduceat(frequency_hz, first) / count
@@ -397,15 +407,16 @@ def _summed_products(values: Complex, first: NDArray[np.intp]) -> Complex:
 
 
 def _first_of_averages(
-    frequency_hz: Real, centres_hz: Real, half_widths_hz: Real
+    frequency_hz: Real,
+    gaps: NDArray[np.intp],
+    spacing: float,
+    centres_hz: Real,
+    half_widths_hz: Real,
 ) -> NDArray[np.intp]:
     """Return where each average starts: narrow at the peaks, wider away from them.
 
     None reaches over lines that are left out.
     """
-    steps = np.diff(frequency_hz)
-    spacing = steps.min()
-    gaps = np.append(np.flatnonzero(steps > 1.5 * spacing) + 1, len(frequency_hz))
     distance = np.abs(frequency_hz[:, None] - centres_hz)
     width = np.maximum(
         half_widths_hz / LINES_PER_HALF_WIDTH, (distance - half_widths_hz) / LINES_PER_DISTANCE

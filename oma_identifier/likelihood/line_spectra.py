@@ -1,6 +1,6 @@
 """Discrete Fourier transforms of all channels of a stretch, and which lines of them to use."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,20 +27,23 @@ class Spectra:
     sample_rate_hz : float [Hz]
         Of the samples.
     frequency_hz : (n_frequencies,) array [Hz]
-        Uniform from 0.
+        From 0; of several stretches all their lines, by frequency.
     values : (n_channels, n_frequencies) complex64 array
         Scaled by one over the square root of the number of samples.  Single precision: its
         rounding is 1e-7 of a channel's motion, less than any sensor resolves.
+    durations_s : tuple of float [s]
+        Of the stretches; the lines of each are one over its duration apart.
     """
 
     sample_rate_hz: float
     frequency_hz: NDArray[np.float64]
     values: NDArray[np.complex64]
+    durations_s: tuple[float, ...]
 
     @property
     def spacing_hz(self) -> float:
-        """Distance of neighbouring frequencies [Hz]."""
-        return float(self.frequency_hz[1])
+        """Distance of neighbouring frequencies of the shortest stretch [Hz]."""
+        return 1.0 / min(self.durations_s)
 
     def parts(self, lines: NDArray[np.intp]) -> Iterator[tuple[slice, NDArray[np.float64]]]:
         """Yield some lines at a time: which of them, and their real and imaginary parts in turn.
@@ -96,8 +99,26 @@ def moving_channels(samples: Samples) -> NDArray[np.intp]:
     return np.flatnonzero(moves)
 
 
-def spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
-    """Return the spectra of some channels, freed of offset and trend.
+def spectra_of(
+    samples: Samples, channels: NDArray[np.intp], more: Sequence[Samples] = ()
+) -> Spectra:
+    """Return the spectra of some channels, of one stretch or of several between gaps.
+
+    Lines of different stretches are independent values of the same density: to a likelihood they
+    are lines of one spectrum, denser where stretches are long.
+    """
+    found = [_spectra_of(each, channels) for each in (samples, *more)]
+    if len(found) == 1:
+        return found[0]
+    frequency = np.concatenate([each.frequency_hz for each in found])
+    order = np.argsort(frequency, kind='stable')
+    values = np.take(np.concatenate([each.values for each in found], axis=1), order, axis=1)
+    durations_s = tuple(each.durations_s[0] for each in found)
+    return Spectra(samples.sample_rate_hz, frequency[order], values, durations_s)
+
+
+def _spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
+    """Return the spectra of one stretch, freed of offset and trend.
 
     A few channels at a time, so that little memory is needed beside the spectra.
     """
@@ -117,7 +138,7 @@ def spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
         single = rows[:, :length].astype(np.float32)
         values[first : first + len(chosen)] = rfft(single, axis=1, norm='ortho')
     frequency = np.arange(values.shape[1]) * samples.sample_rate_hz / length
-    return Spectra(samples.sample_rate_hz, frequency, values)
+    return Spectra(samples.sample_rate_hz, frequency, values, (length / samples.sample_rate_hz,))
 
 
 def _fast_length(n_samples: int) -> int:

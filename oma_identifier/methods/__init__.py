@@ -6,7 +6,6 @@ deviations by leaving out stretches in turn.
 """
 
 from oma_identifier.methods.catalogue import CATALOGUE, identify_by, method_named, METHODS
-from oma_identifier.methods.kept_record import KeptRecord
 from oma_identifier.methods.method import Method
 
-__all__ = ['CATALOGUE', 'METHODS', 'KeptRecord', 'Method', 'identify_by', 'method_named']
+__all__ = ['CATALOGUE', 'METHODS', 'Method', 'identify_by', 'method_named']

@@ -76,7 +76,11 @@ class IdentifierNode(Node):
         self._checkpoint = CheckpointFile(Path(checkpoint)) if checkpoint else None
         self._restarted = False
         self.pipeline = IdentificationPipeline(
-            settings_from(self._settings()), self.layout, self._load_tracker(), self.robot
+            settings_from(self._settings()),
+            self.layout,
+            self._load_tracker(),
+            self.robot,
+            keeps_record=False,
         )
         self._polled = PolledGroup()
         self._subscriptions_of: dict[str, tuple[str, PolledTopic]] = {}
@@ -278,7 +282,7 @@ class IdentifierNode(Node):
     def _begin(self, settings: IdentificationSettings) -> None:
         n_windows = self.pipeline.buffer.n_windows
         self.pipeline = IdentificationPipeline(
-            settings, self.layout, self.pipeline.tracker, self.robot
+            settings, self.layout, self.pipeline.tracker, self.robot, keeps_record=False
         )
         self.pipeline.buffer.n_windows = n_windows
         for topic, (message_type, _) in self._subscriptions_of.items():

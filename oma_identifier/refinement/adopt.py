@@ -76,7 +76,9 @@ class Adopted:
     origin: tuple[int, ...]
 
 
-def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopted:
+def adopt_refined(
+    samples: Samples, modes: ModeSet, harmonics: ModeSet, more: Sequence[Samples] = ()
+) -> Adopted:
     """Return the modes, more precise where that is safe.
 
     Parameters
@@ -85,8 +87,10 @@ def adopt_refined(samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopt
         What the modes were identified from.
     modes, harmonics : ModeSet
         From the subspace identification.
+    more : sequence of Samples
+        Further stretches of the same channels and rate, between gaps.
     """
-    return Refiner().adopt(samples, modes, harmonics)
+    return Refiner().adopt(samples, modes, harmonics, more)
 
 
 class Refiner:
@@ -101,7 +105,13 @@ class Refiner:
         self._warm_start: WarmStart | None = None
         self._channel_names: tuple[str, ...] = ()
 
-    def adopt(self, samples: Samples, modes: ModeSet, harmonics: ModeSet) -> Adopted:
+    def adopt(
+        self,
+        samples: Samples,
+        modes: ModeSet,
+        harmonics: ModeSet,
+        more: Sequence[Samples] = (),
+    ) -> Adopted:
         """Return the modes of a window, see :func:`adopt_refined`."""
         places = [self._backoff.at(mode.frequency_hz) for mode in modes]
         resting = {index for index, rest in enumerate(places) if rest is not None and rest.left}
@@ -111,7 +121,7 @@ class Refiner:
         if modes.channel_names != self._channel_names:
             self._warm_start, self._channel_names = None, modes.channel_names
         try:
-            found = refine(samples, modes, harmonics, resting, self._warm_start)
+            found = refine(samples, modes, harmonics, resting, self._warm_start, more)
         except np.linalg.LinAlgError:
             log.debug('not refined: a matrix was singular')
             return _as_given(modes)

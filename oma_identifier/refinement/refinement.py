@@ -6,7 +6,7 @@ of modes is maximised; the result scatters near the limit and its standard devia
 the Fisher information.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 import math
 
@@ -73,6 +73,7 @@ def refine(
     harmonics: ModeSet | None = None,
     resting: Collection[int] = (),
     warm_start: WarmStart | None = None,
+    more: Sequence[Samples] = (),
 ) -> Refinement:
     """Refine modes by maximising the Whittle likelihood of the samples.
 
@@ -89,6 +90,8 @@ def refine(
     warm_start : WarmStart or None
         What another stretch of the same structure told: where all modes agree with it the fits
         start there, and one pass is enough.
+    more : sequence of Samples
+        Further stretches of the same channels and rate, between gaps.
 
     Returns
     -------
@@ -118,7 +121,8 @@ def refine(
     if not given:
         return _unrefined(modes)
     with one_thread():
-        of = Refining.begin(Record.of(samples, modes, harmonics, resting, warm_start), given)
+        record = Record.of(samples, modes, harmonics, resting, warm_start, more)
+        of = Refining.begin(record, given)
         for stage in STAGES:
             of = stage(of)
         return _refinement(of)

@@ -67,15 +67,16 @@ class Record:
         harmonics: ModeSet | None,
         resting: Collection[int],
         warm_start: WarmStart | None,
+        more: Sequence[Samples] = (),
     ) -> 'Record':
         """Transform the samples."""
         channels = moving_channels(samples)
-        spectra = spectra_of(samples, channels)
+        spectra = spectra_of(samples, channels, more)
         if spectra.values.nbytes >= LARGE_BYTES:
             give_back()
         return cls(
             modes,
-            samples.duration_s,
+            samples.duration_s + sum(each.duration_s for each in more),
             channels,
             spectra,
             usable_lines(spectra, harmonics or ()),

@@ -90,42 +90,13 @@ class BandStream:
         self._last: BandCovariance | None = None
         self._last_of = 0
         self._turn = turn
-        self.follows = False
 
     def add(self, rows: Decimation) -> None:
         """Add the samples that were taken last."""
-        if self.follows:
-            self.interrupt()
-            self.follows = False
         for conditioned in self._conditioner.of(rows):
             if self._accumulator is None:
                 self._accumulator = self._start(conditioned)
             self._accumulator.add(conditioned.astype(np.float32))
-
-    def follow(self, lead: 'BandStream') -> bool:
-        """Take the blocks that another stream of the same band made of the next samples.
-
-        Returns
-        -------
-        bool
-            False where its blocks do not fit: the samples themselves must be added.
-        """
-        blocks = lead._accumulator
-        if blocks is None:
-            return True
-        if self._accumulator is None:
-            self._block_rows = lead._block_rows
-            self._accumulator = self._empty(blocks.references)
-        if not self._accumulator.fits(blocks):
-            return False
-        self._accumulator.take(blocks)
-        self.follows = True
-        return True
-
-    def refilter(self) -> None:
-        """Forget the filters' state where samples are added, not the blocks of another stream."""
-        if not self.follows:
-            self.interrupt()
 
     def interrupt(self) -> None:
         """Keep the covariances, forget the filters' state: samples are missing."""
@@ -138,9 +109,6 @@ class BandStream:
         references = choose_references(rows, min(wanted, MOST_REFERENCES))
         automatic = math.ceil(ROWS_PER_ORDER * self._settings.max_order / len(references))
         self._block_rows = self._settings.block_rows or max(FEWEST_BLOCK_ROWS, automatic)
-        return self._empty(references)
-
-    def _empty(self, references: NDArray[np.int64]) -> CovarianceAccumulator:
         return CovarianceAccumulator(
             n_lags=2 * self._block_rows - 1,
             references=references,

@@ -136,7 +136,7 @@ def test_every_method_runs_window_by_window_and_on_the_whole(record, method):
 
 
 def test_a_method_that_keeps_samples_says_when_there_are_too_many(record, monkeypatch):
-    monkeypatch.setattr('oma_identifier.methods.kept_record.MOST_BYTES', 100_000)
+    monkeypatch.setattr('oma_identifier.record.whole_record.MOST_BYTES_ALONE', 100_000)
     pipeline = IdentificationPipeline(IdentificationSettings(method='fdd'))
     run(pipeline, record)
     with pytest.raises(IdentificationError, match='fdd cannot identify this record as one'):

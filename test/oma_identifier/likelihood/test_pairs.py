@@ -89,7 +89,8 @@ def test_all_modes_are_found_and_no_other(structure, lines):
 
 def test_lines_belong_to_the_mode_that_is_nearest_in_half_widths():
     frequency = np.arange(0.0, 100.0, 0.05)
-    spectra = Spectra(200.0, frequency, np.zeros((1, len(frequency)), dtype=np.complex64))
+    values = np.zeros((1, len(frequency)), dtype=np.complex64)
+    spectra = Spectra(200.0, frequency, values, (20.0,))
     modes = StartModes(
         np.array([40.0, 50.0]), np.array([0.005, 0.05]), np.ones((1, 2), dtype=complex)
     )

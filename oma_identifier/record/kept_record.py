@@ -1,0 +1,117 @@
+"""The samples of a record, in bounded memory: beyond it at ever lower rates."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.samples import Samples
+from oma_identifier.covariance import Decimator, STEP, UPPER_UNDECIMATED
+
+
+@dataclass(slots=True)
+class _Part:
+    """Samples without a gap; what comes passes one decimation stage after the other."""
+
+    start_ns: int
+    end_ns: int
+    rows: list[NDArray[np.float32]] = field(default_factory=list)
+    stages: list[Decimator] = field(default_factory=list)
+
+    def add(self, rows: NDArray[np.floating]) -> None:
+        for stage in self.stages:
+            rows = stage.decimate(rows)
+        self.rows.append(rows.astype(np.float32))
+
+    def thin(self, sample_rate_hz: float) -> None:
+        """Decimate what is kept, and what will come."""
+        stage = Decimator(STEP, UPPER_UNDECIMATED)
+        # Its first value belongs to the middle of its taps.
+        delay_s = 0.5 * (len(stage.taps) - 1) / sample_rate_hz
+        self.start_ns += round(delay_s * NANOSECONDS_PER_SECOND)
+        self.stages.append(stage)
+        self.rows = [stage.decimate(rows).astype(np.float32) for rows in self.rows]
+
+    @property
+    def n_bytes(self) -> int:
+        return sum(rows.nbytes for rows in self.rows)
+
+
+class KeptRecord:
+    """Joins windows of the same channels and rate, which may overlap, to stretches between gaps.
+
+    Kept is single precision, about the first sample: gravity would cost most of its digits.
+
+    Parameters
+    ----------
+    like : Samples
+        The first window.
+    most_bytes : int
+        Where there are more samples, all are decimated by four.
+    """
+
+    def __init__(self, like: Samples, most_bytes: int) -> None:
+        self._like = replace(like, acceleration=like.acceleration[:0].copy())
+        self._offset = like.acceleration[0].copy()
+        self._most_bytes = most_bytes
+        self._parts: list[_Part] = []
+        self._factor = 1
+
+    @property
+    def is_decimated(self) -> bool:
+        """Whether the samples are kept at a lower rate than they came with."""
+        return self._factor > 1
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """At which samples are kept [Hz]."""
+        return self._like.sample_rate_hz / self._factor
+
+    def fits(self, samples: Samples) -> bool:
+        """Tell whether samples are of the same channels and rate."""
+        like = self._like
+        same = like.sample_rate_hz == samples.sample_rate_hz
+        return same and like.channels == samples.channels
+
+    def add(self, samples: Samples) -> float:
+        """Add what is new in a window; return how long that is [s]."""
+        rate_hz, first = samples.sample_rate_hz, 0
+        part = self._parts[-1] if self._parts else None
+        if part is not None and samples.start_ns <= part.end_ns:
+            first = round((part.end_ns - samples.start_ns) * rate_hz / NANOSECONDS_PER_SECOND)
+        else:
+            part = _Part(samples.start_ns, samples.start_ns)
+            for _ in range(round(np.log(self._factor) / np.log(STEP))):
+                part.thin(self._like.sample_rate_hz / STEP ** len(part.stages))
+            self._parts.append(part)
+        new = samples.acceleration[first:]
+        if len(new) == 0:
+            return 0.0
+        part.add(new - self._offset)
+        part.end_ns = samples.end_ns
+        while sum(each.n_bytes for each in self._parts) > self._most_bytes:
+            for each in self._parts:
+                each.thin(self.sample_rate_hz)
+            self._factor *= STEP
+        return len(new) / rate_hz
+
+    def parts(self) -> list[Samples]:
+        """Return the stretches between gaps, the longest first."""
+        for part in self._parts:
+            part.rows = [np.concatenate(part.rows)]
+        found = [
+            replace(
+                self._like,
+                acceleration=part.rows[0],
+                sample_rate_hz=self.sample_rate_hz,
+                start_ns=part.start_ns,
+            )
+            for part in self._parts
+            if len(part.rows[0])
+        ]
+        return sorted(found, key=_length)
+
+
+def _length(samples: Samples) -> int:
+    return -len(samples.acceleration)

@@ -1,0 +1,213 @@
+"""A record of any length identified as one, in bounded memory."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from modal_core.errors import IdentificationError
+from modal_core.quality import ChannelQuality, DataQuality
+from modal_core.samples import Samples
+from oma_identifier.covariance import UPPER
+from oma_identifier.identify import explain
+from oma_identifier.motion import Cleaned, never, PeakTest
+from oma_identifier.record.kept_record import KeptRecord
+from oma_identifier.record.line_count import LineCount
+from oma_identifier.record.window_means import MeanMode, WindowMeans
+from oma_identifier.record.with_means import with_means
+from oma_identifier.result import WindowResult
+from oma_identifier.selection import Identified, with_lines, without_modes
+from oma_identifier.settings import IdentificationSettings
+from oma_identifier.spectra import SingularValueSpectrum
+
+MOST_BYTES = 32 * 2**20
+"""Of samples kept: six channels at 100 Hz for four hours, 42 at 512 Hz for six minutes."""
+MOST_BYTES_ALONE = 256 * 2**20
+"""The same for methods whose windows cannot stand in."""
+MOST_STRETCHES = 4
+"""Sets of channels kept apart; the longest is identified."""
+BY_WINDOWS = 'ssi_cov'
+"""The method whose records may have gaps, and bands that only windows tell of."""
+CHANGED = 'channels_changed'
+VARIES = 'modes_vary'
+"""Flag of a record in whose windows a mode has frequencies that differ beyond chance."""
+
+Identify = Callable[[Sequence[Samples], PeakTest], Identified]
+
+
+@dataclass(slots=True)
+class _Stretch:
+    """Windows with the same channels and rate; ``last`` as found in the last one, with ids."""
+
+    kept: KeptRecord
+    spectrum: SingularValueSpectrum
+    last: Identified
+    means: WindowMeans = field(default_factory=WindowMeans)
+    lines: LineCount = field(default_factory=LineCount)
+    removed: LineCount = field(default_factory=LineCount)
+    explains: PeakTest = never
+    n_windows: int = 0
+    seen_s: float = 0.0
+
+
+class WholeRecord:
+    """Collects what identifying the whole record needs, window after window.
+
+    The samples are kept, and identified as one stretch is.  Where they are too many for the
+    memory they are kept at a lower rate: what lies above that is taken from the windows, which
+    are many periods long there.
+
+    Parameters
+    ----------
+    settings : IdentificationSettings
+        As for the windows.
+    identify : callable
+        Identifies stretches between gaps, the longest first.
+    """
+
+    def __init__(self, settings: IdentificationSettings, identify: Identify) -> None:
+        self._settings = settings
+        self._identify = identify
+        self._stretches: list[_Stretch] = []
+        self._start_ns = 0
+        self._end_ns = 0
+        self._quality: DataQuality | None = None
+
+    def add(
+        self,
+        cleaned: Cleaned,
+        found: Identified,
+        spectrum: SingularValueSpectrum,
+        quality: DataQuality,
+    ) -> None:
+        """Add one identified window, its modes with their ids."""
+        samples = cleaned.samples
+        if self._quality is None:
+            self._start_ns, self._quality = samples.start_ns, DataQuality()
+        self._end_ns = samples.end_ns
+        stretch = self._stretch(samples, spectrum, found)
+        new_s = stretch.kept.add(samples)
+        stretch.seen_s += new_s
+        stretch.n_windows += 1
+        stretch.explains, stretch.last = cleaned.explains, found
+        stretch.spectrum = _mean(stretch.spectrum, spectrum, stretch.n_windows)
+        stretch.lines.add(found.harmonics)
+        stretch.removed.add(cleaned.lines)
+        if new_s > 0.0:
+            stretch.means.add(found.modes, new_s / samples.duration_s)
+        self._quality = _joined(self._quality, quality)
+
+    def _stretch(
+        self, samples: Samples, spectrum: SingularValueSpectrum, found: Identified
+    ) -> _Stretch:
+        """Return the stretch these samples belong to; channels that come or go start another."""
+        for stretch in self._stretches:
+            if stretch.kept.fits(samples):
+                return stretch
+        by_windows = self._settings.method == BY_WINDOWS
+        kept = KeptRecord(samples, MOST_BYTES if by_windows else MOST_BYTES_ALONE)
+        newest = _Stretch(kept, spectrum, found)
+        longest = sorted(self._stretches, key=lambda stretch: stretch.seen_s, reverse=True)
+        self._stretches = [*longest[: MOST_STRETCHES - 1], newest]
+        return newest
+
+    @property
+    def _longest(self) -> _Stretch:
+        if not self._stretches:
+            raise IdentificationError(
+                'nothing to identify', expected='at least one window that can be identified'
+            )
+        return max(self._stretches, key=lambda stretch: stretch.seen_s)
+
+    @property
+    def identified_s(self) -> float:
+        """Length of what is identified: the longest time with the same channels [s]."""
+        return self._longest.seen_s
+
+    def identify(self) -> WindowResult:
+        """Identify all windows added so far as one record.
+
+        Raises
+        ------
+        IdentificationError
+            None was added.
+        """
+        longest, quality = self._longest, self._quality or DataQuality()
+        means = longest.means.means()
+        found = self._joined(longest, means)
+        flags = list(quality.flags)
+        flags += [CHANGED] if len(self._stretches) > 1 else []
+        flags += [VARIES] if any(mean.varies for mean in means) else []
+        return WindowResult(
+            index=-1,
+            start_ns=self._start_ns,
+            end_ns=self._end_ns,
+            modes=found.modes,
+            harmonics=found.harmonics,
+            poles=found.poles,
+            spectrum=longest.spectrum,
+            quality=explain(replace(quality, flags=tuple(flags)), found),
+        )
+
+    def _joined(self, longest: _Stretch, means: Sequence[MeanMode]) -> Identified:
+        """Return what the samples say, and above the rate they are kept at the windows."""
+        kept, parts = longest.kept, longest.kept.parts()
+        if self._settings.method != BY_WINDOWS:
+            self._check_one(kept, parts)
+        if not kept.is_decimated:
+            found = with_means(self._identify(parts, longest.explains), means)
+            return with_lines(found, longest.removed.usual(found.harmonics))
+        above_hz = UPPER * kept.sample_rate_hz
+        found = without_modes(longest.last)
+        if (self._settings.min_frequency_hz or 0.0) < above_hz:
+            found = self._identify(parts, longest.explains)
+        found = with_means(found, means, above_hz, longest.last)
+        found = with_lines(found, longest.removed.usual(found.harmonics))
+        lines = longest.lines.usual(found.harmonics)
+        return with_lines(found, [line for line in lines if line.frequency_hz >= above_hz])
+
+    def _check_one(self, kept: KeptRecord, parts: Sequence[Samples]) -> None:
+        """Refuse what a method without covariances and likelihood cannot join."""
+        if kept.is_decimated or len(parts) > 1:
+            raise IdentificationError(
+                f'{self._settings.method} cannot identify this record as one',
+                found='a gap' if len(parts) > 1 else 'too many samples to keep',
+                expected='one stretch of samples',
+                advice='use ssi_cov, or shorten the record',
+            )
+
+
+def _mean(
+    mean: SingularValueSpectrum, newest: SingularValueSpectrum, n_windows: int
+) -> SingularValueSpectrum:
+    if mean.singular_value.shape != newest.singular_value.shape:
+        return mean
+    step = (newest.singular_value - mean.singular_value) / n_windows
+    return replace(mean, singular_value=mean.singular_value + step)
+
+
+def _joined(first: DataQuality, second: DataQuality) -> DataQuality:
+    """Join the health of two windows: everything that was ever found."""
+    known = {channel.name: channel for channel in first.channels}
+    for channel in second.channels:
+        known[channel.name] = _joined_channel(known.get(channel.name), channel)
+    flags = tuple(dict.fromkeys((*first.flags, *second.flags)))
+    return DataQuality(flags=flags, channels=tuple(known.values()))
+
+
+def _joined_channel(first: ChannelQuality | None, second: ChannelQuality) -> ChannelQuality:
+    if first is None:
+        return second
+    return replace(
+        second,
+        n_interpolated=max(first.n_interpolated, second.n_interpolated),
+        n_lost=max(first.n_lost, second.n_lost),
+        n_duplicates=max(first.n_duplicates, second.n_duplicates),
+        n_reordered=max(first.n_reordered, second.n_reordered),
+        jitter_std_s=max(first.jitter_std_s, second.jitter_std_s),
+        rms=max(first.rms, second.rms),
+        kurtosis=float(np.fmax(first.kurtosis, second.kurtosis)),
+        noise_rms=float(np.fmax(first.noise_rms, second.noise_rms)),
+        excluded=first.excluded and second.excluded,
+        flags=tuple(dict.fromkeys((*first.flags, *second.flags))),
+    )

@@ -1,0 +1,189 @@
+"""What the windows of a record tell together of each mode, and whether they agree.
+
+The mean of the windows is about as good as one estimate of the whole record where a window is
+many decay times long.  Where the windows differ by more than their deviations allow there is no
+one value: the mode drifts, or moves with the pose.  Then the scatter is part of the deviation.
+
+References
+----------
+DerSimonian and Laird (1986), doi:10.1016/0197-2456(86)90046-2 (scatter between estimates).
+"""
+
+from dataclasses import dataclass, field, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.chance import fisher_tail
+from modal_core.indicators import mac, mpc, mpd, normalise
+from modal_core.mode import Mode, ModeSet
+
+VARIES = 1e-4
+"""Probability that windows of a mode that stays are taken to disagree."""
+DEGREES = 1e3
+"""Of the deviations stated by the windows: they are right to a few per cent."""
+LEAST_WINDOWS, LEAST_SHARE = 3.0, 0.25
+"""Independent windows that show a mode of a record, and their share of its time: a false mode is
+in one of fifty windows."""
+SAME_MAC = 0.8
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MeanMode:
+    """A mode over the windows of a record.
+
+    Parameters
+    ----------
+    mode : Mode
+        Mean; its deviations hold the scatter between windows where they disagree.
+    varies : bool
+        Whether the windows' frequencies disagree.
+    range_hz : tuple of float [Hz]
+        Lowest and highest frequency of the windows.
+    """
+
+    mode: Mode
+    varies: bool
+    range_hz: tuple[float, float]
+
+    def is_image(self, mode: Mode) -> bool:
+        """Tell whether a mode of the whole record is this one at some time."""
+        reach = 1.0 + mode.damping_ratio
+        low, high = self.range_hz[0] / reach, self.range_hz[1] * reach
+        inside = low < mode.frequency_hz < high
+        return inside and float(mac(self.mode.shape, mode.shape)[0, 0]) > SAME_MAC
+
+
+@dataclass(slots=True)
+class _Seen:
+    """One mode in window after window; the shapes summed, of those with the same largest entry."""
+
+    last: Mode
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    weight: float = 0.0
+    shape: NDArray[np.complex128] | None = None
+    variance: NDArray[np.complex128] | None = None
+    loss: float = 0.0
+    loss_spread: float = 0.0
+
+    def add(self, mode: Mode, share: float) -> None:
+        self.rows.append(
+            (
+                math.log(mode.frequency_hz),
+                mode.frequency_std_hz / mode.frequency_hz,
+                mode.damping_ratio,
+                mode.damping_ratio_std,
+                share,
+            )
+        )
+        self.last = mode
+        if mode.shape_std is None or not mode.mac_loss > 0.0:
+            return
+        if self.shape is None or self.variance is None:
+            self.shape = np.zeros(len(mode.shape), dtype=complex)
+            self.variance = np.zeros(len(mode.shape), dtype=complex)
+        elif np.argmax(np.abs(self.shape)) != np.argmax(np.abs(mode.shape)):
+            return
+        weight = share / mode.mac_loss
+        self.weight += weight
+        self.shape += weight * mode.shape
+        square = mode.shape_std.real**2 + 1j * mode.shape_std.imag**2
+        self.variance += weight**2 / share * square
+        self.loss += weight**2 / share * mode.mac_loss
+        self.loss_spread = mode.mac_loss_std / mode.mac_loss
+
+    @property
+    def n_independent(self) -> float:
+        """Windows it was seen in, each sample counted once."""
+        return sum(row[-1] for row in self.rows)
+
+    def mean(self) -> MeanMode:
+        log_f, f_std, damping, d_std, share = np.array(self.rows).T
+        # Variances are proportional to the damping estimated: by them, low damping would weigh.
+        frequency = _combined(log_f, f_std, share, damping)
+        ratio = _combined(damping, d_std, share, damping)
+        f_hz = math.exp(frequency.mean)
+        mode = replace(
+            self.last,
+            frequency_hz=f_hz,
+            frequency_std_hz=frequency.std * f_hz,
+            damping_ratio=ratio.mean,
+            damping_ratio_std=ratio.std,
+        )
+        low, high = float(np.exp(log_f.min())), float(np.exp(log_f.max()))
+        return MeanMode(self._shaped(mode), frequency.varies, (low, high))
+
+    def _shaped(self, mode: Mode) -> Mode:
+        """Return the mode with the mean of the shapes, where any has a deviation."""
+        if self.shape is None or self.variance is None:
+            return mode
+        shape, loss = normalise(self.shape), self.loss / self.weight**2
+        std = np.sqrt(self.variance.real) + 1j * np.sqrt(self.variance.imag)
+        return replace(
+            mode,
+            shape=shape,
+            shape_std=std / self.weight,
+            mac_loss=loss,
+            mac_loss_std=self.loss_spread * loss,
+            mpc=float(mpc(shape[:, None])[0]),
+            mpd=float(mpd(shape[:, None])[0]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Combined:
+    mean: float
+    std: float
+    varies: bool = False
+
+
+def _combined(values: Real, std: Real, share: Real, level: Real) -> _Combined:
+    """Combine estimates of windows, each of which has a share of new samples.
+
+    Parameters
+    ----------
+    values, std, share : (n_windows,) array
+        Estimates, their deviations, and the part of each window that no other one holds.
+    level : (n_windows,) array
+        What the variances are proportional to: weights shall not follow from it.
+    """
+    known = np.isfinite(std) & (std > 0.0)
+    if not known.any():
+        return _Combined(float(np.average(values, weights=share)), math.nan)
+    values, variance, share = values[known], std[known] ** 2, share[known]
+    weight = share * level[known] / variance
+    weight = weight / weight.sum()
+    mean = float(weight @ values)
+    own = float(weight**2 @ (variance / share))
+    away = (values - mean) ** 2
+    degrees = share.sum() - 1.0
+    if degrees < 1.0:
+        return _Combined(mean, math.sqrt(own))
+    ratio = float(share @ (away / variance)) / degrees
+    if fisher_tail(ratio, degrees, DEGREES) > VARIES:
+        return _Combined(mean, math.sqrt(own))
+    between = max(float(weight @ (away - variance)), 0.0)
+    return _Combined(mean, math.sqrt(own + between), varies=True)
+
+
+class WindowMeans:
+    """Collects the tracked modes of windows; of each only numbers are kept, shapes are summed."""
+
+    def __init__(self) -> None:
+        self._seen: dict[int, _Seen] = {}
+        self._n_independent = 0.0
+
+    def add(self, modes: ModeSet, share: float) -> None:
+        """Add the modes of a window, of which a share of the samples is new."""
+        self._n_independent += share
+        for mode in modes:
+            self._seen.setdefault(mode.id, _Seen(mode)).add(mode, share)
+
+    def means(self) -> list[MeanMode]:
+        """Return the modes that are in the record by what the windows show, by frequency."""
+        least = max(LEAST_WINDOWS, LEAST_SHARE * self._n_independent)
+        means = [seen.mean() for seen in self._seen.values() if seen.n_independent >= least]
+        return sorted(means, key=lambda mean: mean.mode.frequency_hz)

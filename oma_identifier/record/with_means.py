@@ -1,0 +1,78 @@
+"""The modes of a record as one, and those that its windows tell better, joined."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+import math
+
+import numpy as np
+
+from modal_core.mode import Mode
+from modal_core.poles import PoleTable
+from oma_identifier.record.window_means import MeanMode
+from oma_identifier.selection import Identified, renumbered
+
+NEW = -1
+
+
+def with_means(
+    found: Identified,
+    means: Sequence[MeanMode],
+    above_hz: float = math.inf,
+    window: Identified | None = None,
+) -> Identified:
+    """Return what was found in a record, with the windows' means where those say more.
+
+    They do where the record as one was not seen, of modes that could only be refined in windows,
+    and of modes whose windows disagree: all modes of the record that are one of these at some time
+    give way to it.
+
+    Parameters
+    ----------
+    found : Identified
+        Of the record as one.
+    means : sequence of MeanMode
+        Of its windows.
+    above_hz : float [Hz]
+        Up to where the record as one was seen.
+    window : Identified or None
+        Of one window, with ids: its poles stand for those above.
+    """
+    better = [each for each in means if _is_better(each, found, above_hz)]
+    joined: list[tuple[Mode, int]] = [(each.mode, _origin(each, found)) for each in better]
+    joined += [
+        (mode, index)
+        for index, mode in enumerate(found.modes)
+        if mode.frequency_hz < above_hz and not any(each.is_image(mode) for each in better)
+    ]
+    joined.sort(key=lambda each: each[0].frequency_hz)
+    modes = tuple(mode for mode, _ in joined)
+    poles = renumbered(found.poles, [origin for _, origin in joined])
+    if window is not None:
+        order = [mode.id for mode in window.modes]
+        origin = [order.index(mode.id) if mode.id in order else NEW for mode in modes]
+        poles = _joined(poles, renumbered(window.poles, origin), above_hz)
+    return replace(found, modes=replace(found.modes, modes=modes), poles=poles)
+
+
+def _is_better(mean: MeanMode, found: Identified, above_hz: float) -> bool:
+    if mean.varies or mean.mode.frequency_hz >= above_hz:
+        return True
+    plain = [mode.shape_std is None for mode in found.modes if mean.is_image(mode)]
+    return mean.mode.shape_std is not None and len(plain) > 0 and all(plain)
+
+
+def _origin(mean: MeanMode, found: Identified) -> int:
+    images = [index for index, mode in enumerate(found.modes) if mean.is_image(mode)]
+    return images[0] if images else NEW
+
+
+def _joined(below: PoleTable, above: PoleTable, at_hz: float) -> PoleTable:
+    """Return the poles of one table below a frequency and those of another above."""
+    low, high = below.frequency_hz < at_hz, above.frequency_hz >= at_hz
+    return PoleTable(
+        np.concatenate([below.model_order[low], above.model_order[high]]),
+        np.concatenate([below.pole[low], above.pole[high]]),
+        np.concatenate([below.shape[:, low], above.shape[:, high]], axis=1),
+        np.concatenate([below.status[low], above.status[high]]),
+        np.concatenate([below.mode_id[low], above.mode_id[high]]),
+    )
