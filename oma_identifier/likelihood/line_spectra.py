@@ -45,6 +45,11 @@ class Spectra:
         """Distance of neighbouring frequencies of the shortest stretch [Hz]."""
         return 1.0 / min(self.durations_s)
 
+    @property
+    def leakage_rad(self) -> float:
+        """What transforms add to half-power half-widths, one over their mean length [rad/s]."""
+        return len(self.durations_s) / sum(self.durations_s)
+
     def parts(self, lines: NDArray[np.intp]) -> Iterator[tuple[slice, NDArray[np.float64]]]:
         """Yield some lines at a time: which of them, and their real and imaginary parts in turn.
 

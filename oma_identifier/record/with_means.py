@@ -22,7 +22,7 @@ def with_means(
 ) -> Identified:
     """Return what was found in a record, with the windows' means where those say more.
 
-    They do where the record as one was not seen, of modes that could only be refined in windows,
+    They do where the record as one was not seen, beside that of modes that only they could refine,
     and of modes whose windows disagree: all modes of the record that are one of these at some time
     give way to it.
 
@@ -57,6 +57,9 @@ def with_means(
 def _is_better(mean: MeanMode, found: Identified, above_hz: float) -> bool:
     if mean.varies or mean.mode.frequency_hz >= above_hz:
         return True
+    if math.isinf(above_hz):
+        return False
+    # Strong modes above the rate of the samples have tails below: there windows are refined.
     plain = [mode.shape_std is None for mode in found.modes if mean.is_image(mode)]
     return mean.mode.shape_std is not None and len(plain) > 0 and all(plain)
 

@@ -26,6 +26,9 @@ from oma_identifier.refinement.stages import STAGES
 from oma_identifier.refinement.warm_start import RefinedMode, WarmStart
 from oma_identifier.refinement.whole_shapes import WholeShapes
 
+LEAST_LEFT = 0.1
+"""Share of a damping ratio that leakage leaves: less cannot be told from none."""
+
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
@@ -150,7 +153,7 @@ def _refinement(of: Refining) -> Refinement:
             index = of.given[mode]
             misfit[index] = each.misfit
             if of.outcomes[index] in TAKEN:
-                modes[index] = _refined(modes[index], each, position, shapes, record.channels)
+                modes[index] = _refined(modes[index], each, position, shapes, record)
                 refined[index] = RefinedMode(modes[index], each, position)
     blank = Mode(math.nan, math.nan, np.zeros(len(record.modes.channel_names), dtype=complex))
     return Refinement(
@@ -160,7 +163,7 @@ def _refinement(of: Refining) -> Refinement:
         ),
         misfit,
         tuple(
-            _refined(blank, each, each.position(mode), shapes, record.channels)
+            _refined(blank, each, each.position(mode), shapes, record)
             for mode, each in of.added.items()
         ),
         np.array([each.misfit for each in of.added.values()]),
@@ -175,13 +178,16 @@ def _refined(
     each: GroupFit,
     position: BandIndex,
     shapes: WholeShapes,
-    alive: NDArray[np.intp],
+    record: Record,
 ) -> Mode:
     if each.fit is None:
         return given
     fit, estimate = each.fit, shapes.of(each, position)
     frequency = float(fit.model.frequency_hz[position])
     damping = float(fit.model.damping_ratio[position])
+    # Leakage widens the bell: a transform sees correlations exp(-ζω|τ|) times 1 - |τ|/T.
+    widened = record.spectra.leakage_rad / (2.0 * math.pi * frequency)
+    alive, unwidened = record.channels, max(damping - widened, LEAST_LEFT * damping)
     whole, std = np.zeros((2, len(given.shape)), dtype=complex)
     whole[alive], std[alive] = estimate.shape, normalised_std(estimate.shape, estimate.scatter)
     whole = normalise(whole)
@@ -189,7 +195,7 @@ def _refined(
     return replace(
         given,
         frequency_hz=frequency,
-        damping_ratio=damping,
+        damping_ratio=unwidened,
         shape=whole,
         shape_std=std if np.isfinite(std).all() else None,
         mac_loss=loss.mean,
