@@ -21,7 +21,7 @@ class Family:
     damping : pair of float
         Damping ratios before coupling.
     pairs : float
-        Chance of a mode to have a partner 0.3 to 10 % above.
+        Share of half the modes that are partners 0.3 to 10 % above another.
     coupling : pair of float
         Share of the damping that couples modes, uniform; 0: real shapes.
     rate_hz, duration_s : pair of float [Hz], [s]
