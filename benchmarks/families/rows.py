@@ -97,8 +97,13 @@ def short(ours: Tally, peer: Tally | None) -> Iterator[str]:
 
 
 def _below(rate: Rate, least: float) -> bool:
-    return rate.value + CHANCE * rate.error < least
+    return rate.n > 0 and rate.value + CHANCE * _error(rate, least) < least
 
 
 def _above(rate: Rate, most: float) -> bool:
-    return rate.value - CHANCE * rate.error > most
+    return rate.n > 0 and rate.value - CHANCE * _error(rate, most) > most
+
+
+def _error(rate: Rate, goal: float) -> float:
+    """Return the standard error, at least that of independent trials at the goal."""
+    return max(rate.error, math.sqrt(goal * (1.0 - goal) / rate.n))

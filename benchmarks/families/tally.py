@@ -15,13 +15,14 @@ REGRESSION = 1e-3
 
 @dataclass(frozen=True)
 class Rate:
-    """A share or a number a run; NaN where nothing was to be counted."""
+    """A share or a number a run, its standard error and out of how many; NaN: out of none."""
 
     value: float
     error: float
+    n: float
 
     def __str__(self) -> str:
-        """Return value and standard error in units of the last digits."""
+        """Return value and standard error."""
         return '-' if math.isnan(self.value) else f'{self.value:.3f} ± {self.error:.3f}'
 
 
@@ -36,10 +37,10 @@ def rate(counts: Sequence[float], out_of: Sequence[float]) -> Rate:
     used = n > 0
     x, n = x[used], n[used]
     if not len(n):
-        return Rate(math.nan, math.nan)
+        return Rate(math.nan, math.nan, 0.0)
     value = x.sum() / n.sum()
     spread = math.sqrt(float(np.sum((x - value * n) ** 2)) * len(n) / max(1, len(n) - 1))
-    return Rate(float(value), spread / float(n.sum()))
+    return Rate(float(value), spread / float(n.sum()), float(n.sum()))
 
 
 @dataclass(frozen=True)

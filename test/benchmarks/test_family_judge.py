@@ -183,6 +183,8 @@ def test_a_row_of_the_table_tells_what_was_counted():
     rows = rows_of(FAMILIES['plain'], {'ours': tally, 'other': Tally(tally.verdicts[1:])})
     assert [len(row) for row in rows] == [len(COLUMNS)] * 2
     assert [row[1] for row in rows] == ['ours', 'other']
+    # Six values inside are no sign of deviations that are too large.
+    assert rows[0][-1] == 'nothing'
 
 
 def test_verdicts_on_the_peer_are_kept_until_a_program_changes(tmp_path, monkeypatch):
