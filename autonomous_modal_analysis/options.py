@@ -31,7 +31,7 @@ SampleRate = Annotated[
 ]
 Unit = Annotated[
     str | None,
-    typer.Option('--unit', help='Unit of a plain array: m/s^2, g, mg, ...; else m/s^2.'),
+    typer.Option('--unit', help='Unit of a plain array: m/s^2, g, mm/s, um, ...; else m/s^2.'),
 ]
 Channels = Annotated[
     str | None,

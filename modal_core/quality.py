@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 import math
 
+from modal_core.units import ACCELERATION
+
 
 @dataclass(frozen=True, slots=True)
 class ChannelQuality:
@@ -18,12 +20,12 @@ class ChannelQuality:
         From the stamps.
     jitter_std_s : float [s]
         Scatter of the stamps about a uniform grid.
-    rms : float [m/s²]
+    rms : float [unit]
         Of the signal without its mean.
     kurtosis : float
         Of the signal: 3 for Gaussian vibration, 1.5 for a single tone, far more for knocks; NaN
         when not known.
-    noise_rms : float [m/s²]
+    noise_rms : float [unit]
         White noise in the samples, an upper bound: what vibration near half the sample rate leaves
         in second differences counts as noise.  NaN when not known.
     lag_s, lag_std_s : float [s]
@@ -31,6 +33,8 @@ class ChannelQuality:
         sensors; NaN where nothing tells.
     since_ns : int [ns]
         Time since when it is what it is, where it changed within the record; 0: always.
+    unit : str
+        SI unit of its samples.
     excluded : bool
         Took no part in the identification.
     flags : tuple of str
@@ -50,6 +54,7 @@ class ChannelQuality:
     lag_s: float = math.nan
     lag_std_s: float = math.nan
     since_ns: int = 0
+    unit: str = ACCELERATION
     excluded: bool = False
     flags: tuple[str, ...] = ()
 

@@ -111,7 +111,7 @@ class RecordingInfo:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of the acceleration channels the identifier would use."""
+        """Names of the channels the identifier would use."""
         from modal_recordings.decode import JOINT_STATE
 
         return tuple(

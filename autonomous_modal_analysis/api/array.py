@@ -36,7 +36,7 @@ def identify(
         One per column, with or without its unit, such as ``'deck [g]'``; ``'-'`` leaves a column
         out.  None: from the columns of a DataFrame, else ``ch1``, ``ch2``, ...
     unit : str or None
-        Of the values: m/s^2, g, mg, ...; None: m/s², unless the names say.
+        Of the values: m/s^2, g, mm/s, um, um/m, ...; None: m/s², unless the names say.
     layout : SensorLayout, mapping, path or None
         Places and directions of the channels, for drawing the shapes.
     progress : callable

@@ -43,7 +43,7 @@ def plot_spectrum(result: WindowResult, ax: Any = None) -> Any:
     ax = new_axes(ax)
     _draw_spectrum(ax, result)
     _mark_modes(ax, result)
-    ax.set_ylabel('singular values of the CSD [dB re 1 (m/s²)²/Hz]')
+    ax.set_ylabel('singular values of the CSD [dB re 1 (SI unit)²/Hz]')
     ax.set_xlabel('frequency [Hz]')
     return ax
 

@@ -54,7 +54,7 @@ class Recording(Result):
 
     @property
     def channel_names(self) -> tuple[str, ...]:
-        """Names of the acceleration channels."""
+        """Names of the channels."""
         return self.info.channels
 
     @property
@@ -73,7 +73,7 @@ class Recording(Result):
 
     @cached_property
     def samples(self) -> UniformSamples:
-        """All acceleration channels on one uniform grid, as the identifier puts them there.
+        """All channels on one uniform grid, as the identifier puts them there.
 
         Raises
         ------
@@ -92,7 +92,7 @@ class Recording(Result):
 
         Returns
         -------
-        (n_samples, n_channels) array [m/s²]
+        (n_samples, n_channels) array [SI units]
             At ``sample_rate_hz``, columns as ``channel_names``.  Short gaps are filled in; a
             channel that is flat, clipped or lost samples is NaN throughout, but for plain arrays.
 
@@ -163,7 +163,7 @@ class Recording(Result):
         damaged = f', damaged: {"; ".join(info.damage)}' if info.damage else ''
         return (
             f'Recording {self.name}: {info.kind}, {info.duration_s:.6g} s, '
-            f'{len(info.channels)} acceleration channels{damaged}'
+            f'{len(info.channels)} channels{damaged}'
         )
 
     def columns(self) -> Columns:
@@ -223,7 +223,7 @@ def open_recording(
     sample_rate_hz : float [Hz] or None
         Rate of a plain array, where neither the file nor ``<file>.yaml`` says it.
     unit : str or None
-        Unit of a plain array: m/s^2, g, mg, ...
+        Unit of a plain array: m/s^2, g, mm/s, um, um/m, ...
     channel_names : sequence of str or None
         Names of the columns of a plain array.
     to_look : bool
@@ -246,7 +246,7 @@ def open_recording(
     ...            header='tip [g],middle [g]', comments='')
     >>> recording = ama.open('beam.csv', sample_rate_hz=100)
     >>> recording
-    Recording beam.csv: csv, 59.99 s, 2 acceleration channels
+    Recording beam.csv: csv, 59.99 s, 2 channels
       topic  rate [Hz]  samples     channels
        beam        100     6000  tip, middle
     >>> recording.to_array().shape

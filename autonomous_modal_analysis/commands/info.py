@@ -49,7 +49,7 @@ def info(source: Source, json: Json = False) -> None:
         OUTPUT.print(f'[yellow]damaged[/]: {escape(statement)}', soft_wrap=True)
     for event in recording.bridge_events:
         OUTPUT.print(f'bridge: {escape(event)}', soft_wrap=True)
-    OUTPUT.print(f'the identifier would use {len(found.channels)} acceleration channels')
+    OUTPUT.print(f'the identifier would use {len(found.channels)} channels')
 
 
 def _counted(entry: 'TopicSummary') -> tuple[str, ...]:

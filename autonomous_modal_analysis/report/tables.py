@@ -55,8 +55,8 @@ def modes_table(rows: Sequence[ModeRow], *, known: bool) -> Table:
 def channels_table(channels: tuple[ChannelQuality, ...]) -> Table:
     """Return what arrived and what was found on each channel."""
     names = (
-        'RMS [m/s²]',
-        'Noise ≤ [m/s²]',
+        'RMS',
+        'Noise ≤',
         'Kurtosis',
         'Rate [Hz]',
         'Jitter [µs]',
@@ -67,7 +67,7 @@ def channels_table(channels: tuple[ChannelQuality, ...]) -> Table:
     )
     return Table(
         'Channels table',
-        [text('Channel'), text('State'), *map(number, names)],
+        [text('Channel'), text('State'), text('Unit'), *map(number, names)],
         [_channel_cells(channel) for channel in channels],
     )
 
@@ -86,7 +86,7 @@ def _channel_cells(channel: ChannelQuality) -> Row:
     )
     poor = channel.excluded or channel.flags
     state = Cell(channel_words(channel), 'bad' if poor else '')
-    return Row([Cell(channel.name, 'free'), state, *map(number, numbers)])
+    return Row([Cell(channel.name, 'free'), state, text(channel.unit), *map(number, numbers)])
 
 
 def _mode_cells(row: ModeRow, *, known: bool) -> Row:

@@ -121,7 +121,7 @@
       },
       axes: [
         modal.axis({ label: 'Frequency [Hz]', labelSize: 24 }),
-        modal.axis({ scale: 'sv', show: columns.length > 0, label: narrow() ? undefined : 'Singular value [(m/s²)²/Hz]', size: 56,
+        modal.axis({ scale: 'sv', show: columns.length > 0, label: narrow() ? undefined : 'Singular value [(SI unit)²/Hz]', size: 56,
           values: (u, ticks) => ticks.map((tick) => (tick > 0 && Math.abs(Math.log10(tick) % 1) < 1e-9 ? power(tick) : '')),
           grid: { show: false } }),
         modal.axis({ scale: 'order', side: 1, show: count > 0, label: narrow() ? undefined : 'Model order', size: 36, grid: { show: false } }),

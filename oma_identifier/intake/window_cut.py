@@ -214,6 +214,7 @@ def _channel_quality(
         rms=health.rms,
         kurtosis=health.kurtosis,
         noise_rms=health.noise_rms,
+        unit=channel.unit,
         excluded=any(flag in EXCLUDING for flag in flags),
         flags=tuple(flags),
     )

@@ -55,6 +55,26 @@ def test_units_are_units(frame):
         assert rms == pytest.approx(expected, rel=1e-6)
 
 
+def test_columns_of_other_kinds_give_the_same_modes(frame):
+    """The acceleration of the second floor integrated once, [mm/s], that of the third twice, [um].
+
+    Drift is no motion of the frame: integrated in the frequency domain, from 0.2 Hz on.
+    """
+    turn = 2j * np.pi * np.fft.rfftfreq(len(frame.acceleration), 1.0 / RATE_HZ)[:, None]
+    kept = np.abs(turn) > 0.4 * np.pi
+    spectrum = np.fft.rfft(frame.acceleration, axis=0) * kept / np.where(kept, turn, 1.0) ** (
+        0, 1, 2
+    )  # fmt: skip
+    sent = np.fft.irfft(spectrum, len(frame.acceleration), axis=0) * (1.0, 1e3, 1e6)
+    names = ['first [m/s^2]', 'second [mm/s]', 'third [um]']
+    found = ama.identify(sent, RATE_HZ, channel_names=names)
+    assert found.channel_names == ('first', 'second', 'third')
+    assert found.frequencies_hz == pytest.approx(frame.frequencies_hz, rel=0.01)
+    assert mac_of_pairs(found.shapes, frame.shapes.astype(complex)).min() > 0.999
+    channels = found.to_dict()['channels']
+    assert [channel['unit'] for channel in channels] == ['m/s^2', 'm/s', 'm']
+
+
 def test_a_data_frame_names_its_channels_and_its_time(frame):
     pandas = pytest.importorskip('pandas')
     time_s = np.arange(len(frame.acceleration)) / RATE_HZ

@@ -5,12 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from modal_core.indicators import mac
+from modal_core.samples import Samples
+from oma_identifier.identify import identify_samples
 from oma_identifier.intake import SampleBuffer
 from oma_identifier.motion import RobotSignals, with_flags
+from oma_identifier.motion.rigid_motion import RigidMotionRemoval
 from oma_identifier.settings import IdentificationSettings
 
 pytest.importorskip('pinocchio')
 robot_files = pytest.importorskip('structural_model.robot_files')
+from abb_emulator.recorder import Recorder  # noqa: E402
 from test.support.shaken_arm import shaken_arm  # noqa: E402
 
 ROBOT = 'irb6660_205_190'
@@ -98,3 +103,44 @@ def test_polarity_is_told_from_motion_where_gravity_is_cut_off(robot, layout, re
     found = suspicions(robot, layout, joints, replace(block, acceleration=values))
     assert found and {flag for flags in found.values() for flag in flags} == {'polarity_suspicion'}
     assert set(found) <= {block.channel_names[place] for place in moved}, f'seed {seed}'
+
+
+def test_gyroscopes_of_a_healthy_arm_are_not_suspected_and_a_reversed_one_is(robot):
+    seed = 42
+    light = robot_files.load_layout(ROBOT, 'sensors_light')
+    channels = Recorder.of(light).channels
+    joints, block = shaken_arm(robot, channels, seed)
+    samples = Samples(block.acceleration, block.sample_rate_hz, channels, block.stamp_ns)
+    removed = RigidMotionRemoval(robot).remove(samples, joints)
+    assert removed.fit is not None and removed.flags == {}, f'seed {seed}'
+    turning = np.array([channel.unit == 'rad/s' for channel in channels])
+    expected = block.acceleration - removed.samples.acceleration
+    worst = int(np.argmax(np.where(turning, expected.std(axis=0), 0.0)))
+    values = block.acceleration.copy()
+    values[:, worst] *= -1.0
+    removed = RigidMotionRemoval(robot).remove(replace(samples, acceleration=values), joints)
+    assert removed.flags == {channels[worst].name: 'polarity_suspicion'}, f'seed {seed}'
+
+
+def test_shapes_of_gyroscopes_are_rotations_of_the_model(robot):
+    """Rotations [rad] per displacement [m], as the model's modes have them."""
+    seed = 43
+    light = robot_files.load_layout(ROBOT, 'sensors_light')
+    channels = Recorder.of(light).channels
+    joints, block = shaken_arm(robot, channels, seed, 60.0)
+    samples = Samples(block.acceleration, block.sample_rate_hz, channels, block.stamp_ns)
+    found = identify_samples(samples, IdentificationSettings(max_frequency_hz=70.0)).modes
+    truth = robot.damped_modes(joints.position.mean(axis=0), channels)
+    best = max(found, key=lambda mode: mac(mode.shape[:, None], truth.channel_shapes).max())
+    like = mac(best.shape[:, None], truth.channel_shapes)[0]
+    same = int(np.argmax(like))
+    assert abs(best.frequency_hz / truth.frequency_hz[same] - 1.0) < 0.05, f'seed {seed}'
+    assert like[same] > 0.95, f'seed {seed}: {like}'
+    turning = np.array([channel.unit == 'rad/s' for channel in channels])
+    # One factor for displacements and rotations alike.
+    factors = [
+        np.vdot(truth.channel_shapes[rows, same], best.shape[rows])
+        / np.vdot(truth.channel_shapes[rows, same], truth.channel_shapes[rows, same])
+        for rows in (turning, ~turning)
+    ]
+    assert abs(factors[0] / factors[1] - 1.0) < 0.15, f'seed {seed}: {factors}'
