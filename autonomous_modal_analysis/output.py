@@ -92,6 +92,8 @@ def merged_words(modes: ModeSet, set_ups: SetUps) -> list[str]:
     everywhere = sum(len(seen) == len(set_ups.names) for seen in set_ups.seen_in)
     missing = int(np.isnan(modes.shapes).any(axis=0).sum())
     said = [f'{everywhere} of {len(modes)} modes are in all set-ups']
+    if n_read := sum(bool(read) for read in set_ups.read_in):
+        said[0] += f'; {n_read} are read out of others, too'
     if missing:
         said[0] += f'; {missing} lack points that were not seen'
     said.append(

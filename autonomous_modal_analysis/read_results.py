@@ -1,15 +1,20 @@
 """Modes of a recording, of whatever it was kept as: the recording itself, or its modes.json."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from autonomous_modal_analysis.api.recording import open_recording
+from autonomous_modal_analysis.api.uniform_samples import one_stretch
 from autonomous_modal_analysis.option_groups import Identifier
 from autonomous_modal_analysis.output import show_damage
 from autonomous_modal_analysis.terminal import progress_bar
-from modal_core.errors import RecordingError, SettingsError
+from modal_core.errors import IdentificationError, RecordingError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.mode import Mode, ModeSet
+from modal_core.samples import Samples
+from oma_identifier.one_kind import of_one_kind
 
 RESULTS = 'modes.json'
 LARGEST_BYTES = 500_000_000
@@ -37,6 +42,29 @@ def modes_of(path: Path, identifier: Identifier) -> ModeSet:
         found = identifier.identify(open_recording(path), progress)
     show_damage(found.damage)
     return found.modes
+
+
+def samples_of(path: Path, names: Sequence[str]) -> Samples | None:
+    """Return the samples that modes were identified from, channels as named.
+
+    None for kept results, and for recordings with gaps or with other channels when read as one.
+    """
+    if results_file(path) is not None:
+        return None
+    recording = open_recording(path)
+    try:
+        samples = of_one_kind(one_stretch(recording.source, recording.info))
+    except (RecordingError, IdentificationError):
+        return None
+    own = samples.channel_names
+    if not set(names) <= set(own):
+        return None
+    columns = [own.index(name) for name in names]
+    return replace(
+        samples,
+        acceleration=samples.acceleration[:, columns],
+        channels=tuple(samples.channels[column] for column in columns),
+    )
 
 
 def read_modes(path: Path) -> ModeSet:

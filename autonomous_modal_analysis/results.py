@@ -66,7 +66,10 @@ class SetUps:
     references : tuple of str
         Channels that all have.
     seen_in : tuple of tuple of str
-        Per mode, the set-ups that saw it; it is NaN at points that only others have.
+        Per mode, the set-ups that saw it.
+    read_in : tuple of tuple of str
+        Per mode, the others it was read out of, pole and references known; it is NaN at points
+        that neither have.
     frequency_scatter, damping_scatter : float
         Between set-ups beyond chance, as shares; the standard deviations contain it.
     """
@@ -74,12 +77,15 @@ class SetUps:
     names: tuple[str, ...]
     references: tuple[str, ...]
     seen_in: tuple[tuple[str, ...], ...]
+    read_in: tuple[tuple[str, ...], ...]
     frequency_scatter: float
     damping_scatter: float
 
     def words(self, mode: int) -> str:
         """Say how many saw a mode."""
-        return f'{len(self.seen_in[mode])} of {len(self.names)} set-ups'
+        read = len(self.read_in[mode])
+        seen = f'{len(self.seen_in[mode])} of {len(self.names)} set-ups'
+        return f'{seen}, read out of {read}' if read else seen
 
 
 @dataclass(frozen=True, slots=True)

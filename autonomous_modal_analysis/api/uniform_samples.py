@@ -56,14 +56,21 @@ def uniform_samples(recording: Recording, info: RecordingInfo) -> UniformSamples
         blocks = [b.acceleration for b in recording.measurements() if isinstance(b, SampleBlock)]
         values = np.concatenate(blocks, dtype=np.float64)
         return UniformSamples(values, recording.sample_rate_hz, recording.channel_names)
-    found = _one_window(recording, info)
+    found = one_stretch(recording, info)
     place = {name: column for column, name in enumerate(info.channels)}
     values = np.full((len(found.acceleration), len(place)), np.nan)
     values[:, [place[name] for name in found.channel_names]] = found.acceleration
     return UniformSamples(values, found.sample_rate_hz, info.channels)
 
 
-def _one_window(recording: Recording, info: RecordingInfo) -> Samples:
+def one_stretch(recording: Recording, info: RecordingInfo) -> Samples:
+    """Return what the identifier makes of a recording that has no gap, without poor channels.
+
+    Raises
+    ------
+    RecordingError
+        Gaps and new starts divide it into several stretches.
+    """
     window_s = max(1.0, math.ceil(info.duration_s) + BEYOND_S)
     buffer = SampleBuffer(IdentificationSettings(window_s=window_s, hop_s=window_s))
     windows: list[Window] = []

@@ -30,12 +30,12 @@ def merge(
     """Merge set-ups that share reference sensors into modes over all points.
 
     Sensors that stay in place have the same channel names in all set-ups, the others their own.
-    A mode that some set-ups missed stays, without their points.
+    A mode that some set-ups missed stays; recordings are asked for it at its pole.
     """
     from dataclasses import replace
 
     from autonomous_modal_analysis.output import merged_words, write_merged
-    from autonomous_modal_analysis.read_results import modes_of, RESULTS
+    from autonomous_modal_analysis.read_results import modes_of, RESULTS, samples_of
     from autonomous_modal_analysis.results import Identification, identification_json, SetUps
     from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT, print_json
     from modal_core.channel import Channel
@@ -46,7 +46,9 @@ def merge(
         raise SettingsError('nothing to merge', found=len(setups), expected='two set-ups or more')
     found = [modes_of(path, identifier) for path in setups]
     shared = shared_channels([modes.channel_names for modes in found])
-    joined = merge_modes(found)
+    joined = merge_modes(
+        found, lambda setup: samples_of(setups[setup], found[setup].channel_names)
+    )
     numbered = (replace(mode, id=index + 1) for index, mode in enumerate(joined.modes))
     merged = replace(joined.modes, modes=tuple(numbered))
     names = tuple(path.parent.name if path.name == RESULTS else path.name for path in setups)
@@ -56,13 +58,14 @@ def merge(
         names,
         shared,
         tuple(tuple(names[k] for k in seen) for seen in joined.seen_in),
+        tuple(tuple(names[k] for k in read) for read in joined.read_in),
         joined.frequency_scatter,
         joined.damping_scatter,
     )
     identification = Identification(
         modes=merged,
         channels=tuple(known.get(name, Channel(name)) for name in merged.channel_names),
-        settings={'merging': 'PoSER', 'method': merged.method},
+        settings={'merging': 'PoSER, missing modes by PreGER', 'method': merged.method},
         set_ups=set_ups,
     )
     if json:

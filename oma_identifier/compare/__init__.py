@@ -2,7 +2,8 @@
 
 In come modes of two recordings or of several set-ups with shared references; out go changes
 beyond chance, or one set of shapes over all points (PoSER; Reynders, Magalhaes, De
-Roeck and Cunha 2009, IOMAC).
+Roeck and Cunha 2009, IOMAC), set-ups that missed a mode included where their covariances
+tell of it (PreGER).
 """
 
 from oma_identifier.compare.comparison import compare, Comparison, ModeChange

@@ -34,28 +34,30 @@ class PartialShape:
         Which points.
     shape : (n_channels,) complex array
         In any scale.
-    std : (n_channels,) complex array or None
-        As :class:`modal_core.mode.Mode` has it, 0 at its largest entry.
+    variance : (n_channels,) array or None
+        Of the complex entries, each for itself; None when not known.
     """
 
     rows: NDArray[np.intp]
     shape: Complex
-    std: Complex | None
+    variance: Array | None
 
-    def variance(self) -> Array:
-        """Return the variance of each entry for itself, the largest included.
 
-        The deviations of a shape with a largest entry of 1 hold the error of that entry; sensors
-        alike share it as if all had the same.
-        """
-        if self.std is None:
-            return np.ones(len(self.shape))
-        total, size = np.abs(self.std) ** 2, np.abs(self.shape / np.abs(self.shape).max()) ** 2
-        own = total / (1.0 + size)
-        largest = int(np.argmax(size))
-        others = np.delete(own, largest)
-        own[largest] = others.mean() if len(others) else 0.0
-        return np.asarray(np.maximum(own, 1e-12 * max(own.max(), 1e-12)))
+def own_variance(shape: Complex, std: Complex) -> Array:
+    """Return the variance of each entry of a shape for itself, (n_channels,) array.
+
+    Parameters
+    ----------
+    shape, std : (n_channels,) complex array
+        As :class:`modal_core.mode.Mode` has them: the deviations hold the error of the largest
+        entry, which is 1 by definition.  Sensors alike share it as if all had the same.
+    """
+    total, size = np.abs(std) ** 2, np.abs(shape / np.abs(shape).max()) ** 2
+    own = total / (1.0 + size)
+    largest = int(np.argmax(size))
+    others = np.delete(own, largest)
+    own[largest] = others.mean() if len(others) else 0.0
+    return np.asarray(np.maximum(own, 1e-12 * max(own.max(), 1e-12)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +90,14 @@ def joined_shape(parts: Sequence[PartialShape], n_points: int) -> JoinedShape:
     n_points : int
         Of all set-ups.
     """
-    known = all(part.std is not None for part in parts)
+    known = all(part.variance is not None for part in parts)
     parts = [part for part in parts if not known or _has_scale(part, parts)] or list(parts[:1])
     values = np.zeros((len(parts), n_points), dtype=complex)
     weight = np.zeros((len(parts), n_points))
     for k, part in enumerate(parts):
         size = np.abs(part.shape).max()
         values[k, part.rows] = part.shape / size
-        weight[k, part.rows] = 1.0 / part.variance()
+        weight[k, part.rows] = 1.0 if part.variance is None else size**2 / part.variance
     shape, scale = _fit(values, weight)
     seen = np.asarray((weight > 0.0).any(axis=0))
     largest = int(np.argmax(np.abs(shape)))
@@ -114,8 +116,8 @@ def _has_scale(part: PartialShape, parts: Sequence[PartialShape]) -> bool:
     if not others:
         return True
     shared = np.isin(part.rows, np.concatenate(others))
-    at = np.abs(part.shape[shared] / np.abs(part.shape).max()) ** 2
-    return bool(np.sum(at / part.variance()[shared]) > SURE**2)
+    own = np.ones(len(part.shape)) if part.variance is None else part.variance
+    return bool(np.sum(np.abs(part.shape[shared]) ** 2 / own[shared]) > SURE**2)
 
 
 def _fit(values: Complex, weight: Array) -> tuple[Complex, Complex]:

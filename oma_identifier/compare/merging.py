@@ -9,7 +9,7 @@ Reynders, Magalhães, De Roeck and Cunha (2009), IMAC XXVII, Merging strategies 
 operational modal analysis.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from modal_core.errors import LayoutError
 from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode, ModeSet
+from modal_core.samples import Samples
 from oma_identifier.compare.common_values import common_values, CommonValues
-from oma_identifier.compare.joined_shape import joined_shape, PartialShape
+from oma_identifier.compare.joined_shape import joined_shape, own_variance, PartialShape
+from oma_identifier.compare.known_poles import shapes_at_poles
 from oma_identifier.compare.same_modes import Group, same_modes
 
 LARGEST_SCATTER = 0.1, 1.0
@@ -39,6 +41,8 @@ class MergedModes:
         Over all points; NaN in a shape where none of the set-ups that saw the mode had a sensor.
     seen_in : tuple of tuple of int
         Per mode, which set-ups saw it.
+    read_in : tuple of tuple of int
+        Per mode, out of which others' covariances it was read.
     n_setups : int
         How many there are.
     frequency_scatter, damping_scatter : float
@@ -47,6 +51,7 @@ class MergedModes:
 
     modes: ModeSet
     seen_in: tuple[tuple[int, ...], ...]
+    read_in: tuple[tuple[int, ...], ...]
     n_setups: int
     frequency_scatter: float
     damping_scatter: float
@@ -70,7 +75,9 @@ def shared_channels(names: Sequence[Sequence[str]]) -> tuple[str, ...]:
     return shared
 
 
-def merge_modes(setups: Sequence[ModeSet]) -> MergedModes:
+def merge_modes(
+    setups: Sequence[ModeSet], samples: Callable[[int], Samples | None] | None = None
+) -> MergedModes:
     """Merge the modes of several set-ups.
 
     Frequency and damping are those common to set-ups that scatter; shapes are fitted to each
@@ -80,6 +87,9 @@ def merge_modes(setups: Sequence[ModeSet]) -> MergedModes:
     ----------
     setups : sequence of ModeSet
         With shared channel names.
+    samples : callable or None
+        Number of a set-up to its samples, where they are at hand: modes that it does not show
+        are read out of their covariances.
 
     Raises
     ------
@@ -96,24 +106,70 @@ def merge_modes(setups: Sequence[ModeSet]) -> MergedModes:
     damping = _common(
         _table(setups, groups, 'damping_ratio', 'damping_ratio_std'), 0.5, LARGEST_SCATTER[1]
     )
-    modes = [
-        replace(
-            _with_shape(setups, group, names),
-            frequency_hz=float(frequency.value[row]),
-            frequency_std_hz=float(frequency.std[row]),
-            damping_ratio=float(damping.value[row]),
-            damping_ratio_std=float(damping.std[row]),
-        )
-        for row, group in enumerate(groups)
+    parts = [
+        {k: _part(setups[k].modes[i], setups[k].channel_names, names) for k, i in group.items()}
+        for group in groups
     ]
+    read_in: list[tuple[int, ...]] = [()] * len(groups)
+    poles = [
+        Mode(f, d, np.empty(0, dtype=complex), f_std, d_std)
+        for f, d, f_std, d_std in zip(
+            frequency.value.tolist(),
+            damping.value.tolist(),
+            frequency.std.tolist(),
+            damping.std.tolist(),
+            strict=True,
+        )
+    ]
+    modes = [_with_shape(*each, len(names)) for each in zip(poles, parts, strict=True)]
+    if samples is not None:
+        read_in = _read_out(len(setups), modes, parts, (names, shared), samples)
+        modes = [_with_shape(*each, len(names)) for each in zip(poles, parts, strict=True)]
     order = np.argsort(frequency.value)
     return MergedModes(
         ModeSet(tuple(modes[row] for row in order), names, setups[0].method),
         tuple(tuple(sorted(groups[row])) for row in order),
+        tuple(read_in[row] for row in order),
         len(setups),
         frequency.scatter,
         damping.scatter,
     )
+
+
+def _read_out(
+    n_setups: int,
+    modes: Sequence[Mode],
+    parts: Sequence[dict[int, PartialShape]],
+    points: tuple[tuple[str, ...], tuple[str, ...]],
+    samples: Callable[[int], Samples | None],
+) -> list[tuple[int, ...]]:
+    """Add what set-ups tell of modes that they do not show; return which did, per mode.
+
+    A shape without deviations gives way to one that has them.
+    """
+    names, shared = points
+    references = [names.index(name) for name in shared]
+    found: list[tuple[int, ...]] = [()] * len(modes)
+    seen_in = [frozenset(own) for own in parts]
+    for k in range(n_setups):
+        rows = [
+            row
+            for row, mode in enumerate(modes)
+            if (k not in seen_in[row] or parts[row][k].variance is None)
+            and np.isfinite(mode.shape[references]).all()
+        ]
+        own = samples(k) if rows else None
+        if own is None:
+            continue
+        wanted = [replace(modes[row], shape=modes[row].shape[references]) for row in rows]
+        beside = [mode for row, mode in enumerate(modes) if row not in rows]
+        place = np.array([names.index(name) for name in own.channel_names])
+        for row, part in zip(rows, shapes_at_poles(own, shared, beside, wanted), strict=True):
+            if part is not None:
+                parts[row][k] = replace(part, rows=place[part.rows])
+                if k not in seen_in[row]:
+                    found[row] = (*found[row], k)
+    return found
 
 
 def _table(setups: Sequence[ModeSet], groups: Sequence[Group], *names: str) -> Array:
@@ -142,17 +198,12 @@ def _common(table: Array, power: float, largest: float) -> CommonValues:
     )
 
 
-def _with_shape(setups: Sequence[ModeSet], group: Group, names: Sequence[str]) -> Mode:
-    """Return a mode with what the set-ups of a group saw of its shape."""
-    parts = [
-        _part(setups[k].modes[place], setups[k].channel_names, names)
-        for k, place in sorted(group.items())
-    ]
-    joined = joined_shape(parts, len(names))
+def _with_shape(mode: Mode, parts: Mapping[int, PartialShape], n_points: int) -> Mode:
+    """Return a mode with what the set-ups saw of its shape."""
+    joined = joined_shape([parts[k] for k in sorted(parts)], n_points)
     seen = joined.shape[np.isfinite(joined.shape)][:, None]
-    return Mode(
-        frequency_hz=math.nan,
-        damping_ratio=math.nan,
+    return replace(
+        mode,
         shape=joined.shape,
         mpc=float(mpc(seen)[0]),
         mpd=float(mpd(seen)[0]),
@@ -166,5 +217,5 @@ def _part(mode: Mode, own: Sequence[str], names: Sequence[str]) -> PartialShape:
     """Return what a mode says of the points; nothing of a channel that took no part."""
     seen = np.isfinite(mode.shape) & (mode.shape != 0.0)
     rows = np.array([names.index(name) for name, here in zip(own, seen, strict=True) if here])
-    std = mode.shape_std
-    return PartialShape(rows, mode.shape[seen], None if std is None else std[seen])
+    shape, std = mode.shape[seen], mode.shape_std
+    return PartialShape(rows, shape, None if std is None else own_variance(shape, std[seen]))

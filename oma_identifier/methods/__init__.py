@@ -6,6 +6,15 @@ deviations by leaving out stretches in turn.
 """
 
 from oma_identifier.methods.catalogue import CATALOGUE, identify_by, method_named, METHODS
+from oma_identifier.methods.half_spectra import half_spectra, LagSums
 from oma_identifier.methods.method import Method
 
-__all__ = ['CATALOGUE', 'METHODS', 'Method', 'identify_by', 'method_named']
+__all__ = [
+    'CATALOGUE',
+    'METHODS',
+    'LagSums',
+    'Method',
+    'half_spectra',
+    'identify_by',
+    'method_named',
+]

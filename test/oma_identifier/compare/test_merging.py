@@ -1,10 +1,15 @@
 """Merging set-ups: who is who, what they have in common, one shape over all points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
+from modal_core.channel import Channel
 from modal_core.indicators import mac, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.samples import Samples
 from oma_identifier.compare import merge_modes
 from oma_identifier.compare.common_values import common_values
 from oma_identifier.likelihood import MacLoss, normalised_std
@@ -110,3 +115,56 @@ def test_two_sigma_of_common_values_cover_with_and_without_scatter(n_setups, sca
     # A shift that all modes share makes one independent answer of each of the 25.
     assert np.mean(inside) > 0.955 - 3.0 * np.sqrt(0.045 / 25), f'seed {SEED}'
     assert n_setups < 15 or np.median(found.std) < 3.0 * 1e-3 * np.hypot(1.0, scatter) / 15**0.5
+
+
+def roving(rng, n_setups, present):
+    """Return the samples of set-ups, (frequencies, damping ratios, shapes) and their modes.
+
+    Two modes, 5 and 5.4 Hz; the second is stated of the set-ups present alone.
+    """
+    frequency, damping, rate_hz = (5.0, 5.4), (0.002, 0.003), 50.0
+    shapes = rng.normal(size=(2 + 2 * n_setups, 2))
+    samples, setups = [], []
+    for k in range(n_setups):
+        rows = [0, 1, 2 + 2 * k, 3 + 2 * k]
+        data = 0.3 * rng.normal(size=(6000, 4))
+        for f, d, shape in zip(frequency, damping, shapes[rows].T, strict=True):
+            pole = np.exp(2 * np.pi * f * (-d + 1j * np.sqrt(1 - d**2)) / rate_hz)
+            motion = lfilter([1.0], [1.0, -2 * pole.real, abs(pole) ** 2], rng.normal(size=6000))
+            data += np.outer(motion / motion.std(), shape)
+        names = tuple(f'p{row}' for row in rows)
+        samples.append(Samples(data, rate_hz, tuple(Channel(name) for name in names)))
+        shown = (0, 1) if k in present else (0,)
+        modes = tuple(
+            estimate(rng, frequency[m], damping[m], shapes[rows, m], 0.01) for m in shown
+        )
+        setups.append(ModeSet(modes, names))
+    return samples, setups, shapes
+
+
+def test_a_mode_is_read_out_of_set_ups_that_do_not_show_it():
+    rng, errors, n_read = np.random.default_rng(SEED + 2), [], 0
+    for _ in range(6):
+        samples, setups, shapes = roving(rng, 4, present=(0, 1))
+        merged = merge_modes(setups, lambda k, own=samples: own[k])
+        assert merged.seen_in == ((0, 1, 2, 3), (0, 1)), f'seed {SEED + 2}'
+        n_read += len(merged.read_in[1])
+        mode, truth = merged.modes.modes[1], shapes[:, 1]
+        known = np.isfinite(mode.shape)
+        assert mac(mode.shape[known], truth[known]).item() > 0.99, f'seed {SEED + 2}'
+        error = mode.shape - truth / truth[np.nanargmax(np.abs(mode.shape))]
+        known &= (np.arange(len(known)) >= 6) & (mode.shape_std.real > 0.0)
+        errors += list(error.real[known] / mode.shape_std.real[known])
+    assert n_read >= 9, f'seed {SEED + 2}: {n_read} of 12'
+    assert np.mean(np.abs(errors) < 2.0) > 0.8, f'seed {SEED + 2}: {np.round(errors, 1)}'
+
+
+def test_a_mode_that_a_set_up_does_not_hold_is_not_read_out_of_it():
+    rng = np.random.default_rng(SEED + 3)
+    for _ in range(5):
+        samples, setups, _ = roving(rng, 3, present=(0, 1))
+        noise = rng.normal(size=samples[2].acceleration.shape)
+        quiet = {2: replace(samples[2], acceleration=noise)}
+        merged = merge_modes(setups, lambda k, quiet=quiet: quiet.get(k))
+        assert merged.read_in == ((), ()), f'seed {SEED + 3}'
+        assert np.isnan(merged.modes.modes[1].shape[-2:]).all(), f'seed {SEED + 3}'
