@@ -79,6 +79,7 @@ class Source:
     repeats: RepeatWatch = field(init=False)
     converter: ConverterWatch = field(init=False)
     gate: BlockGate = field(init=False)
+    _scale: NDArray[np.float64] | None = None
     _counted: tuple[int, int, int] | None = None
     _reach_ns: int = 0
     _seen_ns: int = 0
@@ -88,6 +89,8 @@ class Source:
         self.repeats = RepeatWatch(len(self.channels))
         self.converter = ConverterWatch(len(self.channels))
         self.gate = BlockGate(self.set_aside)
+        scale = np.array([channel.scale for channel in self.channels])
+        self._scale = None if (scale == 1.0).all() else scale
 
     @property
     def set_aside(self) -> 'Counter[str]':
@@ -180,8 +183,7 @@ class Source:
 
     def _in_si(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
         """Return values in the units of the channels."""
-        scale = np.array([channel.scale for channel in self.channels], dtype=values.dtype)
-        return values if (scale == 1.0).all() else values * scale
+        return values if self._scale is None else values * self._scale.astype(values.dtype)
 
     def restart(self) -> None:
         """Go on with what came after the clock jumped back."""

@@ -57,7 +57,8 @@ def check_sensors(
     found = {}
     for (_, unit), columns in sensors.items():
         evidence = [*_of_gravity(unit, mean[columns], at_rest[columns])]
-        evidence += [] if slow is None else [_of_motion(slow, columns)]
+        alike = [place for place, channel in enumerate(channels) if channel.unit == unit]
+        evidence += [] if slow is None else [_of_motion(slow, columns, alike)]
         for place, column in enumerate(columns):
             flag = _flag([part.of(place) for part in evidence], place)
             if flag:
@@ -92,8 +93,11 @@ def _of_gravity(unit: str, mean: Real, at_rest: Real) -> list[_Evidence]:
     return [_Evidence(mean[None], at_rest[None], np.full(len(mean), OFFSET_M_S2))]
 
 
-def _of_motion(slow: SlowMotion, columns: Sequence[int]) -> _Evidence:
-    """Return the part of the motion that axes of the sensor can explain; the rest is noise."""
+def _of_motion(slow: SlowMotion, columns: Sequence[int], alike: Sequence[int]) -> _Evidence:
+    """Return the part of the motion that axes of the sensor can explain; the rest is noise.
+
+    Flexibility adds to it by the largest motion of all channels that are alike.
+    """
     expected, measured = slow.rigid[:, columns], slow.measured[:, columns]
     basis = np.linalg.svd(expected, full_matrices=False)[0]
     known = basis.T @ measured
@@ -101,7 +105,7 @@ def _of_motion(slow: SlowMotion, columns: Sequence[int]) -> _Evidence:
     rest = (measured**2).sum(axis=0) - (known**2).sum(axis=0)
     # The taper makes neighbouring lines alike: half of them count.
     noise = np.maximum(rest, 0.0) * 2.0 * n_known / max(n_values - 2 * n_known, 1)
-    largest = (slow.rigid**2).sum(axis=0).max()
+    largest = (slow.rigid[:, alike] ** 2).sum(axis=0).max()
     return _Evidence(known, basis.T @ expected, np.sqrt(FLEXIBLE**2 * largest + noise) + 1e-300)
 
 

@@ -20,7 +20,8 @@ def shaken_arm(robot, channels, seed, duration_s=30.0):
     of up to 0.5 m/s² in standard deviation.
     """
     rng = np.random.default_rng(seed)
-    pose = robot.to_controller(robot.pose(('P1', 'P2', 'P3')[rng.integers(3)]))
+    poses = sorted(robot.poses_controller_rad)
+    pose = robot.to_controller(robot.pose(poses[rng.integers(len(poses))]))
     start_deg = np.degrees(pose) + rng.uniform(-25.0, 25.0, 6)
     n = int((duration_s + WARM_S) * RATE_HZ) // BLOCK * BLOCK
     moves = noise if seed % 2 else point_to_point
