@@ -10,6 +10,7 @@ from autonomous_modal_analysis.results import Identification, IdentifiedWindow
 from autonomous_modal_analysis.terminal import ProgressCallback
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
+from modal_core.samples import Samples
 from modal_core.window import Window
 from modal_recordings.open_recording import Recording
 from oma_identifier.covariance import analysed_band, below_edge
@@ -42,10 +43,14 @@ class IdentifiedRecording:
         Modes of the whole recording and of its windows.
     whole : WindowResult
         Poles and spectrum behind the modes of the whole recording.
+    parts : tuple of Samples
+        What it was identified from: stretches between gaps, without rigid motion and lines of
+        drives, the longest first; of a long recording at a lower rate.
     """
 
     identification: Identification
     whole: WindowResult
+    parts: tuple[Samples, ...] = ()
 
 
 def identify_recording(
@@ -98,7 +103,7 @@ def identify_recording(
         progress(0.9 * recording.fraction_read)
     take([identify(window) for window in pipeline.finish()])
     _check_windows(windows, pipeline, recording)
-    whole = pipeline.whole()
+    whole = _whole(windows, pipeline, recording)
     progress(1.0)
     return IdentifiedRecording(
         identification=Identification(
@@ -107,12 +112,13 @@ def identify_recording(
             channels=pipeline.channels,
             quality=whole.quality,
             settings=settings,
-            band=analysed_band(mode(rates_hz), pipeline.identified_s, asked, settings),
+            band=analysed_band(mode(rates_hz), pipeline.record.identified_s, asked, settings),
             harmonics=whole.harmonics,
             damage=(*recording.damage(), *_unused(pipeline)),
             remarks=remarks(whole, windows, mode(rates_hz), settings),
         ),
         whole=whole,
+        parts=tuple(pipeline.record.parts()),
     )
 
 
@@ -177,7 +183,17 @@ def _check_windows(
             expected=f'{pipeline.settings.window_s:g} s, or a tenth of that at least',
             advice='give a shorter window_s (--window-s)',
         )
-    if not any(window.quality.identifiable or len(window.modes) for window in windows):
+
+
+def _whole(
+    windows: Sequence[IdentifiedWindow], pipeline: IdentificationPipeline, recording: Recording
+) -> WindowResult:
+    """Identify the whole; where neither it nor any window can be, say what the windows say."""
+    try:
+        return pipeline.whole()
+    except IdentificationError as error:
+        known = any(window.quality.identifiable or len(window.modes) for window in windows)
         reasons = {window.quality.reason for window in windows} - {NO_MODE, ONLY_LINES}
-        if reasons:
-            raise IdentificationError('; '.join(sorted(reasons)), where=path)
+        if known or not reasons:
+            raise
+        raise IdentificationError('; '.join(sorted(reasons)), where=str(recording.path)) from error

@@ -178,25 +178,38 @@ class IdentificationPipeline:
         spectrum = self._spectra.of(samples)
         if samples.acceleration.nbytes >= LARGE_BYTES:
             give_back()
-        if self.settings.method == 'ssi_cov':
-            found = self._found(samples, cleaned)
-        else:
-            if self.settings.method == 'csi':
-                cleaned = replace(cleaned, samples=with_inputs(samples, cleaned.motion))
-            found = self._found_by_method(cleaned.samples, cleaned.explains)
+        if self.settings.method == 'csi':
+            cleaned = replace(cleaned, samples=with_inputs(samples, cleaned.motion))
+        window = replace(window, quality=with_flags(window.quality, cleaned))
+        try:
+            found = self._found(cleaned)
+        except (IdentificationError, np.linalg.LinAlgError):
+            # Too little for a window is not too little for the record.
+            self._keep(cleaned, _nothing(samples, self.settings.method), spectrum, window.quality)
+            raise
         if samples.acceleration.nbytes >= LARGE_BYTES:
             give_back()
-        found = with_lines(found, cleaned.lines)
-        window = replace(window, quality=with_flags(window.quality, cleaned))
-        found = self._with_sure_damping(found, window.quality)
+        found = self._with_sure_damping(with_lines(found, cleaned.lines), window.quality)
         self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
         found = replace(found, modes=self.last_tracked.modes)
-        if self._keeps_record:
-            self._record.add(cleaned, found, spectrum, window.quality)
+        self._keep(cleaned, found, spectrum, window.quality)
         return _result(window, found, spectrum)
 
-    def _found(self, samples: Samples, cleaned: Cleaned) -> Identified:
+    def _keep(
+        self,
+        cleaned: Cleaned,
+        found: Identified,
+        spectrum: SingularValueSpectrum,
+        quality: DataQuality,
+    ) -> None:
+        if self._keeps_record:
+            self._record.add(cleaned, found, spectrum, quality)
+
+    def _found(self, cleaned: Cleaned) -> Identified:
         """Identify a window by what is carried over from the last one and its new samples."""
+        samples = cleaned.samples
+        if self.settings.method != 'ssi_cov':
+            return self._found_by_method(samples, cleaned.explains)
         self._newest.add(samples)
         sources = self._newest.results()
         found = identify_bands(
@@ -253,14 +266,13 @@ class IdentificationPipeline:
     def _without_modes(self, window: Window, quality: DataQuality) -> WindowResult:
         log.debug('window %d: %s', window.index, quality.reason)
         self.last_tracked = self.tracker.update(ModeSet((), window.samples.channel_names))
-        none = ModeSet((), window.samples.channel_names, self.settings.method)
-        found = Identified(none, none, no_poles(len(window.samples.channels)))
+        found = _nothing(window.samples, self.settings.method)
         return _result(replace(window, quality=quality), found, empty_spectrum())
 
     @property
-    def identified_s(self) -> float:
-        """Length of the record that :meth:`whole` identifies [s]."""
-        return self._record.identified_s
+    def record(self) -> WholeRecord:
+        """What :meth:`whole` identifies."""
+        return self._record
 
     def whole(self) -> WindowResult:
         """Identify everything seen so far as one record.
@@ -277,6 +289,11 @@ class IdentificationPipeline:
             result = self._record.identify()
         modes = self._damping.of_record(result.modes)
         return replace(result, modes=self.tracker.label(modes))
+
+
+def _nothing(samples: Samples, method: str) -> Identified:
+    none = ModeSet((), samples.channel_names, method)
+    return Identified(none, none, no_poles(len(samples.channels)))
 
 
 def _result(window: Window, found: Identified, spectrum: SingularValueSpectrum) -> WindowResult:

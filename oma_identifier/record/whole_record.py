@@ -1,6 +1,6 @@
 """A record of any length identified as one, in bounded memory."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from modal_core.errors import IdentificationError
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
-from oma_identifier.covariance import UPPER
+from oma_identifier.covariance import PERIODS, UPPER
 from oma_identifier.identify import explain
 from oma_identifier.motion import Cleaned, never, PeakTest
 from oma_identifier.record.kept_record import KeptRecord
@@ -31,6 +31,10 @@ BY_WINDOWS = 'ssi_cov'
 CHANGED = 'channels_changed'
 VARIES = 'modes_vary'
 """Flag of a record in whose windows a mode has frequencies that differ beyond chance."""
+SHORT_WINDOWS = 'windows_too_short'
+"""Flag of a record with a mode so slow that no window looked for it."""
+FEW_WINDOWS = 'few_windows'
+"""Flag of a record with modes of which most windows gave none."""
 
 Identify = Callable[[Sequence[Samples], PeakTest], Identified]
 
@@ -47,6 +51,7 @@ class _Stretch:
     removed: LineCount = field(default_factory=LineCount)
     explains: PeakTest = never
     n_windows: int = 0
+    n_without: int = 0
     seen_s: float = 0.0
 
 
@@ -89,6 +94,7 @@ class WholeRecord:
         new_s = stretch.kept.add(samples)
         stretch.seen_s += new_s
         stretch.n_windows += 1
+        stretch.n_without += len(found.modes) == 0
         stretch.explains, stretch.last = cleaned.explains, found
         stretch.spectrum = _mean(stretch.spectrum, spectrum, stretch.n_windows)
         stretch.lines.add(found.harmonics)
@@ -119,6 +125,10 @@ class WholeRecord:
             )
         return max(self._stretches, key=lambda stretch: stretch.seen_s)
 
+    def parts(self) -> list[Samples]:
+        """Return the samples of what is identified, in stretches between gaps."""
+        return self._longest.kept.parts()
+
     @property
     def identified_s(self) -> float:
         """Length of what is identified: the longest time with the same channels [s]."""
@@ -135,9 +145,7 @@ class WholeRecord:
         longest, quality = self._longest, self._quality or DataQuality()
         means = longest.means.means()
         found = self._joined(longest, means)
-        flags = list(quality.flags)
-        flags += [CHANGED] if len(self._stretches) > 1 else []
-        flags += [VARIES] if any(mean.varies for mean in means) else []
+        flags = (*quality.flags, *self._flags(longest, found, means))
         return WindowResult(
             index=-1,
             start_ns=self._start_ns,
@@ -146,8 +154,20 @@ class WholeRecord:
             harmonics=found.harmonics,
             poles=found.poles,
             spectrum=longest.spectrum,
-            quality=explain(replace(quality, flags=tuple(flags)), found),
+            quality=explain(replace(quality, flags=flags), found),
         )
+
+    def _flags(
+        self, longest: _Stretch, found: Identified, means: Sequence[MeanMode]
+    ) -> Iterator[str]:
+        if len(self._stretches) > 1:
+            yield CHANGED
+        if any(mean.varies for mean in means):
+            yield VARIES
+        if any(mode.frequency_hz * self._settings.window_s < PERIODS for mode in found.modes):
+            yield SHORT_WINDOWS
+        if len(found.modes) and 2 * longest.n_without > longest.n_windows:
+            yield FEW_WINDOWS
 
     def _joined(self, longest: _Stretch, means: Sequence[MeanMode]) -> Identified:
         """Return what the samples say, and above the rate they are kept at the windows."""

@@ -88,8 +88,18 @@ def test_a_slow_structure_at_a_low_rate_shows_its_lowest_mode():
     hz = 0.18 * np.sqrt(squares / squares[0])
     rng = np.random.default_rng(7)
     rows = _driven(rng, hz[:, None], 0.01, shapes, 12.0, 1200.0)
-    found = identify(rows, 12.0).found.whole.modes
-    assert_true(found, hz, np.full(5, 0.01))
+    found = identify(rows, 12.0).found.whole
+    assert_true(found.modes, hz, np.full(5, 0.01))
+    assert 'windows_too_short' in found.quality.flags
+
+
+def test_a_record_tells_what_is_too_slow_for_every_window(record):
+    """30 periods of the band asked for are longer than a window: none can be identified."""
+    result = identify(record.acceleration, RATE_HZ, max_frequency_hz=2.0, window_s=14.0)
+    assert not any(window.quality.identifiable for window in result.found.identification.windows)
+    assert_true(result.found.whole.modes, TRUTH_HZ[:1], DAMPING[:1])
+    assert {'windows_too_short', 'few_windows'} <= set(result.found.whole.quality.flags)
+    assert sum(part.duration_s for part in result.found.parts) == pytest.approx(240.0)
 
 
 def test_gaps_cost_what_is_missing_and_no_more(record):
