@@ -38,16 +38,31 @@ class Group:
         not repeated by any program.
     command : str
         Measures it anew.
+    page : str
+        Folder of ``docs`` whose page shows it.
     """
 
     name: str
     programs: tuple[str, ...]
     command: str
+    page: str = 'measured'
+
+    @property
+    def path(self) -> Path:
+        """Its file of results."""
+        return FOLDER.parents[1] / self.page / FOLDER.name / f'{self.name}.json'
 
 
 def _group(name: str, *programs: str) -> Group:
     own = programs or (f'benchmarks/{name}.py',)
     return Group(name, (*own, 'benchmarks/plant.py'), f'make bench BENCH={name}')
+
+
+def _paper(program: str, *names: str) -> tuple[Group, ...]:
+    """Return the tables of one finding of the paper."""
+    own = (f'examples/paper/{program}.py', 'examples/paper/cell.py')
+    command = f'python -m examples.paper.{program}'
+    return tuple(Group(f'paper_{name}', own, command, 'explanation') for name in names)
 
 
 GAP = (
@@ -79,6 +94,12 @@ GROUPS = {
         Group('gap_healthy', (), f'{MATRIX} --calibrate 16 --first-seed 2000 --quick'),
         Group('gap_other_simulator', (), 'by hand'),
         Group('gap_single_runs', (), 'by hand'),
+        *_paper('pulse_spectrum', 'pulses', 'arm_pulses'),
+        *_paper('sensitivity', 'sensitivity', 'accuracy', 'ranges'),
+        *_paper('self_excitation', 'p1', 'p3', 'ways'),
+        *_paper('all_joints', 'all_joints', 'poles'),
+        *_paper('wide_range', 'wide_p1', 'wide_p3'),
+        *_paper('optimised_pulses', 'optimised'),
     )
 }
 
@@ -147,8 +168,8 @@ def write_rows(
         'rows': [list(row) for row in rows],
         **({} if counts is None else {'counts': counts}),
     }
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    write_text(FOLDER / f'{name}.json', json.dumps(results, indent=1, ensure_ascii=False) + '\n')
+    group.path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(group.path, json.dumps(results, indent=1, ensure_ascii=False) + '\n')
 
 
 def versions() -> list[str]:

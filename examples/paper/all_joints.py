@@ -179,6 +179,7 @@ def tabulate(found: list[Experiment], seed: int) -> None:
             )
             for each in found
         ],
+        keep='all_joints' if seed == SEED else '',
     )
     rows = []
     for each in found:
@@ -213,6 +214,7 @@ def tabulate(found: list[Experiment], seed: int) -> None:
             'modes',
         ),
         rows,
+        keep='poles' if seed == SEED else '',
     )
 
 

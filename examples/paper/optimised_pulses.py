@@ -63,6 +63,7 @@ def main() -> None:
         f'Beyond the paper: {DURATION_S:g} s at P1, ±{HALF_RANGE_RAD:g} rad, seed {SEED}',
         ('pulses', 'worst mode [Hz]', 'σ of f [Hz]', 'σ of ζ / ζ', 'worst σ', 'modes missed'),
         rows,
+        keep='optimised',
     )
 
 

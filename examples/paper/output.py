@@ -1,4 +1,4 @@
-"""Tables on the terminal and pictures in docs/images."""
+"""Tables on the terminal and in docs/explanation/results, pictures in docs/images."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.results import write_rows
 from modal_reports import palette
 
 IMAGES = Path(__file__).resolve().parents[2] / 'docs' / 'images'
@@ -14,14 +15,20 @@ COLOURS, GREY, PALE = palette.SERIES, palette.SERIES_GREY, palette.SERIES_PALE
 WIDTH = 112
 
 
-def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """Print a table, first column left, the others right."""
+def show_table(
+    title: str, columns: Sequence[str], rows: Sequence[Sequence[object]], keep: str = ''
+) -> None:
+    """Print a table, first column left, the others right; ``keep`` names it in the documents."""
     table = Table(title=title, title_justify='left', title_style='bold')
     for number, column in enumerate(columns):
         table.add_column(column, justify='right' if number else 'left')
     for row in rows:
         table.add_row(*(str(cell) for cell in row))
     Console(width=WIDTH).print(table)
+    if keep:
+        write_rows(
+            f'paper_{keep}', columns, [[str(cell) for cell in row] for row in rows], [title]
+        )
 
 
 def say(text: str) -> None:

@@ -112,6 +112,7 @@ def tabulate(found: list[Density], real: list[RealPulses]) -> None:
             )
             for each in found
         ],
+        keep='pulses',
     )
     rows = []
     for each in real:
@@ -128,6 +129,7 @@ def tabulate(found: list[Density], real: list[RealPulses]) -> None:
         'Pulses the arm can make (all axes, 280 deg/s², zero pose): density against 10 Hz [dB]',
         ('range', 'within 10 dB [Hz]', '10 Hz', '20 Hz', '40 Hz', '60 Hz'),
         rows,
+        keep='arm_pulses',
     )
 
 
