@@ -94,6 +94,12 @@ GROUPS = {
         Group('gap_healthy', (), f'{MATRIX} --calibrate 16 --first-seed 2000 --quick'),
         Group('gap_other_simulator', (), 'by hand'),
         Group('gap_single_runs', (), 'by hand'),
+        Group(
+            'model_speed',
+            ('benchmarks/structural_model_speed.py',),
+            'python -m benchmarks.structural_model_speed',
+            'reference',
+        ),
         *_paper('pulse_spectrum', 'pulses', 'arm_pulses'),
         *_paper('sensitivity', 'sensitivity', 'accuracy', 'ranges'),
         *_paper('self_excitation', 'p1', 'p3', 'ways'),

@@ -1,4 +1,4 @@
-"""CPU time of the structural model on one core: python benchmarks/structural_model_speed.py"""
+"""CPU time of the structural model on one core: python -m benchmarks.structural_model_speed"""
 
 import os
 
@@ -8,8 +8,11 @@ import time
 
 import numpy as np
 
+from benchmarks.results import write_rows
 from structural_model import load_layout, load_robot
 from structural_model.scan import random_poses
+
+ROBOTS = ('generic_arm_6', 'irb6660_205_190')
 
 
 def least_ms(task, count, repeats=7):
@@ -22,21 +25,39 @@ def least_ms(task, count, repeats=7):
     return 1e3 * min(times) / count
 
 
-for robot in ('generic_arm_6', 'irb6660_205_190'):
-    model, channels = load_robot(robot), load_layout(robot).channels
+def measured(model, channels):
+    """Return what takes how long [ms]."""
     q = random_poses(model.limits, 500, np.random.default_rng(0))
     payload = f'masses.{model.spec.masses[0].name}.mass_kg'
-    rows = {
-        'modes at a pose': least_ms(lambda m=model, q=q: [m.modes(x) for x in q[:100]], 100),
+    return {
+        'modes at a pose': least_ms(lambda: [model.modes(x) for x in q[:100]], 100),
         'modes with 42 channels': least_ms(
-            lambda m=model, q=q, c=channels: [m.modes(x, c) for x in q[:100]], 100
+            lambda: [model.modes(x, channels) for x in q[:100]], 100
         ),
-        'scan, a pose': least_ms(lambda m=model, q=q: m.scan(q), 500, 3),
-        'changed model': least_ms(
-            lambda m=model, p=payload: m.with_parameters({p: 3.0}).assembly, 1
-        ),
-        'torque, a sample': least_ms(lambda m=model, q=q: m.torque(q, q, q), 500),
+        'workspace scan, a pose': least_ms(lambda: model.scan(q), 500, 3),
+        'changed model': least_ms(lambda: model.with_parameters({payload: 3.0}).assembly, 1),
+        'torque, a sample': least_ms(lambda: model.torque(q, q, q), 500),
     }
-    print(f'{robot}, {model.n_dof} degrees of freedom')
-    for name, value in rows.items():
-        print(f'  {name:24s} {value:8.4f} ms')
+
+
+def main():
+    models = [load_robot(robot) for robot in ROBOTS]
+    times = [
+        measured(model, load_layout(robot).channels)
+        for model, robot in zip(models, ROBOTS, strict=True)
+    ]
+    columns = [
+        'what',
+        *(
+            f'{robot}, {model.n_dof} degrees of freedom [ms]'
+            for model, robot in zip(models, ROBOTS, strict=True)
+        ),
+    ]
+    rows = [[name, *(f'{each[name]:.3g}' for each in times)] for name in times[0]]
+    for row in (columns, *rows):
+        print(' | '.join(row))
+    write_rows('model_speed', columns, rows, ('CPU time of one core',))
+
+
+if __name__ == '__main__':
+    main()
