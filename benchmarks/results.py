@@ -50,7 +50,9 @@ class Group:
     @property
     def path(self) -> Path:
         """Its file of results."""
-        return FOLDER.parents[1] / self.page / FOLDER.name / f'{self.name}.json'
+        measured = self.page == 'measured'
+        folder = FOLDER if measured else ROOT / 'docs' / self.page / FOLDER.name
+        return folder / f'{self.name}.json'
 
 
 def _group(name: str, *programs: str) -> Group:
