@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from modal_core.errors import IdentificationError
+from modal_core.mode import ModeSet
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from oma_identifier.covariance import PERIODS, UPPER
@@ -13,6 +14,7 @@ from oma_identifier.identify import explain
 from oma_identifier.motion import Cleaned, never, PeakTest
 from oma_identifier.record.kept_record import KeptRecord
 from oma_identifier.record.line_count import LineCount
+from oma_identifier.record.steadiness import N_PARTS, steadiness
 from oma_identifier.record.window_means import MeanMode, WindowMeans
 from oma_identifier.record.with_means import with_means
 from oma_identifier.result import WindowResult
@@ -144,8 +146,11 @@ class WholeRecord:
         """
         longest, quality = self._longest, self._quality or DataQuality()
         means = longest.means.means()
-        found = self._joined(longest, means)
-        flags = (*quality.flags, *self._flags(longest, found, means))
+        found, varies = self._joined(longest, means), any(mean.varies for mean in means)
+        if longest.means.n_independent < N_PARTS and self._settings.method == BY_WINDOWS:
+            steady = steadiness(found.modes, longest.kept.parts()[0], self._modes_of)
+            found, varies = replace(found, modes=steady.modes), varies or steady.varies
+        flags = (*quality.flags, *self._flags(longest, found), *([VARIES] if varies else []))
         return WindowResult(
             index=-1,
             start_ns=self._start_ns,
@@ -157,13 +162,12 @@ class WholeRecord:
             quality=explain(replace(quality, flags=flags), found),
         )
 
-    def _flags(
-        self, longest: _Stretch, found: Identified, means: Sequence[MeanMode]
-    ) -> Iterator[str]:
+    def _modes_of(self, samples: Samples) -> ModeSet:
+        return self._identify([samples], self._longest.explains).modes
+
+    def _flags(self, longest: _Stretch, found: Identified) -> Iterator[str]:
         if len(self._stretches) > 1:
             yield CHANGED
-        if any(mean.varies for mean in means):
-            yield VARIES
         if any(mode.frequency_hz * self._settings.window_s < PERIODS for mode in found.modes):
             yield SHORT_WINDOWS
         if len(found.modes) and 2 * longest.n_without > longest.n_windows:

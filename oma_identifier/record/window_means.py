@@ -19,7 +19,7 @@ from modal_core.chance import fisher_tail
 from modal_core.indicators import mac, mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 
-VARIES = 1e-4
+VARIES = 1e-3
 """Probability that windows of a mode that stays are taken to disagree."""
 DEGREES = 1e3
 """Of the deviations stated by the windows: they are right to a few per cent."""
@@ -27,6 +27,10 @@ LEAST_WINDOWS, LEAST_SHARE = 3.0, 0.25
 """Independent windows that show a mode of a record, and their share of its time: a false mode is
 in one of fifty windows."""
 SAME_MAC = 0.8
+WHOLE_RANGE = math.sqrt(12.0)
+"""Of what drifts evenly, over its standard deviation."""
+SMEARED = 0.5
+"""Half-power half-widths that a mode may move within a window: it widens the bell by 2 to 4 %."""
 
 Real = NDArray[np.float64]
 
@@ -58,7 +62,7 @@ class MeanMode:
 
 
 @dataclass(slots=True)
-class _Seen:
+class Sightings:
     """One mode in window after window; the shapes summed, of those with the same largest entry."""
 
     last: Mode
@@ -70,6 +74,7 @@ class _Seen:
     loss_spread: float = 0.0
 
     def add(self, mode: Mode, share: float) -> None:
+        """Add the mode of one window, of which a share of the samples is new."""
         self.rows.append(
             (
                 math.log(mode.frequency_hz),
@@ -101,17 +106,19 @@ class _Seen:
         return sum(row[-1] for row in self.rows)
 
     def mean(self) -> MeanMode:
+        """Return the mode over its windows."""
         log_f, f_std, damping, d_std, share = np.array(self.rows).T
         # Variances are proportional to the damping estimated: by them, low damping would weigh.
         frequency = _combined(log_f, f_std, share, damping)
         ratio = _combined(damping, d_std, share, damping)
         f_hz = math.exp(frequency.mean)
+        moved = WHOLE_RANGE * frequency.between / share.sum()
         mode = replace(
             self.last,
             frequency_hz=f_hz,
             frequency_std_hz=frequency.std * f_hz,
             damping_ratio=ratio.mean,
-            damping_ratio_std=ratio.std,
+            damping_ratio_std=ratio.std if moved < SMEARED * ratio.mean else math.nan,
         )
         low, high = float(np.exp(log_f.min())), float(np.exp(log_f.max()))
         return MeanMode(self._shaped(mode), frequency.varies, (low, high))
@@ -136,8 +143,16 @@ class _Seen:
 @dataclass(frozen=True, slots=True)
 class _Combined:
     mean: float
-    std: float
-    varies: bool = False
+    own_std: float
+    between: float = 0.0
+
+    @property
+    def varies(self) -> bool:
+        return self.between > 0.0
+
+    @property
+    def std(self) -> float:
+        return math.hypot(self.own_std, self.between)
 
 
 def _combined(values: Real, std: Real, share: Real, level: Real) -> _Combined:
@@ -166,24 +181,30 @@ def _combined(values: Real, std: Real, share: Real, level: Real) -> _Combined:
     if fisher_tail(ratio, degrees, DEGREES) > VARIES:
         return _Combined(mean, math.sqrt(own))
     between = max(float(weight @ (away - variance)), 0.0)
-    return _Combined(mean, math.sqrt(own + between), varies=True)
+    return _Combined(mean, math.sqrt(own), math.sqrt(between))
 
 
 class WindowMeans:
-    """Collects the tracked modes of windows; of each only numbers are kept, shapes are summed."""
+    """Collects the tracked modes of windows; of each only numbers are kept, shapes are summed.
+
+    Attributes
+    ----------
+    n_independent : float
+        Windows, each sample counted once.
+    """
 
     def __init__(self) -> None:
-        self._seen: dict[int, _Seen] = {}
-        self._n_independent = 0.0
+        self._seen: dict[int, Sightings] = {}
+        self.n_independent = 0.0
 
     def add(self, modes: ModeSet, share: float) -> None:
         """Add the modes of a window, of which a share of the samples is new."""
-        self._n_independent += share
+        self.n_independent += share
         for mode in modes:
-            self._seen.setdefault(mode.id, _Seen(mode)).add(mode, share)
+            self._seen.setdefault(mode.id, Sightings(mode)).add(mode, share)
 
     def means(self) -> list[MeanMode]:
         """Return the modes that are in the record by what the windows show, by frequency."""
-        least = max(LEAST_WINDOWS, LEAST_SHARE * self._n_independent)
+        least = max(LEAST_WINDOWS, LEAST_SHARE * self.n_independent)
         means = [seen.mean() for seen in self._seen.values() if seen.n_independent >= least]
         return sorted(means, key=lambda mean: mean.mode.frequency_hz)

@@ -144,6 +144,24 @@ def test_windows_that_disagree_widen_the_deviation_and_are_named(drift):
         np.testing.assert_allclose(deviations(whole.modes)[:, 0], scatter, rtol=0.5)
 
 
+@pytest.mark.parametrize('drift', [0.0, 0.02])
+def test_a_record_of_one_window_tells_by_its_quarters_that_a_mode_drifts(drift):
+    """Half-widths are 0.5 %: what drifts by 2 % seems to be damped thrice as much."""
+    rng = np.random.default_rng(4)
+    hz = np.outer((21.0, 44.0), 1.0 + drift * np.linspace(-0.5, 0.5, 9000))
+    rows = _driven(rng, hz, 0.005, rng.standard_normal((4, 2)), 150.0, 60.0)
+    whole = identify(rows, 150.0).found.whole
+    assert ('modes_vary' in whole.quality.flags) == (drift > 0.0)
+    off = np.abs(whole.modes.frequency_hz - (21.0, 44.0)) / deviations(whole.modes)[:, 0]
+    assert np.all(off < 3.0), off
+    if drift:
+        scatter = drift / np.sqrt(12.0) * np.array((21.0, 44.0))
+        assert np.all(deviations(whole.modes)[:, 0] > 0.6 * scatter)
+        # Within a quarter they move by their half-width still: damping is hardly known.
+        off = np.abs(values(whole.modes)[:, 1] - 0.005) / deviations(whole.modes)[:, 1]
+        assert np.all(np.isnan(off) | (off < 3.0)) and np.isnan(off).any(), off
+
+
 def test_gravity_costs_no_digits(record):
     """Micrometres per second squared on gravity: about zero, single precision is coarser."""
     quiet = replace(record, acceleration=1e-6 * record.acceleration + 9.81)
