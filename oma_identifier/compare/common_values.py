@@ -24,6 +24,7 @@ N_SCATTERS = 16
 TWO_SIGMA = 0.97725
 """Normal probability below two standard deviations."""
 N_HALVINGS = 40
+TINY = 1e-12
 
 Array = NDArray[np.float64]
 
@@ -82,6 +83,38 @@ def common_values(values: Array, deviations: Array, largest: float) -> CommonVal
     order = np.argsort(size)
     median = int(np.searchsorted(np.cumsum(weight[order]), 0.5))
     return CommonValues(middle, 0.25 * (high - low), float(size[order][median]))
+
+
+def common_positive(
+    values: Array, deviations: Array, power: float, largest: float
+) -> CommonValues:
+    """Return the common values of numbers above zero, compared in a power of them.
+
+    Parameters
+    ----------
+    values, deviations : (n_modes, n_setups) array
+        Estimates and their stated deviations; NaN where there is none.
+    power : float
+        In which their scatter does not depend on their size.
+    largest : float
+        Scatter that is thought possible, as a share.
+
+    Returns
+    -------
+    CommonValues
+        Means, with deviations of NaN, of modes of which no deviation is stated.
+    """
+    typical = np.maximum(np.nanmedian(values, axis=1), TINY)
+    share = np.maximum(values, TINY) / typical[:, None]
+    own = np.where(deviations > 0.0, deviations, np.nan) / typical[:, None]
+    found = common_values((share**power - 1.0) / power, own * share ** (power - 1.0), largest)
+    factor = np.maximum(1.0 + power * found.value, 0.0) ** (1.0 / power)
+    stated = np.isfinite(found.std)
+    return CommonValues(
+        np.where(stated, factor * typical, np.nanmean(values, axis=1)),
+        np.where(stated, found.std * factor ** (1.0 - power) * typical, np.nan),
+        found.scatter,
+    )
 
 
 def _single(values: Array, deviations: Array, seen: NDArray[np.bool_]) -> CommonValues:

@@ -20,7 +20,7 @@ from modal_core.errors import LayoutError
 from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.compare.common_values import common_values, CommonValues
+from oma_identifier.compare.common_values import common_positive
 from oma_identifier.compare.joined_shape import joined_shape, own_variance, PartialShape
 from oma_identifier.compare.known_poles import shapes_at_poles
 from oma_identifier.compare.same_modes import Group, same_modes
@@ -99,28 +99,29 @@ def merge_modes(
     shared = shared_channels([modes.channel_names for modes in setups])
     names = tuple(dict.fromkeys(name for modes in setups for name in modes.channel_names))
     groups = same_modes(setups, shared)
-    frequency = _common(
-        _table(setups, groups, 'frequency_hz', 'frequency_std_hz'), 1.0, LARGEST_SCATTER[0]
+    frequency = common_positive(
+        _table(setups, groups, 'frequency_hz'),
+        _table(setups, groups, 'frequency_std_hz'),
+        1.0,
+        LARGEST_SCATTER[0],
     )
     # The root of a damping ratio scatters alike whatever its size.
-    damping = _common(
-        _table(setups, groups, 'damping_ratio', 'damping_ratio_std'), 0.5, LARGEST_SCATTER[1]
+    damping = common_positive(
+        _table(setups, groups, 'damping_ratio'),
+        _table(setups, groups, 'damping_ratio_std'),
+        0.5,
+        LARGEST_SCATTER[1],
     )
+    values = (frequency.value, damping.value, frequency.std, damping.std)
+    poles = [
+        Mode(f, d, np.empty(0, dtype=complex), f_std, d_std)
+        for f, d, f_std, d_std in np.transpose(values).tolist()
+    ]
     parts = [
         {k: _part(setups[k].modes[i], setups[k].channel_names, names) for k, i in group.items()}
         for group in groups
     ]
     read_in: list[tuple[int, ...]] = [()] * len(groups)
-    poles = [
-        Mode(f, d, np.empty(0, dtype=complex), f_std, d_std)
-        for f, d, f_std, d_std in zip(
-            frequency.value.tolist(),
-            damping.value.tolist(),
-            frequency.std.tolist(),
-            damping.std.tolist(),
-            strict=True,
-        )
-    ]
     modes = [_with_shape(*each, len(names)) for each in zip(poles, parts, strict=True)]
     if samples is not None:
         read_in = _read_out(len(setups), modes, parts, (names, shared), samples)
@@ -172,30 +173,13 @@ def _read_out(
     return found
 
 
-def _table(setups: Sequence[ModeSet], groups: Sequence[Group], *names: str) -> Array:
-    """Return fields of the modes, (n_names, n_modes, n_setups), NaN where a set-up has none."""
-    table = np.full((len(names), len(groups), len(setups)), math.nan)
+def _table(setups: Sequence[ModeSet], groups: Sequence[Group], name: str) -> Array:
+    """Return a field of the modes, (n_modes, n_setups), NaN where a set-up has none."""
+    table = np.full((len(groups), len(setups)), math.nan)
     for row, group in enumerate(groups):
         for column, place in group.items():
-            mode = setups[column].modes[place]
-            table[:, row, column] = [getattr(mode, name) for name in names]
+            table[row, column] = getattr(setups[column].modes[place], name)
     return table
-
-
-def _common(table: Array, power: float, largest: float) -> CommonValues:
-    """Return the common values of numbers above zero, compared in a power of them."""
-    value, std = table
-    typical = np.nanmedian(value, axis=1)
-    share = value / typical[:, None]
-    deviation = np.where(std > 0.0, std, np.nan) / typical[:, None] * share ** (power - 1.0)
-    found = common_values((share**power - 1.0) / power, deviation, largest)
-    factor = np.maximum(1.0 + power * found.value, 0.0) ** (1.0 / power)
-    stated = np.isfinite(found.std)
-    return CommonValues(
-        np.where(stated, factor * typical, np.nanmean(value, axis=1)),
-        np.where(stated, found.std * factor ** (1.0 - power) * typical, np.nan),
-        found.scatter,
-    )
 
 
 def _with_shape(mode: Mode, parts: Mapping[int, PartialShape], n_points: int) -> Mode:
@@ -215,7 +199,8 @@ def _with_shape(mode: Mode, parts: Mapping[int, PartialShape], n_points: int) ->
 
 def _part(mode: Mode, own: Sequence[str], names: Sequence[str]) -> PartialShape:
     """Return what a mode says of the points; nothing of a channel that took no part."""
-    seen = np.isfinite(mode.shape) & (mode.shape != 0.0)
+    std = mode.shape_std
+    seen = np.isfinite(mode.shape) & ((mode.shape != 0.0) | (std is not None and std != 0.0))
     rows = np.array([names.index(name) for name, here in zip(own, seen, strict=True) if here])
-    shape, std = mode.shape[seen], mode.shape_std
+    shape = mode.shape[seen]
     return PartialShape(rows, shape, None if std is None else own_variance(shape, std[seen]))

@@ -46,6 +46,8 @@ def same_modes(setups: Sequence[ModeSet], references: Sequence[str]) -> list[Gro
     references : sequence of str
         Channels they share.
     """
+    if not any(len(modes) for modes in setups):
+        return []
     owner = np.array([k for k, modes in enumerate(setups) for _ in modes], dtype=int)
     place = np.array([i for modes in setups for i in range(len(modes))], dtype=int)
     odds = _log_odds(setups, references)

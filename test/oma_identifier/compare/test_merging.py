@@ -168,3 +168,13 @@ def test_a_mode_that_a_set_up_does_not_hold_is_not_read_out_of_it():
         merged = merge_modes(setups, lambda k, quiet=quiet: quiet.get(k))
         assert merged.read_in == ((), ()), f'seed {SEED + 3}'
         assert np.isnan(merged.modes.modes[1].shape[-2:]).all(), f'seed {SEED + 3}'
+
+
+def test_set_ups_without_modes_and_modes_without_deviations_are_merged_as_far_as_they_go():
+    nothing = ModeSet((), ('a', 'c'))
+    assert len(merge_modes([nothing, ModeSet((), ('a', 'b'))]).modes) == 0
+    one = ModeSet((Mode(5.0, 0.01, np.array([1.0, 0.5 + 0j])),), ('a', 'b'))
+    merged = merge_modes([one, nothing])
+    mode = merged.modes.modes[0]
+    assert merged.seen_in == ((0,),) and np.isnan(mode.shape).tolist() == [False, False, True]
+    assert mode.frequency_hz == 5.0 and np.isnan(mode.frequency_std_hz) and mode.shape_std is None
