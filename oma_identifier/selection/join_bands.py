@@ -77,7 +77,7 @@ def _mode(pole: SelectedPole) -> Mode:
         damping_ratio=pole.damping_ratio,
         shape=shape,
         frequency_std_hz=pole.deviation.frequency_std_hz,
-        damping_ratio_std=pole.deviation.damping_ratio_std,
+        damping_ratio_std=pole.damping_ratio_std,
         mpc=float(mpc(pole.shape[:, None])[0]),
         mpd=float(mpd(pole.shape[:, None])[0]),
     )

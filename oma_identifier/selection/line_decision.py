@@ -88,7 +88,7 @@ def lines_among(suspects: Iterable[Suspect], test_line: LineTest) -> list[Line]:
     lines: list[Line] = []
     for suspect in sorted(suspects, key=lambda suspect: suspect.frequency_hz):
         line = test_line(suspect.frequency_hz)
-        if line is not None and line.chance < suspect.chance and not _known(line, lines):
+        if line is not None and line.stands_out(suspect.chance) and not _known(line, lines):
             lines.append(line)
     return lines
 

@@ -61,7 +61,7 @@ class NewModeTest:
             return False
         near = np.abs(self.lines.frequency_hz / mode.frequency_hz - 1.0) < SHARP
         line = line_at(self.samples, mode.frequency_hz)
-        return bool(near.any()) or (line is not None and line.chance < CHANCE)
+        return bool(near.any()) or line.stands_out(CHANCE)
 
 
 def _half_width_hz(mode: Mode) -> float:

@@ -2,8 +2,10 @@
 
 A mode shaken at random forgets its phase within a decay time; a line keeps it for ever.  The
 response is demodulated at the suspected frequency over segments of the window: if one constant
-phasor explains the segments far better than chance (an F test), it is a line.  This is the
-kurtosis and entropy test in its exact form: a line's envelope is constant, a mode's is Rayleigh.
+phasor explains the segments far better than chance (an F test), the response is coherent.  This is
+the kurtosis and entropy test in its exact form: a line's envelope is constant, a mode's is
+Rayleigh.  A mode that decays hardly within the record is coherent as well: whether a coherent
+response is a line is a matter of odds (:mod:`oma_identifier.spectra.line_or_mode`).
 
 References
 ----------
@@ -11,21 +13,27 @@ Thomson (1982), doi:10.1109/PROC.1982.12433, Section XIII (F test for a line in 
 Jacobsen, Andersen and Brincker (2007), harmonic detection by kurtosis, IOMAC.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.chance import fisher_tail
 from modal_core.samples import Samples
+from oma_identifier.spectra.line_or_mode import LEAST_DAMPING, line_odds
 
-N_SEGMENTS = 12
+N_SEGMENTS, MORE_SEGMENTS = 12, 32
+LEAST_PERIODS = 3.0
+"""Periods in a segment from where on its taper keeps out the frequency's own negative."""
 CHANCE = 1e-6
 """Probability of calling noise a line; about 1,000 suspected frequencies are tested an hour."""
 CHANCE_SHARP = 1e-3
 """The same where a pole without any damping repeats over the model orders, itself rare."""
 SUSPECT_DAMPING = 0.004
 """Poles damped less than this are suspected lines."""
+ROUNDING = 1e-20
+"""Share of a line's power below which what is left in a channel is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +48,19 @@ class Line:
         Phasor of each channel.
     chance : float
         Probability that noise looks like this.
+    odds : float
+        Log odds that it is a line and not a mode that decays slowly; NaN where noise may look
+        like this.
     """
 
     frequency_hz: float
     shape: NDArray[np.complex128]
     chance: float
+    odds: float = math.inf
+
+    def stands_out(self, chance: float) -> bool:
+        """Tell whether this is a line rather than noise, up to a chance, or a mode."""
+        return self.chance < chance and self.odds > 0.0
 
 
 def line_at(samples: Samples, frequency_hz: float) -> Line:
@@ -71,7 +87,20 @@ def line_at(samples: Samples, frequency_hz: float) -> Line:
         if _size(strongest) <= _size(line):
             break
         line = strongest
-    return line
+    if line.chance >= CHANCE_SHARP:
+        return replace(line, odds=math.nan)
+    return replace(line, odds=_odds(samples, line))
+
+
+def _odds(samples: Samples, line: Line) -> float:
+    """Return the log odds of a line against a mode, in the sum of channels that shows it best."""
+    n_periods = line.frequency_hz * samples.duration_s
+    n_segments = MORE_SEGMENTS if n_periods > LEAST_PERIODS * MORE_SEGMENTS else N_SEGMENTS
+    phasors = _segment_phasors(samples, line.frequency_hz, n_segments)
+    rest = np.mean(np.abs(phasors - phasors.mean(axis=0)) ** 2, axis=0)
+    level = np.abs(line.shape) ** 2
+    weight = line.shape.conj() / np.maximum(rest, ROUNDING * level.max(initial=1e-300))
+    return line_odds(phasors @ weight, 2.0 * np.pi * LEAST_DAMPING * n_periods)
 
 
 def _size(line: Line) -> float:
@@ -98,15 +127,17 @@ def _line_near(samples: Samples, frequency_hz: float) -> Line:
     )
 
 
-def _segment_phasors(samples: Samples, frequency_hz: float) -> NDArray[np.complex128]:
-    """Return (n_segments, n_channels) complex phasors, channels scaled to comparable power."""
-    length = len(samples.acceleration) // N_SEGMENTS
-    time = np.arange(N_SEGMENTS * length) / samples.sample_rate_hz
+def _segment_phasors(
+    samples: Samples, frequency_hz: float, n_segments: int = N_SEGMENTS
+) -> NDArray[np.complex128]:
+    """Return the phasors of the segments, (n_segments, n_channels)."""
+    length = len(samples.acceleration) // n_segments
+    time = np.arange(n_segments * length) / samples.sample_rate_hz
     # A taper over each segment keeps strong modes far away out of the phasor.
-    taper = np.tile(np.blackman(length + 2)[1:-1], N_SEGMENTS)
+    taper = np.tile(np.blackman(length + 2)[1:-1], n_segments)
     carrier = taper * np.exp(-2j * np.pi * frequency_hz * time)
-    carrier = carrier.reshape(N_SEGMENTS, length)
-    turned = np.empty((N_SEGMENTS, len(samples.channels)), dtype=complex)
+    carrier = carrier.reshape(n_segments, length)
+    turned = np.empty((n_segments, len(samples.channels)), dtype=complex)
     for number, part in enumerate(carrier):
         rows = samples.widened(slice(number * length, (number + 1) * length))
         turned[number] = part.real @ rows + 1j * (part.imag @ rows)

@@ -64,6 +64,10 @@ BLUR = 1.5
 """Its half-power half-width, roughly."""
 HIDDEN = 2.0 * LOBE
 """Half-width in spectral lines in which skirts are looked for where a line hides a mode."""
+RESOLVED = 1.0
+"""Half-width of a mode in spectral lines below which it has no bell: it looks like a sideband."""
+SIDEBANDS = 16.0
+"""Spectral lines to both sides of a line in which its modulation may have such sidebands."""
 SHARED = 2.0
 """Spectral lines behind one independent value, of the taper."""
 MEDIAN, MEDIAN_VARIANCE = math.log(2.0), 2.08
@@ -149,6 +153,11 @@ class LineEvidence:
         at, width = mode.frequency_hz / self.spacing_hz, _half_width(mode, self.spacing_hz)
         if math.isnan(mode.damping_ratio):
             return anywhere and not self._stands_out_at_some_width(at)
+        if (
+            width < RESOLVED
+            and not self.free[_span(at - SIDEBANDS, at + SIDEBANDS, self.free)].all()
+        ):
+            return True
         inside = self._lines(at - max(width, BLUR), at + max(width, BLUR))
         if len(inside) == 0:
             # A line hides the top of the bell: the skirts must show.
@@ -226,8 +235,12 @@ class LineEvidence:
 
     def _lines(self, first: float, last: float) -> Places:
         """Return the free spectral lines from one place to another."""
-        low, high = max(1, round(first)), max(1, min(round(last) + 1, len(self.free)))
-        return low + np.flatnonzero(self.free[low:high])
+        span = _span(first, last, self.free)
+        return span.start + np.flatnonzero(self.free[span])
+
+
+def _span(first: float, last: float, lines: NDArray[np.bool_]) -> slice:
+    return slice(max(1, round(first)), max(1, min(round(last) + 1, len(lines))))
 
 
 def _half_width(mode: Mode, spacing_hz: float) -> float:
