@@ -33,6 +33,7 @@ class _Peak:
 
     mode: Mode
     is_too_certain: bool = False
+    is_unresolved: bool = False
 
     @property
     def frequency_hz(self) -> float:

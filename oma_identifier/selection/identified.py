@@ -97,6 +97,7 @@ def harmonic(line: Line) -> Mode:
         mpc=float(mpc(shape[:, None])[0]),
         mpd=float(mpd(shape[:, None])[0]),
         harmonic=True,
+        needed_s=line.needed_s,
     )
 
 

@@ -13,6 +13,7 @@ from oma_identifier.motion import PeakTest
 from oma_identifier.selection.identified import harmonic, Identified, no_poles
 from oma_identifier.selection.line_decision import (
     is_line,
+    is_shown,
     lines_among,
     LineTest,
     SHARP,
@@ -53,16 +54,20 @@ def join_bands(
     for each in selections:
         suspects += undamped(each.band)
     lines = lines_among(suspects, test_line)
-    kept = [pole for pole in poles if _is_mode(pole, lines, explains)]
+    kept = [pole for pole in poles if _is_mode(pole, lines, test_line, explains)]
     modes = ModeSet(tuple(_mode(pole) for pole in kept), names, method)
     harmonics = ModeSet(tuple(harmonic(line) for line in lines), names, method)
     return Identified(modes, harmonics, _table(selections, kept, lines, len(names)))
 
 
-def _is_mode(pole: SelectedPole, lines: Sequence[Line], explains: PeakTest) -> bool:
+def _is_mode(
+    pole: SelectedPole, lines: Sequence[Line], test_line: LineTest, explains: PeakTest
+) -> bool:
     width_hz = pole.damping_ratio * pole.frequency_hz
     if is_line(pole, lines):
         log.debug('%.4g Hz: the image of a line', pole.frequency_hz)
+    elif not is_shown(pole, test_line):
+        log.debug('%.4g Hz: too narrow to be seen, and not shown to be a mode', pole.frequency_hz)
     elif explains(pole.frequency_hz, width_hz, pole.physical_shape):
         log.debug("%.4g Hz: the robot's own motion explains it", pole.frequency_hz)
     else:

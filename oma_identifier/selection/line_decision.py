@@ -1,8 +1,9 @@
 """Which candidates are images of lines of machines and drives: one decision for all methods.
 
 A pole is suspected where it has next to no damping, where it scatters less than the response to
-random forces can, and where poles without damping repeat over the model orders.  What is suspected
-is tested in the samples (:mod:`oma_identifier.spectra.harmonics`).
+random forces can, where the record is too short to see its bell, and where poles without damping
+repeat over the model orders.  What is suspected is tested in the samples
+(:mod:`oma_identifier.spectra.harmonics`).
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -13,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from oma_identifier.selection.identified_band import IdentifiedBand
-from oma_identifier.spectra import CHANCE, CHANCE_SHARP, Line, SUSPECT_DAMPING
+from oma_identifier.spectra import CHANCE, CHANCE_SHARP, FOR_MODE, Line, SUSPECT_DAMPING
 
 SAME_LINE = 0.003
 SHARP = 2.0 * SUSPECT_DAMPING
@@ -42,22 +43,39 @@ class Candidate(Protocol):
     def is_too_certain(self) -> bool:
         """Whether it scatters less than the response to any random force allows."""
 
+    @property
+    def is_unresolved(self) -> bool:
+        """Whether the record is too short to see its bell, so that it could be a line."""
+
 
 @dataclass(frozen=True, slots=True)
 class Suspect:
-    """A frequency where a line may be, and the chance up to which noise may look like one."""
+    """A frequency where a line may be.
+
+    Parameters
+    ----------
+    frequency_hz : float [Hz]
+        Where.
+    chance : float
+        Up to which noise may look like a line.
+    least_odds : float
+        Log odds of a line against a mode from where on it is a line.
+    """
 
     frequency_hz: float
     chance: float = CHANCE
+    least_odds: float = 0.0
 
 
 def suspicious(candidates: Iterable[Candidate]) -> list[Suspect]:
     """Return the candidates that may be images of lines."""
-    return [
-        Suspect(each.frequency_hz, CHANCE_SHARP if each.is_too_certain else CHANCE)
-        for each in candidates
-        if _is_sharp(each)
-    ]
+    return [_suspect(each) for each in candidates if _is_sharp(each)]
+
+
+def _suspect(candidate: Candidate) -> Suspect:
+    if candidate.is_unresolved:
+        return Suspect(candidate.frequency_hz, CHANCE_SHARP, -FOR_MODE)
+    return Suspect(candidate.frequency_hz, CHANCE_SHARP if candidate.is_too_certain else CHANCE)
 
 
 def undamped(of: IdentifiedBand) -> list[Suspect]:
@@ -88,9 +106,21 @@ def lines_among(suspects: Iterable[Suspect], test_line: LineTest) -> list[Line]:
     lines: list[Line] = []
     for suspect in sorted(suspects, key=lambda suspect: suspect.frequency_hz):
         line = test_line(suspect.frequency_hz)
-        if line is not None and line.stands_out(suspect.chance) and not _known(line, lines):
+        if (
+            line is not None
+            and line.stands_out(suspect.chance, suspect.least_odds)
+            and not _known(line, lines)
+        ):
             lines.append(line)
     return lines
+
+
+def is_shown(candidate: Candidate, test_line: LineTest) -> bool:
+    """Tell whether a candidate whose bell is too narrow to be seen is shown to be a mode."""
+    if not candidate.is_unresolved:
+        return True
+    line = test_line(candidate.frequency_hz)
+    return line is not None and line.is_mode
 
 
 def is_line(candidate: Candidate, lines: Sequence[Line]) -> bool:
@@ -103,7 +133,8 @@ def is_line(candidate: Candidate, lines: Sequence[Line]) -> bool:
 
 def _is_sharp(candidate: Candidate) -> bool:
     # NaN, where a method knows no damping, may be a line.
-    return not candidate.damping_ratio >= SHARP or candidate.is_too_certain
+    sharp = not candidate.damping_ratio >= SHARP
+    return sharp or candidate.is_too_certain or candidate.is_unresolved
 
 
 def _known(line: Line, lines: Sequence[Line]) -> bool:

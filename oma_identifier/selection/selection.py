@@ -48,7 +48,8 @@ TOO_CERTAIN = 0.7
 """Multiple of u₀ below which nothing that random forces move can scatter."""
 LEAST_CYCLES = 1.0
 """Least number of half-power half-widths ζf that the record resolves, ζfT; of fewer, the damping
-is biased upwards and its deviation means nothing: it is reported without."""
+is biased upwards and its deviation means nothing: it is reported without.  And what it is must be
+shown: it could be a line."""
 BROAD = 0.03
 """Damping ratio from where on a pole may describe the edge of an excited band."""
 PEAK_CHANCE = 0.01
@@ -128,9 +129,14 @@ class SelectedPole:
         )
 
     @property
+    def is_unresolved(self) -> bool:
+        """Whether the record is too short to see its bell, and to tell its damping."""
+        return self._cycles < LEAST_CYCLES
+
+    @property
     def damping_ratio_std(self) -> float:
         """Standard deviation of the damping ratio; NaN where the record is too short for it."""
-        return self.deviation.damping_ratio_std if self._cycles > LEAST_CYCLES else math.nan
+        return math.nan if self.is_unresolved else self.deviation.damping_ratio_std
 
     @property
     def is_too_certain(self) -> bool:

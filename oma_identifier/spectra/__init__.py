@@ -6,6 +6,7 @@ lines of machines, told from modes by an F test (Thomson 1982, doi:10.1109/PROC.
 
 from oma_identifier.spectra.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
 from oma_identifier.spectra.line_evidence import LineEvidence
+from oma_identifier.spectra.line_or_mode import FOR_MODE
 from oma_identifier.spectra.line_removal import without_lines
 from oma_identifier.spectra.peaks import SpectralPeaks
 from oma_identifier.spectra.spectrum import (
@@ -19,6 +20,7 @@ from oma_identifier.spectra.spectrum import (
 __all__ = [
     'CHANCE',
     'CHANCE_SHARP',
+    'FOR_MODE',
     'REFRESHED',
     'SUSPECT_DAMPING',
     'Line',
