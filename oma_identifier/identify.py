@@ -5,6 +5,7 @@ from dataclasses import replace
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError
@@ -172,11 +173,11 @@ def line_tester(samples: Samples, removed: ModeSet | None = None) -> LineTest:
     What a line that wavers leaves behind is an image of it still.
     """
 
-    def test(frequency_hz: float) -> Line | None:
+    def test(frequency_hz: float, weight: NDArray[np.complex128] | None) -> Line | None:
         for line in removed or ():
             if math.isclose(line.frequency_hz, frequency_hz, rel_tol=SAME_LINE):
                 return Line(line.frequency_hz, line.shape, 0.0)
-        return line_at(samples, frequency_hz)
+        return line_at(samples, frequency_hz, weight)
 
     return test
 
@@ -292,7 +293,7 @@ def identify_bands(
     settings : IdentificationSettings
         Orders and limits.
     test_line : callable
-        Frequency [Hz] to the line there, None where nothing can be said.
+        As for :func:`join_bands`.
     explains : callable
         Tells a peak that motion of the robot explains from a mode.
     peaks : SpectralPeaks or None

@@ -14,6 +14,7 @@ comes with the samples.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 import logging
 
 import numpy as np
@@ -216,7 +217,7 @@ class IdentificationPipeline:
             sources,
             samples.channels,
             self.settings,
-            lambda frequency_hz: line_at(samples, frequency_hz),
+            partial(line_at, samples),
             cleaned.explains,
             SpectralPeaks(samples),
             self._selector,

@@ -174,7 +174,7 @@ class BandedMethod(ABC):
             selections,
             samples.channels,
             self.name,
-            lambda frequency_hz: line_at(samples, frequency_hz),
+            partial(line_at, samples),
             explains,
         )
         return without_explained(found, line_evidence(samples, found))

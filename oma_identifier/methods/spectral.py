@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -63,7 +64,7 @@ class SpectralMethod:
         modes = type(self).find(samples, band_hz=band_hz)
         peaks = [_Peak(mode) for mode in modes]
         suspects = [*suspicious(peaks), *self.suspects(samples, band_hz)]
-        lines = lines_among(suspects, lambda frequency_hz: line_at(samples, frequency_hz))
+        lines = lines_among(suspects, partial(line_at, samples))
         kept = tuple(
             peak.mode
             for peak in peaks

@@ -20,6 +20,7 @@ from oma_identifier.selection.line_decision import (
     suspicious,
     undamped,
 )
+from oma_identifier.selection.modal_filter import FilteredLineTest
 from oma_identifier.selection.selection import BandSelection, SelectedPole, without_repeats
 from oma_identifier.spectra import Line, SUSPECT_DAMPING
 
@@ -44,24 +45,27 @@ def join_bands(
     method : str
         By which the poles were identified.
     test_line : callable
-        Frequency [Hz] to the line there, None where nothing can be said.
+        Frequency [Hz] and weights of the channels, or None, to the line there; None where nothing
+        can be said.
     explains : callable
         Tells a peak that motion of the robot explains from a mode.
     """
     names = tuple(channel.name for channel in channels)
     poles = without_repeats([pole for each in selections for pole in each.selected])
+    bands = [each.band for each in selections]
     suspects = suspicious(poles)
-    for each in selections:
-        suspects += undamped(each.band)
-    lines = lines_among(suspects, test_line)
-    kept = [pole for pole in poles if _is_mode(pole, lines, test_line, explains)]
+    for band in bands:
+        suspects += undamped(band)
+    test = FilteredLineTest(test_line, poles, bands)
+    lines = lines_among(suspects, test)
+    kept = [pole for pole in poles if _is_mode(pole, lines, test, explains)]
     modes = ModeSet(tuple(_mode(pole) for pole in kept), names, method)
     harmonics = ModeSet(tuple(harmonic(line) for line in lines), names, method)
     return Identified(modes, harmonics, _table(selections, kept, lines, len(names)))
 
 
 def _is_mode(
-    pole: SelectedPole, lines: Sequence[Line], test_line: LineTest, explains: PeakTest
+    pole: SelectedPole, lines: Sequence[Line], test_line: FilteredLineTest, explains: PeakTest
 ) -> bool:
     width_hz = pole.damping_ratio * pole.frequency_hz
     if is_line(pole, lines):

@@ -12,6 +12,7 @@ import math
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oma_identifier.selection.identified_band import IdentifiedBand
 from oma_identifier.spectra import CHANCE, CHANCE_SHARP, FOR_MODE, Line, SUSPECT_DAMPING
@@ -24,8 +25,9 @@ SAME_RUN = 0.002
 ORDERS_SHARE = 6
 """Undamped poles of a line repeat over at least one in this many model orders, and over three."""
 
-LineTest = Callable[[float], Line | None]
-"""Frequency [Hz] to the line there, None where nothing can be said."""
+LineTest = Callable[[float, NDArray[np.complex128] | None], Line | None]
+"""Frequency [Hz], and weights of the channels or None, to the line there; None where nothing is
+known."""
 
 
 class Candidate(Protocol):
@@ -101,7 +103,9 @@ def undamped(of: IdentifiedBand) -> list[Suspect]:
     return suspects
 
 
-def lines_among(suspects: Iterable[Suspect], test_line: LineTest) -> list[Line]:
+def lines_among(
+    suspects: Iterable[Suspect], test_line: Callable[[float], Line | None]
+) -> list[Line]:
     """Return the lines that there are, by frequency."""
     lines: list[Line] = []
     for suspect in sorted(suspects, key=lambda suspect: suspect.frequency_hz):
@@ -115,7 +119,7 @@ def lines_among(suspects: Iterable[Suspect], test_line: LineTest) -> list[Line]:
     return lines
 
 
-def is_shown(candidate: Candidate, test_line: LineTest) -> bool:
+def is_shown(candidate: Candidate, test_line: Callable[[float], Line | None]) -> bool:
     """Tell whether a candidate whose bell is too narrow to be seen is shown to be a mode."""
     if not candidate.is_unresolved:
         return True

@@ -71,7 +71,9 @@ class Line:
         return self.chance < CHANCE_SHARP and self.odds < -FOR_MODE
 
 
-def line_at(samples: Samples, frequency_hz: float) -> Line:
+def line_at(
+    samples: Samples, frequency_hz: float, weight: NDArray[np.complex128] | None = None
+) -> Line:
     """Test for a line near a frequency.
 
     Parameters
@@ -80,6 +82,8 @@ def line_at(samples: Samples, frequency_hz: float) -> Line:
         Of at least a few hundred periods.
     frequency_hz : float [Hz]
         Suspected; the neighbourhood of one part in the number of segments is searched.
+    weight : (n_channels,) complex array or None
+        Sum of channels that is tested; None: all of them.
 
     Returns
     -------
@@ -87,39 +91,45 @@ def line_at(samples: Samples, frequency_hz: float) -> Line:
         Seen from one segment's frequency beside it a line looks like a weaker one: the strongest
         of such images is returned.
     """
-    line = _line_near(samples, frequency_hz)
+
+    def size(line: Line) -> float:
+        return float(np.linalg.norm(line.shape if weight is None else line.shape @ weight))
+
+    line = _line_near(samples, frequency_hz, weight)
     step_hz = N_SEGMENTS / samples.duration_s
     while line.chance < CHANCE_SHARP:
-        images = [_line_near(samples, line.frequency_hz + step) for step in (-step_hz, step_hz)]
-        strongest = max(images, key=_size)
-        if _size(strongest) <= _size(line):
+        steps = (-step_hz, step_hz)
+        images = [_line_near(samples, line.frequency_hz + step, weight) for step in steps]
+        strongest = max(images, key=size)
+        if size(strongest) <= size(line):
             break
         line = strongest
     if line.chance >= CHANCE_SHARP:
         return replace(line, odds=math.nan)
-    odds = _odds(samples, line)
+    odds = _odds(samples, line, weight)
     return replace(
         line, odds=odds, needed_s=math.nan if odds > SURE else LONGER * samples.duration_s
     )
 
 
-def _odds(samples: Samples, line: Line) -> float:
+def _odds(samples: Samples, line: Line, weight: NDArray[np.complex128] | None) -> float:
     """Return the log odds of a line against a mode, in the sum of channels that shows it best."""
     n_periods = line.frequency_hz * samples.duration_s
     n_segments = MORE_SEGMENTS if n_periods > LEAST_PERIODS * MORE_SEGMENTS else N_SEGMENTS
     phasors = _segment_phasors(samples, line.frequency_hz, n_segments)
-    rest = np.mean(np.abs(phasors - phasors.mean(axis=0)) ** 2, axis=0)
-    level = np.abs(line.shape) ** 2
-    weight = line.shape.conj() / np.maximum(rest, ROUNDING * level.max(initial=1e-300))
+    if weight is None:
+        rest = np.mean(np.abs(phasors - phasors.mean(axis=0)) ** 2, axis=0)
+        level = np.abs(line.shape) ** 2
+        weight = line.shape.conj() / np.maximum(rest, ROUNDING * level.max(initial=1e-300))
     return line_odds(phasors @ weight, 2.0 * np.pi * LEAST_DAMPING * n_periods)
 
 
-def _size(line: Line) -> float:
-    return float(np.linalg.norm(line.shape))
-
-
-def _line_near(samples: Samples, frequency_hz: float) -> Line:
-    phasors = _segment_phasors(samples, frequency_hz)
+def _line_near(
+    samples: Samples, frequency_hz: float, weight: NDArray[np.complex128] | None
+) -> Line:
+    phasors = every = _segment_phasors(samples, frequency_hz)
+    if weight is not None:
+        phasors = (every @ weight)[:, None]
     duration = samples.duration_s
     # Residual frequency error turns the phasors from segment to segment: undo the best turn.
     offsets = np.linspace(-0.5, 0.5, 101) * N_SEGMENTS / duration
@@ -132,7 +142,7 @@ def _line_near(samples: Samples, frequency_hz: float) -> Line:
     ratio = (N_SEGMENTS - 2) * float(explained[best]) / rest
     return Line(
         frequency_hz=float(frequency_hz + offsets[best]),
-        shape=np.asarray(turns[best] @ phasors / N_SEGMENTS, dtype=complex),
+        shape=np.asarray(turns[best] @ every / N_SEGMENTS, dtype=complex),
         # One complex phasor and one frequency were fitted to the segments.
         chance=float(fisher_tail(ratio, 2, 2 * (N_SEGMENTS - 2))),
     )
