@@ -47,12 +47,6 @@ class Mode:
     harmonic: bool = quantity(
         'a line of a machine or drive, not a mode of the structure', default=False
     )
-    needed_s: float = quantity(
-        'length of a record that would tell a line from a mode; NaN where there is no doubt',
-        's',
-        0.0,
-        default=math.nan,
-    )
     id: int = quantity(
         'stays the same over windows; 0 before tracking', '', 0, LARGEST_ID, default=0
     )

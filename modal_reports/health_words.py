@@ -22,6 +22,7 @@ FLAG_WORDS = {
     'rigid_motion_removed': 'rigid motion of the arm taken out',
     'drive_lines': 'lines of the drives taken out',
     'gross_motion': 'the robot moved far',
+    'line_or_mode': 'a harmonic may be a mode of light damping: a record four times as long tells',
 }
 
 

@@ -3,7 +3,6 @@
 import math
 
 from modal_core.mode import Mode, SCATTERED_MPD_RAD
-from modal_reports.words import duration
 
 HARMONIC, SCATTERED = 'harmonic', 'phases scatter'
 SCATTERED_MEANS = (
@@ -14,8 +13,6 @@ SCATTERED_MEANS = (
 
 def mark(mode: Mode) -> str:
     """Return the mark of a mode; empty for most."""
-    if mode.harmonic and math.isfinite(mode.needed_s):
-        return f'{HARMONIC}, or a mode: {duration(mode.needed_s)} would tell'
     if mode.harmonic:
         return HARMONIC
     return SCATTERED if mode.phases_scatter else ''

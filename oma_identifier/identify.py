@@ -231,7 +231,10 @@ def refine_found(
             freed, parts[0].channels, settings, test_line, explains, peaks, selector
         )
         found = replace(
-            again, harmonics=found.harmonics, poles=_with_images(again.poles, found.poles)
+            again,
+            harmonics=found.harmonics,
+            poles=_with_images(again.poles, found.poles),
+            is_undecided=found.is_undecided,
         )
     adopted = without_doubtful(
         adopt(parts[0], found.modes, found.harmonics, _long(parts)),
@@ -266,7 +269,9 @@ def check_samples(samples: Samples) -> None:
 
 
 def explain(quality: DataQuality, found: Identified) -> DataQuality:
-    """Return the quality with the reason why there is no mode, when there is none."""
+    """Return the quality with what is in doubt, and why there is no mode when there is none."""
+    if found.is_undecided:
+        quality = replace(quality, flags=(*quality.flags, 'line_or_mode'))
     if len(found.modes) or not quality.identifiable:
         return quality
     reason = ONLY_LINES if len(found.harmonics) else NO_MODE

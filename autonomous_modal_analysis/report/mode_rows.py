@@ -10,6 +10,7 @@ from modal_reports import (
     DAMPING,
     fixed,
     FREQUENCY,
+    HARMONIC,
     mark,
     Quantity,
     SCATTERED,
@@ -101,7 +102,7 @@ def mode_rows(content: ReportContent) -> list[ModeRow]:
 def _row(
     mode: Mode, true: TrueMode | None, widest_f: float, widest_d: float, *, known: bool
 ) -> ModeRow:
-    note = mark(mode) if mode.harmonic else ''
+    note = HARMONIC if mode.harmonic else ''
     if known and true is None and not mode.harmonic:
         note = 'extra'
     if true is not None and true.from_window:

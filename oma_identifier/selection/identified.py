@@ -25,11 +25,14 @@ class Identified:
         Of the structure; of machines and drives.
     poles : PoleTable
         All poles; ``mode_id`` is the position in ``modes``, counted from 1.
+    is_undecided : bool
+        Whether a harmonic may be a mode of light damping.
     """
 
     modes: ModeSet
     harmonics: ModeSet
     poles: PoleTable
+    is_undecided: bool = False
 
 
 def line_evidence(samples: Samples, found: Identified) -> LineEvidence:
@@ -97,7 +100,6 @@ def harmonic(line: Line) -> Mode:
         mpc=float(mpc(shape[:, None])[0]),
         mpd=float(mpd(shape[:, None])[0]),
         harmonic=True,
-        needed_s=line.needed_s,
     )
 
 

@@ -61,7 +61,8 @@ def join_bands(
     kept = [pole for pole in poles if _is_mode(pole, lines, test, explains)]
     modes = ModeSet(tuple(_mode(pole) for pole in kept), names, method)
     harmonics = ModeSet(tuple(harmonic(line) for line in lines), names, method)
-    return Identified(modes, harmonics, _table(selections, kept, lines, len(names)))
+    table = _table(selections, kept, lines, len(names))
+    return Identified(modes, harmonics, table, any(line.is_doubtful for line in lines))
 
 
 def _is_mode(

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.selection.identified_band import IdentifiedBand
-from oma_identifier.selection.line_decision import LineTest, SUSPECT_DAMPING
+from oma_identifier.selection.line_decision import LineTest
 from oma_identifier.selection.selection import SelectedPole
-from oma_identifier.spectra import Line
+from oma_identifier.spectra import Line, SUSPECT_DAMPING
 
 FEWEST_CHANNELS = 3
 """Fewer have no neighbour to spare."""

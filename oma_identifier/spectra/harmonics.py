@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from modal_core.chance import fisher_tail
 from modal_core.samples import Samples
-from oma_identifier.spectra.line_or_mode import FOR_MODE, LEAST_DAMPING, line_odds, LONGER, SURE
+from oma_identifier.spectra.line_or_mode import FOR_MODE, LEAST_DAMPING, line_odds, SURE
 
 N_SEGMENTS, MORE_SEGMENTS = 12, 32
 LEAST_PERIODS = 3.0
@@ -51,19 +51,21 @@ class Line:
     odds : float
         Log odds that it is a line and not a mode that decays slowly; NaN where noise may look
         like this.
-    needed_s : float [s]
-        Length of a record that would tell a line from a mode; NaN where there is no doubt.
     """
 
     frequency_hz: float
     shape: NDArray[np.complex128]
     chance: float
     odds: float = math.inf
-    needed_s: float = math.nan
 
     def stands_out(self, chance: float, least_odds: float = 0.0) -> bool:
         """Tell whether this is a line rather than noise, up to a chance, or a mode."""
         return self.chance < chance and self.odds > least_odds
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether it may be a mode after all."""
+        return self.odds < SURE
 
     @property
     def is_mode(self) -> bool:
@@ -106,10 +108,7 @@ def line_at(
         line = strongest
     if line.chance >= CHANCE_SHARP:
         return replace(line, odds=math.nan)
-    odds = _odds(samples, line, weight)
-    return replace(
-        line, odds=odds, needed_s=math.nan if odds > SURE else LONGER * samples.duration_s
-    )
+    return replace(line, odds=_odds(samples, line, weight))
 
 
 def _odds(samples: Samples, line: Line, weight: NDArray[np.complex128] | None) -> float:

@@ -236,7 +236,7 @@ class LineEvidence:
     def _lines(self, first: float, last: float) -> Places:
         """Return the free spectral lines from one place to another."""
         span = _span(first, last, self.free)
-        return span.start + np.flatnonzero(self.free[span])
+        return np.asarray(span.start + np.flatnonzero(self.free[span]), dtype=np.intp)
 
 
 def _span(first: float, last: float, lines: NDArray[np.bool_]) -> slice:
