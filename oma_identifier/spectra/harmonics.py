@@ -14,14 +14,13 @@ Jacobsen, Andersen and Brincker (2007), harmonic detection by kurtosis, IOMAC.
 """
 
 from dataclasses import dataclass, replace
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.chance import fisher_tail
 from modal_core.samples import Samples
-from oma_identifier.spectra.line_or_mode import FOR_MODE, LEAST_DAMPING, line_odds, SURE
+from oma_identifier.spectra.line_or_mode import FOR_MODE, LEAST_DAMPING, Odds, odds_of, SURE
 
 N_SEGMENTS, MORE_SEGMENTS = 12, 32
 LEAST_PERIODS = 3.0
@@ -34,6 +33,8 @@ SUSPECT_DAMPING = 0.004
 """Poles damped less than this are suspected lines."""
 ROUNDING = 1e-20
 """Share of a line's power below which what is left in a channel is rounding."""
+
+NO_DOUBT = Odds()
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,29 +49,28 @@ class Line:
         Phasor of each channel.
     chance : float
         Probability that noise looks like this.
-    odds : float
-        Log odds that it is a line and not a mode that decays slowly; NaN where noise may look
-        like this.
+    odds : Odds
+        What it is if it is not noise.
     """
 
     frequency_hz: float
     shape: NDArray[np.complex128]
     chance: float
-    odds: float = math.inf
+    odds: Odds = NO_DOUBT
 
     def stands_out(self, chance: float, least_odds: float = 0.0) -> bool:
         """Tell whether this is a line rather than noise, up to a chance, or a mode."""
-        return self.chance < chance and self.odds > least_odds
+        return self.chance < chance and self.odds.line > least_odds
 
     @property
     def is_doubtful(self) -> bool:
         """Whether it may be a mode after all."""
-        return self.odds < SURE
+        return self.odds.line < SURE
 
     @property
     def is_mode(self) -> bool:
         """Whether this is neither noise nor a line, but a mode that decays slowly."""
-        return self.chance < CHANCE_SHARP and self.odds < -FOR_MODE
+        return self.odds.narrow_mode > FOR_MODE
 
 
 def line_at(
@@ -106,13 +106,11 @@ def line_at(
         if size(strongest) <= size(line):
             break
         line = strongest
-    if line.chance >= CHANCE_SHARP:
-        return replace(line, odds=math.nan)
     return replace(line, odds=_odds(samples, line, weight))
 
 
-def _odds(samples: Samples, line: Line, weight: NDArray[np.complex128] | None) -> float:
-    """Return the log odds of a line against a mode, in the sum of channels that shows it best."""
+def _odds(samples: Samples, line: Line, weight: NDArray[np.complex128] | None) -> Odds:
+    """Return what a response is, in the sum of channels that shows it best."""
     n_periods = line.frequency_hz * samples.duration_s
     n_segments = MORE_SEGMENTS if n_periods > LEAST_PERIODS * MORE_SEGMENTS else N_SEGMENTS
     phasors = _segment_phasors(samples, line.frequency_hz, n_segments)
@@ -120,7 +118,7 @@ def _odds(samples: Samples, line: Line, weight: NDArray[np.complex128] | None) -
         rest = np.mean(np.abs(phasors - phasors.mean(axis=0)) ** 2, axis=0)
         level = np.abs(line.shape) ** 2
         weight = line.shape.conj() / np.maximum(rest, ROUNDING * level.max(initial=1e-300))
-    return line_odds(phasors @ weight, 2.0 * np.pi * LEAST_DAMPING * n_periods)
+    return odds_of(phasors @ weight, 2.0 * np.pi * LEAST_DAMPING * n_periods)
 
 
 def _line_near(

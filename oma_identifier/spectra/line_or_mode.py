@@ -14,6 +14,7 @@ Uhlenbeck and Ornstein (1930), doi:10.1103/PhysRev.36.823;
 Kass and Raftery (1995), doi:10.1080/01621459.1995.10476572 (odds from evidence).
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 import math
 
@@ -33,21 +34,40 @@ LEAST_DAMPING = 3e-4
 """Damping ratio below which no structure is expected; welded steel has 5e-4 and more."""
 DECAYS = np.geomspace(0.05, 128.0, 20)
 """Decay times 2π ζ f T in the record that are tried."""
+NARROW = 4.0 * math.pi
+"""So many of a mode with ζfT = 2."""
 SMOOTH = 2.0, 3.0, 4.5, 7.0, 10.0, 16.0
 """Segments over which a line changes that are tried."""
 SHARES = 1e-3, 1e-2, 0.1, 1.0, 1e3
 """Power of the change over that of the constant part that are tried."""
-SIGNAL_TO_NOISE = np.geomspace(1e-2, 1e7, 19)
+SIGNAL_TO_NOISE = np.geomspace(1e-1, 1e7, 12)
 """Power of line or mode over that of the noise of a segment that are tried."""
-OFFSETS = np.linspace(-1.0, 1.0, 21)
+OFFSETS = np.linspace(-1.0, 1.0, 13)
 """Errors of the frequency in spectral lines that are tried."""
 FINE = 24
 
 Real = NDArray[np.float64]
 
 
-def line_odds(phasor: NDArray[np.complex128], least_decays: float) -> float:
-    """Return the log odds that a coherent response is a line and not a mode.
+@dataclass(frozen=True, slots=True)
+class Odds:
+    """What a coherent response is.
+
+    Parameters
+    ----------
+    line : float
+        Log odds of a line against a mode.
+    narrow_mode : float
+        Log odds of a mode with at most ``NARROW`` decay times in the record against a line, a
+        broader mode, and noise.
+    """
+
+    line: float = math.inf
+    narrow_mode: float = -math.inf
+
+
+def odds_of(phasor: NDArray[np.complex128], least_decays: float) -> Odds:
+    """Return the odds of what a response is.
 
     Parameters
     ----------
@@ -57,10 +77,14 @@ def line_odds(phasor: NDArray[np.complex128], least_decays: float) -> float:
         Decay times in the record of the mode that is least damped, 2π ζ f T.
     """
     evidence = _evidence(phasor)
-    decaying = evidence[: len(DECAYS)][np.minimum(least_decays, DECAYS[-1]) <= DECAYS]
-    constant, changing = evidence[len(DECAYS)], evidence[len(DECAYS) + 1 :]
-    line = np.logaddexp(constant, _log_mean(changing)) - math.log(2.0)
-    return float(line - _log_mean(decaying))
+    modes, constant = evidence[: len(DECAYS)], evidence[len(DECAYS)]
+    line = np.logaddexp(constant, _log_mean(evidence[len(DECAYS) + 1 :])) - math.log(2.0)
+    possible = np.minimum(least_decays, NARROW) <= DECAYS
+    narrow, broad = modes[possible & (DECAYS <= NARROW)], modes[possible & (DECAYS > NARROW)]
+    return Odds(
+        line=float(line - _log_mean(modes[possible])),
+        narrow_mode=float(_log_mean(narrow) - np.logaddexp(line, _log_mean(broad))),
+    )
 
 
 def _log_mean(logs: Real) -> float:
