@@ -79,7 +79,7 @@ def odds_of(phasor: NDArray[np.complex128], least_decays: float) -> Odds:
     evidence = _evidence(phasor)
     modes, constant = evidence[: len(DECAYS)], evidence[len(DECAYS)]
     line = np.logaddexp(constant, _log_mean(evidence[len(DECAYS) + 1 :])) - math.log(2.0)
-    possible = np.minimum(least_decays, NARROW) <= DECAYS
+    possible = np.minimum(least_decays, DECAYS[-1]) <= DECAYS
     narrow, broad = modes[possible & (DECAYS <= NARROW)], modes[possible & (DECAYS > NARROW)]
     return Odds(
         line=float(line - _log_mean(modes[possible])),
@@ -88,7 +88,7 @@ def odds_of(phasor: NDArray[np.complex128], least_decays: float) -> Odds:
 
 
 def _log_mean(logs: Real) -> float:
-    return float(logsumexp(logs)) - math.log(len(logs))
+    return float(logsumexp(logs)) - math.log(len(logs)) if len(logs) else -math.inf
 
 
 def _evidence(phasor: NDArray[np.complex128]) -> Real:
