@@ -59,10 +59,9 @@ def check_sensors(
         evidence = [*_of_gravity(unit, mean[columns], at_rest[columns])]
         alike = [place for place, channel in enumerate(channels) if channel.unit == unit]
         evidence += [] if slow is None else [_of_motion(slow, columns, alike)]
-        for place, column in enumerate(columns):
-            flag = _flag([part.of(place) for part in evidence], place)
-            if flag:
-                found[channels[column].name] = flag
+        if evidence:
+            flags = _flags([_Reading.of(evidence, place) for place in range(len(columns))])
+            found.update({channels[columns[place]].name: flag for place, flag in flags.items()})
     return found
 
 
@@ -80,10 +79,6 @@ class _Evidence:
     measured: Real
     expected: Real
     std: Real
-
-    def of(self, axis: int) -> tuple[Real, Real]:
-        """Return the readings of an axis, and those of every axis, over its deviation."""
-        return self.measured[:, axis] / self.std[axis], self.expected / self.std[axis]
 
 
 def _of_gravity(unit: str, mean: Real, at_rest: Real) -> list[_Evidence]:
@@ -109,26 +104,65 @@ def _of_motion(slow: SlowMotion, columns: Sequence[int], alike: Sequence[int]) -
     return _Evidence(known, basis.T @ expected, np.sqrt(FLEXIBLE**2 * largest + noise) + 1e-300)
 
 
-def _flag(readings: Sequence[tuple[Real, Real]], own: int) -> str:
-    """Return what explains the readings of a channel that should be those of its own axis."""
-    if not readings:
-        return ''
-    measured = np.concatenate([part for part, _ in readings])
-    expected = np.concatenate([part for _, part in readings])
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """What one axis reads, and what it would instead of every axis, over its deviation.
 
-    def misfit(axis: int, gain: float) -> float:
-        reading = gain * expected[:, axis]
-        apart = float(np.linalg.norm(measured - reading))
+    Parameters
+    ----------
+    measured : (n_values,) array
+    expected : (n_values, n_axes) array
+    """
+
+    measured: Real
+    expected: Real
+
+    @classmethod
+    def of(cls, evidence: Sequence[_Evidence], axis: int) -> '_Reading':
+        """Return the reading of an axis by all there is."""
+        return cls(
+            np.concatenate([part.measured[:, axis] / part.std[axis] for part in evidence]),
+            np.concatenate([part.expected / part.std[axis] for part in evidence]),
+        )
+
+    def misfit(self, axis: int, gain: float = 1.0) -> float:
+        """Return how far it is from the reading of an axis, in standard deviations."""
+        reading = gain * self.expected[:, axis]
+        apart = float(np.linalg.norm(self.measured - reading))
         return apart / math.hypot(1.0, TOLERANCE * float(np.linalg.norm(reading)))
 
-    if misfit(own, 1.0) <= BEYOND:
-        return ''
-    faults = {(own, -1.0): POLARITY}
-    power = float(expected[:, own] @ expected[:, own])
-    gain = float(expected[:, own] @ measured) / (power + 1e-300)
-    if abs(math.log(abs(gain) + 1e-300)) > math.log(LEAST_FACTOR):
-        faults[own, gain] = GAIN
-    others = (axis for axis in range(expected.shape[1]) if axis != own)
-    faults |= {(axis, sign): AXES for axis in others for sign in (1.0, -1.0)}
-    best = min(faults, key=lambda fault: misfit(*fault))
-    return faults[best] if misfit(*best) <= EXPLAINED else ''
+    def is_of(self, axis: int) -> bool:
+        """Tell whether it may be the reading of an axis, either way round."""
+        return min(self.misfit(axis), self.misfit(axis, -1.0)) <= EXPLAINED
+
+    def has_wrong_gain(self, axis: int) -> bool:
+        """Tell whether a gain explains it, and one that no healthy sensor has."""
+        own = self.expected[:, axis]
+        gain = float(own @ self.measured) / (float(own @ own) + 1e-300)
+        wrong = abs(math.log(abs(gain) + 1e-300)) > math.log(LEAST_FACTOR)
+        return wrong and self.misfit(axis, gain) <= EXPLAINED
+
+
+def _flags(readings: Sequence[_Reading]) -> dict[int, str]:
+    """Return what explains the axes of a sensor that do not read what they should."""
+    odd = [axis for axis, reading in enumerate(readings) if reading.misfit(axis) > BEYOND]
+    moved = {
+        (axis, other)
+        for axis in odd
+        for other in range(len(readings))
+        if other != axis and readings[axis].is_of(other)
+    }
+    found = {}
+    for axis in odd:
+        reads_another = any(first == axis for first, _ in moved)
+        is_read_by_another = any(second == axis for _, second in moved)
+        if readings[axis].misfit(axis, -1.0) <= EXPLAINED:
+            found[axis] = POLARITY
+        # A gain may be any and explains more by chance than an exchange that fits both ways.
+        elif reads_another and is_read_by_another:
+            found[axis] = AXES
+        elif readings[axis].has_wrong_gain(axis):
+            found[axis] = GAIN
+        elif reads_another:
+            found[axis] = AXES
+    return found
