@@ -78,14 +78,7 @@ def _checked(mode: Mode, parts: list[ModeSet]) -> Mode:
     if seen.n_independent < FEWEST:
         return mode
     mean = seen.mean()
-    if not mean.varies:
-        return mode
-    return replace(
-        mode,
-        frequency_std_hz=math.hypot(mode.frequency_std_hz, mean.mode.frequency_std_hz),
-        damping_ratio=mean.mode.damping_ratio,
-        damping_ratio_std=mean.mode.damping_ratio_std,
-    )
+    return mean.widen(mode) if mean.varies else mode
 
 
 def _is_alone(mode: Mode, modes: ModeSet) -> bool:

@@ -43,15 +43,20 @@ class MeanMode:
     ----------
     mode : Mode
         Mean; its deviations hold the scatter between windows where they disagree.
-    varies : bool
-        Whether the windows' frequencies disagree.
+    between : float
+        Scatter of the frequency between windows, over the frequency; 0 where chance explains it.
     range_hz : tuple of float [Hz]
         Lowest and highest frequency of the windows.
     """
 
     mode: Mode
-    varies: bool
+    between: float
     range_hz: tuple[float, float]
+
+    @property
+    def varies(self) -> bool:
+        """Whether the windows' frequencies disagree."""
+        return self.between > 0.0
 
     def is_image(self, mode: Mode) -> bool:
         """Tell whether a mode of the whole record is this one at some time."""
@@ -59,6 +64,18 @@ class MeanMode:
         low, high = self.range_hz[0] / reach, self.range_hz[1] * reach
         inside = low < mode.frequency_hz < high
         return inside and float(mac(self.mode.shape, mode.shape)[0, 0]) > SAME_MAC
+
+    def widen(self, mode: Mode) -> Mode:
+        """Return this mode of the record as one with the scatter between windows.
+
+        Where it moved by much of its half-width its damping is that of the windows.
+        """
+        moves = self.between * mode.frequency_hz
+        mode = replace(mode, frequency_std_hz=math.hypot(mode.frequency_std_hz, moves))
+        if WHOLE_RANGE * self.between < SMEARED * mode.damping_ratio:
+            return mode
+        ratio, std = self.mode.damping_ratio, self.mode.damping_ratio_std
+        return replace(mode, damping_ratio=ratio, damping_ratio_std=std)
 
 
 @dataclass(slots=True)
@@ -121,7 +138,7 @@ class Sightings:
             damping_ratio_std=ratio.std if moved < SMEARED * ratio.mean else math.nan,
         )
         low, high = float(np.exp(log_f.min())), float(np.exp(log_f.max()))
-        return MeanMode(self._shaped(mode), frequency.varies, (low, high))
+        return MeanMode(self._shaped(mode), frequency.between, (low, high))
 
     def _shaped(self, mode: Mode) -> Mode:
         """Return the mode with the mean of the shapes, where any has a deviation."""

@@ -23,8 +23,8 @@ def with_means(
     """Return what was found in a record, with the windows' means where those say more.
 
     They do where the record as one was not seen, beside that of modes that only they could refine,
-    and of modes whose windows disagree: all modes of the record that are one of these at some time
-    give way to it.
+    and of modes whose windows disagree: the scatter between windows is added, and where several
+    modes of the record are such a one at some time they give way to it.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def with_means(
         Of one window, with ids: its poles stand for those above.
     """
     better = [each for each in means if _is_better(each, found, above_hz)]
-    joined: list[tuple[Mode, int]] = [(each.mode, _origin(each, found)) for each in better]
+    joined = [_instead(each, found, above_hz) for each in better]
     joined += [
         (mode, index)
         for index, mode in enumerate(found.modes)
@@ -64,9 +64,12 @@ def _is_better(mean: MeanMode, found: Identified, above_hz: float) -> bool:
     return mean.mode.shape_std is not None and len(plain) > 0 and all(plain)
 
 
-def _origin(mean: MeanMode, found: Identified) -> int:
+def _instead(mean: MeanMode, found: Identified, above_hz: float) -> tuple[Mode, int]:
+    """Return what stands for a mode, and where it was among those found."""
     images = [index for index, mode in enumerate(found.modes) if mean.is_image(mode)]
-    return images[0] if images else NEW
+    if len(images) == 1 and mean.varies and mean.mode.frequency_hz < above_hz:
+        return mean.widen(found.modes.modes[images[0]]), images[0]
+    return mean.mode, images[0] if images else NEW
 
 
 def _joined(below: PoleTable, above: PoleTable, at_hz: float) -> PoleTable:
