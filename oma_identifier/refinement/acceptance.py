@@ -8,6 +8,7 @@ import numpy as np
 
 from modal_core.mode import Mode
 from oma_identifier.likelihood import BandIndex, GroupFit, ModeIndex, overlaps, StartModes
+from oma_identifier.refinement.direct_motion import moves_with_force
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +87,8 @@ def accept(
     if not each.fit.misfit < LIMITS.largest_misfit:
         return Outcome.MODEL_MISFIT
     model = each.fit.model
+    if moves_with_force(each.band.data, model, position):
+        return Outcome.MODEL_MISFIT
     frequency, damping = model.frequency_hz[position], model.damping_ratio[position]
     law = math.sqrt(damping / (2.0 * math.pi * frequency * duration_s))
     frequency_std = _known(given.frequency_std_hz, 1.5 * law * frequency)

@@ -17,11 +17,13 @@ import math
 
 import numpy as np
 
+from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.refinement.acceptance import Outcome, TAKEN
 from oma_identifier.refinement.backoff import Backoff
 from oma_identifier.refinement.refinement import refine, Refinement
+from oma_identifier.refinement.told_apart import repeated
 from oma_identifier.refinement.warm_start import WarmStart
 
 
@@ -44,6 +46,10 @@ class AdoptionLimits:
         from the finite model order, and from a mode that overlaps.  The end of the spectrum adds
         the half-width over the distance to it: there no model of few orders describes a broad
         mode.
+    farthest_turn, turn_bias : float
+        Times the refined shape's own loss of MAC that the two shapes of a mode that overlaps with
+        no other may differ by, and the plain shape's bias.  Under independent forces none of
+        334 differed by so much.
     """
 
     largest_misfit: float = 1.05
@@ -52,6 +58,8 @@ class AdoptionLimits:
     least_spread: float = 0.75
     bias: float = 0.04
     pair_bias: float = 0.25
+    farthest_turn: float = 10.0
+    turn_bias: float = 0.03
 
 
 LIMITS = AdoptionLimits()
@@ -143,7 +151,7 @@ class Refiner:
 
 
 def _as_given(modes: ModeSet) -> Adopted:
-    return Adopted(modes, tuple(range(len(modes))))
+    return _without_repeated(modes, list(zip(modes, range(len(modes)), strict=True)))
 
 
 def _adopted(modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> Adopted:
@@ -161,9 +169,15 @@ def _adopted(modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> Adopte
         if misfit <= LIMITS.largest_misfit
     ]
     adopted.sort(key=lambda each: each[0].frequency_hz)
+    return _without_repeated(modes, adopted)
+
+
+def _without_repeated(modes: ModeSet, adopted: Sequence[tuple[Mode, int]]) -> Adopted:
+    left_out = repeated([mode for mode, _ in adopted])
+    kept = [each for place, each in enumerate(adopted) if place not in left_out]
     return Adopted(
-        replace(modes, modes=tuple(mode for mode, _ in adopted)),
-        tuple(origin for _, origin in adopted),
+        replace(modes, modes=tuple(mode for mode, _ in kept)),
+        tuple(origin for _, origin in kept),
     )
 
 
@@ -178,7 +192,9 @@ def _is_better(index: int, modes: ModeSet, found: Refinement, end_hz: float) -> 
         return False
     beside = any(_is_beside(plain, other) for other in modes)
     bias = LIMITS.pair_bias if beside else LIMITS.bias
-    if outcome is Outcome.SPLIT or _agree(plain, refined, bias + _beside_end(plain, end_hz)):
+    alike = beside or is_alike(plain, refined)
+    agree = _agree(plain, refined, bias + _beside_end(plain, end_hz))
+    if outcome is Outcome.SPLIT or (agree and alike):
         return True
     log.debug(
         '%.4g Hz: kept as it was, refined to %.4g Hz and %.3g against %.3g of critical damping',
@@ -200,6 +216,12 @@ def _beside_end(mode: Mode, end_hz: float) -> float:
     """Return the half-width of a mode over its distance to the end of the spectrum."""
     left_hz = max(end_hz - mode.frequency_hz, 1e-3 * end_hz)
     return mode.damping_ratio * mode.frequency_hz / left_hz
+
+
+def is_alike(plain: Mode, refined: Mode) -> bool:
+    """Tell whether a shape turned by no more than its own scatter and the plain one's explain."""
+    turned = 1.0 - float(mac(plain.shape, refined.shape)[0, 0])
+    return turned <= LIMITS.turn_bias + LIMITS.farthest_turn * refined.mac_loss
 
 
 def _agree(plain: Mode, refined: Mode, bias: float) -> bool:
