@@ -18,7 +18,7 @@ help:
 	@echo 'make coverage   which lines the quick tests without nodes run'
 	@echo 'make lint    ruff and mypy'
 	@echo 'make docs    build the documentation: docs/_build/html/index.html'
-	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours, BENCH=faults for random faults'
+	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours, BENCH=faults for random faults, BENCH=families for random structures'
 	@echo 'make reproduce   compute the findings of the paper anew (about five minutes)'
 	@echo 'make gap-matrix   hide effects in an independent arm and see what is named (an hour)'
 	@echo 'make clean   remove what was set up'

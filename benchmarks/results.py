@@ -88,6 +88,11 @@ GROUPS = {
         _group('throughput'),
         _group('emulator'),
         _group('faults', 'benchmarks/faults'),
+        Group(
+            'families',
+            ('benchmarks/families', 'benchmarks/plant.py', 'benchmarks/peers.py'),
+            'make bench BENCH=families',
+        ),
         Group('shapes', (), 'by hand'),
         Group('complex_shapes', (), 'by hand'),
         Group('gap_full_size', GAP, f'{MATRIX} --first-seed 901 --seeds 2 --table gap_full_size'),
