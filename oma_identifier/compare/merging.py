@@ -23,7 +23,7 @@ from modal_core.samples import Samples
 from oma_identifier.compare.common_values import common_positive
 from oma_identifier.compare.joined_shape import joined_shape, own_variance, PartialShape
 from oma_identifier.compare.known_poles import shapes_at_poles
-from oma_identifier.compare.same_modes import Group, same_modes
+from oma_identifier.compare.same_modes import same_modes
 
 LARGEST_SCATTER = 0.1, 1.0
 """Of frequencies and of damping ratios between set-ups, as shares."""
@@ -173,7 +173,7 @@ def _read_out(
     return found
 
 
-def _table(setups: Sequence[ModeSet], groups: Sequence[Group], name: str) -> Array:
+def _table(setups: Sequence[ModeSet], groups: Sequence[dict[int, int]], name: str) -> Array:
     """Return a field of the modes, (n_modes, n_setups), NaN where a set-up has none."""
     table = np.full((len(groups), len(setups)), math.nan)
     for row, group in enumerate(groups):

@@ -32,11 +32,9 @@ CLEAR = math.log(20.0)
 """Log odds against the best other arrangement; below, which of two modes it is stays open."""
 
 Array = NDArray[np.float64]
-Group = dict[int, int]
-"""Of one mode: number of the set-up to place of the mode in it."""
 
 
-def same_modes(setups: Sequence[ModeSet], references: Sequence[str]) -> list[Group]:
+def same_modes(setups: Sequence[ModeSet], references: Sequence[str]) -> list[dict[int, int]]:
     """Return the groups of modes that are one, by frequency.
 
     Parameters
