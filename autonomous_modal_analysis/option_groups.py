@@ -226,7 +226,9 @@ def _take(group: type[Any], values: dict[str, Any]) -> Any:
                 if value is not None
             }
         elif is_dataclass(item.type):
-            taken[item.name] = _take(cast(type[Any], item.type), values)
+            settings = cast(type[Any], item.type)
+            own = {each.name: values.pop(each.name) for each in settings_of(settings)}
+            taken[item.name] = settings(**own)
         else:
             taken[item.name] = values.pop(item.name)
     return group(**taken)

@@ -166,3 +166,16 @@ def test_a_folder_that_cannot_be_written_is_named_before_the_work(ama, tmp_path)
     assert run.returncode == 2
     assert 'out' in run.stderr and 'File exists' in run.stderr
     assert 'Traceback' not in run.stderr
+
+
+@pytest.mark.parametrize(
+    'options',
+    [(), ('--remap', '/imu:=/imu2', '--rate', '2')],
+    ids=['plain', 'all kinds of options'],
+)
+def test_replay_takes_its_options(ama, options):
+    pytest.importorskip('rclpy')
+    ended = ama('replay', 'not_there.mcap', *options)
+    assert ended.returncode == 2, ended.stderr
+    assert len(ended.stderr.strip().splitlines()) == 1, ended.stderr
+    assert 'not_there.mcap' in ended.stderr
