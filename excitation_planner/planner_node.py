@@ -31,7 +31,6 @@ from structural_model.robot_files import load_layout, load_robot
 
 DIAGNOSTICS_PERIOD_S = 1.0
 # rclpy has no empty list of a type: this stands for an empty one.
-EMPTY_TEXT = ['']
 
 
 class PlannerNode(Node):

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import Channel
-from modal_core.units import ACCELERATION
+from modal_core.units import ACCELERATION, STANDARD_GRAVITY
 
-STANDARD_GRAVITY_M_S2 = 9.80665
 LEAST_FACTOR = math.sqrt(2.0)
 """By which a wrong length is off: offsets of plain MEMS accelerometers, up to 250 mg by their data
 sheets, stay below."""
@@ -56,5 +55,5 @@ def check_gravity(channels: Sequence[Channel], mean: NDArray[np.float64]) -> dic
 def _flag(length_m_s2: float, has_gravity: bool) -> str:
     if abs(length_m_s2 - 1.0) <= G_ERROR:
         return UNIT_G if has_gravity else ''
-    wrong = abs(math.log(max(length_m_s2, LEAST_M_S2) / STANDARD_GRAVITY_M_S2))
+    wrong = abs(math.log(max(length_m_s2, LEAST_M_S2) / STANDARD_GRAVITY))
     return GRAVITY if length_m_s2 >= LEAST_M_S2 and wrong > math.log(LEAST_FACTOR) else ''

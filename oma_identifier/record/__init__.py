@@ -5,7 +5,6 @@ one stretch (or several between gaps), and of the windows where modes vary, or w
 are too many to keep.
 """
 
-from oma_identifier.record.kept_record import KeptRecord
 from oma_identifier.record.whole_record import WholeRecord
 
-__all__ = ['KeptRecord', 'WholeRecord']
+__all__ = ['WholeRecord']

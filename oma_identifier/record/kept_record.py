@@ -14,6 +14,7 @@ from oma_identifier.covariance import Decimator, STEP, UPPER_UNDECIMATED
 class _Part:
     """Samples without a gap; what comes passes one decimation stage after the other."""
 
+    sample_rate_hz: float
     start_ns: int
     end_ns: int
     rows: list[NDArray[np.float32]] = field(default_factory=list)
@@ -24,13 +25,14 @@ class _Part:
             rows = stage.decimate(rows)
         self.rows.append(rows.astype(np.float32))
 
-    def thin(self, sample_rate_hz: float) -> None:
+    def thin(self) -> None:
         """Decimate what is kept, and what will come."""
         stage = Decimator(STEP, UPPER_UNDECIMATED)
         # Its first value belongs to the middle of its taps.
-        delay_s = 0.5 * (len(stage.taps) - 1) / sample_rate_hz
+        delay_s = 0.5 * (len(stage.taps) - 1) / self.sample_rate_hz
         self.start_ns += round(delay_s * NANOSECONDS_PER_SECOND)
         self.stages.append(stage)
+        self.sample_rate_hz /= STEP
         self.rows = [stage.decimate(rows).astype(np.float32) for rows in self.rows]
 
     @property
@@ -56,17 +58,17 @@ class KeptRecord:
         self._offset = like.acceleration[0].copy()
         self._most_bytes = most_bytes
         self._parts: list[_Part] = []
-        self._factor = 1
+        self._n_stages = 0
 
     @property
     def is_decimated(self) -> bool:
         """Whether the samples are kept at a lower rate than they came with."""
-        return self._factor > 1
+        return self._n_stages > 0
 
     @property
     def sample_rate_hz(self) -> float:
         """At which samples are kept [Hz]."""
-        return self._like.sample_rate_hz / self._factor
+        return float(self._like.sample_rate_hz / STEP**self._n_stages)
 
     def fits(self, samples: Samples) -> bool:
         """Tell whether samples are of the same channels and rate."""
@@ -81,9 +83,9 @@ class KeptRecord:
         if part is not None and samples.start_ns <= part.end_ns:
             first = round((part.end_ns - samples.start_ns) * rate_hz / NANOSECONDS_PER_SECOND)
         else:
-            part = _Part(samples.start_ns, samples.start_ns)
-            for _ in range(round(np.log(self._factor) / np.log(STEP))):
-                part.thin(self._like.sample_rate_hz / STEP ** len(part.stages))
+            part = _Part(rate_hz, samples.start_ns, samples.start_ns)
+            for _ in range(self._n_stages):
+                part.thin()
             self._parts.append(part)
         new = samples.acceleration[first:]
         if len(new) == 0:
@@ -92,8 +94,8 @@ class KeptRecord:
         part.end_ns = samples.end_ns
         while sum(each.n_bytes for each in self._parts) > self._most_bytes:
             for each in self._parts:
-                each.thin(self.sample_rate_hz)
-            self._factor *= STEP
+                each.thin()
+            self._n_stages += 1
         return len(new) / rate_hz
 
     def parts(self) -> list[Samples]:

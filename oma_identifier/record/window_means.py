@@ -164,10 +164,6 @@ class _Combined:
     between: float = 0.0
 
     @property
-    def varies(self) -> bool:
-        return self.between > 0.0
-
-    @property
     def std(self) -> float:
         return math.hypot(self.own_std, self.between)
 

@@ -1,12 +1,13 @@
 """A recording as serialised messages with the times they are due; no clock in it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import re
 
 from modal_core.errors import SettingsError
 from modal_core.measurements import JointSamples, Measurement, NANOSECONDS_PER_SECOND, SampleBlock
 from modal_recordings.array_recording import ArrayRecording
+from modal_recordings.convert import split_block
 from modal_recordings.encode import encode
 from modal_recordings.open_recording import Recording
 from modal_recordings.raw_message import RawMessage
@@ -128,11 +129,4 @@ def _small(measurement: Measurement) -> Iterator[Measurement]:
         yield measurement
         return
     rows = max(1, LARGEST_BLOCK_BYTES // (4 * len(measurement.channel_names)))
-    for first in range(0, len(measurement.acceleration), rows):
-        offset_ns = round(first * NANOSECONDS_PER_SECOND / measurement.sample_rate_hz)
-        yield replace(
-            measurement,
-            stamp_ns=measurement.stamp_ns + offset_ns,
-            first_index=measurement.first_index + first,
-            acceleration=measurement.acceleration[first : first + rows],
-        )
+    yield from split_block(measurement, rows)
