@@ -59,6 +59,26 @@ class PoleTable:
         """Damping ratios -Re(s) / |s|."""
         return -self.pole.real / np.abs(self.pole)
 
+    def chosen(self, which: NDArray[np.bool_]) -> 'PoleTable':
+        """Return some of the poles."""
+        return PoleTable(
+            self.model_order[which],
+            self.pole[which],
+            self.shape[:, which],
+            self.status[which],
+            self.mode_id[which],
+        )
+
+    def joined(self, other: 'PoleTable') -> 'PoleTable':
+        """Return these poles and those of another table after them."""
+        return PoleTable(
+            np.concatenate([self.model_order, other.model_order]),
+            np.concatenate([self.pole, other.pole]),
+            np.concatenate([self.shape, other.shape], axis=1),
+            np.concatenate([self.status, other.status]),
+            np.concatenate([self.mode_id, other.mode_id]),
+        )
+
     def __len__(self) -> int:
         """Return the number of poles."""
         return len(self.pole)

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError
 from modal_core.mode import ModeSet
-from modal_core.poles import PoleStatus, PoleTable
+from modal_core.poles import PoleStatus
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
+from modal_core.window import Pose
 from oma_identifier.covariance import Band, Decimation, plan_bands, WhenFull
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.one_kind import of_one_kind
@@ -36,6 +37,7 @@ from oma_identifier.spectra import (
     Line,
     line_at,
     singular_value_spectrum,
+    SingularValueSpectrum,
     SpectralPeaks,
     without_lines,
 )
@@ -83,16 +85,8 @@ def identify_samples(
     samples = of_one_kind(samples)
     found = identify_parts([samples], settings, explains, progress)
     highest_hz = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)[0].high_hz
-    return WindowResult(
-        index=-1,
-        start_ns=samples.start_ns,
-        end_ns=samples.end_ns,
-        modes=found.modes,
-        harmonics=found.harmonics,
-        poles=found.poles,
-        spectrum=singular_value_spectrum(samples, highest_hz),
-        quality=explain(DataQuality(), found),
-    )
+    spectrum = singular_value_spectrum(samples, highest_hz)
+    return result_of(found, spectrum, DataQuality(), (samples.start_ns, samples.end_ns))
 
 
 def identify_parts(
@@ -132,7 +126,7 @@ def identify_parts(
         )
         evidence = line_evidence(longest, found)
         found = without_explained(found, evidence)
-        if settings.refine is not False and settings.method == 'ssi_cov':
+        if settings.refines_record:
             found = refine_found(parts, found, sources, settings, explains, selector=selector)
             found = without_explained(found, evidence)
     return found
@@ -230,10 +224,11 @@ def refine_found(
         again = identify_bands(
             freed, parts[0].channels, settings, test_line, explains, peaks, selector
         )
+        images = found.poles.chosen(found.poles.status == PoleStatus.HARMONIC)
         found = replace(
             again,
             harmonics=found.harmonics,
-            poles=_with_images(again.poles, found.poles),
+            poles=again.poles.joined(images),
             is_undecided=found.is_undecided,
         )
     adopted = without_doubtful(
@@ -268,7 +263,29 @@ def check_samples(samples: Samples) -> None:
         raise IdentificationError('no channel moves', expected='responses to some excitation')
 
 
-def explain(quality: DataQuality, found: Identified) -> DataQuality:
+def result_of(
+    found: Identified,
+    spectrum: SingularValueSpectrum,
+    quality: DataQuality,
+    span_ns: tuple[int, int],
+    index: int = -1,
+    pose: Pose | None = None,
+) -> WindowResult:
+    """Return what was found in a window, or in a whole recording, with what is in doubt of it."""
+    return WindowResult(
+        index=index,
+        start_ns=span_ns[0],
+        end_ns=span_ns[1],
+        modes=found.modes,
+        harmonics=found.harmonics,
+        poles=found.poles,
+        spectrum=spectrum,
+        quality=_explained(quality, found),
+        pose=pose,
+    )
+
+
+def _explained(quality: DataQuality, found: Identified) -> DataQuality:
     """Return the quality with what is in doubt, and why there is no mode when there is none."""
     if found.is_undecided:
         quality = replace(quality, flags=(*quality.flags, 'line_or_mode'))
@@ -312,15 +329,3 @@ def identify_bands(
     )
     selections = [selection for selection in selected if selection is not None]
     return join_bands(selections, channels, settings.method, test_line, explains)
-
-
-def _with_images(poles: PoleTable, before: PoleTable) -> PoleTable:
-    """Return the poles with the images of the lines that were there before."""
-    images = before.status == PoleStatus.HARMONIC
-    return PoleTable(
-        np.concatenate([poles.model_order, before.model_order[images]]),
-        np.concatenate([poles.pole, before.pole[images]]),
-        np.concatenate([poles.shape, before.shape[:, images]], axis=1),
-        np.concatenate([poles.status, before.status[images]]),
-        np.concatenate([poles.mode_id, before.mode_id[images]]),
-    )

@@ -29,10 +29,10 @@ from modal_core.samples import Samples
 from modal_core.window import Pose, Window
 from oma_identifier.identify import (
     check_samples,
-    explain,
     identify_bands,
     identify_parts,
     refine_found,
+    result_of,
 )
 from oma_identifier.intake import SampleBuffer
 from oma_identifier.methods import identify_by, method_named
@@ -298,14 +298,5 @@ def _nothing(samples: Samples, method: str) -> Identified:
 
 
 def _result(window: Window, found: Identified, spectrum: SingularValueSpectrum) -> WindowResult:
-    return WindowResult(
-        index=window.index,
-        start_ns=window.samples.start_ns,
-        end_ns=window.samples.end_ns,
-        modes=found.modes,
-        harmonics=found.harmonics,
-        poles=found.poles,
-        spectrum=spectrum,
-        quality=explain(window.quality, found),
-        pose=window.pose,
-    )
+    span_ns = window.samples.start_ns, window.samples.end_ns
+    return result_of(found, spectrum, window.quality, span_ns, window.index, window.pose)

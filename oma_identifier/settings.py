@@ -97,3 +97,8 @@ class IdentificationSettings:
         if self.method != 'ssi_cov':
             return False
         return self.hop >= SHORTEST_REFINED_HOP_S if self.refine is None else self.refine
+
+    @property
+    def refines_record(self) -> bool:
+        """Whether the modes of a whole record are refined: there no hop is too short for it."""
+        return self.method == 'ssi_cov' and self.refine is not False

@@ -10,7 +10,7 @@ from modal_core.mode import ModeSet
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from oma_identifier.covariance import PERIODS, UPPER
-from oma_identifier.identify import explain
+from oma_identifier.identify import result_of
 from oma_identifier.motion import Cleaned, never, PeakTest
 from oma_identifier.record.kept_record import KeptRecord
 from oma_identifier.record.line_count import LineCount
@@ -151,16 +151,8 @@ class WholeRecord:
             steady = steadiness(found.modes, longest.kept.parts()[0], self._modes_of)
             found, varies = replace(found, modes=steady.modes), varies or steady.varies
         flags = (*quality.flags, *self._flags(longest, found), *([VARIES] if varies else []))
-        return WindowResult(
-            index=-1,
-            start_ns=self._start_ns,
-            end_ns=self._end_ns,
-            modes=found.modes,
-            harmonics=found.harmonics,
-            poles=found.poles,
-            spectrum=longest.spectrum,
-            quality=explain(replace(quality, flags=flags), found),
-        )
+        quality = replace(quality, flags=flags)
+        return result_of(found, longest.spectrum, quality, (self._start_ns, self._end_ns))
 
     def _modes_of(self, samples: Samples) -> ModeSet:
         return self._identify([samples], self._longest.explains).modes

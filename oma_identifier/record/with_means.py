@@ -4,10 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 import math
 
-import numpy as np
-
 from modal_core.mode import Mode
-from modal_core.poles import PoleTable
 from oma_identifier.record.window_means import MeanMode
 from oma_identifier.selection import Identified, renumbered
 
@@ -50,7 +47,9 @@ def with_means(
     if window is not None:
         order = [mode.id for mode in window.modes]
         origin = [order.index(mode.id) if mode.id in order else NEW for mode in modes]
-        poles = _joined(poles, renumbered(window.poles, origin), above_hz)
+        above = renumbered(window.poles, origin)
+        poles = poles.chosen(poles.frequency_hz < above_hz)
+        poles = poles.joined(above.chosen(above.frequency_hz >= above_hz))
     return replace(found, modes=replace(found.modes, modes=modes), poles=poles)
 
 
@@ -70,15 +69,3 @@ def _instead(mean: MeanMode, found: Identified, above_hz: float) -> tuple[Mode, 
     if len(images) == 1 and mean.varies and mean.mode.frequency_hz < above_hz:
         return mean.widen(found.modes.modes[images[0]]), images[0]
     return mean.mode, images[0] if images else NEW
-
-
-def _joined(below: PoleTable, above: PoleTable, at_hz: float) -> PoleTable:
-    """Return the poles of one table below a frequency and those of another above."""
-    low, high = below.frequency_hz < at_hz, above.frequency_hz >= at_hz
-    return PoleTable(
-        np.concatenate([below.model_order[low], above.model_order[high]]),
-        np.concatenate([below.pole[low], above.pole[high]]),
-        np.concatenate([below.shape[:, low], above.shape[:, high]], axis=1),
-        np.concatenate([below.status[low], above.status[high]]),
-        np.concatenate([below.mode_id[low], above.mode_id[high]]),
-    )
