@@ -17,6 +17,8 @@ from oma_identifier.likelihood.band_model import (
     BandData,
     BandFit,
     BandModel,
+    expected_spectra,
+    forced_gain,
     SlopePrior,
 )
 from oma_identifier.likelihood.continued import continued
@@ -64,8 +66,10 @@ __all__ = [
     'averages_from',
     'continued',
     'expected_motion',
+    'expected_spectra',
     'fit_band',
     'fit_group',
+    'forced_gain',
     'group_modes',
     'moving_channels',
     'normalised_std',

@@ -125,3 +125,25 @@ def accelerance(frequency_hz: Real, natural_hz: Real, damping_ratio: Real) -> Co
 def log_frequency(data: BandData, model: BandModel) -> Real:
     """Return ln f from the reference of a model, (n_lines,) array."""
     return np.asarray(np.log(data.frequency_hz) - np.log(model.reference_hz))
+
+
+def forced_gain(data: BandData, model: BandModel) -> Complex:
+    """Return accelerances times the root of the force's slope, lines × modes."""
+    gain = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
+    gain *= (data.frequency_hz / model.reference_hz)[:, None] ** (0.5 * model.slope)
+    return gain
+
+
+def expected_spectra(model: BandModel, amplitude: Complex) -> Complex:
+    """Return the cross spectra A S Aᴴ + diag s that a model expects, (n_lines, n, n).
+
+    Parameters
+    ----------
+    model : BandModel
+        With forces S and noise s.
+    amplitude : (n_lines, n_channels, n_modes) complex array
+        A: shapes times gains.
+    """
+    covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
+    covariance += np.diag(model.noise)
+    return np.asarray(covariance)

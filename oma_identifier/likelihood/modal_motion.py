@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.likelihood.band_model import accelerance, BandData, BandModel
+from oma_identifier.likelihood.band_model import BandData, BandModel, forced_gain
 
 Complex = NDArray[np.complex128]
 
@@ -23,8 +23,7 @@ def expected_motion(data: BandData, model: BandModel, values: Complex) -> Comple
     (n_modes, n_lines) complex array
         H S Aᴴ E⁻¹ F in the notation of :mod:`oma_identifier.likelihood.whittle`.
     """
-    gain = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
-    gain *= (data.frequency_hz / model.reference_hz)[:, None] ** (0.5 * model.slope)
+    gain = forced_gain(data, model)
     amplitude = model.shapes * gain[:, None, :]
     adjoint = model.force @ amplitude.conj().transpose(0, 2, 1)
     covariance = amplitude @ adjoint + np.diag(model.noise)

@@ -19,7 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.likelihood import shape_prior
-from oma_identifier.likelihood.band_model import accelerance, BandData, BandModel, log_frequency
+from oma_identifier.likelihood.band_model import (
+    accelerance,
+    BandData,
+    BandModel,
+    expected_spectra,
+    log_frequency,
+)
 from oma_identifier.likelihood.force_prior import Prior
 from oma_identifier.likelihood.whittle_information import Evaluated, gradient
 
@@ -51,8 +57,7 @@ def evaluate(data: BandData, model: BandModel, prior: Prior) -> Evaluation | Non
     gain = bare * np.exp(0.5 * model.slope * log_frequency(data, model))[:, None]
     amplitude = model.shapes * gain[:, None, :]
     identity = np.eye(len(model.shapes))
-    covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
-    covariance += np.diag(model.noise)
+    covariance = expected_spectra(model, amplitude)
     if not np.isfinite(covariance).all():
         return None
     try:

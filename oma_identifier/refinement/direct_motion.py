@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from oma_identifier.likelihood import accelerance, BandData, BandIndex, BandModel
+from oma_identifier.likelihood import BandData, BandIndex, BandModel, expected_spectra, forced_gain
 
 BY_CHANCE = 1e-3
 """Share of modes without such motion that are taken to have it.  The test takes the other forces
@@ -27,11 +27,9 @@ def moves_with_force(data: BandData, model: BandModel, position: BandIndex) -> b
     The derivative of the log-likelihood by cross spectra of such motion with the force, freed of
     what a turn of the shape would do, over its deviation.
     """
-    gain = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
-    gain *= (data.frequency_hz / model.reference_hz)[:, None] ** (0.5 * model.slope)
+    gain = forced_gain(data, model)
     amplitude = model.shapes * gain[:, None, :]
-    covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
-    covariance += np.diag(model.noise)
+    covariance = expected_spectra(model, amplitude)
     precision = np.linalg.inv(covariance)
     own, turn = amplitude[:, :, position], gain[:, position]
     pulled = np.einsum('kcd,kd->kc', precision, own)

@@ -24,7 +24,9 @@ from oma_identifier.likelihood import (
     BandFit,
     BandIndex,
     BandModel,
+    expected_spectra,
     fit_band,
+    forced_gain,
     GroupFit,
     overlaps,
     unit,
@@ -103,11 +105,7 @@ def missing_mode(of: GroupFit) -> MissingMode | None:
 
 def _precision_and_residual(data: BandData, model: BandModel) -> tuple[Complex, Complex]:
     """Return E⁻¹ and E⁻¹ (P - E) E⁻¹ at all lines."""
-    gain = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
-    gain *= (data.frequency_hz / model.reference_hz)[:, None] ** (0.5 * model.slope)
-    amplitude = model.shapes * gain[:, None, :]
-    covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
-    covariance += np.diag(model.noise)
+    covariance = expected_spectra(model, model.shapes * forced_gain(data, model)[:, None, :])
     precision = np.linalg.inv(covariance)
     residual = precision @ (data.periodogram - covariance) @ precision
     return np.asarray(precision), np.asarray(residual)
