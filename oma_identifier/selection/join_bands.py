@@ -1,6 +1,7 @@
 """The selections of all bands joined: modes, lines and one table of poles."""
 
 from collections.abc import Sequence
+from functools import cache
 import logging
 
 import numpy as np
@@ -17,6 +18,7 @@ from oma_identifier.selection.line_decision import (
     lines_among,
     LineTest,
     SHARP,
+    SuspectTest,
     suspicious,
     undamped,
 )
@@ -56,7 +58,8 @@ def join_bands(
     suspects = suspicious(poles)
     for band in bands:
         suspects += undamped(band)
-    test = FilteredLineTest(test_line, poles, bands)
+    # A suspect that is no line may be asked for once more, whether it is a mode.
+    test = cache(FilteredLineTest(test_line, poles, bands).line_at)
     lines = lines_among(suspects, test)
     kept = [pole for pole in poles if _is_mode(pole, lines, test, explains)]
     modes = ModeSet(tuple(_mode(pole) for pole in kept), names, method)
@@ -66,7 +69,10 @@ def join_bands(
 
 
 def _is_mode(
-    pole: SelectedPole, lines: Sequence[Line], test_line: FilteredLineTest, explains: PeakTest
+    pole: SelectedPole,
+    lines: Sequence[Line],
+    test_line: SuspectTest,
+    explains: PeakTest,
 ) -> bool:
     width_hz = pole.damping_ratio * pole.frequency_hz
     if is_line(pole, lines):

@@ -28,6 +28,8 @@ ORDERS_SHARE = 6
 LineTest = Callable[[float, NDArray[np.complex128] | None], Line | None]
 """Frequency [Hz], and weights of the channels or None, to the line there; None where nothing is
 known."""
+SuspectTest = Callable[[float], Line | None]
+"""The same that knows what to look at."""
 
 
 class Candidate(Protocol):
@@ -103,9 +105,7 @@ def undamped(of: IdentifiedBand) -> list[Suspect]:
     return suspects
 
 
-def lines_among(
-    suspects: Iterable[Suspect], test_line: Callable[[float], Line | None]
-) -> list[Line]:
+def lines_among(suspects: Iterable[Suspect], test_line: SuspectTest) -> list[Line]:
     """Return the lines that there are, by frequency."""
     lines: list[Line] = []
     for suspect in sorted(suspects, key=lambda suspect: suspect.frequency_hz):
@@ -119,7 +119,7 @@ def lines_among(
     return lines
 
 
-def is_shown(candidate: Candidate, test_line: Callable[[float], Line | None]) -> bool:
+def is_shown(candidate: Candidate, test_line: SuspectTest) -> bool:
     """Tell whether a candidate whose bell is too narrow to be seen is shown to be a mode."""
     if not candidate.is_unresolved:
         return True

@@ -64,7 +64,7 @@ class FilteredLineTest:
     poles: Sequence[SelectedPole]
     bands: Sequence[IdentifiedBand]
 
-    def __call__(self, frequency_hz: float) -> Line | None:
+    def line_at(self, frequency_hz: float) -> Line | None:
         """Return the line at a suspected frequency, None where nothing can be said."""
         band = next(
             (each for each in self.bands if each.band.low_hz < frequency_hz < each.band.high_hz),
