@@ -48,6 +48,11 @@ class Channel:
     since_ns: int = 0
 
     @property
+    def sensor(self) -> str:
+        """What it shares its clock with: axes of a sensor are ``<name>.<axis>``."""
+        return self.name.rpartition('.')[0] or self.name
+
+    @property
     def times_derived(self) -> int:
         """How often what it measures was differentiated: 2 of an acceleration."""
         return TIMES_DERIVED[self.unit]

@@ -152,7 +152,7 @@ class RigidMotionRemoval:
             samples.widened(columns=columns),
             self._readings(samples, motion, chosen, 0, np.zeros(len(chosen))),
             samples.sample_rate_hz,
-            [channel.name.rpartition('.')[0] or channel.name for channel in chosen],
+            [channel.sensor for channel in chosen],
         )
         known = self._fit if channels == chosen else None
         self._suspected = check_sensors(

@@ -52,8 +52,7 @@ def check_sensors(
     """
     sensors: dict[tuple[str, str], list[int]] = {}
     for place, channel in enumerate(channels):
-        name = channel.name.rpartition('.')[0] or channel.name
-        sensors.setdefault((name, channel.unit), []).append(place)
+        sensors.setdefault((channel.sensor, channel.unit), []).append(place)
     found = {}
     for (_, unit), columns in sensors.items():
         evidence = [*_of_gravity(unit, mean[columns], at_rest[columns])]

@@ -35,11 +35,6 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-def sensor_of(channel: Channel) -> str:
-    """Return what a channel shares its clock with: axes of a sensor are ``<name>.<axis>``."""
-    return channel.name.rpartition('.')[0] or channel.name
-
-
 class Synchroniser:
     """Puts the sensors of window after window in step, all windows by the same delays.
 
@@ -74,7 +69,7 @@ class Synchroniser:
         if not delay_s.any() and kept.all():
             flags = {**apart, **cleaned.channel_flags}
             return replace(cleaned, channel_flags=flags) if apart else cleaned
-        own = {c.name: late[sensor_of(c)] for c in channels if sensor_of(c) in late}
+        own = {c.name: late[c.sensor] for c in channels if c.sensor in late}
         lags = {n: Lag(d.seconds, d.std_s) if d.is_known else UNKNOWN for n, d in own.items()}
         return in_step(
             replace(
@@ -96,13 +91,13 @@ class Synchroniser:
         return peaks
 
     def _is_kept(self, channel: Channel) -> bool:
-        sensor = sensor_of(channel)
+        sensor = channel.sensor
         held = self._held.get(sensor)
         late = held is not None and held.is_odd and not _aligns(held)
         return not late and sensor not in self._coherence.left_out
 
     def _delay_s(self, channel: Channel, lags: Mapping[str, Lag]) -> float:
-        held = self._held.get(sensor_of(channel))
+        held = self._held.get(channel.sensor)
         if held is not None and held.is_odd:
             return held.seconds
         return lags[channel.name].behind_s if channel.name in lags else 0.0
@@ -140,7 +135,7 @@ class Synchroniser:
 
 def columns_of(channels: Sequence[Channel]) -> Columns:
     """Return the channels of each sensor."""
-    sensors = [sensor_of(channel) for channel in channels]
+    sensors = [channel.sensor for channel in channels]
     return {
         name: np.flatnonzero([other == name for other in sensors])
         for name in dict.fromkeys(sensors)

@@ -16,7 +16,7 @@ from oma_identifier.motion import Cleaned
 from oma_identifier.synchrony.change_kind import SHAPE
 from oma_identifier.synchrony.changed_sensors import Change, find_change
 from oma_identifier.synchrony.coherence import variance
-from oma_identifier.synchrony.in_step import columns_of, in_step, sensor_of
+from oma_identifier.synchrony.in_step import columns_of, in_step
 from oma_identifier.synchrony.peak_course import Course, course_of
 from oma_identifier.synchrony.sensor_peaks import Peak
 
@@ -109,7 +109,7 @@ class SensorChanges:
         unclear = self._unclear
         if unclear is None or unclear.to_ns <= samples.start_ns:
             return {}
-        names = [c.name for c in samples.channels if sensor_of(c) in unclear.sensors]
+        names = [c.name for c in samples.channels if c.sensor in unclear.sensors]
         return dict.fromkeys(names, SHAPE)
 
     def _marked(self, samples: Samples, cleaned: Cleaned) -> Cleaned:
@@ -117,7 +117,7 @@ class SensorChanges:
         since_ns: dict[str, int] = {}
         out: set[str] = set()
         for channel in samples.channels:
-            change = self._changes.get(sensor_of(channel))
+            change = self._changes.get(channel.sensor)
             if change is not None and change.from_ns < samples.end_ns:
                 flags[channel.name], since_ns[channel.name] = change.kind, change.to_ns
                 if change.is_sure and change.to_ns > samples.start_ns:

@@ -9,7 +9,7 @@ from modal_core.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.motion.robot_signals import Cleaned, never
-from oma_identifier.synchrony.in_step import sensor_of, Synchroniser
+from oma_identifier.synchrony.in_step import Synchroniser
 from oma_identifier.synchrony.multiple_coherence import residual_of
 
 SEED = 31_700
@@ -40,7 +40,7 @@ def looked_at(samples, rows=slice(0, 12_000)):
 
 
 def flags_of(cleaned):
-    return {sensor_of(Channel(name=name)): flag for name, flag in cleaned.channel_flags.items()}
+    return {Channel(name=name).sensor: flag for name, flag in cleaned.channel_flags.items()}
 
 
 def stale(values):

@@ -13,7 +13,6 @@ from oma_identifier.node.findings import quality_findings
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.synchrony import CHANGES, SensorChanges, Synchroniser
-from oma_identifier.synchrony.in_step import sensor_of
 
 SEED = 52_300
 RATE_HZ = 200.0
@@ -77,7 +76,7 @@ class Eyes:
 def changed(cleaned):
     """Return the flag of each sensor that changed."""
     found = {n: f for n, f in cleaned.channel_flags.items() if f in CHANGES}
-    return {sensor_of(Channel(name=name)): flag for name, flag in found.items()}
+    return {Channel(name=name).sensor: flag for name, flag in found.items()}
 
 
 def pose(angle_rad):
@@ -101,15 +100,15 @@ def test_a_sensor_that_changes_is_left_out_meanwhile_and_another_one_since(
     assert changed(before) == {} and not before.left_out
     # Where too little of a window comes after the change to tell its kind, this is said.
     flags = dict(zip(NAMES, (within.channel_flags.get(name) for name in NAMES), strict=True))
-    assert {sensor_of(Channel(name=n)) for n, f in flags.items() if f} == who, f'seed {SEED}'
+    assert {Channel(name=n).sensor for n, f in flags.items() if f} == who, f'seed {SEED}'
     assert set(flags.values()) <= {None, kind, 'shape_changed'}, f'seed {SEED}'
     assert changed(again) == dict.fromkeys(who, kind), f'seed {SEED}'
-    assert {sensor_of(Channel(name=name)) for name in again.left_out} == who
+    assert {Channel(name=name).sensor for name in again.left_out} == who
     assert len(again.samples.channels) == 12 - 3 * len(who)
     assert changed(after) == dict.fromkeys(who, kind) and not after.left_out
     for channel in after.samples.channels:
         since_s = 1e-9 * channel.since_ns
-        assert abs(since_s - 23.0) < 2.5 if sensor_of(channel) in who else since_s == 0.0
+        assert abs(since_s - 23.0) < 2.5 if channel.sensor in who else since_s == 0.0
 
 
 def test_a_change_between_windows_that_do_not_overlap_is_seen(record):
