@@ -6,7 +6,7 @@ from typing import Any
 
 from modal_core.errors import SettingsError
 from modal_core.near_names import refuse_unknown
-from modal_core.schema import KINDS, Setting, settings_of, SWITCH, within
+from modal_core.schema import is_of_kind, Setting, settings_of, SWITCH, within
 
 OF_ROS = ('use_sim_time', 'start_type_description_service')
 """Parameters that every node has; and those of single topics begin as the next."""
@@ -57,23 +57,26 @@ class NodeParameter:
         SettingsError
             Another type, or out of range.
         """
-        kind = self.kind or type(self.default[0] if self.many else self.default)
         if isinstance(value, list | tuple) != self.many:
             raise self._wrong_type(value)
-        found = [self._entry(entry, kind) for entry in (value if self.many else (value,))]
+        found = [self._entry(entry) for entry in (value if self.many else (value,))]
         return found if self.many else found[0]
 
-    def _entry(self, value: Any, kind: type) -> Any:
-        if not isinstance(value, KINDS[kind]) or (isinstance(value, bool) and kind is not bool):
+    @property
+    def _kind(self) -> type:
+        return self.kind or type(self.default[0] if self.many else self.default)
+
+    def _entry(self, value: Any) -> Any:
+        if not is_of_kind(value, self._kind):
             raise self._wrong_type(value)
         # As the node itself: a range is of a number, not of a list's entries.
         if self.span is not None and not self.many:
             within(self.name, value, *self.span)
-        return kind(value)
+        return self._kind(value)
 
     def _wrong_type(self, value: object) -> SettingsError:
-        kind = self.kind or type(self.default[0] if self.many else self.default)
-        expected = f'a list of {kind.__name__}' if self.many else kind.__name__
+        name = self._kind.__name__
+        expected = f'a list of {name}' if self.many else name
         return SettingsError('wrong type', where=self.name, found=repr(value), expected=expected)
 
 

@@ -63,9 +63,7 @@ class Setting:
             raise self._wrong_kind(value, where)
         entries = value if self.many else (value,)
         for entry in entries:
-            if not isinstance(entry, KINDS[self.kind]) or (
-                isinstance(entry, bool) and self.kind is not bool
-            ):
+            if not is_of_kind(entry, self.kind):
                 raise self._wrong_kind(value, where)
             if self.kind is float and not math.isfinite(entry) and self.low is None:
                 raise self._wrong_kind(value, where)
@@ -204,6 +202,11 @@ def from_parameters(owner: type, values: Mapping[str, Any], prefix: str = '') ->
     return {
         item.name: item.from_parameter(values[prefix + item.name]) for item in settings_of(owner)
     }
+
+
+def is_of_kind(value: object, kind: type) -> bool:
+    """Tell whether a value is a float (which may be whole), int, bool or text (or path)."""
+    return isinstance(value, KINDS[kind]) and (kind is bool or not isinstance(value, bool))
 
 
 def within(name: str, value: float, low: float, high: float) -> None:

@@ -173,8 +173,7 @@ class _Shown:
 
     def _agree(self, channels: Places) -> bool:
         """Tell whether channels explain one another: then they know all modes there are."""
-        each = [np.array([number]) for number in range(len(channels))]
-        total, noise, left, _ = self._regressed(channels, each)
+        total, noise, left, _ = self._regressed(channels, _singles(len(channels)))
         return bool(left.sum() <= (1.0 - AGREED) * np.maximum(total - noise, TINY).sum())
 
     def _regressed(self, every: Places, sensors: list[Places]) -> tuple[Real, Real, Real, Real]:
@@ -192,9 +191,14 @@ class _Shown:
         Of each channel, (n_channels,).
         """
         total = np.diag(self.products).real
-        rest = residual_of(self.products, [np.array([n]) for n in range(len(total))], self.n_free)
+        rest = residual_of(self.products, _singles(len(total)), self.n_free)
         used = np.maximum(rest.n_used, 1e-9)
         free = self.n_free - used
         common = np.maximum(total - rest.power, 0.0) / used
         ratio = common / np.maximum(rest.power / free, TINY)
         return np.asarray(fisher_tail(ratio, 2.0 * used, 2.0 * free))
+
+
+def _singles(n_channels: int) -> list[Places]:
+    """Return every channel as if it were a sensor of its own."""
+    return [np.array([channel]) for channel in range(n_channels)]
