@@ -5,6 +5,21 @@ import pytest
 
 from test.support import strict_peer
 from test.support.domains import ros_domain
+from test.support.web_controller import WebController
+
+__all__ = [
+    'domain',
+    'drivers',
+    'message',
+    'model',
+    'operator',
+    'peers',
+    'plan',
+    'processes',
+    'pulses',
+    'start_deg',
+    'web',
+]
 
 
 @pytest.fixture(scope='session')
@@ -97,3 +112,17 @@ def processes(drivers, domain):
     for process in running:
         if process.process.poll() is None:
             process.stop()
+
+
+@pytest.fixture
+def web():
+    """Return a function that starts a controller's web services; all are closed at the end."""
+    made = []
+
+    def start(**options):
+        made.append(WebController(**options))
+        return made[-1]
+
+    yield start
+    for item in made:
+        item.close()

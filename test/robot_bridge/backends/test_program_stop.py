@@ -18,7 +18,6 @@ from robot_bridge.egm.session_check import Judgement, Verdict
 from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.player.plan_path import PlanPath
 from structural_model.robot_files import load_layout
-from test.support.web_controller import WebController
 
 CYCLE_S = 0.004032
 
@@ -154,19 +153,6 @@ def until(condition):
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.005)
-
-
-@pytest.fixture
-def web():
-    made = []
-
-    def start(**options):
-        made.append(WebController(**options))
-        return made[-1]
-
-    yield start
-    for item in made:
-        item.close()
 
 
 @pytest.mark.parametrize('path', ABORTS)

@@ -22,7 +22,6 @@ from robot_bridge.backends.backends import BackendSettings, make_backend
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.rws_client import RwsClient
 from robot_bridge.web_password import SHIPPED, web_password
-from test.support.web_controller import WebController
 
 USER, PASSWORD = 'Default User', 'a secret word'
 MODULE = """MODULE AmaExcitation_1
@@ -33,20 +32,6 @@ ENDMODULE
 """
 PROGRAM = ReleasedProgram('AmaExcitation_1', MODULE, (0.0, 45.0, -10.0, 90.0, -90.0, 0.0), 0.05)
 JOINT_TARGET = '/rw/motionsystem/mechunits/ROB_1/jointtarget'
-
-
-@pytest.fixture
-def web():
-    """Return a function that starts a controller's web services."""
-    made = []
-
-    def start(**options):
-        made.append(WebController(**options))
-        return made[-1]
-
-    yield start
-    for item in made:
-        item.close()
 
 
 def test_the_emulator_runs_what_is_loaded_and_stops(model, start_deg):
