@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from modal_core.schema import setting
 
 CYCLE_S = 0.004032
+"""EGM cycle of real controllers; virtual ones have about 4 ms."""
 ERROR_NUMBERS = {'ERR_UDPUC_COMM': 1001, 'ERR_OUTOFBND': 1002, 'ERR_ARGVALERR': 1003}
 
 

@@ -8,6 +8,7 @@ from modal_core.errors import ModalAnalysisError, SettingsError
 ALL_SHOWN = 20
 """Of so many known names all are told when none is near."""
 N_NEAREST = 3
+"""Of those that are told: as many as one line takes in."""
 ALIKE = 0.6
 """Share of equal letters from which a name may be meant, as difflib's default."""
 SLIP = 0.8

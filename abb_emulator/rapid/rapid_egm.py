@@ -16,6 +16,7 @@ from abb_emulator.rapid.rapid_syntax import Call, Value
 Steps = Generator[None, None, None]
 Action = Callable[[Call], Steps | None]
 SAMPLE_MS = 4.0
+"""What SampleRate is a multiple of."""
 CONVERGED_DEG = (-0.5, 0.5)
 
 

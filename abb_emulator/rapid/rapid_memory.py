@@ -21,6 +21,7 @@ from abb_emulator.rapid.rapid_syntax import (
 from abb_emulator.rapid.rapid_tokens import refuse
 
 NOT_CONNECTED = 9e9
+"""RAPID's value of an external axis that is not there."""
 RECORDS = (SPEED_FIELDS, ('robax', 'extax'), tuple(f'rax_{axis}' for axis in range(1, 7)))
 OPERATORS: Mapping[str, Callable[[float, float], float | bool]] = {
     '+': operator.add, '-': operator.sub, '<': operator.lt, '<=': operator.le,

