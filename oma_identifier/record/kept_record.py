@@ -9,6 +9,9 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
 from oma_identifier.covariance import Decimator, STEP, UPPER_UNDECIMATED
 
+VALUES_AT_ONCE = 2**20
+"""Of a window that are taken over: more would be held twice, beside what is kept."""
+
 
 @dataclass(slots=True)
 class _Part:
@@ -90,13 +93,18 @@ class KeptRecord:
         new = samples.acceleration[first:]
         if len(new) == 0:
             return 0.0
-        part.add(new - self._offset)
+        at_once = max(1, VALUES_AT_ONCE // new.shape[1])
+        for begin in range(0, len(new), at_once):
+            part.add(new[begin : begin + at_once] - self._offset)
+            self._make_room()
         part.end_ns = samples.end_ns
+        return len(new) / rate_hz
+
+    def _make_room(self) -> None:
         while sum(each.n_bytes for each in self._parts) > self._most_bytes:
             for each in self._parts:
                 each.thin()
             self._n_stages += 1
-        return len(new) / rate_hz
 
     def parts(self) -> list[Samples]:
         """Return the stretches between gaps, the longest first."""
