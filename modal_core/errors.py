@@ -83,6 +83,18 @@ class PlanError(ModalAnalysisError):
     """An excitation plan breaks a limit or cannot be made."""
 
 
+class MapError(ModalAnalysisError):
+    """A modal map is of something else, or is asked beyond what it knows."""
+
+
+class HistoryError(ModalAnalysisError):
+    """A history of results cannot be read or written."""
+
+
+class BatchError(ModalAnalysisError):
+    """Work on many recordings cannot be handed out, or its manifest cannot be read."""
+
+
 class BridgeError(ModalAnalysisError):
     """The robot, its controller or the link to it refuses or fails."""
 

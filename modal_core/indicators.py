@@ -65,6 +65,20 @@ def mac_of_pairs(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.float6
     return _ratio(product, _squared_norm(first) * _squared_norm(second))
 
 
+def mac_of_span(shape: NDArray[Any], shapes: NDArray[Any]) -> float:
+    """Return the MAC of a shape with what is most like it of all that others sum up to.
+
+    Parameters
+    ----------
+    shape : (n_channels,) array
+        Not zero.
+    shapes : (n_channels, n_shapes) array
+        The others; none: 0.
+    """
+    basis = np.linalg.qr(shapes)[0]
+    return float(np.linalg.norm(basis.conj().T @ shape) / np.linalg.norm(shape)) ** 2
+
+
 def mpc(shapes: ArrayLike) -> NDArray[np.float64]:
     """Return the modal phase collinearity of each column: 1 for a real mode, 0 for a circle.
 

@@ -67,6 +67,10 @@ class Mode:
     mac_loss_std: float = quantity(
         'standard deviation of that loss', '', 0.0, default=math.nan, single=False
     )
+    known_motion: bool = quantity(
+        'estimated with the known motion of the joints, not from the responses alone',
+        default=False,
+    )
 
     def values(self) -> dict[str, Any]:
         """Return the fields as files and messages name them, complex ones in two parts.
@@ -169,3 +173,13 @@ class ModeSet:
         if not self.modes:
             return np.empty((len(self.channel_names), 0), dtype=complex)
         return np.column_stack([mode.shape for mode in self.modes])
+
+    @property
+    def shapes_std(self) -> NDArray[np.complex128]:
+        """Standard deviations of the real parts + i · those of the imaginary parts of ``shapes``.
+
+        (n_channels, n_modes); NaN: not known.
+        """
+        unknown = np.full(len(self.channel_names), complex(np.nan, np.nan))
+        columns = [unknown if mode.shape_std is None else mode.shape_std for mode in self.modes]
+        return np.reshape(columns, (len(columns), len(unknown))).T.astype(complex)

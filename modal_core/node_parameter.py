@@ -6,7 +6,7 @@ from typing import Any
 
 from modal_core.errors import SettingsError
 from modal_core.near_names import refuse_unknown
-from modal_core.schema import is_of_kind, Setting, settings_of, SWITCH, within
+from modal_core.schema import is_of_kind, SettingField, settings_of, SWITCH, within
 
 OF_ROS = ('use_sim_time', 'start_type_description_service')
 """Parameters that every node has; and those of single topics begin as the next."""
@@ -108,7 +108,7 @@ def is_of_ros(name: str) -> bool:
     return name in OF_ROS or name.startswith(QOS_OVERRIDES)
 
 
-def _parameter(item: Setting, prefix: str) -> NodeParameter:
+def _parameter(item: SettingField, prefix: str) -> NodeParameter:
     default, low, text = item.to_parameter(item.default), item.low, item.text
     if item.automatic:
         low = None if low is None else 0.0

@@ -29,7 +29,7 @@ class Prominent:
 
 def prominent_peaks(curve: NDArray[np.float64], least: float) -> Prominent:
     """Return the peaks of at least some prominence, (n,) curve without NaN."""
-    place = _tops(curve)
+    place = _steep(curve, _tops(curve), least)
     left = _lowest_before(curve, place)
     right = len(curve) - 1 - _lowest_before(curve[::-1], len(curve) - 1 - place[::-1])[::-1]
     prominence = curve[place] - np.maximum(curve[left], curve[right])
@@ -62,6 +62,25 @@ def _tops(curve: NDArray[np.float64]) -> NDArray[np.intp]:
     is_top = np.zeros(len(level), dtype=bool)
     is_top[1:-1] = (level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])
     return np.asarray((edges[:-1][is_top] + edges[1:][is_top] - 1) // 2)
+
+
+def _steep(curve: NDArray[np.float64], place: NDArray[np.intp], least: float) -> NDArray[np.intp]:
+    """Return the maxima but for slight ones: the curve falls less before the next, higher one.
+
+    Those are not prominent.  A peak that is falls farther than to any point between two of them,
+    so what it is held against stays the same.
+    """
+    while len(place) > 1:
+        height = curve[place]
+        valley = np.minimum.reduceat(curve[: place[-1]], place[:-1])
+        rise = np.diff(height)
+        slight = np.zeros(len(place), dtype=bool)
+        slight[:-1] = (rise > 0.0) & (height[:-1] - valley < least)
+        slight[1:] |= (rise < 0.0) & (height[1:] - valley < least)
+        if not slight.any():
+            break
+        place = place[~slight]
+    return place
 
 
 def _lowest_before(curve: NDArray[np.float64], place: NDArray[np.intp]) -> NDArray[np.intp]:

@@ -1,6 +1,7 @@
 """What the nodes of every room share: quality of service, parameters, diagnostics, times."""
 
 from collections.abc import Iterable, Mapping
+import time
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -21,6 +22,12 @@ LISTS: dict[type | None, Parameter.Type] = {
 # The last value, also for those who come late.
 LATCHED = QoSProfile(
     depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+# Of an identifier, none left out where they come faster than they are taken.
+RESULTS = QoSProfile(
+    depth=100,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
@@ -107,3 +114,17 @@ def stamp(time_ns: int) -> Time:
     """Return a time [ns] as a message."""
     sec, nanosec = divmod(time_ns, NANOSECONDS_PER_SECOND)
     return Time(sec=sec, nanosec=nanosec)
+
+
+def heard_s(info: Mapping[str, Any]) -> float:
+    """Return when a message was received, on this machine's steady clock [s].
+
+    A process that stood still takes late what waited for it: by this it is as old as it is.
+
+    Parameters
+    ----------
+    info : mapping
+        That came with the message.
+    """
+    age_s = (time.time_ns() - info['received_timestamp']) / NANOSECONDS_PER_SECOND
+    return time.monotonic() - max(age_s, 0.0)

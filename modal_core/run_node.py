@@ -16,6 +16,7 @@ from rclpy.node import Node
 
 from modal_core.errors import ModalAnalysisError
 
+InvalidHandleError = rclpy_implementation.InvalidHandle
 RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 EXIT_BAD_SETTINGS = 2
@@ -80,7 +81,8 @@ def run_node(
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
-        faulthandler.cancel_dump_traceback_later()
+        # And once more for its threads, which the interpreter waits for before all else.
+        faulthandler.dump_traceback_later(ENDING_S, exit=True)
 
 
 def _init(args: Sequence[str] | None) -> None:

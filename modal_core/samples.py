@@ -1,7 +1,7 @@
 """Samples of several channels on one uniform time grid."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +28,16 @@ class Samples:
         One per column.
     start_ns : int [ns]
         Time of the first row.
+    known : (n_samples, n_inputs) array or None
+        What is known to drive the structure, for a robot the accelerations of its joints
+        [rad/s²]; NaN where it is not known after all.
     """
 
     acceleration: NDArray[np.float64] | NDArray[np.float32]
     sample_rate_hz: float
     channels: tuple[Channel, ...]
     start_ns: int = 0
+    known: NDArray[np.float64] | NDArray[np.float32] | None = None
 
     @property
     def duration_s(self) -> float:
@@ -63,6 +67,11 @@ class Samples:
         for first in range(0, len(self.acceleration), ROWS_AT_ONCE):
             yield self.widened(slice(first, first + ROWS_AT_ONCE))
 
+    def part(self, rows: slice) -> 'Samples':
+        """Return some rows, not copied; the time is still that of the first row of all."""
+        known = None if self.known is None else self.known[rows]
+        return replace(self, acceleration=self.acceleration[rows], known=known)
+
     def select(self, names: Sequence[str]) -> 'Samples':
         """Return the named channels, in that order.
 
@@ -81,4 +90,5 @@ class Samples:
             sample_rate_hz=self.sample_rate_hz,
             channels=tuple(self.channels[column] for column in columns),
             start_ns=self.start_ns,
+            known=self.known,
         )

@@ -20,7 +20,7 @@ KINDS: dict[type, Any] = {float: Real, int: Integral, bool: bool, str: (str, Pat
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class SettingField:
     """One field of a dataclass of settings.
 
     Parameters
@@ -125,12 +125,12 @@ def setting(
     high: float | None = None,
     automatic: str = '',
 ) -> Any:
-    """Return a dataclass field that is a setting; see :class:`Setting`."""
+    """Return a dataclass field that is a setting; see :class:`SettingField`."""
     words = {'text': text, 'low': low, 'high': high, 'automatic': automatic}
     return field(default=default, metadata=words)
 
 
-def settings_of(owner: type) -> tuple[Setting, ...]:
+def settings_of(owner: type) -> tuple[SettingField, ...]:
     """Return the settings of a dataclass, in order."""
     kinds = get_type_hints(owner)
     return tuple(_setting(item, kinds[item.name]) for item in fields(owner) if item.metadata)
@@ -223,7 +223,7 @@ def within(name: str, value: float, low: float, high: float) -> None:
         )
 
 
-def _setting(item: Field[Any], hint: Any) -> Setting:
+def _setting(item: Field[Any], hint: Any) -> SettingField:
     kind = next((part for part in get_args(hint) if part not in (NoneType, ...)), hint)
     many = get_origin(hint) is tuple
-    return Setting(item.name, kind=kind, default=item.default, many=many, **item.metadata)
+    return SettingField(item.name, kind=kind, default=item.default, many=many, **item.metadata)

@@ -15,6 +15,7 @@ from modal_core.errors import ModalAnalysisError
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 SET_PARENT_DEATH_SIGNAL = 1  # linux/prctl.h
+ENDED_FROM_OUTSIDE = 'a process was ended from outside'
 # What forked processes find: the work and its items.
 _shared: list[tuple[Callable[[Any], Any], Sequence[Any]]] = []
 
@@ -31,19 +32,19 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
     ModalAnalysisError
         A process was ended from outside.
     """
-    processes = min(len(items), len(os.sched_getaffinity(0)))
-    if processes < 2 or _shared:
+    processes = min(len(items), n_processors())
+    if processes < 2:
         return [work(item) for item in items]
     before = multiprocessing.active_children()
     _shared.append((work, items))
     try:
         fork = multiprocessing.get_context('fork')
-        with ProcessPoolExecutor(processes, fork, _begin) as pool:
+        with ProcessPoolExecutor(processes, fork, begin) as pool:
             try:
                 return list(pool.map(_result, range(len(items))))
             except BrokenProcessPool as error:
                 raise ModalAnalysisError(
-                    'a process was ended from outside',
+                    ENDED_FROM_OUTSIDE,
                     found=f'{processes} at work',
                     advice='if memory ran out, restrict it to one processor: taskset -c 0',
                 ) from error
@@ -55,12 +56,18 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
         _shared.clear()
 
 
+def n_processors() -> int:
+    """Return how many processes may work at once; one within a process that is one of several."""
+    is_one_of_several = bool(_shared) or multiprocessing.current_process().daemon
+    return 1 if is_one_of_several else len(os.sched_getaffinity(0))
+
+
 def processor_time_s() -> float:
     """Return the processor time of this process and of those it has waited for [s]."""
     return sum(os.times()[:4])
 
 
-def _begin() -> None:
+def begin() -> None:
     """End with the parent, which alone answers Ctrl-C and alone writes to the terminal's display.
 
     A display may have been refreshed at the moment of forking: whoever writes through it would

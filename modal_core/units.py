@@ -73,6 +73,7 @@ SPELLINGS = {
     **dict.fromkeys(('gn', 'g0', 'g_n', 'gs'), 'g'),
 }
 SIGNS = str.maketrans({'²': '^2', '−': '-', '⁻': '-', 'µ': 'u', 'μ': 'u', '·': '*', '⋅': '*'})
+MANY = re.compile(r'^\s*(\d[\d.]*(?:[eE][+-]?\d+)?)\s+(\S.*)$')
 WITH_UNIT = re.compile(r'^(.*\S)\s*\[([^\[\]]+)\]$')
 
 
@@ -110,17 +111,19 @@ def known_unit(text: str) -> Unit | None:
 
 
 def response_unit(text: str, where: object, error: type[ModalAnalysisError]) -> Unit:
-    """Return a unit of channels.
+    """Return a unit of channels, which may be so many of another: ``50 m/s^2``.
 
     Raises
     ------
     ModalAnalysisError
         Of the class given: an unknown unit, naming those that are known.
     """
-    found = known_unit(text)
-    if found is None or not found.is_response:
+    many = MANY.match(text)
+    found = known_unit(many.group(2) if many else text)
+    factor = float(many.group(1)) if many else 1.0
+    if found is None or not found.is_response or not 0.0 < factor < math.inf:
         raise error('unknown unit', where=where, found=text, expected=', '.join(RESPONSES))
-    return found
+    return Unit(found.si, factor * found.factor)
 
 
 def named_unit(name: str) -> tuple[str, Unit | None]:

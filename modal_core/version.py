@@ -11,3 +11,8 @@ def suite_version() -> str:
         return version(PACKAGE)
     except PackageNotFoundError:
         return 'not installed'
+
+
+def software() -> str:
+    """Return name and version, as results tell what has written them."""
+    return f'{PACKAGE} {suite_version()}'

@@ -1,11 +1,13 @@
 """A window is what one identification sees: samples, the pose they were taken in, their health."""
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.measurements import JointSamples
+from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 
@@ -52,3 +54,39 @@ class Window:
     quality: DataQuality = field(default_factory=DataQuality)
     pose: Pose | None = None
     joints: JointSamples | None = None
+
+
+class ModesOfWindow(Protocol):
+    """Modes found in a stretch of time."""
+
+    @property
+    def index(self) -> int:
+        """Counts windows from 0; -1 for a whole recording."""
+
+    @property
+    def start_ns(self) -> int:
+        """Time of the first sample [ns]."""
+
+    @property
+    def end_ns(self) -> int:
+        """Time just after the last sample [ns]."""
+
+    @property
+    def modes(self) -> ModeSet:
+        """Of the structure, with ids tracked over windows."""
+
+
+class ResultOfWindow(ModesOfWindow, Protocol):
+    """A window as the identifier, or a command, returns it."""
+
+    @property
+    def harmonics(self) -> ModeSet:
+        """Lines of machines and drives."""
+
+    @property
+    def quality(self) -> DataQuality:
+        """Health of the data."""
+
+    @property
+    def pose(self) -> Pose | None:
+        """Where the robot was; None without joint states."""
