@@ -93,6 +93,12 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
             advice=options.advice.columns,
         )
     named = _named(path, [known[column] for column in channels], options, len(headings))
+    if not table.calibrated and options.unit is None and not any(h.unit for h in named):
+        raise RecordingError(
+            'not calibrated: values are shares of full scale',
+            where=path,
+            expected=f"what full scale is: {options.advice.unit} '50 m/s^2'",
+        )
     measured_in, assumed = _units(path, named, options)
     return ArrayColumns(
         channels=tuple(channels),

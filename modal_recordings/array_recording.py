@@ -38,6 +38,9 @@ class ArrayRecording:
     options : ArrayOptions
         What the file does not say itself.
 
+    notes : tuple of str
+        What was done before.
+
     Raises
     ------
     RecordingError
@@ -49,7 +52,9 @@ class ArrayRecording:
         How much of its rows the last pass has read, 0..1.
     """
 
-    def __init__(self, path: Path, table: ArrayTable, options: ArrayOptions) -> None:
+    def __init__(
+        self, path: Path, table: ArrayTable, options: ArrayOptions, notes: tuple[str, ...] = ()
+    ) -> None:
         self.path = path
         self.kind = path.suffix.lstrip('.').lower() or 'array'
         self.source = path.stem
@@ -59,7 +64,7 @@ class ArrayRecording:
         self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
         self.units = columns.units
         self.channel_names = columns.names
-        self.notes = (*columns.notes, *clock.notes)
+        self.notes = (*notes, *columns.notes, *clock.notes)
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
         _check_finite(path, table.values, columns)

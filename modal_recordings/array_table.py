@@ -30,6 +30,8 @@ class ArrayTable:
         Columns that were written as dates or times of day, now in seconds.
     sample_rate_hz : float [Hz] or None
         Stated beside the table.
+    calibrated : bool
+        False: values over full scale, of which the unit must be told.
     """
 
     values: NDArray[np.generic]
@@ -37,6 +39,7 @@ class ArrayTable:
     units: tuple[str, ...] = ()
     dated: tuple[int, ...] = ()
     sample_rate_hz: float | None = None
+    calibrated: bool = True
 
     def column(self, number: int) -> NDArray[np.float64]:
         """Return a copy of one column."""

@@ -11,7 +11,7 @@ References
 .. [2] http://wiki.ros.org/ROS/Connection%20Header and the roscpp serialisation traits.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
@@ -80,7 +80,6 @@ BODIES = {
     ACCEL: BodyFormat(length=6, acceleration=0),
     ACCEL_WITH_COVARIANCE: BodyFormat(length=42, acceleration=0),
 }
-OneMessage = Callable[[bytes], Measurement]
 
 
 def decode_vectors(

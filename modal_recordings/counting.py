@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from modal_recordings.read_pages import ReadPages
 
-FEWEST_ROWS = 50
+FEWEST_COUNTED = 50
 """Vibration that rose through so many rows would have half a period of their length or more: it
 could not be identified from them.  Noise rises through 50 rows once in 50! = 3e64."""
 LEAST_STEPS = 0.02
@@ -29,7 +29,7 @@ def counts_up(column: NDArray[np.generic]) -> bool:
     column : (n_samples,) array
         May be a memory map; all of it is looked at only if its beginning counts up.
     """
-    if len(column) < FEWEST_ROWS:
+    if len(column) < FEWEST_COUNTED:
         return False
     n_rises, pages = 0, ReadPages.behind(column)
     for first in range(0, len(column) - 1, PIECE_ROWS):
@@ -42,7 +42,7 @@ def counts_up(column: NDArray[np.generic]) -> bool:
                 _is_even(beginning) or _is_line(beginning)
             )
         n_rises += int(np.count_nonzero(steps))
-    return n_rises >= max(FEWEST_ROWS / 2, LEAST_STEPS * len(column))
+    return n_rises >= max(FEWEST_COUNTED / 2, LEAST_STEPS * len(column))
 
 
 def _is_even(column: NDArray[np.float64]) -> bool:

@@ -15,7 +15,7 @@ BLOCK = 'oma_msgs/msg/AccelerationBlock'
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 USABLE_TYPES = (*BODIES, BLOCK, JOINT_STATE)
 LARGEST_MESSAGE_BYTES = 16_000_000
-LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 0.5, 10_000_000.0
+LOWEST_BLOCK_RATE_HZ, HIGHEST_RATE_HZ = 0.5, 10_000_000.0
 MOST_CHANNELS = 1024
 MOST_JOINTS = 256
 
@@ -90,12 +90,12 @@ def decode_block(cursor: Cursor) -> SampleBlock:
     names = cursor.texts()
     n_samples = cursor.uint32()
     values = cursor.numbers('<f4')
-    if not LOWEST_RATE_HZ <= rate <= HIGHEST_RATE_HZ:  # false for NaN
+    if not LOWEST_BLOCK_RATE_HZ <= rate <= HIGHEST_RATE_HZ:  # false for NaN
         raise MessageError(
             'invalid rate',
             where=f'{topic}: sample_rate_hz',
             found=rate,
-            expected=f'{LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g}',
+            expected=f'{LOWEST_BLOCK_RATE_HZ:g} to {HIGHEST_RATE_HZ:g}',
         )
     if first_index >= 2**62:
         raise MessageError('invalid counter', where=f'{topic}: first_index', found=first_index)

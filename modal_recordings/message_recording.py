@@ -5,11 +5,11 @@ from pathlib import Path
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import Measurement, NANOSECONDS_PER_SECOND
-from modal_recordings.decode import BLOCK, decode, USABLE_TYPES
+from modal_recordings.decode import decode, USABLE_TYPES
 from modal_recordings.info import RecordingInfo
-from modal_recordings.raw_message import MessageFile, RawMessage, TopicEntry
-from modal_recordings.schemas import differing_field
-from modal_recordings.summary import summarise
+from modal_recordings.mark import cut, high_stretch, mark_pieces, Stretch
+from modal_recordings.raw_message import MessageFile, RawMessage
+from modal_recordings.summary import summarise, why_unusable
 
 BATCH_NS = NANOSECONDS_PER_SECOND // 4
 LARGEST_BATCH_BYTES = 16_000_000
@@ -28,6 +28,8 @@ class MessageRecording:
         Only these; None: every topic of a usable type.
     to_look : bool
         Open it also when it has no usable topic, to see what it is.
+    mark : str or None
+        Channel that is high while the robot moves; only that part is yielded.
 
     Raises
     ------
@@ -46,12 +48,15 @@ class MessageRecording:
         file: MessageFile,
         topics: Sequence[str] | None = None,
         to_look: bool = False,
+        mark: str | None = None,
     ) -> None:
         self.path = path
         self.kind = file.kind
         self.file = file
         self.entries = file.topics()
         self.fraction_read = 0.0
+        self._mark = mark
+        self._stretch: Stretch | None = None
         self.n_refused: dict[str, int] = {}
         self.refused: dict[str, str] = {}
         usable = {entry.name for entry in self.entries if not why_unusable(entry)}
@@ -72,7 +77,25 @@ class MessageRecording:
         )
 
     def measurements(self) -> Iterator[Measurement]:
-        """Yield measurements in log order, in batches of a quarter of a second per topic."""
+        """Yield measurements in log order, in batches of a quarter of a second per topic.
+
+        Raises
+        ------
+        RecordingError
+            The channel that should mark the motion does not.
+        """
+        if not self._mark:
+            yield from self._all()
+            return
+        if self._stretch is None:
+            pieces = mark_pieces(self._all, self._mark)
+            self._stretch = high_stretch(pieces, self._mark, self.path)
+        for item in self._all():
+            part = cut(item, self._stretch, self._mark)
+            if part is not None:
+                yield part
+
+    def _all(self) -> Iterator[Measurement]:
         self.n_refused = {}
         self.refused = {}
         for batch in self.raw_batches():
@@ -136,18 +159,3 @@ class MessageRecording:
                 )
             selected.add(name)
         return selected
-
-
-def why_unusable(entry: TopicEntry) -> str:
-    """Return why the identifier cannot use a topic; empty when it can."""
-    if not entry.message_type:
-        return 'no message type'
-    if entry.encoding not in ('cdr', ''):
-        return f'messages in {entry.encoding}, not in CDR'
-    if entry.message_type not in USABLE_TYPES:
-        return 'type not used'
-    if entry.message_type == BLOCK and entry.definition:
-        field = differing_field(entry.message_type, entry.definition)
-        if field:
-            return f'its definition differs from {BLOCK}: {field}'
-    return ''

@@ -1,15 +1,17 @@
-"""Open whatever holds samples: rosbag2, MCAP, ROS 1 bags, plain arrays."""
+"""Open whatever holds samples: rosbag2, MCAP, ROS 1 bags, plain arrays, other programs' files."""
 
 from collections.abc import Sequence
 from pathlib import Path
 import stat
 
 from modal_core.errors import RecordingError
-from modal_recordings.array_options import array_options
+from modal_recordings.array_options import array_options, ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.array_table import read_npy
+from modal_recordings.array_table import ArrayTable, read_npy
 from modal_recordings.bag_file import BagFile
 from modal_recordings.folder import open_folder
+from modal_recordings.formats import read_arrays, READERS, table_of
+from modal_recordings.mark import marked_table
 from modal_recordings.mcap_file import McapFile
 from modal_recordings.message_recording import MessageRecording
 from modal_recordings.text_table import read_text_table
@@ -22,7 +24,7 @@ ARRAY_READERS = {
     '.tsv': read_text_table,
 }
 BAG_SUFFIXES = ('.mcap', '.db3', '.bag')
-KINDS = 'a rosbag2 folder, .mcap, .db3, .bag, .npy, .csv, .tsv or .txt'
+KINDS = ', '.join(('a rosbag2 folder', *BAG_SUFFIXES, *ARRAY_READERS, *READERS))
 
 
 def open_recording(
@@ -32,23 +34,28 @@ def open_recording(
     channels: Sequence[str] | None = None,
     topics: Sequence[str] | None = None,
     to_look: bool = False,
+    mark: str | None = None,
 ) -> Recording:
     """Open a recording of any known kind.
 
     Parameters
     ----------
     path : path
-        A rosbag2 folder, or an .mcap, .db3, .bag, .npy or .csv file.
+        A rosbag2 folder, or an .mcap, .db3, .bag, .npy or .csv file, or one of another program:
+        .uff, .mat, .h5, .nc, .wav, .tdms, .mf4.
     sample_rate_hz : float [Hz] or None
         Rate of a plain array; overrides its sidecar ``<file>.yaml``.
     unit : str or None
-        Unit of a plain array (m/s^2, g, mg, ...); overrides the sidecar.
+        Unit of a plain array (m/s^2, g, mg, 50 m/s^2, ...); overrides the sidecar.
     channels : sequence of str or None
         Names of the columns of a plain array; overrides the sidecar.
     topics : sequence of str or None
-        Use only these topics of a recording of messages.
+        Use only these topics of a recording of messages, or these arrays of a file of arrays.
     to_look : bool
         Open a recording of messages also when none of its topics is of use, to see what it is.
+    mark : str or None
+        Channel or column that is high while the robot moves: the recording is cut to that, and
+        the channel is none any more.
 
     Returns
     -------
@@ -67,17 +74,30 @@ def open_recording(
         if topics:
             raise RecordingError('a plain array has no topics', where=place, found=topics[0])
         options = array_options(place, sample_rate_hz, unit, channels)
-        return ArrayRecording(place, ARRAY_READERS[suffix](place), options)
+        return _of_table(place, ARRAY_READERS[suffix](place), options, mark)
+    if suffix in READERS and place.is_file():
+        options = array_options(place, sample_rate_hz, unit, channels)
+        table = table_of(place, read_arrays(place), topics or ())
+        return _of_table(place, table, options, mark)
     if sample_rate_hz is not None or unit is not None or channels is not None:
         raise RecordingError(
             'rate, unit and channels are stated by the recording itself',
             where=place,
-            expected='these options with a plain array (.npy, .csv) only',
+            expected='these options with a file of arrays (.npy, .csv, .mat, ...) only',
         )
     if place.is_dir():
-        return MessageRecording(place, open_folder(place), topics, to_look)
+        return MessageRecording(place, open_folder(place), topics, to_look, mark)
     file = McapFile(place) if suffix == '.mcap' else BagFile(place)
-    return MessageRecording(place, file, topics, to_look)
+    return MessageRecording(place, file, topics, to_look, mark)
+
+
+def _of_table(
+    place: Path, table: ArrayTable, options: ArrayOptions, mark: str | None
+) -> ArrayRecording:
+    if mark is None:
+        return ArrayRecording(place, table, options)
+    cut, note = marked_table(table, mark, place)
+    return ArrayRecording(place, cut, options, (note,))
 
 
 def _check_place(place: Path) -> None:
@@ -92,7 +112,7 @@ def _check_place(place: Path) -> None:
         raise RecordingError('not a regular file', where=place, expected=KINDS)
     if status.st_size == 0:
         raise RecordingError('empty file', where=place, found='0 bytes', expected=KINDS)
-    if place.suffix.lower() not in (*ARRAY_READERS, *BAG_SUFFIXES):
+    if place.suffix.lower() not in (*ARRAY_READERS, *READERS, *BAG_SUFFIXES):
         raise RecordingError(
             'unknown kind of file', where=place, found=place.suffix or 'no suffix', expected=KINDS
         )

@@ -48,14 +48,16 @@ def definition(message_type: str) -> str:
 
 
 def differing_field(message_type: str, stored: str) -> str:
-    """Compare the fields of a stored definition with ours.
+    """Compare the fields of a stored definition of a message of oma_msgs with ours.
 
     Returns
     -------
     str
         The first field that differs, as ``found ... expected ...``; empty when they agree.
     """
-    ours, theirs = _fields(definition(message_type)), _fields(stored)
+    # The file says it all: to know all types of ROS 2 takes longer than to read a short record.
+    file = definitions_folder() / f'{message_type.rsplit("/", maxsplit=1)[-1]}.msg'
+    ours, theirs = _fields(file.read_text(encoding='utf-8')), _fields(stored)
     for mine, other in zip(ours, theirs, strict=False):
         if mine != other:
             return f'found "{other}", expected "{mine}"'

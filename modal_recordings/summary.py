@@ -14,9 +14,10 @@ from modal_core.measurements import (
     SampleBlock,
     StampedSamples,
 )
-from modal_recordings.decode import JOINT_STATE
+from modal_recordings.decode import BLOCK, JOINT_STATE, USABLE_TYPES
 from modal_recordings.info import Gap, RecordingInfo, TopicSummary
 from modal_recordings.raw_message import TopicEntry
+from modal_recordings.schemas import differing_field
 
 # A step longer than this many nominal steps has lost at least one sample.
 GAP_STEPS = 1.5
@@ -76,8 +77,6 @@ def summarise(
     notes : tuple of str
         What was assumed.
     """
-    from modal_recordings.message_recording import why_unusable
-
     tallies: dict[str, _Tally] = {}
     joints = _joint_topic(entries)
     for measurement in recording.measurements():
@@ -107,6 +106,21 @@ def summarise(
         damage=recording.damage() if damage is None else damage,
         notes=notes,
     )
+
+
+def why_unusable(entry: TopicEntry) -> str:
+    """Return why the identifier cannot use a topic; empty when it can."""
+    if not entry.message_type:
+        return 'no message type'
+    if entry.encoding not in ('cdr', ''):
+        return f'messages in {entry.encoding}, not in CDR'
+    if entry.message_type not in USABLE_TYPES:
+        return 'type not used'
+    if entry.message_type == BLOCK and entry.definition:
+        field = differing_field(entry.message_type, entry.definition)
+        if field:
+            return f'its definition differs from {BLOCK}: {field}'
+    return ''
 
 
 def _joint_topic(entries: Sequence[TopicEntry]) -> str:

@@ -1,0 +1,160 @@
+"""The force of a hammer beside the responses of a table."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.errors import RecordingError
+from modal_recordings.array_options import array_options, ArrayOptions
+from modal_recordings.array_recording import ArrayRecording
+from modal_recordings.array_table import ArrayTable
+from modal_recordings.formats import read_arrays, READERS, table_of
+from modal_recordings.heading import Heading, heading_of
+from modal_recordings.open_recording import ARRAY_READERS
+
+NEWTONS = {'n': 1.0, 'kn': 1e3}
+FORCE_WORDS = frozenset(('force', 'hammer', 'kraft', 'impact'))
+WITH_FORCE = ', '.join((*ARRAY_READERS, *READERS))
+UNEVEN = 0.1
+"""Share of a step by which a stamp may be off before the rows are no even samples."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForceRecording:
+    """A table of responses with a force.
+
+    Parameters
+    ----------
+    responses : ArrayRecording
+        The other columns.
+    force_n : (n_samples,) array [N]
+        One value per row.
+    name : str
+        Of the force's column, without its unit.
+    """
+
+    responses: ArrayRecording
+    force_n: NDArray[np.float64]
+    name: str
+
+
+def open_with_force(
+    path: str | Path,
+    force: str | None = None,
+    sample_rate_hz: float | None = None,
+    unit: str | None = None,
+    channels: Sequence[str] | None = None,
+) -> ForceRecording:
+    """Open a table of which one column is a force.
+
+    Parameters
+    ----------
+    path : path
+        An array of any kind that has columns.
+    force : str or None
+        Name of the column; None: the one in newtons, or called a force or a hammer.
+    sample_rate_hz, unit, channels
+        See :func:`modal_recordings.open_recording`; names of all columns, the force among them.
+
+    Raises
+    ------
+    RecordingError
+        No force, several, or a file whose columns are not told apart.
+    """
+    place = Path(path)
+    suffix = place.suffix.lower()
+    if not place.is_file() or suffix not in (*ARRAY_READERS, *READERS):
+        raise RecordingError(
+            'no table with a force channel',
+            where=place,
+            found='no such file' if not place.exists() else suffix or 'a folder',
+            expected=f'a file of columns, one of them a force in N: {WITH_FORCE}',
+        )
+    options = array_options(place, sample_rate_hz, unit, channels)
+    table = (
+        ARRAY_READERS[suffix](place)
+        if suffix in ARRAY_READERS
+        else table_of(place, read_arrays(place), ())
+    )
+    headings = _headings(place, table, options)
+    column = _force_column(place, headings, force)
+    factor = NEWTONS.get(headings[column].unit_text.strip().lower(), 1.0)
+    rest = _without(table, options, column)
+    responses = ArrayRecording(place, *rest)
+    _check_even(place, responses)
+    name = headings[column].name
+    return ForceRecording(responses, factor * table.column(column), name)
+
+
+def _headings(place: Path, table: ArrayTable, options: ArrayOptions) -> list[Heading]:
+    n_columns = table.values.shape[1]
+    cells = table.headings or ('',) * n_columns
+    units = table.units or ('',) * n_columns
+    if options.channels is not None and len(options.channels) == n_columns:
+        cells = options.channels
+    return [
+        heading_of('' if cell == '-' else cell, unit, f'{place}: column {number + 1}')
+        for number, (cell, unit) in enumerate(zip(cells, units, strict=True))
+    ]
+
+
+def _force_column(place: Path, headings: Sequence[Heading], force: str | None) -> int:
+    known = ', '.join(heading.name for heading in headings if heading.name) or 'columns unnamed'
+    if force is not None:
+        named = [n for n, heading in enumerate(headings) if heading.name == force]
+        if len(named) != 1:
+            raise RecordingError('no such column', where=place, found=force, expected=known)
+        return named[0]
+    forces = [n for n, heading in enumerate(headings) if _is_force(heading)]
+    if len(forces) == 1:
+        return forces[0]
+    raise RecordingError(
+        'no force channel' if not forces else 'several force channels',
+        where=place,
+        found=known if not forces else ', '.join(headings[n].name for n in forces),
+        expected='one column in N',
+        advice='name it with --force, or its unit with --channels "force [N],a,b"',
+    )
+
+
+def _is_force(heading: Heading) -> bool:
+    if heading.unit_text:
+        return heading.unit_text.strip().lower() in NEWTONS
+    return bool(heading.words) and heading.words[0] in FORCE_WORDS
+
+
+def _without(
+    table: ArrayTable, options: ArrayOptions, column: int
+) -> tuple[ArrayTable, ArrayOptions]:
+    """Return table and options without a column."""
+    others = [n for n in range(table.values.shape[1]) if n != column]
+    rest = replace(
+        table,
+        values=np.asarray(table.values)[:, others],
+        headings=tuple(table.headings[n] for n in others) if table.headings else (),
+        units=tuple(table.units[n] for n in others) if table.units else (),
+        dated=tuple(n - (n > column) for n in table.dated),
+    )
+    names = options.channels
+    if names is not None and len(names) == len(others) + 1:
+        options = replace(options, channels=tuple(names[n] for n in others))
+    return rest, options
+
+
+def _check_even(place: Path, responses: ArrayRecording) -> None:
+    if responses.stamp_ns is None:
+        return
+    step_ns = 1e9 / responses.sample_rate_hz
+    n_rows = len(responses.stamp_ns)
+    off = responses.stamp_ns - responses.stamp_ns[0] - step_ns * np.arange(n_rows)
+    if np.abs(off).max() > UNEVEN * step_ns * max(1.0, 1e-3 * n_rows):
+        raise RecordingError(
+            'times are not even',
+            where=place,
+            found=f'{np.abs(off).max() / 1e6:.3g} ms off a rate of'
+            f' {responses.sample_rate_hz:.6g} Hz',
+            expected='force and responses of one converter, no sample lost',
+        )

@@ -1,0 +1,36 @@
+"""Which file of this folder reads which kind; each has a function ``read(path)``.
+
+A reader is imported with the first file of its kind.
+"""
+
+from importlib import import_module
+from pathlib import Path
+
+from modal_recordings.formats.named_arrays import NamedArrays
+
+READERS = {
+    '.uff': 'universal_file',
+    '.unv': 'universal_file',
+    '.mat': 'matlab_file',
+    '.h5': 'hdf_file',
+    '.hdf5': 'hdf_file',
+    '.nc': 'netcdf_file',
+    '.wav': 'wav_file',
+    '.tdms': 'tdms_file',
+    '.mf4': 'mdf_file',
+    '.mdf': 'mdf_file',
+}
+"""By the ending of the file's name."""
+
+
+def read_arrays(path: Path) -> NamedArrays:
+    """Return the arrays of a file, by the ending of its name.
+
+    Raises
+    ------
+    RecordingError
+        Damaged or truncated, or the library that reads it is not installed.
+    """
+    reader = import_module(f'modal_recordings.formats.{READERS[path.suffix.lower()]}')
+    found: NamedArrays = reader.read(path)
+    return found
