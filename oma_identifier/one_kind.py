@@ -8,9 +8,8 @@ samples in step.  A shape then has displacements, rotations or strains as entrie
 measured.  Integrating the others instead would multiply their drift.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 import math
 
 import numpy as np
@@ -22,7 +21,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.samples import Samples
 from modal_core.units import derived
-from oma_identifier.motion import Cleaned, never
+from oma_identifier.motion import Cleaned, never, PeakTest
 from oma_identifier.time_axis import HALF_WIDTH, KAISER_BETA
 
 Complex = NDArray[np.complex128]
@@ -66,25 +65,34 @@ def cleaned_of_one_kind(cleaned: Cleaned) -> Cleaned:
     if samples is cleaned.samples:
         return cleaned
     missing, motion, explains = _missing(cleaned.samples), cleaned.motion, cleaned.explains
-
-    def factor(frequency_hz: float) -> Complex:
-        return np.asarray((2j * math.pi * frequency_hz) ** missing)
-
-    def explains_derived(frequency_hz: float, width_hz: float, shape: Complex) -> bool:
-        return explains(frequency_hz, width_hz, shape / factor(frequency_hz))
-
     moved_ns = samples.start_ns - cleaned.samples.start_ns
     return replace(
         cleaned,
         samples=samples,
-        lines=tuple(_derived_line(line, factor) for line in cleaned.lines),
-        explains=never if explains is never else explains_derived,
+        lines=tuple(_derived_line(line, missing) for line in cleaned.lines),
+        explains=never if explains is never else partial(_explains_derived, explains, missing),
         motion=motion and replace(motion, origin_ns=motion.origin_ns - moved_ns),
     )
 
 
-def _derived_line(line: Mode, factor: Callable[[float], Complex]) -> Mode:
-    return replace(line, shape=normalise(line.shape * factor(line.frequency_hz)))
+def _derived_line(line: Mode, missing: NDArray[np.int64]) -> Mode:
+    return replace(line, shape=normalise(line.shape * _factor(line.frequency_hz, missing)))
+
+
+def _explains_derived(
+    explains: PeakTest,
+    missing: NDArray[np.int64],
+    frequency_hz: float,
+    width_hz: float,
+    shape: Complex,
+) -> bool:
+    """Test a shape of one kind: it is asked of as it was measured."""
+    return explains(frequency_hz, width_hz, shape / _factor(frequency_hz, missing))
+
+
+def _factor(frequency_hz: float, times: NDArray[np.int64]) -> Complex:
+    """Return what derivatives make of responses at one frequency."""
+    return np.asarray((2j * math.pi * frequency_hz) ** times)
 
 
 def _missing(samples: Samples) -> NDArray[np.int64]:

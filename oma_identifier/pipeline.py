@@ -1,20 +1,20 @@
 """Measurements in, tracked modes out: the data path of the identifier, read top to bottom.
 
 The same object serves the node, the command line and the model gap.  It reads no clock: time
-comes with the samples.
+comes with the samples::
 
     measurements → SampleBuffer → Window → RobotSignals (rigid motion and drive lines removed)
       → cleaned_of_one_kind (velocities and displacements differentiated beside accelerations)
       → Synchroniser (late sensors put in step) → SensorChanges (changed ones told apart)
-      → RecordStreams (condition, output covariance per band)
-      → identify_bands (block Hankel, poles per model order, stabilise, cluster, select with σ)
-      → Refiner (maximum likelihood where it holds)
+      → WindowFinder:
+          RecordStreams (condition, output covariance per band)
+          → identify_bands (block Hankel, poles per model order, stabilise, cluster, select with σ)
+          → Refiner (maximum likelihood where it holds)
       → ModeTracker → WindowResult
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 import logging
 
 import numpy as np
@@ -22,57 +22,82 @@ import numpy as np
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import IdentificationError
 from modal_core.free_memory import give_back, LARGE_BYTES
-from modal_core.measurements import Measurement
+from modal_core.measurements import JointSamples, Measurement
 from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Pose, Window
-from oma_identifier.identify import (
-    check_samples,
-    identify_bands,
-    identify_parts,
-    refine_found,
-    result_of,
-)
+from oma_identifier.identify import check_samples, identify_parts
 from oma_identifier.intake import SampleBuffer
-from oma_identifier.methods import identify_by, method_named
 from oma_identifier.motion import (
     Cleaned,
     PeakTest,
     RobotMotion,
     RobotSignals,
-    split_inputs,
     with_flags,
     with_inputs,
 )
 from oma_identifier.one_kind import cleaned_of_one_kind
 from oma_identifier.one_thread import one_thread
 from oma_identifier.quality import SureDamping
-from oma_identifier.record import WholeRecord
-from oma_identifier.refinement import Refiner
-from oma_identifier.result import WindowResult
+from oma_identifier.record import TakenWindow, WholeRecord
+from oma_identifier.result import result_of, WindowResult
 from oma_identifier.selection import (
-    BandSelector,
     Identified,
-    line_evidence,
-    no_poles,
+    nothing_in,
     with_lines,
-    without_explained,
 )
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import (
     empty_spectrum,
-    line_at,
     REFRESHED,
     SingularValueSpectrum,
     SlidingSpectrum,
-    SpectralPeaks,
 )
-from oma_identifier.subspace import RecordStreams
 from oma_identifier.synchrony import SensorChanges, Synchroniser
 from oma_identifier.tracking import ModeTracker, TrackedModes
+from oma_identifier.window_finder import WindowFinder
 
 log = logging.getLogger(__name__)
+NOT_IDENTIFIABLE = IdentificationError, np.linalg.LinAlgError
+"""What samples raise that hold no modes, or too little of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class BegunWindow:
+    """A window that can be looked for modes in.
+
+    Parameters
+    ----------
+    window : Window
+        With what is known of its health.
+    corrects_earlier : bool
+        The whole record begins anew with it: its sensors were not in step.
+    cleaned : Cleaned or None
+        Its samples in step; None where they cannot be identified.
+    spectrum : SingularValueSpectrum
+        Of these.
+    taken : TakenWindow or None
+        Its part in the whole record, where that is kept.
+    """
+
+    window: Window
+    corrects_earlier: bool = False
+    cleaned: Cleaned | None = None
+    spectrum: SingularValueSpectrum = field(default_factory=empty_spectrum)
+    taken: TakenWindow | None = None
+
+    @property
+    def wanted(self) -> tuple[Samples, PeakTest]:
+        """What :meth:`WindowFinder.find` takes."""
+        if self.cleaned is None:
+            raise ValueError('this window cannot be identified')
+        return self.cleaned.samples, self.cleaned.explains
+
+    def note(self, found: Identified) -> None:
+        """Let the whole record know what was found."""
+        if self.taken is not None:
+            self.taken.note(found)
 
 
 class IdentificationPipeline:
@@ -110,23 +135,16 @@ class IdentificationPipeline:
         self.tracker = tracker or ModeTracker()
         self.last_tracked: TrackedModes | None = None
         self._buffer = SampleBuffer(self.settings, layout)
+        self._has_robot = robot is not None
         self._robot_signals = RobotSignals(robot)
         self._synchroniser = Synchroniser()
         self._sensor_changes = SensorChanges()
-        self._newest = RecordStreams(self.settings)
+        self.finder = WindowFinder(self.settings)
         self._keeps_record = keeps_record
         self._record = WholeRecord(self.settings, self._identify_parts)
-        self._refiner = Refiner()
         self._damping = SureDamping()
-        self._selector = BandSelector()
         refreshed = 1.0 if only_whole else REFRESHED
         self._spectra = SlidingSpectrum(self.settings.max_frequency_hz, refreshed)
-        method_named(self.settings.method)
-
-    def _forget(self) -> None:
-        """Begin the whole record anew: its sensors were not in step."""
-        self._record = WholeRecord(self.settings, self._identify_parts)
-        self._damping = SureDamping()
 
     @property
     def buffer(self) -> SampleBuffer:
@@ -156,90 +174,87 @@ class IdentificationPipeline:
         A window whose start follows from the last one costs only its new samples.  A window that
         cannot be identified gives no mode; its quality says why.
         """
+        begun = self.begin(window)
+        return self.conclude(begun, lambda: self.finder.find(*begun.wanted))
+
+    def begin(self, window: Window) -> BegunWindow:
+        """Clean the samples of a window, and put them in step."""
         if not window.quality.identifiable:
-            return self._without_modes(window, window.quality)
+            return BegunWindow(window)
+        corrects_earlier = False
         try:
             with one_thread():
-                return self._identify(window)
-        except (IdentificationError, np.linalg.LinAlgError) as error:
-            quality = replace(window.quality, identifiable=False, reason=str(error))
-            return self._without_modes(window, quality)
+                cleaned = self._cleaned(window)
+                corrects_earlier = self._synchroniser.corrects_earlier
+                spectrum = self._spectra.of(cleaned.samples)
+        except NOT_IDENTIFIABLE as error:
+            return self._begun(BegunWindow(_refused(window, error), corrects_earlier))
+        if cleaned.samples.acceleration.nbytes >= LARGE_BYTES:
+            give_back()
+        cleaned = self._with_inputs(cleaned, window.joints)
+        window = replace(window, quality=with_flags(window.quality, cleaned))
+        return self._begun(BegunWindow(window, corrects_earlier, cleaned, spectrum))
 
-    def _identify(self, window: Window) -> WindowResult:
+    def _begun(self, begun: BegunWindow) -> BegunWindow:
+        """Let the whole record have the samples of a window."""
+        if begun.corrects_earlier:
+            self._record = WholeRecord(self.settings, self._identify_parts)
+        if begun.cleaned is None or not self._keeps_record:
+            return begun
+        taken = self._record.take(begun.cleaned, begun.spectrum, begun.window.quality)
+        return replace(begun, taken=taken)
+
+    def _cleaned(self, window: Window) -> Cleaned:
         cleaned = cleaned_of_one_kind(self._robot_signals.clean(window))
         check_samples(cleaned.samples)
         every = cleaned.samples
         cleaned = self._synchroniser.align(cleaned)
         peaks = self._synchroniser.take_peaks()
-        cleaned = self._sensor_changes.mark(every, peaks, cleaned, window.pose)
-        del peaks  # Large where channels are many.
-        if self._synchroniser.corrects_earlier:
-            self._forget()
-        samples = cleaned.samples
-        spectrum = self._spectra.of(samples)
-        if samples.acceleration.nbytes >= LARGE_BYTES:
-            give_back()
-        if self.settings.method == 'csi':
-            cleaned = replace(cleaned, samples=with_inputs(samples, cleaned.motion))
-        window = replace(window, quality=with_flags(window.quality, cleaned))
+        return self._sensor_changes.mark(every, peaks, cleaned, window.pose)
+
+    def _with_inputs(self, cleaned: Cleaned, joints: JointSamples | None) -> Cleaned:
+        """Return a window with the motion of its joints, where it is on the responses' clock."""
+        if self.settings.method == 'csi' and cleaned.motion is None:
+            raise IdentificationError(
+                "csi needs the joints' motion",
+                found='no joint states that cover the window and fit its responses',
+                advice='use ssi_cov, or record joint states',
+            )
+        known = self.settings.known_motion and self._has_robot
+        if joints is None or not (known or self.settings.method == 'csi'):
+            return cleaned
+        n_joints = joints.position.shape[1]
+        return replace(cleaned, samples=with_inputs(cleaned.samples, cleaned.motion, n_joints))
+
+    def conclude(self, begun: BegunWindow, find: Callable[[], Identified]) -> WindowResult:
+        """Give the modes of a window their ids, and keep what the whole record needs.
+
+        Parameters
+        ----------
+        begun : BegunWindow
+            Windows are concluded in the order in which they were begun.
+        find : callable
+            Returns what is in its samples, or raises as :meth:`WindowFinder.find` does.
+        """
+        if begun.corrects_earlier:
+            self._damping = SureDamping()
+        window, cleaned = begun.window, begun.cleaned
+        if cleaned is None:
+            return self._without_modes(window)
         try:
-            found = self._found(cleaned)
-        except (IdentificationError, np.linalg.LinAlgError):
+            found = find()
+        except NOT_IDENTIFIABLE as error:
             # Too little for a window is not too little for the record.
-            self._keep(cleaned, _nothing(samples, self.settings.method), spectrum, window.quality)
-            raise
+            begun.note(nothing_in(cleaned.samples, self.settings.method))
+            return self._without_modes(_refused(window, error))
+        samples = cleaned.samples
         if samples.acceleration.nbytes >= LARGE_BYTES:
             give_back()
         found = self._with_sure_damping(with_lines(found, cleaned.lines), window.quality)
         self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
         found = replace(found, modes=self.last_tracked.modes)
-        self._keep(cleaned, found, spectrum, window.quality)
-        return _result(window, found, spectrum)
-
-    def _keep(
-        self,
-        cleaned: Cleaned,
-        found: Identified,
-        spectrum: SingularValueSpectrum,
-        quality: DataQuality,
-    ) -> None:
-        if self._keeps_record:
-            self._record.add(cleaned, found, spectrum, quality)
-
-    def _found(self, cleaned: Cleaned) -> Identified:
-        """Identify a window by what is carried over from the last one and its new samples."""
-        samples = cleaned.samples
-        if self.settings.method != 'ssi_cov':
-            return self._found_by_method(samples, cleaned.explains)
-        self._newest.add(samples)
-        sources = self._newest.results()
-        found = identify_bands(
-            sources,
-            samples.channels,
-            self.settings,
-            partial(line_at, samples),
-            cleaned.explains,
-            SpectralPeaks(samples),
-            self._selector,
-        )
-        # Where hops are short a search for lines that nobody suspects would cost too much.
-        looks = self.settings.refines or len(found.harmonics)
-        evidence = line_evidence(samples, found) if looks else None
-        found = without_explained(found, evidence)
-        if not self.settings.refines:
-            return found
-        if samples.acceleration.nbytes >= LARGE_BYTES:
-            give_back()
-        found = refine_found(
-            [samples],
-            found,
-            sources,
-            self.settings,
-            cleaned.explains,
-            self._refiner.adopt,
-            self._selector,
-        )
-        return without_explained(found, evidence)
+        begun.note(found)
+        return _result(window, found, begun.spectrum)
 
     def _with_sure_damping(self, found: Identified, quality: DataQuality) -> Identified:
         return replace(found, modes=self._damping.of_window(found.modes, quality))
@@ -254,21 +269,16 @@ class IdentificationPipeline:
         as_sent = replace(tracked.modes, channel_names=modes.channel_names)
         return replace(tracked, modes=as_sent)
 
-    def _found_by_method(self, samples: Samples, explains: PeakTest) -> Identified:
-        responses, inputs = split_inputs(samples)
-        return identify_by(self.settings.method, responses, self.settings, inputs, explains)
-
     def _identify_parts(self, parts: Sequence[Samples], explains: PeakTest) -> Identified:
         """Identify a record of which stretches may be missing."""
         if self.settings.method == 'ssi_cov':
             return identify_parts(parts, self.settings, explains)
-        return self._found_by_method(parts[0], explains)
+        return self.finder.found_by_method(parts[0], explains)
 
-    def _without_modes(self, window: Window, quality: DataQuality) -> WindowResult:
-        log.debug('window %d: %s', window.index, quality.reason)
+    def _without_modes(self, window: Window) -> WindowResult:
+        log.debug('window %d: %s', window.index, window.quality.reason)
         self.last_tracked = self.tracker.update(ModeSet((), window.samples.channel_names))
-        found = _nothing(window.samples, self.settings.method)
-        return _result(replace(window, quality=quality), found, empty_spectrum())
+        return _result(window, nothing_in(window.samples, self.settings.method), empty_spectrum())
 
     @property
     def record(self) -> WholeRecord:
@@ -288,13 +298,15 @@ class IdentificationPipeline:
         """
         with one_thread():
             result = self._record.identify()
-        modes = self._damping.of_record(result.modes)
-        return replace(result, modes=self.tracker.label(modes))
+        modes = self.tracker.label(self._damping.of_record(result.modes))
+        flags = (*result.quality.flags, *self._record.flags_of(modes))
+        return replace(result, modes=modes, quality=replace(result.quality, flags=flags))
 
 
-def _nothing(samples: Samples, method: str) -> Identified:
-    none = ModeSet((), samples.channel_names, method)
-    return Identified(none, none, no_poles(len(samples.channels)))
+def _refused(window: Window, error: Exception) -> Window:
+    """Return a window whose quality says why nothing is found in it."""
+    quality = replace(window.quality, identifiable=False, reason=str(error))
+    return replace(window, quality=quality)
 
 
 def _result(window: Window, found: Identified, spectrum: SingularValueSpectrum) -> WindowResult:

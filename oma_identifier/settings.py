@@ -40,6 +40,9 @@ class IdentificationSettings:
         speed counts more.
     gyroscopes : bool
         The angular velocities of an Imu take part beside its accelerations.
+    known_motion : bool
+        With joint states and a robot: the motion of the joints, which is known, takes part in the
+        refinement of each band where the data show that it holds.
 
     Raises
     ------
@@ -67,12 +70,17 @@ class IdentificationSettings:
     )
     max_damping_ratio: float = setting(0.15, 'poles damped more are no modes', 0.001, 0.5)
     method: str = setting(
-        'ssi_cov', 'identification method: ssi_cov, ssi_data, plscf, csi, efdd or fdd'
+        'ssi_cov',
+        'identification method: ssi_cov, ssi_data, plscf, var, notch, vmd, psdtm, csi, efdd or '
+        'fdd',
     )
     refine: bool | None = setting(
         None, 'refine modes by maximum likelihood', automatic='only with hops of 5 s or more'
     )
     gyroscopes: bool = setting(False, 'angular velocities of IMUs take part')
+    known_motion: bool = setting(
+        False, "the joints' known motion takes part in the refinement, where it helps"
+    )
 
     def __post_init__(self) -> None:
         """Refuse values out of range."""

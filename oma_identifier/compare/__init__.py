@@ -6,7 +6,7 @@ Roeck and Cunha 2009, IOMAC), set-ups that missed a mode included where their co
 tell of it (PreGER).
 """
 
-from oma_identifier.compare.comparison import compare, Comparison, ModeChange
+from oma_identifier.compare.comparison import compare_modes, ModeChange, ModeComparison
 from oma_identifier.compare.merging import merge_modes, shared_channels
 
-__all__ = ['Comparison', 'ModeChange', 'compare', 'merge_modes', 'shared_channels']
+__all__ = ['ModeChange', 'ModeComparison', 'compare_modes', 'merge_modes', 'shared_channels']

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-SMALLEST = 0.03
-"""Scatter in typical stated deviations below which it adds nothing."""
+from oma_identifier.compare.thresholds import COMPARISON
+
 N_SCATTERS = 16
 """Of each kind that are tried: with 64 the values of 300 random tables moved by 2e-9 deviations at
 most, the deviations by 0.7 % in half of them and by 9 % at most."""
@@ -69,7 +69,7 @@ def common_values(values: Array, deviations: Array, largest: float) -> CommonVal
         # Nothing tells of a scatter.
         return _single(values, deviations, seen)
     typical = math.sqrt(float(np.median(own)))
-    scatter = np.geomspace(SMALLEST * min(typical, largest), largest, N_SCATTERS)
+    scatter = np.geomspace(COMPARISON.least_scatter * min(typical, largest), largest, N_SCATTERS)
     together, apart = (grid.ravel() for grid in np.meshgrid(scatter, scatter))
     fits = [
         _fit(y, own + single**2, shared, place, seen.shape)

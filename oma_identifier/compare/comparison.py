@@ -14,11 +14,7 @@ from modal_core.assignment import cheapest_pairs
 from modal_core.indicators import mac_where_seen
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.compare.expected_mac import expected_mac, ExpectedMac, UNKNOWN
-
-FARTHEST_SHARE = 0.3
-"""Modes further apart in frequency than this share are never the same."""
-LEAST_MAC = 0.3
-"""Of two modes that may be the same, unless their uncertainty allows for less."""
+from oma_identifier.compare.thresholds import COMPARISON
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +59,7 @@ class ModeChange:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class ModeComparison:
     """Modes of two states, for example running and stationary.
 
     Parameters
@@ -79,7 +75,7 @@ class Comparison:
     only_second: tuple[Mode, ...]
 
 
-def compare(first: ModeSet, second: ModeSet) -> Comparison:
+def compare_modes(first: ModeSet, second: ModeSet) -> ModeComparison:
     """Pair the modes of two states by frequency and shape, and state how they differ.
 
     Parameters
@@ -92,13 +88,13 @@ def compare(first: ModeSet, second: ModeSet) -> Comparison:
     two = second.shapes[[second.channel_names.index(name) for name in names]]
     alike = mac_where_seen(one, two) if names else np.ones((len(first), len(second)))
     shift = np.abs(second.frequency_hz[None] / first.frequency_hz[:, None] - 1.0)
-    cost = shift / FARTHEST_SHARE + (1.0 - alike)
+    cost = shift / COMPARISON.farthest_share + (1.0 - alike)
     same = names == list(first.channel_names) == list(second.channel_names)
     expected = [
         [expected_mac(mode, other) if same else UNKNOWN for other in second] for mode in first
     ]
     least = np.array([[each.least for each in row] for row in expected]).reshape(alike.shape)
-    allowed = (shift < FARTHEST_SHARE) & (alike > np.fmin(least, LEAST_MAC))
+    allowed = (shift < COMPARISON.farthest_share) & (alike > np.fmin(least, COMPARISON.least_mac))
     rows, columns = cheapest_pairs(np.where(allowed, cost, 1e3))
     pairs = [
         (row, column) for row, column in zip(rows, columns, strict=True) if allowed[row, column]
@@ -112,7 +108,7 @@ def compare(first: ModeSet, second: ModeSet) -> Comparison:
         )
         for row, column in pairs
     )
-    return Comparison(
+    return ModeComparison(
         changes,
         tuple(mode for row, mode in enumerate(first) if row not in {pair[0] for pair in pairs}),
         tuple(mode for row, mode in enumerate(second) if row not in {pair[1] for pair in pairs}),

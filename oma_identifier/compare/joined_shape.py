@@ -16,11 +16,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-N_ROUNDS = 50
+from oma_identifier.compare.thresholds import COMPARISON
+
+MOST_ROUNDS = 50
 """Of least squares, shapes and scales in turn: of 400 random joins of 2 to 15 set-ups with one to
 four references none moved by more than 1e-13 deviations in 1,950 rounds more."""
-SURE = 5.0
-"""A scale that is not so many deviations from zero is not known: the points are left out."""
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -119,7 +119,7 @@ def _has_scale(part: PartialShape, parts: Sequence[PartialShape]) -> bool:
         return True
     shared = np.isin(part.rows, np.concatenate(others))
     own = np.ones(len(part.shape)) if part.variance is None else part.variance
-    return bool(np.sum(np.abs(part.shape[shared]) ** 2 / own[shared]) > SURE**2)
+    return bool(np.sum(np.abs(part.shape[shared]) ** 2 / own[shared]) > COMPARISON.sure_scale**2)
 
 
 def _fit(values: Complex, weight: Array) -> tuple[Complex, Complex]:
@@ -132,7 +132,7 @@ def _fit(values: Complex, weight: Array) -> tuple[Complex, Complex]:
     left, _, _ = np.linalg.svd(start, full_matrices=False)
     scale = left[:, 0]
     held = weight * shared
-    for _ in range(N_ROUNDS):
+    for _ in range(MOST_ROUNDS):
         shape = _regressed((weight * scale.conj()[:, None] * values).T, weight.T, scale)
         scale = _regressed(held * shape.conj() * values, held, shape)
         scale = scale / np.linalg.norm(scale)

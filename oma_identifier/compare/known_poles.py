@@ -23,23 +23,16 @@ from numpy.typing import NDArray
 from modal_core.mode import Mode
 from modal_core.samples import Samples
 from oma_identifier.compare.joined_shape import PartialShape
+from oma_identifier.compare.thresholds import COMPARISON
 from oma_identifier.covariance import Band, BandConditioner, plan_bands
 from oma_identifier.methods import half_spectra, LagSums
 from oma_identifier.settings import IdentificationSettings
 
 LAGS = 1024
 N_BLOCKS = 20
-REACH = 6.0
-"""Half-widths of the pole in the half spectra over which it is regressed."""
-FEWEST_LINES = 20
-FAR, N_SMOOTH = 3.0, 3
+N_SMOOTH = 3
 """Widths of that stretch from which on other poles are smooth in it: parabolas leave 1 % of them.
 """
-PRESENT = 3.0
-"""Deviations of what the references take part in a pole; without it they exceed it once in 1,600
-(F distribution of 2 and 2 (N_BLOCKS - 1) degrees of freedom)."""
-LARGEST_MISFIT = 4.0
-"""Mean square, in deviations, of what the references show beside the shape known there."""
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -122,7 +115,7 @@ def _bands(samples: Samples, references: NDArray[np.intp]) -> Iterator[_Rows]:
     for band in plan_bands(samples.sample_rate_hz, samples.duration_s, settings):
         rows = BandConditioner(band).condition(samples.acceleration)
         n_lags = min(LAGS, len(rows) // N_BLOCKS)
-        if n_lags < FEWEST_LINES:
+        if n_lags < COMPARISON.fewest_lines:
             continue
         scale = rows.std(axis=0)
         rows = np.divide(rows, scale, out=np.zeros_like(rows), where=scale > 0.0)
@@ -136,9 +129,9 @@ def _residue(covariance: Array, band: Band, mode: Mode, others: Sequence[Mode]) 
     pole = _pole(mode, rate)
     width = -pole.real + spectra.decay
     apart = np.abs(spectra.angle - abs(pole))
-    near = apart <= max(REACH * width, np.sort(apart)[FEWEST_LINES])
+    near = apart <= max(COMPARISON.pole_reach * width, np.sort(apart)[COMPARISON.fewest_lines])
     angle, value = spectra.angle[near], spectra.value[near]
-    reach = FAR * float(np.ptp(angle))
+    reach = COMPARISON.far_pole * float(np.ptp(angle))
     beside = [_pole(other, rate) for other in others]
     poles = [pole, *(p for p in beside if abs(abs(p) - abs(pole)) < reach)]
     point = np.exp(1j * angle + spectra.decay)[:, None]
@@ -164,13 +157,16 @@ def _shape(
     takes_part = np.einsum('r,brs->bs', known.conj(), residues[:, references]) / np.vdot(
         known, known
     )
-    if np.sum(np.abs(takes_part[0]) ** 2) < PRESENT**2 * _variance(takes_part[1:]).sum():
+    if (
+        np.sum(np.abs(takes_part[0]) ** 2)
+        < COMPARISON.present**2 * _variance(takes_part[1:]).sum()
+    ):
         return None
     power = np.sum(np.abs(takes_part) ** 2, axis=1)
     shapes = np.einsum('bcs,bs->bc', residues, takes_part.conj()) / power[:, None]
     variance = _variance(shapes[1:])
     off = np.abs(shapes[0, references] - known) ** 2
-    if np.sum(off / variance[references]) > LARGEST_MISFIT * (len(references) - 1):
+    if np.sum(off / variance[references]) > COMPARISON.largest_misfit * (len(references) - 1):
         return None
     return PartialShape(np.arange(len(scale)), shapes[0] * scale, variance * scale**2)
 

@@ -24,9 +24,7 @@ from oma_identifier.compare.common_values import common_positive
 from oma_identifier.compare.joined_shape import joined_shape, own_variance, PartialShape
 from oma_identifier.compare.known_poles import shapes_at_poles
 from oma_identifier.compare.same_modes import same_modes
-
-LARGEST_SCATTER = 0.1, 1.0
-"""Of frequencies and of damping ratios between set-ups, as shares."""
+from oma_identifier.compare.thresholds import COMPARISON
 
 Array = NDArray[np.float64]
 
@@ -103,14 +101,14 @@ def merge_modes(
         _table(setups, groups, 'frequency_hz'),
         _table(setups, groups, 'frequency_std_hz'),
         1.0,
-        LARGEST_SCATTER[0],
+        COMPARISON.largest_scatter[0],
     )
     # The root of a damping ratio scatters alike whatever its size.
     damping = common_positive(
         _table(setups, groups, 'damping_ratio'),
         _table(setups, groups, 'damping_ratio_std'),
         0.5,
-        LARGEST_SCATTER[1],
+        COMPARISON.largest_scatter[1],
     )
     values = (frequency.value, damping.value, frequency.std, damping.std)
     poles = [

@@ -15,21 +15,10 @@ from scipy.special import betaln, gammaln, logsumexp
 from modal_core.assignment import cheapest_pairs
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from oma_identifier.compare.thresholds import COMPARISON
 
-SCATTERS = 0.0003, 0.001, 0.003, 0.01, 0.03
-"""Of frequencies between set-ups, as shares, each thought as likely as the others: weather and
-force; Peeters and De Roeck (2001), doi:10.1002/1096-9845(200102)30:2<149::AID-EQE1>3.0.CO;2-Z,
-measured 14 to 18 % in a year, per cents within days."""
-DAMPING_SCATTER = 0.2
-"""Of damping ratios between set-ups, as a share: friction and the level of the force."""
-SHAPE_SLACK = 0.02
-"""Loss of MAC at the references beyond chance: sensors that were touched, set-ups that differ."""
 NEVER = -1e3
 MOST_ROUNDS = 10
-NARROWEST = math.log(2.0)
-"""Width of log frequency over which a few modes are thought to be spread at least."""
-CLEAR = math.log(20.0)
-"""Log odds against the best other arrangement; below, which of two modes it is stays open."""
 
 Array = NDArray[np.float64]
 
@@ -64,9 +53,9 @@ def _log_odds(setups: Sequence[ModeSet], references: Sequence[str]) -> Array:
     log_f = np.log([mode.frequency_hz for mode in modes])
     std = np.nan_to_num([mode.frequency_std_hz / mode.frequency_hz for mode in modes])
     step = log_f[:, None] - log_f
-    total = std[:, None] ** 2 + std**2 + 2.0 * np.square(SCATTERS)[:, None, None]
+    total = std[:, None] ** 2 + std**2 + 2.0 * np.square(COMPARISON.scatters)[:, None, None]
     same = logsumexp(-0.5 * (step**2 / total + np.log(2.0 * np.pi * total)), axis=0)
-    same -= math.log(len(SCATTERS))
+    same -= math.log(len(COMPARISON.scatters))
     same += _damping_odds(modes)
     shapes = np.concatenate(
         [each.shapes[[each.channel_names.index(name) for name in references]] for each in setups],
@@ -74,7 +63,9 @@ def _log_odds(setups: Sequence[ModeSet], references: Sequence[str]) -> Array:
     )
     shapes = np.nan_to_num(shapes)
     loss = np.array([mode.mac_loss if math.isfinite(mode.mac_loss) else 0.0 for mode in modes])
-    alike = _shape_odds(1.0 - mac(shapes, shapes), loss[:, None] + loss + SHAPE_SLACK, references)
+    alike = _shape_odds(
+        1.0 - mac(shapes, shapes), loss[:, None] + loss + COMPARISON.shape_slack, references
+    )
     return np.asarray(same - math.log(_density(setups)) + alike)
 
 
@@ -82,8 +73,8 @@ def _damping_odds(modes: Sequence[Mode]) -> Array:
     """Return the log odds of damping ratios so far apart, of one mode against of any two."""
     log_d = np.log([max(mode.damping_ratio, 1e-6) for mode in modes])
     std = [mode.damping_ratio_std / max(mode.damping_ratio, 1e-6) for mode in modes]
-    own = np.nan_to_num(std) ** 2 + DAMPING_SCATTER**2
-    one, two = own[:, None] + own, 2.0 * max(float(np.var(log_d)), DAMPING_SCATTER**2)
+    own = np.nan_to_num(std, nan=COMPARISON.withheld_scatter) ** 2 + COMPARISON.damping_scatter**2
+    one, two = own[:, None] + own, 2.0 * max(float(np.var(log_d)), COMPARISON.damping_scatter**2)
     square = (log_d[:, None] - log_d) ** 2
     return np.asarray(0.5 * (square / (one + two) - square / one + np.log(1.0 + two / one)))
 
@@ -91,7 +82,9 @@ def _damping_odds(modes: Sequence[Mode]) -> Array:
 def _density(setups: Sequence[ModeSet]) -> float:
     """Return the number of modes in an interval of 1 of log frequency."""
     each = [modes.frequency_hz for modes in setups if len(modes)]
-    return max([len(f) / max(math.log(f[-1] / f[0]), NARROWEST) for f in each], default=1.0)
+    return max(
+        [len(f) / max(math.log(f[-1] / f[0]), COMPARISON.narrowest) for f in each], default=1.0
+    )
 
 
 def _shape_odds(apart: Array, loss: Array, references: Sequence[str]) -> Array:
@@ -172,8 +165,8 @@ def _without_unclear(
     label = label.copy()
     while True:
         swaps = [swap for setup in np.unique(owner) for swap in _swaps(setup, label, odds, owner)]
-        margin, members = min(swaps, default=(CLEAR, ()))
-        if margin >= CLEAR:
+        margin, members = min(swaps, default=(COMPARISON.clear, ()))
+        if margin >= COMPARISON.clear:
             return label
         label[list(members)] = -1
 

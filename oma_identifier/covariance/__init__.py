@@ -11,15 +11,7 @@ from oma_identifier.covariance.analysed_band import (
     below_edge,
     sharp_edge_hz,
 )
-from oma_identifier.covariance.bands import (
-    Band,
-    PERIODS,
-    plan_bands,
-    RATE_RATIO,
-    STEP,
-    UPPER,
-    UPPER_UNDECIMATED,
-)
+from oma_identifier.covariance.bands import Band, plan_bands, STEP
 from oma_identifier.covariance.condition import BandConditioner, Decimation, Decimator
 from oma_identifier.covariance.hankel_gram import HankelGram
 from oma_identifier.covariance.output_covariance import (
@@ -28,13 +20,11 @@ from oma_identifier.covariance.output_covariance import (
     WhenFull,
 )
 from oma_identifier.covariance.references import choose_references
+from oma_identifier.covariance.thresholds import COVARIANCE
 
 __all__ = [
-    'PERIODS',
-    'RATE_RATIO',
+    'COVARIANCE',
     'STEP',
-    'UPPER',
-    'UPPER_UNDECIMATED',
     'AnalysedBand',
     'Band',
     'BandConditioner',

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import math
 
 from oma_identifier.covariance.bands import plan_bands
+from oma_identifier.covariance.thresholds import COVARIANCE
 from oma_identifier.settings import IdentificationSettings
 
-BELOW_EDGE = 0.95
-"""Part of the excited band that is analysed; the false modes lie above 0.97 of it."""
-SHARP_SIGNAL = 'band_limited_noise'
+SHARP_SIGNALS = ('band_limited_noise', 'sliding_noise')
 """The one whose spectrum ends at an edge; that of random pulses falls gently."""
 
 
@@ -36,7 +35,7 @@ class AnalysedBand:
 
 def sharp_edge_hz(signal: str, band_high_hz: float) -> float | None:
     """Return where the excitation of a plan ends; None where it does not end at an edge."""
-    known = signal == SHARP_SIGNAL and math.isfinite(band_high_hz) and band_high_hz > 0.0
+    known = signal in SHARP_SIGNALS and math.isfinite(band_high_hz) and band_high_hz > 0.0
     return band_high_hz if known else None
 
 
@@ -44,7 +43,7 @@ def below_edge(settings: IdentificationSettings, edge_hz: float | None) -> Ident
     """Return settings whose band ends below the edge of the excitation, unless they state one."""
     if edge_hz is None or settings.max_frequency_hz is not None:
         return settings
-    high_hz = BELOW_EDGE * edge_hz
+    high_hz = COVARIANCE.below_edge * edge_hz
     if high_hz <= (settings.min_frequency_hz or 0.0):
         return settings
     return replace(settings, max_frequency_hz=high_hz)

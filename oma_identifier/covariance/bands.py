@@ -12,22 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import IdentificationError
+from oma_identifier.covariance.thresholds import COVARIANCE
 from oma_identifier.settings import IdentificationSettings
 
 STEP = 4
 """Decimation from one band to the next below."""
-UPPER, UPPER_UNDECIMATED, LOWER = 0.4, 0.45, 0.09
-"""Accepted poles lie within these fractions of the band's sample rate."""
-HIGH_PASS = 0.03
-"""Corner of a band's high-pass filter as a fraction of its sample rate."""
-FEWEST_SAMPLES = 1000
-"""In a band that is split off, at its own rate."""
-SEEN = 0.25, 0.6
-"""Reach of the filters below the corner of the high-pass (48 dB), and over the rate (70 dB)."""
-PERIODS = 30.0
-"""Least number of periods in the record for a frequency to be identified."""
-RATE_RATIO = 1000.0
-"""Largest ratio of sample rate to identified frequency without an explicit setting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +43,8 @@ class Band:
 
     def sees(self, frequency_hz: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which lines the filters of the band do not take out of it, (n_lines,) array."""
-        seen = (frequency_hz > SEEN[0] * self.high_pass_hz) & (
-            frequency_hz < SEEN[1] * self.sample_rate_hz
+        seen = (frequency_hz > COVARIANCE.seen[0] * self.high_pass_hz) & (
+            frequency_hz < COVARIANCE.seen[1] * self.sample_rate_hz
         )
         return np.asarray(seen)
 
@@ -71,10 +60,10 @@ def plan_bands(
         The record is too short, or too slow, for the frequencies asked for.
     """
     low = settings.min_frequency_hz or 0.0
-    low = max(low, PERIODS / duration_s)
+    low = max(low, COVARIANCE.periods / duration_s)
     if settings.min_frequency_hz is None:
-        low = max(low, sample_rate_hz / RATE_RATIO)
-    high = UPPER_UNDECIMATED * sample_rate_hz
+        low = max(low, sample_rate_hz / COVARIANCE.rate_ratio)
+    high = COVARIANCE.upper_undecimated * sample_rate_hz
     if settings.max_frequency_hz is not None:
         high = min(high, settings.max_frequency_hz)
     if low >= high:
@@ -87,15 +76,17 @@ def plan_bands(
 
 
 def _split(sample_rate_hz: float, duration_s: float, low: float, high: float) -> list[Band]:
-    factors = tuple(_stages(int(UPPER * sample_rate_hz / high)))
+    factors = tuple(_stages(int(COVARIANCE.upper * sample_rate_hz / high)))
     rate = sample_rate_hz / math.prod(factors)
     bands: list[Band] = []
     while True:
-        top = min(high, (UPPER if factors else UPPER_UNDECIMATED) * rate)
+        top = min(high, (COVARIANCE.upper if factors else COVARIANCE.upper_undecimated) * rate)
         # A band of few samples allows no model order: the one above does better.
-        last = low >= LOWER * rate or duration_s * rate / STEP < FEWEST_SAMPLES
-        bottom = low if last else LOWER * rate
-        corner = 0.5 * bottom if last else HIGH_PASS * rate
+        last = (
+            low >= COVARIANCE.lower * rate or duration_s * rate / STEP < COVARIANCE.fewest_samples
+        )
+        bottom = low if last else COVARIANCE.lower * rate
+        corner = 0.5 * bottom if last else COVARIANCE.high_pass * rate
         bands.append(Band(factors, rate, bottom, top, corner))
         if last:
             return bands

@@ -18,15 +18,11 @@ from oma_identifier.covariance.filters import (
     kaiser_low_pass,
     RunningFilter,
 )
-from oma_identifier.covariance.references import LONGEST
+from oma_identifier.covariance.thresholds import COVARIANCE
 
-PASS = 0.4
-"""Edge of the decimation filter over the new rate; what is folded lands above it."""
-ATTENUATION_DB = 70.0
-HIGH_PASS_ORDER = 4
 GROUP = 16
 """Outputs of the decimation filter that are one product of matrices."""
-ROWS_AT_ONCE = 4096
+ROWS_AT_ONCE, FILTERED_AT_ONCE = 4096, 20_000
 
 
 class Decimator:
@@ -40,12 +36,12 @@ class Decimator:
         Part of the new rate that passes, and that nothing is folded into.
     """
 
-    def __init__(self, factor: int, clean: float = PASS) -> None:
+    def __init__(self, factor: int, clean: float = COVARIANCE.decimated_pass) -> None:
         self.factor = factor
         # Kaiser: length for the attenuation and transition width (Oppenheim & Schafer, 7.76)
         width = 2.0 * math.pi * (1.0 - 2.0 * clean) / factor
-        n_taps = math.ceil((ATTENUATION_DB - 8.0) / (2.285 * width)) | 1
-        self.taps = kaiser_low_pass(n_taps, 1.0 / factor, ATTENUATION_DB)
+        n_taps = math.ceil((COVARIANCE.attenuation_db - 8.0) / (2.285 * width)) | 1
+        self.taps = kaiser_low_pass(n_taps, 1.0 / factor, COVARIANCE.attenuation_db)
         # The filter is symmetric, so a row of taps is the filter itself.
         self._group = np.zeros((GROUP, (GROUP - 1) * factor + len(self.taps)))
         for row in range(GROUP):
@@ -117,7 +113,7 @@ class HighPass:
     """
 
     def __init__(self, corner_hz: float, sample_rate_hz: float) -> None:
-        sections = butterworth_high_pass(HIGH_PASS_ORDER, corner_hz / sample_rate_hz)
+        sections = butterworth_high_pass(COVARIANCE.high_pass_order, corner_hz / sample_rate_hz)
         self._filter = RunningFilter(sections)
 
     def filter(self, rows: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -183,5 +179,5 @@ class BandConditioner:
         The first is as long as what references are chosen by.
         """
         rows = decimation.by(self._factors)
-        for first in range(0, len(rows), LONGEST):
-            yield self._high_pass.filter(rows[first : first + LONGEST])
+        for first in range(0, len(rows), FILTERED_AT_ONCE):
+            yield self._high_pass.filter(rows[first : first + FILTERED_AT_ONCE])

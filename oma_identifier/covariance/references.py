@@ -4,10 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-MOST_REFERENCES = 12
-"""What a channel adds to a dozen well chosen ones is less than what it costs."""
-LAGS = (1, 2, 3, 5, 8, 13, 21, 34)
-LONGEST = 20000
+from oma_identifier.covariance.thresholds import COVARIANCE
 
 
 def choose_references(rows: NDArray[np.float64], n_references: int | None) -> NDArray[np.int64]:
@@ -29,22 +26,22 @@ def choose_references(rows: NDArray[np.float64], n_references: int | None) -> ND
         Columns, rising.
     """
     n_channels = rows.shape[1]
-    wanted = min(n_references or MOST_REFERENCES, n_channels)
+    wanted = min(n_references or COVARIANCE.most_references, n_channels)
     if wanted == n_channels:
         return np.arange(n_channels)
-    scaled = rows[:LONGEST] * _inverse_scale(rows)
+    scaled = rows[: COVARIANCE.looked_at] * _inverse_scale(rows)
     pivots = qr(_covariances(scaled), mode='r', pivoting=True)[1]
     return np.sort(np.asarray(pivots[:wanted], dtype=np.int64))
 
 
 def _inverse_scale(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return one over the standard deviation of each channel, 0 where nothing moves."""
-    scale = rows[:LONGEST].std(axis=0)
+    scale = rows[: COVARIANCE.looked_at].std(axis=0)
     inverse = np.zeros(len(scale))
     return np.asarray(np.divide(1.0, scale, out=inverse, where=scale > 0.0))
 
 
 def _covariances(scaled: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return covariances of all channels with all at a few lags, one below the other."""
-    lags = [lag for lag in LAGS if lag < max(2, len(scaled) // 4)]
+    lags = [lag for lag in COVARIANCE.lags if lag < max(2, len(scaled) // 4)]
     return np.asarray(np.concatenate([scaled[lag:].T @ scaled[:-lag] for lag in lags]))

@@ -7,13 +7,8 @@ import numpy as np
 
 from modal_core.measurements import JointSamples, NANOSECONDS_PER_SECOND
 from modal_core.window import Pose
-from oma_identifier.time_axis import Candidates, CONFIRM, FORWARD_NS, REORDER_NS
-
-NEAR_NS = 5 * NANOSECONDS_PER_SECOND
-"""A joint state this near to the samples' time needs no other to confirm it."""
-MOST_SAMPLES = 2_000_000
-MOST_NUMBERS = 30_000_000
-"""Positions, velocities and efforts kept: 240 MB, or 1 kHz of six joints for half an hour."""
+from oma_identifier.intake.thresholds import INTAKE
+from oma_identifier.time_axis import Candidates, TIME_AXIS
 
 
 class JointTrack:
@@ -54,7 +49,12 @@ class JointTrack:
         same = bool(self._parts) and joints.joint_names == self._parts[-1].joint_names
         ahead = joints.stamp_ns - self._newest_ns
         steps = np.diff(joints.stamp_ns, prepend=joints.stamp_ns[:1])
-        if same and ahead[0] >= -REORDER_NS and ahead[0] <= FORWARD_NS and _is_steady(steps):
+        if (
+            same
+            and ahead[0] >= -TIME_AXIS.reorder_ns
+            and ahead[0] <= TIME_AXIS.forward_ns
+            and _is_steady(steps)
+        ):
             self._suspects.clear()
             self._keep(joints)
             return
@@ -67,7 +67,7 @@ class JointTrack:
             self._keep(joints)
             return
         run = self._suspects.add(joints)
-        if run.n_items < CONFIRM:
+        if run.n_items < TIME_AXIS.confirm:
             return
         other = bool(self._parts) and joints.joint_names != self._parts[-1].joint_names
         if other or int(run.first.stamp_ns[0]) < self._newest_ns:
@@ -80,9 +80,12 @@ class JointTrack:
         if not self._parts:
             return False
         last = self._parts[-1]
-        in_time = now_ns is not None and abs(int(joints.stamp_ns[0]) - now_ns) <= NEAR_NS
+        in_time = now_ns is not None and abs(int(joints.stamp_ns[0]) - now_ns) <= INTAKE.near_ns
         return joints.joint_names == last.joint_names and (
-            in_time or -REORDER_NS <= int(joints.stamp_ns[0]) - self._newest_ns <= FORWARD_NS
+            in_time
+            or -TIME_AXIS.reorder_ns
+            <= int(joints.stamp_ns[0]) - self._newest_ns
+            <= TIME_AXIS.forward_ns
         )
 
     def _keep(self, joints: JointSamples) -> None:
@@ -93,8 +96,8 @@ class JointTrack:
         oldest = self._newest_ns - self._span_ns
         while len(self._parts) > 1 and (
             int(self._parts[0].stamp_ns[-1]) < oldest
-            or self._n_samples > MOST_SAMPLES
-            or self._n_numbers > MOST_NUMBERS
+            or self._n_samples > INTAKE.most_joint_samples
+            or self._n_numbers > INTAKE.most_joint_numbers
         ):
             gone = self._parts.popleft()
             self._n_samples -= len(gone.stamp_ns)
@@ -116,7 +119,7 @@ class JointTrack:
         run = self._suspects.longest()
         if not self._parts and run is not None:
             age_ns = now_ns - int(run.held[-1].stamp_ns[0])
-            if -NEAR_NS <= age_ns <= self._span_ns:
+            if -INTAKE.near_ns <= age_ns <= self._span_ns:
                 self.flush()
         self._suspects.expire()
 
@@ -177,11 +180,14 @@ def _size(joints: JointSamples) -> int:
 def _follows(last: JointSamples, joints: JointSamples) -> bool:
     """Tell whether one joint state continues another: the same joints, not long after."""
     ahead = int(joints.stamp_ns[0]) - int(last.stamp_ns[-1])
-    return joints.joint_names == last.joint_names and -REORDER_NS <= ahead <= FORWARD_NS
+    return (
+        joints.joint_names == last.joint_names
+        and -TIME_AXIS.reorder_ns <= ahead <= TIME_AXIS.forward_ns
+    )
 
 
 def _is_steady(steps: np.ndarray) -> bool:
-    return bool(np.all((steps >= -REORDER_NS) & (steps <= FORWARD_NS)))
+    return bool(np.all((steps >= -TIME_AXIS.reorder_ns) & (steps <= TIME_AXIS.forward_ns)))
 
 
 def _effort(part: JointSamples) -> np.ndarray:

@@ -6,14 +6,9 @@ late nor be put beside them.
 
 from collections.abc import Sequence
 
-from modal_core.measurements import NANOSECONDS_PER_SECOND
 from oma_identifier.intake.source import Source
+from oma_identifier.intake.thresholds import INTAKE
 
-TOGETHER_NS = 5 * NANOSECONDS_PER_SECOND
-"""Sources whose newest samples are no further from one another keep one time: a silent source is
-not waited for any longer (`segment.WAIT_NS`)."""
-STAYS = 1.5
-"""Two equal sources do not take turns; two of three that were set go on together."""
 APART = 'clock_apart'
 
 
@@ -49,11 +44,11 @@ class LeadingClock:
             self._place(name, newest)
         if name in self.leading:
             self.now_ns = newest if self.now_ns is None else max(self.now_ns, newest)
-        return not self.leading or newest - self._looked[name] >= TOGETHER_NS
+        return not self.leading or newest - self._looked[name] >= INTAKE.together_ns
 
     def _place(self, name: str, newest_ns: int) -> None:
         """Put a source that begins, or whose clock jumped, where its time is."""
-        if self.now_ns is None or abs(newest_ns - self.now_ns) <= TOGETHER_NS:
+        if self.now_ns is None or abs(newest_ns - self.now_ns) <= INTAKE.together_ns:
             self.leading.add(name)
         else:
             self.leading.discard(name)
@@ -80,7 +75,7 @@ class LeadingClock:
                 if APART not in source.flags:
                     self.newly_apart.append(source.name)
                 source.flags.add(APART)
-                source.stream.forget(source.stream.newest_ns - TOGETHER_NS)
+                source.stream.forget(source.stream.newest_ns - INTAKE.together_ns)
         self._looked = {source.name: source.stream.newest_ns for source in begun}
         self._weight = {}
         return bool(before) and not before & self.leading
@@ -88,7 +83,7 @@ class LeadingClock:
     def _weighed(self, group: Sequence[Source]) -> float:
         weight = sum(self._weight.get(source.name, 0) for source in group)
         leads = any(source.name in self.leading for source in group)
-        return weight * (STAYS if leads else 1.0)
+        return weight * (INTAKE.leader_stays if leads else 1.0)
 
 
 def _groups(sources: Sequence[Source]) -> list[list[Source]]:
@@ -96,7 +91,7 @@ def _groups(sources: Sequence[Source]) -> list[list[Source]]:
     ordered = sorted(sources, key=lambda source: source.stream.newest_ns)
     groups = [[ordered[0]]]
     for source in ordered[1:]:
-        if source.stream.newest_ns - groups[-1][-1].stream.newest_ns > TOGETHER_NS:
+        if source.stream.newest_ns - groups[-1][-1].stream.newest_ns > INTAKE.together_ns:
             groups.append([])
         groups[-1].append(source)
     return groups

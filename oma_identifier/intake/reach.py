@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from oma_identifier.time_axis import longest_filled, no_measurement, OrderedSamples
 
-BESIDE = 40
+BESIDE_GAP = 40
 """Samples beside a gap."""
 
 
@@ -24,7 +24,7 @@ def reach_before(held: OrderedSamples, start_ns: int, before_ns: int, period_ns:
         Step.
     """
     place = int(np.searchsorted(held.stamp_ns, start_ns, 'right')) - 1
-    last_ns = start_ns if place < 0 else int(held.stamp_ns[place]) - int(BESIDE * period_ns)
+    last_ns = start_ns if place < 0 else int(held.stamp_ns[place]) - int(BESIDE_GAP * period_ns)
     first = int(np.searchsorted(held.stamp_ns, before_ns))
     if no_measurement(held.values[first : place + 1]).any():
         last_ns = min(last_ns, start_ns - _longest_ns(period_ns))
@@ -58,7 +58,7 @@ def _after_gap(stamp_ns: NDArray[np.int64], end_ns: int, after_ns: int, period_n
     gap_ns = stamp_ns[place] - stamp_ns[place - 1]
     if gap_ns > (longest_filled(period_ns) + 1.5) * period_ns:
         return after_ns
-    return int(stamp_ns[place]) + int(BESIDE * period_ns)
+    return int(stamp_ns[place]) + int(BESIDE_GAP * period_ns)
 
 
 def _is_bad_at(held: OrderedSamples, end_ns: int, after_ns: int, period_ns: float) -> bool:
@@ -75,4 +75,4 @@ def _is_bad_at(held: OrderedSamples, end_ns: int, after_ns: int, period_ns: floa
 
 
 def _longest_ns(period_ns: float) -> int:
-    return int((longest_filled(period_ns) + 1 + BESIDE) * period_ns)
+    return int((longest_filled(period_ns) + 1 + BESIDE_GAP) * period_ns)

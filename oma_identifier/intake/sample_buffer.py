@@ -8,7 +8,6 @@ stamps only, so a replay gives the same windows as the file it came from.
 
 from collections import Counter
 from collections.abc import Iterator
-import math
 
 import numpy as np
 
@@ -22,23 +21,14 @@ from modal_core.measurements import (
 from modal_core.window import Window
 from oma_identifier.intake.buffer_counters import BufferCounters
 from oma_identifier.intake.joint_track import JointTrack
-from oma_identifier.intake.leading_clock import APART, LeadingClock, TOGETHER_NS
-from oma_identifier.intake.rate_limits import refuse_rates
+from oma_identifier.intake.leading_clock import APART, LeadingClock
+from oma_identifier.intake.rate_limits import RateCheck
 from oma_identifier.intake.segment import Segment
 from oma_identifier.intake.source import Source
 from oma_identifier.intake.source_roster import SourceRoster
-from oma_identifier.intake.window_cut import cut_window
-from oma_identifier.one_thread import one_thread
+from oma_identifier.intake.thresholds import INTAKE
+from oma_identifier.intake.window_cutter import WindowCutter
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.time_axis import tells_rate
-
-START_NS = NANOSECONDS_PER_SECOND
-EXPECT_NS = 5 * NANOSECONDS_PER_SECOND
-"""Sources that begin within this time begin together."""
-SHORTEST_PARTIAL = 0.1
-"""Share of a window that is worth a partial window at a break or at the end."""
-MOST_PENDING_BYTES = 2**28
-"""Samples of one source that may wait before they are given up: 100 channels at 4 kHz for 80 s."""
 
 
 class SampleBuffer:
@@ -50,11 +40,6 @@ class SampleBuffer:
         Length of a window and of a hop.
     layout : SensorLayout or None
         The channels to expect; None: whatever arrives.
-
-    Attributes
-    ----------
-    n_windows : int
-        Windows cut so far; the index of the next.
     """
 
     def __init__(
@@ -66,16 +51,21 @@ class SampleBuffer:
         self._joints_aside: Counter[str] = Counter()
         self.joints = JointTrack(2.0 * settings.window_s + 10.0, self._joints_aside)
         self._clock = LeadingClock()
-        self._refused: set[str] = set()
-        self._checked: tuple[str, ...] = ()
+        self._rates = RateCheck(settings.window_s, self.counters)
         self._roster = SourceRoster(layout, self.counters, gyroscopes=settings.gyroscopes)
         self._expected: set[str] = set()
-        self._untold: set[str] = set()
         self._idle: set[str] = set()
         self._segment: Segment | None = None
-        self._ready: list[Window] = []
-        self.n_windows = 0
-        self._flags: tuple[str, ...] = ()
+        self._cutter = WindowCutter(layout, self.joints)
+
+    @property
+    def n_windows(self) -> int:
+        """Windows cut so far; the index of the next."""
+        return self._cutter.n_windows
+
+    @n_windows.setter
+    def n_windows(self, n_windows: int) -> None:
+        self._cutter.n_windows = n_windows
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -116,7 +106,7 @@ class SampleBuffer:
 
     def _note(self, source: Source, n_samples: int) -> None:
         """Follow whose time leads, and count what was set aside."""
-        if source.stream.n_bytes > MOST_PENDING_BYTES:
+        if source.stream.n_bytes > INTAKE.most_pending_bytes:
             source.stream.drop()
             self._break('overload')
         if source.set_aside:
@@ -138,7 +128,7 @@ class SampleBuffer:
             source.expire()
             # What has just come may be the first of a source, and long.
             if source.name in idle & self._idle:
-                source.stream.forget(source.stream.newest_ns - 2 * TOGETHER_NS)
+                source.stream.forget(source.stream.newest_ns - 2 * INTAKE.together_ns)
             self.counters.collect(source.set_aside)
         self._idle = idle
         if now_ns is not None:
@@ -147,8 +137,7 @@ class SampleBuffer:
 
     def windows(self) -> Iterator[Window]:
         """Yield the windows that are complete."""
-        while self._ready:
-            yield self._ready.pop(0)
+        yield from self._cutter.windows()
 
     def finish(self) -> Iterator[Window]:
         """Yield what is left: complete windows, then a partial one."""
@@ -189,16 +178,16 @@ class SampleBuffer:
         silent = self._expected - {name.split()[0] for name in spans}
         waiting = [source for source in self._roster.sources.values() if source.is_waiting]
         least_ns = max(
-            EXPECT_NS if silent or waiting else START_NS,
+            INTAKE.expect_ns if silent or waiting else INTAKE.start_ns,
             *(round(one.gate.awaited_s * NANOSECONDS_PER_SECOND) for one in waiting),
             0,
         )
         if not closing and held_ns < least_ns:
             return False
-        together = [source for source in begun if spans[source.name][0] - first <= START_NS]
+        together = [source for source in begun if spans[source.name][0] - first <= INTAKE.start_ns]
         for source in begun:
-            self._learn(source)
-        self._check_rates_allowed()
+            self._rates.learn(source)
+        self._rates.check(self._leading())
         timed = [source for source in together if source in self._active()]
         if not timed:
             return False
@@ -232,31 +221,9 @@ class SampleBuffer:
             source
             for source in self._leading()
             if source.period_ns > 0.0
-            and source.name not in self._refused
+            and not self._rates.refuses(source)
             and not source.stream.jumped
         ]
-
-    def _learn(self, source: Source) -> None:
-        """Learn the rate of a source from its stamps, when they tell one."""
-        source.learn_period()
-        if source.clock is None and source.period_ns > 0.0:
-            if not tells_rate(source.stream.samples().stamp_ns, source.period_ns):
-                source.period_ns = 0.0
-                if source.name not in self._untold:
-                    self._untold.add(source.name)
-                    self.counters.note('rate_unconfirmed', text=f'{source.name}: too few samples')
-
-    def _check_rates_allowed(self) -> None:
-        """Refuse rates that ask for more rows than a window may have."""
-        timed = [source for source in self._leading() if source.period_ns > 0.0]
-        asked = tuple(f'{source.name} {source.rate_hz:.2g}' for source in timed)
-        if asked == self._checked:
-            return
-        self._checked = asked
-        refusals = refuse_rates(timed, self.settings.window_s)
-        self._refused = {refusal.source.name for refusal in refusals}
-        for refusal in refusals:
-            self.counters.note(refusal.reason, text=refusal.text)
 
     def _advance(self, *, closing: bool) -> bool:
         """Make the next stretch of rows; False when its samples are not there yet."""
@@ -265,8 +232,8 @@ class SampleBuffer:
             return False
         for source in self._leading():
             if source.period_ns == 0.0:
-                self._learn(source)
-        self._check_rates_allowed()
+                self._rates.learn(source)
+        self._rates.check(self._leading())
         sources = self._active()
         if not sources:
             return False
@@ -279,7 +246,7 @@ class SampleBuffer:
         if silent.any():
             self._split(end - len(silent), silent)
             return True
-        self._cut_windows()
+        self._cutter.cut(segment, self._roster.confirmed)
         return self._check_rates()
 
     def _split(self, first_row: int, silent: np.ndarray) -> None:
@@ -289,7 +256,7 @@ class SampleBuffer:
             return
         segment.n_rows = first_row + int(np.argmax(silent))
         resume = first_row + len(silent) - int(np.argmin(silent[::-1]))
-        self._cut_windows()
+        self._cutter.cut(segment, self._roster.confirmed)
         resume_ns = segment.time_ns(resume if not silent[-1] else first_row + len(silent))
         self._close_segment()
         self._resume(resume_ns)
@@ -309,56 +276,17 @@ class SampleBuffer:
             self._break('rate_change')
         return True
 
-    def _cut_windows(self) -> None:
-        segment = self._segment
-        if segment is None:
-            return
-        while segment.next_window * segment.hop_rows + segment.window_rows <= segment.n_rows:
-            first = segment.next_window * segment.hop_rows
-            self._cut(first, first + segment.window_rows, partial=False)
-            segment.next_window += 1
-            segment.forget()
-
     def _close_segment(self) -> None:
         """Cut what is left of a segment as a partial window, and end the segment."""
         segment, self._segment = self._segment, None
-        if segment is None:
-            return
-        first = segment.next_window * segment.hop_rows
-        covered = 0
-        if segment.next_window:
-            covered = first - segment.hop_rows + segment.window_rows
-        least = max(2, math.ceil(SHORTEST_PARTIAL * segment.window_rows))
-        is_new = segment.n_rows - covered > segment.sample_rate_hz
-        if segment.n_rows - first >= least and (is_new or not segment.next_window):
-            self._segment = segment
-            self._cut(first, segment.n_rows, partial=True)
-            self._segment = None
-
-    def _cut(self, first: int, last: int, *, partial: bool) -> None:
-        segment = self._segment
-        if segment is None:
-            return
-        flags = (*self._flags, 'partial') if partial else self._flags
-        with one_thread():
-            window = cut_window(
-                index=self.n_windows,
-                segment=segment,
-                sources=self._roster.confirmed,
-                rows=range(first, last),
-                layout=self.layout,
-                joints=self.joints,
-                flags=flags,
-            )
-        self.n_windows += 1
-        self._flags = ()
-        self._ready.append(window)
+        if segment is not None:
+            self._cutter.cut_rest(segment, self._roster.confirmed)
 
     def _break(self, reason: str) -> None:
         """Note why the next segment begins."""
         self._segment = None
         self.counters.note(reason)
-        self._flags = tuple(dict.fromkeys((*self._flags, reason)))
+        self._cutter.flag(reason)
 
     def _handle_jump(self, *, closing: bool) -> None:
         """Begin anew when the clocks of most sources jumped back; else restart the odd one."""
@@ -369,7 +297,7 @@ class SampleBuffer:
             int(source.stream.jumped[-1].stamp_ns[-1] - source.stream.jumped[0].stamp_ns[0])
             for source in jumped
         )
-        if len(leading) < len(live) and waited < START_NS and not closing:
+        if len(leading) < len(live) and waited < INTAKE.start_ns and not closing:
             return
         together = 2 * len(leading) > len(live)
         if together:

@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from oma_identifier.intake.source import Source
 from oma_identifier.intake.source_rows import CutRows, SourceRows
-from oma_identifier.time_axis import longest_filled, REORDER_NS
+from oma_identifier.intake.thresholds import INTAKE
+from oma_identifier.time_axis import longest_filled, TIME_AXIS
 
 STRETCH_S = 1.0
 FEWEST_ROWS = 256
-WAIT_NS = 5 * NANOSECONDS_PER_SECOND
-"""Data time a silent source is waited for."""
 
 
 @dataclass
@@ -76,7 +75,7 @@ class Segment:
         newest = max(source.stream.newest_ns for source in sources)
         # Samples may come late by a second; only the end of a window is not kept waiting, as
         # long as nothing has ever come out of order.
-        due_ns = end_ns + REORDER_NS
+        due_ns = end_ns + TIME_AXIS.reorder_ns
         if not any(source.stream.disordered for source in sources):
             window_end = self.next_window * self.hop_rows + self.window_rows
             due_ns = max(end_ns, min(due_ns, self.time_ns(window_end)))
@@ -88,7 +87,7 @@ class Segment:
                 source.stream.newest_ns >= due_ns + source.margin_ns(self.step_ns)
                 and not source.awaits(end_ns, self.step_ns)
             )
-            or source.stream.newest_ns < newest - WAIT_NS - source.margin_ns(self.step_ns)
+            or source.stream.newest_ns < newest - INTAKE.wait_ns - source.margin_ns(self.step_ns)
             for source in sources
         )
 
@@ -98,7 +97,7 @@ class Segment:
         live = [
             source.stream.newest_ns
             for source in sources
-            if source.stream.newest_ns > newest - WAIT_NS
+            if source.stream.newest_ns > newest - INTAKE.wait_ns
         ]
         end_ns = min(live) + self.step_ns / 2.0
         return max(0, math.floor((end_ns - self.time_ns(self.n_rows)) / self.step_ns) + 1)

@@ -6,10 +6,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.channel import Channel, SensorLayout
+from modal_core.channel import Channel
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
 from oma_identifier.intake.reach import reach_after, reach_before
-from oma_identifier.intake.source_channels import channels_of, columns_of
+from oma_identifier.intake.source_channels import columns_of
+from oma_identifier.intake.step_count import StepCount
+from oma_identifier.intake.thresholds import INTAKE
 from oma_identifier.quality import ConverterWatch, RepeatWatch
 from oma_identifier.time_axis import (
     BlockClock,
@@ -28,11 +30,6 @@ from oma_identifier.time_axis import (
     tick_of,
     typical_step,
 )
-
-RATE_CHANGE = 0.1
-"""Share by which the rate of the stamps must change to count as another rate."""
-FEWEST_FOR_RATE = 20
-LEARN_NS = NANOSECONDS_PER_SECOND
 
 
 @dataclass
@@ -80,7 +77,7 @@ class Source:
     converter: ConverterWatch = field(init=False)
     gate: BlockGate = field(init=False)
     _scale: NDArray[np.float64] | None = None
-    _counted: tuple[int, int, int] | None = None
+    _steps: StepCount = field(default_factory=StepCount)
     _reach_ns: int = 0
     _seen_ns: int = 0
 
@@ -117,14 +114,11 @@ class Source:
         """Samples per second, by all stamps so far."""
         if self.clock is not None:
             return self.clock.measured_rate_hz
-        if self._counted is None or self._counted[2] < FEWEST_FOR_RATE:
-            return self.rate_hz
-        first, last, n_steps = self._counted
-        return n_steps * NANOSECONDS_PER_SECOND / (last - first)
+        return self._steps.rate_hz or self.rate_hz
 
     def sends(self, measurement: StampedSamples | SampleBlock) -> bool:
         """Tell whether a measurement of the same topic is of this source."""
-        sent = _sent(measurement)
+        sent = sent_by(measurement)
         same = sent == self.sent or (len(sent) == len(self.sent) and set(sent) == set(self.sent))
         return same and (self.clock is not None) == isinstance(measurement, SampleBlock)
 
@@ -195,7 +189,7 @@ class Source:
         events = self.stream.events
         self.stream = SourceStream(len(self.channels), self.set_aside, self.stream.dtype)
         self.stream.events = events
-        self._counted, self._seen_ns = None, 0
+        self._steps, self._seen_ns = StepCount(), 0
         for number, part in enumerate(later):
             confirmed = number == 0 or self.clock is not None
             self.stream.add(part.stamp_ns, part.values, confirmed=confirmed)
@@ -208,7 +202,7 @@ class Source:
         stamps = self.stream.samples().stamp_ns
         if len(stamps) >= 4:
             # Of the first second only: how much more has arrived must not matter.
-            stamps = stamps[: max(4, int(np.searchsorted(stamps, stamps[0] + LEARN_NS)))]
+            stamps = stamps[: max(4, int(np.searchsorted(stamps, stamps[0] + INTAKE.learn_ns)))]
             coarse = is_coarse(stamps)
             counted = count(stamps) if coarse else None
             if coarse and counted is None:
@@ -317,73 +311,17 @@ class Source:
     def _follow_rate(self, inside: NDArray[np.int64]) -> None:
         if self.clock is not None:
             return
-        if len(inside) >= FEWEST_FOR_RATE:
+        if len(inside) >= INTAKE.fewest_for_rate:
             step = _mean_step(inside)
-            if abs(step / self.period_ns - 1.0) > RATE_CHANGE and tells_rate(inside, step):
+            if abs(step / self.period_ns - 1.0) > INTAKE.rate_change and tells_rate(inside, step):
                 self.period_ns = step
                 self.rate_changed = True
-                self._counted = None
-        self._count(inside)
-
-    def _count(self, stamps: NDArray[np.int64]) -> None:
-        """Count steps between stamps; a gap counts as the steps that fit into it."""
-        if self._counted is None:
-            if len(stamps):
-                self._counted = int(stamps[0]), int(stamps[0]), 0
-                self._count(stamps)
-            return
-        first, last, n_steps = self._counted
-        later = stamps[stamps > last]
-        if len(later):
-            steps = np.rint(np.diff(later, prepend=last) / self.period_ns)
-            self._counted = first, int(later[-1]), n_steps + int(steps.sum())
+                self._steps = StepCount()
+        self._steps.add(inside, self.period_ns)
 
 
-def make_source(
-    measurement: StampedSamples | SampleBlock,
-    layout: SensorLayout | None,
-    *,
-    gyroscopes: bool = False,
-) -> Source | None:
-    """Return a new source for a measurement; None when the layout knows none of its channels."""
-    clock = None
-    if isinstance(measurement, SampleBlock):
-        clock = BlockClock(measurement.sample_rate_hz)
-    gyroscopes = gyroscopes and _turns(measurement)
-    given = channels_of(measurement, layout, gyroscopes=gyroscopes)
-    columns = tuple(index for index, channel in enumerate(given) if channel is not None)
-    channels = tuple(channel for channel in given if channel is not None)
-    if not channels:
-        return None
-    source = Source(
-        name=measurement.source,
-        channels=channels,
-        columns=slice(None) if len(columns) == len(given) else columns,
-        sent=_sent(measurement),
-        stream=SourceStream(len(channels), dtype=_precision(measurement)),
-        clock=clock,
-        gyroscopes=gyroscopes,
-    )
-    if clock is not None:
-        source.period_ns = NANOSECONDS_PER_SECOND / clock.sample_rate_hz
-    return source
-
-
-def _turns(measurement: StampedSamples | SampleBlock) -> bool:
-    """Tell whether a source has gyroscopes; an Imu without them sends no numbers, or zeros."""
-    if isinstance(measurement, SampleBlock) or measurement.channel_names:
-        return True
-    turns = measurement.angular_velocity
-    return turns is not None and bool(np.isfinite(turns).any() and np.nan_to_num(turns).any())
-
-
-def _precision(measurement: StampedSamples | SampleBlock) -> 'np.dtype[np.floating]':
-    """Return the least precision that loses nothing of what is sent, in the machine's order."""
-    single = measurement.acceleration.dtype.itemsize <= np.dtype(np.float32).itemsize
-    return np.dtype(np.float32 if single else np.float64)
-
-
-def _sent(measurement: StampedSamples | SampleBlock) -> tuple[str, ...]:
+def sent_by(measurement: StampedSamples | SampleBlock) -> tuple[str, ...]:
+    """Return what tells sources of one topic apart: names of a block's columns, or the frame."""
     if isinstance(measurement, SampleBlock):
         return measurement.channel_names
     return (measurement.frame_id,)

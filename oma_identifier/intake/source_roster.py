@@ -3,9 +3,9 @@
 from modal_core.channel import Channel, SensorLayout
 from modal_core.measurements import SampleBlock, StampedSamples
 from oma_identifier.intake.buffer_counters import BufferCounters
-from oma_identifier.intake.source import make_source, Source
-
-MOST_SOURCES = 256
+from oma_identifier.intake.make_source import make_source
+from oma_identifier.intake.source import Source
+from oma_identifier.intake.thresholds import INTAKE
 
 
 class SourceRoster:
@@ -82,7 +82,7 @@ class SourceRoster:
 
     def _has_room(self) -> bool:
         """Make room for another source: one that nothing confirmed goes first."""
-        if len(self.sources) < MOST_SOURCES:
+        if len(self.sources) < INTAKE.most_sources:
             return True
         waiting = next((name for name, one in self.sources.items() if one.is_waiting), None)
         if waiting is None:
@@ -95,7 +95,7 @@ class SourceRoster:
     def _ignore(self, key: str, reason: str, text: str = '') -> None:
         self._counters.n_rejected += 1
         self._counters.note(reason, text=text)
-        if len(self._ignored) < MOST_SOURCES:
+        if len(self._ignored) < INTAKE.most_sources:
             self._ignored.add(key)
 
     def meet(self) -> None:

@@ -10,15 +10,11 @@ from modal_core.errors import MessageError
 from modal_core.measurements import (
     JointSamples,
     Measurement,
-    NANOSECONDS_PER_SECOND,
     SampleBlock,
     StampedSamples,
 )
 from modal_recordings.decode import decode
-
-SLICE_NS = NANOSECONDS_PER_SECOND // 5
-WILD_NS = 60 * NANOSECONDS_PER_SECOND
-"""From the middle of a batch: no batch of one poll lasts so long."""
+from oma_identifier.intake.thresholds import INTAKE
 
 
 def in_order(measurements: Sequence[Measurement]) -> list[Measurement]:
@@ -47,10 +43,10 @@ def _stamp(part: Measurement) -> int:
 def _reached(stamps: Sequence[int]) -> list[int]:
     """Return how far a topic has come at each of its stamps; single wild ones do not count."""
     usual = sorted(stamps)[len(stamps) // 2]
-    first = next(stamp for stamp in stamps if abs(stamp - usual) <= WILD_NS)
+    first = next(stamp for stamp in stamps if abs(stamp - usual) <= INTAKE.wild_ns)
     reached = []
     for stamp in stamps:
-        first = max(first, stamp) if abs(stamp - usual) <= WILD_NS else first
+        first = max(first, stamp) if abs(stamp - usual) <= INTAKE.wild_ns else first
         reached.append(first)
     return reached
 
@@ -59,7 +55,7 @@ def _slices(measurement: Measurement) -> list[Measurement]:
     if not isinstance(measurement, StampedSamples):
         return [measurement]
     stamps = measurement.stamp_ns
-    edges = [0, *(np.flatnonzero(np.diff(stamps // SLICE_NS)) + 1).tolist(), len(stamps)]
+    edges = [0, *(np.flatnonzero(np.diff(stamps // INTAKE.slice_ns)) + 1).tolist(), len(stamps)]
     if len(edges) > 2 + len(stamps) // 4:
         return [measurement]
     turn = measurement.angular_velocity

@@ -15,6 +15,7 @@ from oma_identifier.intake.joint_track import JointTrack, pose_of
 from oma_identifier.intake.segment import Segment
 from oma_identifier.intake.source import Source
 from oma_identifier.intake.source_rows import CutRows
+from oma_identifier.intake.thresholds import INTAKE
 from oma_identifier.quality import (
     ChannelHealth,
     channels_by_flag,
@@ -25,14 +26,6 @@ from oma_identifier.quality import (
     is_damping_unsure,
     named,
 )
-
-DEGRADED_SHARE = 0.01
-"""Share of filled samples that makes a window degraded."""
-MOST_MENDED = 0.05
-"""Share of a channel's samples that were no numbers and were filled, from where on it is excluded:
-half of that from where on filled samples were seen to cost damping (see gaps.py)."""
-MOST_NAMED = 4
-"""Channels named one by one."""
 
 
 def cut_window(
@@ -123,7 +116,7 @@ def _qualities(
     within = segment.time_ns(rows.start), segment.time_ns(rows.stop)
     repeated = source.repeats.flags(*within)
     converted = source.converter.flags(*within)
-    bad = cut.bad | (cut.n_mended > MOST_MENDED * len(rows))
+    bad = cut.bad | (cut.n_mended > INTAKE.most_mended * len(rows))
     n_mended = np.rint(cut.n_mended * _samples_per_row(source, segment)).astype(int)
     return [
         _channel_quality(_with_mended(base, mended), channel, health, is_bad, found)
@@ -223,7 +216,7 @@ def _channel_quality(
 def _why_excluded(channels: Sequence[ChannelQuality]) -> str:
     """Name channels by what is wrong with them."""
     return '; '.join(
-        f'{flag} in {named(names, MOST_NAMED)}'
+        f'{flag} in {named(names, INTAKE.most_named)}'
         for flag, names in channels_by_flag(channels).items()
         if flag in EXCLUDING
     )
@@ -248,7 +241,7 @@ def _quality(
     flags: tuple[str, ...],
 ) -> DataQuality:
     found = list(flags)
-    if any(quality.n_interpolated > DEGRADED_SHARE * n_rows for quality in channels) or any(
+    if any(quality.n_interpolated > INTAKE.degraded_share * n_rows for quality in channels) or any(
         quality.excluded for quality in channels
     ):
         found.append('degraded')

@@ -5,13 +5,7 @@ explain the spectra best, with the covariance of their errors (Whittle 1953; Au 
 doi:10.1007/978-981-10-4118-1).
 """
 
-from oma_identifier.likelihood.band_data import (
-    averages_from,
-    group_modes,
-    overlaps,
-    ReducedBand,
-    StartModes,
-)
+from oma_identifier.likelihood.averages import averages_from
 from oma_identifier.likelihood.band_model import (
     accelerance,
     BandData,
@@ -22,36 +16,48 @@ from oma_identifier.likelihood.band_model import (
     SlopePrior,
 )
 from oma_identifier.likelihood.continued import continued
-from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band, LATER_PASS
+from oma_identifier.likelihood.fit_band import (
+    ConvergenceLimits,
+    FIRST_PASS,
+    fit_band,
+    LATER_PASS,
+    value_at,
+)
+from oma_identifier.likelihood.force_course import ForceCourse
 from oma_identifier.likelihood.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.likelihood.group_fits import (
     fit_group,
     GroupFit,
-    SEPARABLE,
     unit,
     updated,
     whole_shape,
 )
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
+from oma_identifier.likelihood.known_fit import fit_known
 from oma_identifier.likelihood.line_spectra import (
+    inputs_of,
     moving_channels,
     Spectra,
     spectra_of,
     usable_lines,
 )
 from oma_identifier.likelihood.modal_motion import averaged_blocks, expected_motion
+from oma_identifier.likelihood.mode_groups import group_modes, overlaps, StartModes
+from oma_identifier.likelihood.reduced_band import ReducedBand
 from oma_identifier.likelihood.shape_scatter import MacLoss, normalised_std
 from oma_identifier.likelihood.tail_regression import parts_along, TailData
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
 __all__ = [
     'FIRST_PASS',
     'LATER_PASS',
-    'SEPARABLE',
+    'LIKELIHOOD',
     'BandData',
     'BandFit',
     'BandIndex',
     'BandModel',
     'ConvergenceLimits',
+    'ForceCourse',
     'ForceSlope',
     'GroupFit',
     'MacLoss',
@@ -69,8 +75,10 @@ __all__ = [
     'expected_spectra',
     'fit_band',
     'fit_group',
+    'fit_known',
     'forced_gain',
     'group_modes',
+    'inputs_of',
     'moving_channels',
     'normalised_std',
     'overlaps',
@@ -80,5 +88,6 @@ __all__ = [
     'unit',
     'updated',
     'usable_lines',
+    'value_at',
     'whole_shape',
 ]

@@ -1,12 +1,35 @@
 """What the likelihood of a band is a function of: data, model, and what a fit found."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class KnownInputs:
+    """What averages hold of inputs that are known.
+
+    Parameters
+    ----------
+    cross : (n_lines, n_channels, n_inputs) complex array
+        F uᴴ averaged as F Fᴴ is.
+    power : (n_lines, n_inputs, n_inputs) complex array
+        u uᴴ, too.
+    middle_hz, reach_hz : float [Hz]
+        Middle and half the width of the band.
+    spread : (n_lines, n_channels, n_channels) complex array or None
+        Covariance of what was fitted as the inputs' doing, which what is left lacks.
+    """
+
+    cross: Complex
+    power: Complex
+    middle_hz: float
+    reach_hz: float
+    spread: Complex | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +48,10 @@ class BandData:
         Number of further complex values that hold noise alone.
     noise_power : float
         Their mean squared magnitude.
+    spread_hz : (n_lines,) array [Hz]
+        Standard deviation of the frequencies in each average.
+    known : KnownInputs or None
+        Of inputs that drive the modes.
     """
 
     frequency_hz: Real
@@ -32,6 +59,8 @@ class BandData:
     n_averaged: Real
     n_noise: float
     noise_power: float
+    spread_hz: Real = field(default_factory=lambda: np.zeros(1))
+    known: KnownInputs | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,3 +176,14 @@ def expected_spectra(model: BandModel, amplitude: Complex) -> Complex:
     covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
     covariance += np.diag(model.noise)
     return np.asarray(covariance)
+
+
+def without_negative(model: BandModel) -> BandModel:
+    """Return a model whose forces have no power below zero.
+
+    One band determines the forces of far tails badly: what it made of them may be no covariance
+    beside the shapes of another pass.
+    """
+    power, directions = np.linalg.eigh(model.force)
+    force = (directions * np.maximum(power, 0.0)) @ directions.conj().T
+    return replace(model, force=np.asarray(force))

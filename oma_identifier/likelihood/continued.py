@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from oma_identifier.likelihood.band_data import ReducedBand
 from oma_identifier.likelihood.band_model import BandModel
 from oma_identifier.likelihood.group_fits import GroupFit
 from oma_identifier.likelihood.indices import ModeIndex
+from oma_identifier.likelihood.reduced_band import ReducedBand
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
 UNKNOWN = ModeIndex(-1)
-LEAST_LENGTH = 0.1
-"""Of a shape that the new coordinates see; less of it says nothing about the force."""
 
 
 def continued(
@@ -41,7 +40,7 @@ def continued(
     last = before.fit.model
     turn = band.project.T @ before.band.back
     scale = np.einsum('ij,ij->j', band.model.shapes.conj(), turn @ last.shapes[:, order])
-    if np.any(np.abs(scale) < LEAST_LENGTH):
+    if np.any(np.abs(scale) < LIKELIHOOD.least_length):
         return None
     # What the coordinates before did not see has the noise that is supposed at first.
     unseen = np.maximum(0.0, 1.0 - np.sum(turn**2, axis=1))

@@ -6,17 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
-from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel
+from oma_identifier.likelihood.band_model import (
+    BandData,
+    BandFit,
+    BandModel,
+    without_negative,
+)
 from oma_identifier.likelihood.force_prior import Prior
+from oma_identifier.likelihood.known_mean import Mean
 from oma_identifier.likelihood.scoring_step import moved, quadratic_at, scoring_step
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
 from oma_identifier.likelihood.whittle import across, evaluate, Evaluation
 
-CONVERGED_CHANGE = 0.01
-"""Change of the log-likelihood at which no parameter moves by more than 0.14 of its deviation."""
 NEARLY_UNDAMPED = 0.1
-FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-6, 1e6
+FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-12, 1e6
 NEARLY_SINGULAR = 1e-9
 """Share of a parameter's information that the others leave, from where on rounding matters."""
+ROUNDING = 1e-12
+"""Information over that of single parameters that is not told from none."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -75,14 +82,52 @@ def fit_band(
         return _fit_band(data, near or start, prior, max_steps, convergence)
 
 
+def value_at(data: BandData, model: BandModel, start: BandModel) -> float:
+    """Return the negative logarithm of likelihood and priors, these centred on a start."""
+    with np.errstate(over='ignore', invalid='ignore', divide='ignore'):
+        found, _ = _evaluated(data, model, Prior.of(start))
+    return np.inf if found is None else found.value
+
+
+def mean_at(data: BandData, model: BandModel) -> Mean | None:
+    """Return what known inputs explain; None where the model is no covariance."""
+    found, _ = _evaluated(data, model, Prior.of(model))
+    return None if found is None else found.mean
+
+
+def with_spread(data: BandData, model: BandModel) -> BandData:
+    """Return a band with what is fitted to it by chance as known inputs' doing."""
+    mean = mean_at(data, model)
+    if mean is None or data.known is None:
+        return data
+    known = replace(data.known, spread=mean.spread(data, data.known, model))
+    return replace(data, known=known)
+
+
+def bends(data: BandData, model: BandModel) -> float:
+    """Return the chance of what known inputs leave, see :meth:`Mean.bends`."""
+    found, model = _evaluated(data, model, Prior.of(model))
+    if found is None or found.mean is None or data.known is None:
+        return 0.0
+    return found.mean.bends(data, data.known, model, found.whitening)
+
+
+def _evaluated(
+    data: BandData, model: BandModel, prior: Prior
+) -> tuple[Evaluation | None, BandModel]:
+    """Return a model against the data, without force below zero where that is no covariance."""
+    found = evaluate(data, model, prior)
+    if found is None and np.isfinite(model.force).all():
+        model = without_negative(model)
+        found = evaluate(data, model, prior)
+    return found, model
+
+
 def _fit_band(
     data: BandData, start: BandModel, prior: Prior, max_steps: int, convergence: ConvergenceLimits
 ) -> BandFit:
-    model, damping, n_steps, converged = start, FIRST_DAMPING, 0, False
-    current = evaluate(data, model, prior)
-    if current is None and np.isfinite(start.force).all():
-        model = replace(start, force=_without_negative(start.force))
-        current = evaluate(data, model, prior)
+    damping, n_steps, converged = FIRST_DAMPING, 0, False
+    current, model = _evaluated(data, start, prior)
     if current is None:
         unknown = np.full(start.n_free, np.nan)
         none = np.full((start.n_free, len(start.shapes), 0), np.nan + 0j)
@@ -98,7 +143,7 @@ def _fit_band(
         candidate = moved(model, scoring_step(quadratic, damping))
         trial = evaluate(data, candidate, prior)
         if trial is not None and damping < NEARLY_UNDAMPED:
-            converged = abs(trial.value - current.value) < CONVERGED_CHANGE
+            converged = abs(trial.value - current.value) < LIKELIHOOD.converged_change
         if trial is None or trial.value > current.value:
             damping *= 10.0
             continue
@@ -126,16 +171,6 @@ def _fit_band(
     )
 
 
-def _without_negative(force: Complex) -> Complex:
-    """Return a force with no power below zero.
-
-    One band determines the forces of far tails badly: what it made of them may be no covariance
-    beside the shapes of another pass.
-    """
-    power, directions = np.linalg.eigh(force)
-    return np.asarray((directions * np.maximum(power, 0.0)) @ directions.conj().T)
-
-
 def _covariance(information: Real) -> Real:
     """Return the covariance of the parameters; NaN where the information is no number."""
     scale = np.sqrt(np.diag(information))
@@ -144,7 +179,9 @@ def _covariance(information: Real) -> Real:
     scaled = information / np.outer(scale, scale)
     factor, failed = dpotrf(scaled, lower=True)
     if failed or np.diag(factor).min() ** 2 < NEARLY_SINGULAR:
-        covariance = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True)
+        # What nothing is known of has a large deviation, and not none.
+        known, directions = np.linalg.eigh(scaled)
+        covariance = (directions / np.maximum(known, ROUNDING)) @ directions.T
     else:
         lower = np.tril(dpotri(factor, lower=True)[0])
         covariance = lower + np.tril(lower, -1).T

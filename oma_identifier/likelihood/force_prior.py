@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.likelihood.band_model import BandModel
-from oma_identifier.likelihood.whittle_information import pairs
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
+from oma_identifier.likelihood.whittle_gradient import pairs
 
-NOISE_LOG_STD = 1.0
 LEAST_LEVEL = 1e-6
 """Of the largest force, taken for the scale of another."""
 
@@ -22,7 +22,8 @@ class Prior:
 
     Far tails look alike within one band, so that their forces are not determined by its data, nor
     is the noise of a channel that the modes drown.  The standard deviation of a force entry is the
-    geometric mean of the two force levels; that of the logarithm of the noise is NOISE_LOG_STD.
+    geometric mean of the two force levels; that of the logarithm of the noise is
+    ``noise_log_std``.
     """
 
     force: Complex
@@ -40,7 +41,7 @@ class Prior:
         weight = np.where(second >= start.n_free, 1.0 / (level[first] * level[second]), 0.0)
         weight[first != second] *= 2.0
         n_noise = 1 if start.one_noise else len(start.noise)
-        noise = np.full(n_noise, NOISE_LOG_STD**-2)
+        noise = np.full(n_noise, LIKELIHOOD.noise_log_std**-2)
         slope = [start.slope_prior.std**-2]
         return cls(
             start.force,

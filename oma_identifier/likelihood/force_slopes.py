@@ -12,11 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.likelihood.band_model import BandFit, SlopePrior
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
-SLOPE_STD = 1.0
-"""Of the exponent of the force density, before the data: 3 dB per octave."""
-SLOPE_REACH = 1.0
-"""Distance in ln f over which the slope changes: an octave and a half."""
 LEAST_PRECISION = 1e-3
 
 
@@ -75,10 +72,11 @@ def pooled_slopes(slopes: Sequence[ForceSlope], places: Sequence[float]) -> list
         cross = _kernel(place[others] - centre)
         noisy = _kernel(np.subtract.outer(place[others], place[others]))
         weight = np.linalg.solve(noisy + np.diag(variance[others]), cross)
-        std = math.sqrt(max(SLOPE_STD**2 - float(weight @ cross), 1e-4))
+        std = math.sqrt(max(LIKELIHOOD.slope_std**2 - float(weight @ cross), 1e-4))
         pooled.append(SlopePrior(float(weight @ value[others]), std))
     return pooled
 
 
 def _kernel(distance: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(SLOPE_STD**2 * np.exp(-0.5 * (distance / SLOPE_REACH) ** 2))
+    decay = np.exp(-0.5 * (distance / LIKELIHOOD.slope_reach) ** 2)
+    return np.asarray(LIKELIHOOD.slope_std**2 * decay)

@@ -1,23 +1,21 @@
 """Fits of all groups of modes that overlap, one band of the spectra each."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.likelihood.band_data import band_lines, reduce_band, ReducedBand, StartModes
+from oma_identifier.likelihood.averages import averaged_again, divided, parts_wanted
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel, SlopePrior
 from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
-
-LEAST_LINES_PER_MODE = 12
-SEPARABLE = 0.1
-"""Least singular value, of the largest, of shapes that are told apart."""
-CHANCE = 1.5
-"""Standard deviations of the misfit that are left to chance."""
+from oma_identifier.likelihood.mode_groups import band_lines, StartModes
+from oma_identifier.likelihood.record_ends import without_ends
+from oma_identifier.likelihood.reduced_band import reduce_band, ReducedBand
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +28,17 @@ class GroupFit:
         The free modes of the fit, in this order.
     band, fit : ReducedBand and BandFit, or None
         None where there are too few lines.
+    coarse : bool
+        The averages are still too wide for what the response turns within them.
+    without : GroupFit or None
+        The fit without known inputs, where this is one with them.
     """
 
     group: list[ModeIndex]
     band: ReducedBand | None = None
     fit: BandFit | None = None
+    coarse: bool = False
+    without: 'GroupFit | None' = None
 
     def members(self) -> Iterator[tuple[BandIndex, ModeIndex]]:
         """Yield each free mode with its position in the fit."""
@@ -53,7 +57,7 @@ class GroupFit:
         """
         if self.fit is None or self.band is None:
             return math.nan
-        return self.fit.misfit - CHANCE * _misfit_std(self.band.data)
+        return self.fit.misfit - LIKELIHOOD.misfit_chance * _misfit_std(self.band.data)
 
 
 def _misfit_std(data: BandData) -> float:
@@ -78,15 +82,24 @@ def fit_group(
 ) -> GroupFit:
     """Fit one group of modes, the others staying where they are.
 
-    ``begin`` says where in a band to begin, if it knows.
+    ``begin`` says where in a band to begin, if it knows.  Averages in which the response turns by
+    more than its scatter are divided, and fitted again.
     """
     lines = band_lines(spectra, start, group, usable)
-    if len(lines) < LEAST_LINES_PER_MODE * len(group):
+    if len(lines) < LIKELIHOOD.least_lines_per_mode * len(group):
         return GroupFit(group)
-    band = reduce_band(spectra, start, group, lines, slope)
-    return GroupFit(
-        group, band, fit_band(band.data, band.model, convergence=convergence, near=begin(band))
-    )
+    band, values = reduce_band(spectra, start, group, lines, slope)
+    near = begin(band)
+    for left in reversed(range(LIKELIHOOD.most_divisions + 1)):
+        cleaned = without_ends(spectra, lines, values, band.data, near or band.model)
+        band = replace(band, data=averaged_again(band.data, cleaned))
+        fit = fit_band(band.data, band.model, convergence=convergence, near=near)
+        parts = parts_wanted(band.data, fit.model)
+        if not left or np.all(parts <= LIKELIHOOD.coarse_parts):
+            break
+        near = fit.model if fit.converged else near
+        band = replace(band, data=divided(band.data, parts, spectra.frequency_hz[lines], cleaned))
+    return GroupFit(group, band, fit, coarse=bool(np.any(parts > LIKELIHOOD.coarse_parts)))
 
 
 def updated(start: StartModes, fits: Sequence[GroupFit]) -> StartModes:
@@ -121,7 +134,7 @@ def whole_shape(
     old : (n_channels, n_old) complex array
         Of the modes of the band.
     """
-    mixture = np.linalg.lstsq(band.project.T @ old, new, rcond=SEPARABLE)[0]
+    mixture = np.linalg.lstsq(band.project.T @ old, new, rcond=LIKELIHOOD.separable)[0]
     return unit(band.projected_out(old @ mixture) + band.back @ new)
 
 

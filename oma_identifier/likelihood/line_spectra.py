@@ -1,7 +1,7 @@
 """Discrete Fourier transforms of all channels of a stretch, and which lines of them to use."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +9,8 @@ from scipy.fft import next_fast_len, rfft
 
 from modal_core.mode import Mode
 from modal_core.samples import Samples
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
-HIGHEST_SHARE = 0.435
-"""Of the sample rate: above, anti-aliasing filters shape the spectrum."""
-LINE_REACH = 4
-"""Frequencies left out on both sides of a harmonic."""
 CHANNELS_AT_ONCE, VALUES_AT_ONCE = 4, 1 << 18
 FEW_ROWS = 64
 
@@ -33,22 +30,20 @@ class Spectra:
         rounding is 1e-7 of a channel's motion, less than any sensor resolves.
     durations_s : tuple of float [s]
         Of the stretches; the lines of each are one over its duration apart.
+    stretch : (n_frequencies,) int array
+        Which of them each line is of.
     """
 
     sample_rate_hz: float
     frequency_hz: NDArray[np.float64]
     values: NDArray[np.complex64]
     durations_s: tuple[float, ...]
+    stretch: NDArray[np.intp]
 
     @property
     def spacing_hz(self) -> float:
         """Distance of neighbouring frequencies of the shortest stretch [Hz]."""
         return 1.0 / min(self.durations_s)
-
-    @property
-    def leakage_rad(self) -> float:
-        """What transforms add to half-power half-widths, one over their mean length [rad/s]."""
-        return len(self.durations_s) / sum(self.durations_s)
 
     def parts(self, lines: NDArray[np.intp]) -> Iterator[tuple[slice, NDArray[np.float64]]]:
         """Yield some lines at a time: which of them, and their real and imaginary parts in turn.
@@ -119,7 +114,22 @@ def spectra_of(
     order = np.argsort(frequency, kind='stable')
     values = np.take(np.concatenate([each.values for each in found], axis=1), order, axis=1)
     durations_s = tuple(each.durations_s[0] for each in found)
-    return Spectra(samples.sample_rate_hz, frequency[order], values, durations_s)
+    lengths = [len(each.frequency_hz) for each in found]
+    stretch = np.repeat(np.arange(len(found)), lengths)[order]
+    return Spectra(samples.sample_rate_hz, frequency[order], values, durations_s, stretch)
+
+
+def inputs_of(samples: Samples, more: Sequence[Samples] = ()) -> NDArray[np.complex64] | None:
+    """Return the transforms of known inputs, (n_inputs, n_frequencies); None: none are known.
+
+    At the frequencies of :func:`spectra_of`.
+    """
+    found = []
+    for each in (samples, *more):
+        if each.known is None or not np.isfinite(each.known).all():
+            return None
+        found.append(replace(each, acceleration=each.known, known=None))
+    return spectra_of(found[0], np.arange(found[0].acceleration.shape[1]), found[1:]).values
 
 
 def _spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
@@ -143,7 +153,9 @@ def _spectra_of(samples: Samples, channels: NDArray[np.intp]) -> Spectra:
         single = rows[:, :length].astype(np.float32)
         values[first : first + len(chosen)] = rfft(single, axis=1, norm='ortho')
     frequency = np.arange(values.shape[1]) * samples.sample_rate_hz / length
-    return Spectra(samples.sample_rate_hz, frequency, values, (length / samples.sample_rate_hz,))
+    duration_s = length / samples.sample_rate_hz
+    only = np.broadcast_to(np.intp(0), len(frequency))
+    return Spectra(samples.sample_rate_hz, frequency, values, (duration_s,), only)
 
 
 def _fast_length(n_samples: int) -> int:
@@ -157,7 +169,8 @@ def _fast_length(n_samples: int) -> int:
 def usable_lines(spectra: Spectra, harmonics: Iterable[Mode]) -> NDArray[np.bool_]:
     """Return which lines to use: neither 0 nor near Nyquist's frequency nor near a harmonic."""
     frequency = spectra.frequency_hz
-    usable = (frequency > 0.0) & (frequency <= HIGHEST_SHARE * spectra.sample_rate_hz)
+    usable = (frequency > 0.0) & (frequency <= LIKELIHOOD.highest_share * spectra.sample_rate_hz)
+    reach_hz = LIKELIHOOD.line_reach * spectra.spacing_hz
     for line in harmonics:
-        usable &= np.abs(frequency - line.frequency_hz) > LINE_REACH * spectra.spacing_hz
+        usable &= np.abs(frequency - line.frequency_hz) > reach_hz
     return np.asarray(usable)

@@ -3,11 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
-STANDS_OUT, LEAST_ACROSS = (2.0, 1.2), 0.02
-"""Power over that of the noise, of a direction common to the channels: first while their noise is
-of different power, then afterwards.  Least share of a channel's noise across these directions."""
+Real = NDArray[np.float64]
 
 
 def unexplained_scale(covariance: Real) -> Real:
@@ -43,7 +41,7 @@ def noise_scale(covariance: Real, n_lines: int) -> Real:
     Harman and Jones (1966), doi:10.1007/BF02289468 (minimum residuals).
     """
     scale = unexplained_scale(covariance)
-    for least in STANDS_OUT:
+    for least in LIKELIHOOD.common_power:
         scaled = covariance * np.outer(scale, scale)
         levels, directions = np.linalg.eigh(scaled)
         n_strong = _n_strong(levels, n_lines, least)
@@ -53,8 +51,8 @@ def noise_scale(covariance: Real, n_lines: int) -> Real:
         across = np.eye(len(scale)) - strong @ strong.T
         rest = np.einsum('ij,jk,ki->i', across, scaled, across)
         # With equal noise in all channels the diagonal is the share of it that lies across.
-        variance = rest / np.maximum(np.diag(across), LEAST_ACROSS)
-        scale = scale / np.sqrt(np.maximum(variance, LEAST_ACROSS))
+        variance = rest / np.maximum(np.diag(across), LIKELIHOOD.least_across)
+        scale = scale / np.sqrt(np.maximum(variance, LIKELIHOOD.least_across))
     return scale
 
 

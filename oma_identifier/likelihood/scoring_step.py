@@ -8,9 +8,15 @@ from numpy.typing import NDArray
 from oma_identifier.likelihood import shape_prior
 from oma_identifier.likelihood.band_model import BandData, BandModel
 from oma_identifier.likelihood.force_prior import Prior
-from oma_identifier.likelihood.whittle import across, downhill_gradient, evaluated_at, Evaluation
+from oma_identifier.likelihood.whittle import (
+    across,
+    derivatives_of,
+    downhill_gradient,
+    evaluated_at,
+    Evaluation,
+)
+from oma_identifier.likelihood.whittle_gradient import pairs
 from oma_identifier.likelihood.whittle_information import information as fisher_information
-from oma_identifier.likelihood.whittle_information import pairs
 
 ALIKE = 1.0
 """Distance of nearly equal poles, in half-power half-widths of both."""
@@ -37,6 +43,12 @@ def quadratic_at(data: BandData, model: BandModel, prior: Prior, at: Evaluation)
     """Return the Fisher information and the gradient, priors included."""
     evaluated = evaluated_at(data, model, at)
     information = fisher_information(evaluated, model.one_noise)
+    if at.mean is not None and data.known is not None:
+        derivatives, modes = derivatives_of(model, at, evaluated)
+        own = slice(0, len(modes))
+        information[own, own] += at.mean.information(
+            data, data.known, at.whitening, derivatives, modes
+        )
     if model.one_noise:
         information[-1, -1] += data.n_noise
     weight = prior.weight

@@ -14,8 +14,7 @@ modes in operational modal analysis, doi:10.1016/j.ymssp.2020.107018 (real shape
 import numpy as np
 from numpy.typing import NDArray
 
-COMPLEXITY = 0.25
-"""Standard deviation of the imaginary part of a shape of unit length: MPC 0.78."""
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -29,7 +28,7 @@ def _rotated(shapes: Complex) -> tuple[Complex, Complex]:
 
 def _weight(shapes: Complex) -> float:
     """Return 1/σ² of one entry's imaginary part."""
-    return max(len(shapes) - 1, 1) / COMPLEXITY**2
+    return max(len(shapes) - 1, 1) / LIKELIHOOD.complexity**2
 
 
 def penalty(shapes: Complex) -> float:

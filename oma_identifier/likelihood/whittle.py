@@ -27,10 +27,9 @@ from oma_identifier.likelihood.band_model import (
     log_frequency,
 )
 from oma_identifier.likelihood.force_prior import Prior
-from oma_identifier.likelihood.whittle_information import Evaluated, gradient
-
-LEAST_POWER = 0.01
-"""Of the noise, which forces of tails below zero must leave."""
+from oma_identifier.likelihood.known_mean import derivatives_by, Mean
+from oma_identifier.likelihood.thresholds import LIKELIHOOD
+from oma_identifier.likelihood.whittle_gradient import Evaluated, gradient
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -46,6 +45,7 @@ class Evaluation:
     gain: Complex
     amplitude: Complex
     residual: Complex
+    mean: Mean | None = None
 
 
 def evaluate(data: BandData, model: BandModel, prior: Prior) -> Evaluation | None:
@@ -66,9 +66,11 @@ def evaluate(data: BandData, model: BandModel, prior: Prior) -> Evaluation | Non
     except np.linalg.LinAlgError:
         return None
     pivots = np.einsum('kii->ki', factor).real
-    if np.any(pivots**2 < LEAST_POWER * model.noise):
+    if np.any(pivots**2 < LIKELIHOOD.least_power * model.noise):
         return None
-    white: Complex = whitening @ data.periodogram @ whitening.conj().transpose(0, 2, 1)
+    mean = None if data.known is None else Mean.of(data, data.known, model, whitening)
+    periodogram = data.periodogram if mean is None else mean.left
+    white: Complex = whitening @ periodogram @ whitening.conj().transpose(0, 2, 1)
     logarithm = 2.0 * np.sum(np.log(pivots), axis=1)
     value = np.sum(data.n_averaged * (logarithm + np.einsum('kii->k', white).real))
     if model.one_noise:
@@ -85,6 +87,7 @@ def evaluate(data: BandData, model: BandModel, prior: Prior) -> Evaluation | Non
         gain,
         amplitude,
         np.asarray(white - identity),
+        mean,
     )
 
 
@@ -98,6 +101,10 @@ def downhill_gradient(
     """Return the downhill gradient, priors included."""
     evaluated = evaluated or evaluated_at(data, model, at)
     downhill = gradient(evaluated, model.one_noise)
+    if at.mean is not None:
+        derivatives = derivatives_of(model, at, evaluated)
+        driven = at.mean.gradient(data, at.whitening, *derivatives)
+        downhill[: len(driven)] += driven
     if model.one_noise:
         downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
     pull = prior.weight * prior.offset(model)
@@ -126,6 +133,16 @@ def evaluated_at(data: BandData, model: BandModel, at: Evaluation) -> Evaluated:
         log_frequency=log_frequency(data, model),
         noise=model.noise,
         across=across(model.shapes[:, free]),
+    )
+
+
+def derivatives_of(
+    model: BandModel, at: Evaluation, evaluated: Evaluated
+) -> tuple[Complex, NDArray[np.intp]]:
+    """Return the derivatives of the columns that known motion drives, see :class:`Mean`."""
+    bare = at.bare[:, : model.n_free]
+    return derivatives_by(
+        model, bare, evaluated.by_frequency, evaluated.by_damping, evaluated.across
     )
 
 

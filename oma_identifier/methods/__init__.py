@@ -6,14 +6,17 @@ deviations by leaving out stretches in turn.
 """
 
 from oma_identifier.methods.catalogue import CATALOGUE, identify_by, method_named, METHODS
-from oma_identifier.methods.half_spectra import half_spectra, LagSums
+from oma_identifier.methods.half_spectra import half_spectra, HalfSpectra, LagSums
 from oma_identifier.methods.method import Method
+from oma_identifier.methods.polyreference import NormalEquations
 
 __all__ = [
     'CATALOGUE',
     'METHODS',
+    'HalfSpectra',
     'LagSums',
     'Method',
+    'NormalEquations',
     'half_spectra',
     'identify_by',
     'method_named',

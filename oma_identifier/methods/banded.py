@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from modal_core.samples import Samples
 from oma_identifier.covariance import Band, BandConditioner, plan_bands
 from oma_identifier.methods.jackknife import jackknife
+from oma_identifier.methods.thresholds import METHOD
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.selection import (
     BandPoles,
@@ -24,11 +25,6 @@ from oma_identifier.selection import (
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import line_at, SpectralPeaks
 from oma_identifier.subspace import deviation_from, PoleDeviation, RawPoles
-
-SAMPLES_PER_ORDER = 20
-LEAST_SHARE = 0.5
-STILL = 1e-3
-"""Share of the strongest input below which another does not move in a band."""
 
 Real = NDArray[np.float64]
 Solve = Callable[[range, tuple[int, int] | None], RawPoles]
@@ -114,7 +110,7 @@ class JackknifedBand:
     @property
     def least_members(self) -> int:
         """Model orders over which a mode repeats: more than half, spurious poles over fewer."""
-        return max(3, math.ceil(LEAST_SHARE * self.n_orders))
+        return max(3, math.ceil(METHOD.least_share * self.n_orders))
 
     @property
     def is_blind(self) -> bool:
@@ -180,6 +176,12 @@ class BandedMethod(ABC):
         return without_explained(found, line_evidence(samples, found))
 
 
+def no_raw_poles(n_channels: int) -> RawPoles:
+    """Return that a band has none."""
+    nothing = np.zeros((n_channels, 0), dtype=complex)
+    return RawPoles(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=complex), nothing)
+
+
 def _problems(
     samples: Samples, settings: IdentificationSettings, inputs: Real | None
 ) -> Iterator[Problem]:
@@ -190,15 +192,17 @@ def _problems(
     n_channels = len(samples.channels)
     for band in plan_bands(samples.sample_rate_hz, samples.duration_s, settings):
         rows = BandConditioner(band).condition(data)
-        if len(rows) < 10 * SAMPLES_PER_ORDER:
+        if len(rows) < 10 * METHOD.samples_per_order:
             continue
         scale = rows.std(axis=0)
         rows = np.divide(rows, scale, out=np.zeros_like(rows), where=scale > 0.0)
         if inputs is not None:
-            rows[:, n_channels:][:, scale[n_channels:] <= STILL * inputs.std(axis=0).max()] = 0.0
+            rows[:, n_channels:][
+                :, scale[n_channels:] <= METHOD.still * inputs.std(axis=0).max()
+            ] = 0.0
         yield Problem(rows, n_channels, band, _orders(rows, settings), scale[:n_channels])
 
 
 def _orders(rows: Real, settings: IdentificationSettings) -> range:
-    highest = min(settings.max_order, len(rows) // SAMPLES_PER_ORDER)
+    highest = min(settings.max_order, len(rows) // METHOD.samples_per_order)
     return range(settings.min_order + settings.min_order % 2, highest + 1, 2)

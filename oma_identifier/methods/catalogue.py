@@ -11,16 +11,31 @@ from modal_core.samples import Samples
 from oma_identifier.identify import check_samples
 from oma_identifier.methods.csi import Csi
 from oma_identifier.methods.method import Method
+from oma_identifier.methods.notch import NOTCH
 from oma_identifier.methods.plscf import Plscf
+from oma_identifier.methods.psdtm import Psdtm
 from oma_identifier.methods.spectral import Efdd, Fdd
 from oma_identifier.methods.ssi_cov import SsiCov
 from oma_identifier.methods.ssi_data import SsiData
+from oma_identifier.methods.var import Var
+from oma_identifier.methods.vmd import VMD
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.one_thread import one_thread
 from oma_identifier.selection import Identified
 from oma_identifier.settings import IdentificationSettings
 
-CATALOGUE: tuple[Method, ...] = (SsiCov(), SsiData(), Plscf(), Csi(), Efdd(), Fdd())
+CATALOGUE: tuple[Method, ...] = (
+    SsiCov(),
+    SsiData(),
+    Plscf(),
+    Var(),
+    NOTCH,
+    VMD,
+    Psdtm(),
+    Csi(),
+    Efdd(),
+    Fdd(),
+)
 METHODS = tuple(method.name for method in CATALOGUE)
 
 

@@ -17,15 +17,9 @@ from modal_core.prominence import prominent_peaks
 from modal_core.samples import Samples
 from modal_core.tapers import hann
 from oma_identifier.likelihood import averages_from, BandModel, fit_band
-from oma_identifier.refinement import LARGEST_MISFIT, refine
+from oma_identifier.methods.thresholds import METHOD
+from oma_identifier.refinement import refine, REFINEMENT
 
-MOST_COORDINATES = 12
-"""Principal coordinates of the scaled channels that are decomposed at every frequency."""
-SEGMENTS = 12
-SIGNIFICANT = 4.0
-"""Prominence of a peak of ln σ₁ over its own scatter."""
-BELL_MAC = 0.8
-BELL_HALF_WIDTHS = 6.0
 WHOLE = (0.0, np.inf)
 
 
@@ -73,9 +67,9 @@ def decompose(samples: Samples, resolution_hz: float | None = None) -> Decomposi
     scale = rows.std(axis=0)
     inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0.0)
     covariance = (rows.T @ rows) * np.outer(inverse, inverse)
-    basis = np.linalg.eigh(covariance)[1][:, ::-1][:, :MOST_COORDINATES]
+    basis = np.linalg.eigh(covariance)[1][:, ::-1][:, : METHOD.most_coordinates]
     rate = samples.sample_rate_hz
-    length = max(32, 2 * len(rows) // (SEGMENTS + 1))
+    length = max(32, 2 * len(rows) // (METHOD.segments + 1))
     if resolution_hz is not None:
         length = min(len(rows), max(32, round(rate / resolution_hz)))
     reduced = rows @ (basis * inverse[:, None])
@@ -127,14 +121,14 @@ def fdd(
 def peaks(spectrum: Decomposition) -> NDArray[np.int64]:
     """Return the lines where ln σ₁ peaks by several times its own scatter."""
     first = np.log(np.maximum(spectrum.singular_value[:, 0], np.finfo(float).tiny))
-    prominence = SIGNIFICANT / np.sqrt(spectrum.n_averages)
+    prominence = METHOD.significant / np.sqrt(spectrum.n_averages)
     found = prominent_peaks(first, prominence).place
     # A peak of noise has another shape at the next line.
     alike = [
         line
         for line in found
-        if mac(spectrum.vector[line], spectrum.vector[line - 1])[0, 0] > BELL_MAC
-        and mac(spectrum.vector[line], spectrum.vector[line + 1])[0, 0] > BELL_MAC
+        if mac(spectrum.vector[line], spectrum.vector[line - 1])[0, 0] > METHOD.bell_mac
+        and mac(spectrum.vector[line], spectrum.vector[line + 1])[0, 0] > METHOD.bell_mac
     ]
     return np.array(alike, dtype=np.int64)
 
@@ -196,7 +190,7 @@ def efdd(
         *(
             mode
             for mode, misfit in zip(refined.added, refined.added_misfit, strict=True)
-            if misfit < LARGEST_MISFIT and band_hz[0] <= mode.frequency_hz <= band_hz[1]
+            if misfit < REFINEMENT.adopted_misfit and band_hz[0] <= mode.frequency_hz <= band_hz[1]
         ),
     ]
     joined.sort(key=lambda mode: mode.frequency_hz)
@@ -214,7 +208,7 @@ def _modal_filters(shapes: NDArray[np.complex128]) -> NDArray[np.complex128]:
 
 def _bell(spectrum: Decomposition, line: int) -> tuple[float, float]:
     """Return the frequencies between which the first singular vector is that of the peak."""
-    alike = mac(spectrum.vector[line], spectrum.vector.T)[0] > BELL_MAC
+    alike = mac(spectrum.vector[line], spectrum.vector.T)[0] > METHOD.bell_mac
     left = right = line
     while left > 1 and alike[left - 1]:
         left -= 1
@@ -239,7 +233,7 @@ def _fit(
     result = None
     for _ in range(3):  # the width of the bell follows the damping
         reach = max(
-            BELL_HALF_WIDTHS * damping * start_hz, 6.0 * (frequency_hz[1] - frequency_hz[0])
+            METHOD.bell_half_widths * damping * start_hz, 6.0 * (frequency_hz[1] - frequency_hz[0])
         )
         near = np.abs(frequency_hz - start_hz) < reach
         if np.count_nonzero(near) < 12:

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-END_OF_WINDOW = 0.01
-"""Value of the exponential window at the longest lag."""
+from oma_identifier.methods.thresholds import METHOD
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +50,7 @@ def half_spectra(covariance: NDArray[np.float64], low: float, high: float) -> Ha
     Cauberghe (2004), PhD thesis, Vrije Universiteit Brussel, section 3.3 (half spectra).
     """
     n_lags = len(covariance) - 1
-    decay = -math.log(END_OF_WINDOW) / n_lags
+    decay = -math.log(METHOD.end_of_window) / n_lags
     window = np.exp(-decay * np.arange(n_lags + 1))
     window[0] = 0.0
     n_fft = 2 * n_lags

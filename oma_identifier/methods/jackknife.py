@@ -21,15 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.indicators import mac
+from oma_identifier.methods.thresholds import METHOD
 from oma_identifier.subspace import RawPoles
 
 N_BLOCKS = 20
-LEAST_FOUND = 0.8
-"""Share of the blocks without which a pole must be found again."""
-FARTHEST = 4.0
-"""Half-widths from the pole within which it is looked for."""
-RESONANCE_POWER = 4
-"""Of the distance from resonance in half-widths, where the response counts for a mode's share."""
 
 
 def jackknife(
@@ -67,7 +62,7 @@ def jackknife(
     for block, (first, last) in enumerate(pairwise(edges)):
         found[block] = _again(solve((int(first), int(last))), order, pole, shape)
     n_found = np.sum(np.isfinite(found), axis=0)
-    enough = n_found >= max(LEAST_FOUND * N_BLOCKS, 2)
+    enough = n_found >= max(METHOD.least_found * N_BLOCKS, 2)
     left = 1.0 - _shares(responses, edges, pole, shape)
     result = np.full((N_BLOCKS, len(pole)), np.nan, dtype=complex)
     for mode in np.flatnonzero(enough):
@@ -88,7 +83,7 @@ def _shares(
     """Return the share of each block in the response of each mode, (n_blocks, n_modes) array."""
     spectrum = np.fft.fft(responses @ shape.conj(), axis=0)
     angle = 2.0 * np.pi * np.abs(np.fft.fftfreq(len(responses)))[:, None]
-    spectrum /= 1.0 + ((angle - np.abs(pole)) / pole.real) ** RESONANCE_POWER
+    spectrum /= 1.0 + ((angle - np.abs(pole)) / pole.real) ** METHOD.resonance_power
     energy = np.abs(np.fft.ifft(spectrum, axis=0)) ** 2
     return np.asarray(np.add.reduceat(energy, edges[:-1], axis=0) / energy.sum(axis=0))
 
@@ -110,6 +105,6 @@ def _again(
         distance = np.where(of_order == order[mode], 0.0, np.inf)
         distance += np.abs(poles - wanted) / max(-wanted.real, 1e-12) + 2.0 * (1 - alike[:, mode])
         nearest = int(np.argmin(distance))
-        if distance[nearest] < FARTHEST and poles[nearest].real < 0.0:
+        if distance[nearest] < METHOD.farthest and poles[nearest].real < 0.0:
             values[mode] = poles[nearest]
     return values

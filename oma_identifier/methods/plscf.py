@@ -4,11 +4,9 @@ from oma_identifier.covariance import choose_references
 from oma_identifier.methods.banded import BandedMethod, Problem, Solve
 from oma_identifier.methods.half_spectra import LagSums
 from oma_identifier.methods.polyreference import poles_of_covariance
+from oma_identifier.methods.thresholds import METHOD
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import RawPoles
-
-REFERENCES = 6
-LAGS = 512
 
 
 class Plscf(BandedMethod):
@@ -18,10 +16,10 @@ class Plscf(BandedMethod):
 
     def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
         """Sum the covariances; the order of the polynomial counts twice."""
-        references = choose_references(problem.rows, settings.n_references or REFERENCES)
+        references = choose_references(problem.rows, settings.n_references or METHOD.references)
         band, rate = problem.band, problem.band.sample_rate_hz
         reach = (0.7 * band.low_hz / rate, min(0.49, 1.05 * band.high_hz / rate))
-        sums = LagSums(problem.rows, references, min(LAGS, len(problem.rows) // 4))
+        sums = LagSums(problem.rows, references, min(METHOD.lags, len(problem.rows) // 4))
         highest = max(3, 2 * problem.orders[-1] // len(references))
 
         def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:

@@ -79,9 +79,13 @@ class NormalEquations:
         To be fitted.
     highest : int
         Highest polynomial order.
+    weight : (n_lines,) array or None
+        Of the squares of the lines; None: all alike.
     """
 
-    def __init__(self, spectra: HalfSpectra, highest: int) -> None:
+    def __init__(
+        self, spectra: HalfSpectra, highest: int, weight: NDArray[np.float64] | None = None
+    ) -> None:
         powers = np.arange(highest + 1)
         basis = np.exp(1j * spectra.angle[:, None] * powers)  # (n_lines, highest + 1)
         value = spectra.value
@@ -89,6 +93,8 @@ class NormalEquations:
         self.n_references, self.n_channels = n_references, n_channels
         # Every block is a Toeplitz sequence in the difference of two powers.
         steps = np.concatenate([basis[:, :0:-1].conj(), basis], axis=1)  # -highest .. highest
+        if weight is not None:
+            steps = steps * weight[:, None]
         auto = value.conj().transpose(0, 2, 1) @ value
         self._numerator = (steps.sum(axis=0)).real
         self._cross = -np.tensordot(steps, value, axes=(0, 0)).real

@@ -20,6 +20,7 @@ from oma_identifier.selection import (
     line_evidence,
     lines_among,
     no_poles,
+    SELECTION,
     Suspect,
     suspicious,
     without_explained,
@@ -35,6 +36,7 @@ class _Peak:
     mode: Mode
     is_too_certain: bool = False
     is_unresolved: bool = False
+    line_reach: float = SELECTION.sharp
 
     @property
     def frequency_hz(self) -> float:

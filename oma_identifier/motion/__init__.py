@@ -5,9 +5,9 @@ of the drives, delays between sensors and joints, and a test whether a peak is t
 motion.
 """
 
-from oma_identifier.motion.known_inputs import split_inputs, with_inputs
+from oma_identifier.motion.known_inputs import with_inputs
 from oma_identifier.motion.rigid_motion import LATE
-from oma_identifier.motion.robot_motion import load_robot_motion, RobotMotion
+from oma_identifier.motion.robot_motion import in_model_order, load_robot_motion, RobotMotion
 from oma_identifier.motion.robot_signals import Cleaned, never, PeakTest, RobotSignals, with_flags
 from oma_identifier.motion.sensor_lag import Lag
 
@@ -18,9 +18,9 @@ __all__ = [
     'PeakTest',
     'RobotMotion',
     'RobotSignals',
+    'in_model_order',
     'load_robot_motion',
     'never',
-    'split_inputs',
     'with_flags',
     'with_inputs',
 ]

@@ -22,24 +22,15 @@ from modal_core.chance import fisher_tail
 from modal_core.indicators import normalise
 from modal_core.mode import Mode
 from modal_core.samples import Samples
+from oma_identifier.motion.thresholds import MOTION
 from oma_identifier.spectra import Line, line_at
 
 ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0, 12.0)
 """Per turn of the motor: unbalance, misalignment, pole pairs and slots."""
-FEWEST_TURNS = 30.0
-"""Periods of an order in a window below which it is no line."""
-HIGHEST = 0.45
-"""Share of the sample rate up to which an order is looked for."""
-N_SEGMENTS = 24
+N_PARTS = 24
 NEIGHBOURS = tuple(range(4, 12))
 """Bins to either side, outside the main lobe of the taper, that tell what noise would be there."""
-ASKED = 0.6
-"""Share of the segments that decide."""
-MOST_CHANNELS = 6
-AT_LEAST = 1.5
-"""Ratio to the neighbourhood that its slope and curvature may cause."""
-CHANCE = 1e-6
-"""Probability of calling noise an order."""
+MOST_TRACKED = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +104,7 @@ def remove_drive_orders(
         if not track.is_line:
             continue
         order = _test(samples, track)
-        if order.line.chance < CHANCE:
+        if order.line.chance < MOTION.order_chance:
             samples = replace(samples, acceleration=_without(samples.widened(), track))
             found.append(order)
     return WithoutOrders(samples, tuple(found))
@@ -137,7 +128,7 @@ class _Track:
         """Whether the shaft turns often enough, and slowly enough for the sample rate."""
         turns = abs(float(self.phase[-1] - self.phase[0])) / (2.0 * np.pi)
         highest = float(self.frequency_hz.max())
-        return turns >= FEWEST_TURNS and highest < HIGHEST * self.rate_hz
+        return turns >= MOTION.fewest_turns and highest < MOTION.highest_order * self.rate_hz
 
     @property
     def moves(self) -> bool:
@@ -146,7 +137,7 @@ class _Track:
 
     def frames(self) -> tuple[int, int]:
         """Return number and length of the segments."""
-        return N_SEGMENTS, len(self.phase) // N_SEGMENTS
+        return N_PARTS, len(self.phase) // N_PARTS
 
 
 def _test(samples: Samples, track: _Track) -> DriveOrder:
@@ -162,7 +153,7 @@ def _test(samples: Samples, track: _Track) -> DriveOrder:
 def _chance(samples: Samples, track: _Track) -> float:
     """Return the probability that noise stands out of its neighbourhood like this."""
     data = samples.widened()
-    data = data[:, np.argsort(data.std(axis=0))[::-1][:MOST_CHANNELS]]
+    data = data[:, np.argsort(data.std(axis=0))[::-1][:MOST_TRACKED]]
     scale = data.std(axis=0)
     n_segments, length = track.frames()
     used = n_segments * length
@@ -174,11 +165,11 @@ def _chance(samples: Samples, track: _Track) -> float:
     ratios = _stand_out(np.einsum('bl,slc->sbc', rows, blocks))
     # A line is there all along; a mode it crosses stands out of its neighbourhood in the segments
     # of the crossing, so those that say most are not asked.
-    asked = np.sort(ratios)[: round(ASKED * n_segments)]
+    asked = np.sort(ratios)[: round(MOTION.segments_asked * n_segments)]
     n_channels, n_beside = data.shape[1], 2 * len(NEIGHBOURS)
     return float(
         fisher_tail(
-            asked.mean() / AT_LEAST,
+            asked.mean() / MOTION.order_stands_out,
             2 * n_channels * len(asked),
             2 * (n_beside - n_channels + 1) * len(asked),
         )

@@ -19,21 +19,8 @@ from scipy.fft import irfft, rfft
 from scipy.ndimage import uniform_filter1d
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from oma_identifier.motion.thresholds import MOTION
 from oma_identifier.time_axis import Lattice, make_lattice, OrderedSamples
-
-FEWEST_SAMPLES = 16
-END_SAMPLES = 11
-"""Samples at either end that its curvature is taken from."""
-BEYOND = 24
-"""Samples that either end is continued by."""
-NOISE_BAND = 0.75
-"""Above this share of the band the positions hold noise only."""
-SAFETY = 2.0
-"""Times its estimate that the noise is reckoned with: a gain must not follow its scatter."""
-TAPER = 0.85
-"""Share of the band from where on everything fades out."""
-FADE = 1.3
-"""A lower end of the band fades out up to this many times its frequency."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +73,7 @@ def joint_motion(
         None when samples are too few, not finite, or missing for long.
     """
     stamps, first = np.unique(stamp_ns, return_index=True)
-    if len(stamps) < FEWEST_SAMPLES or not np.isfinite(position).all():
+    if len(stamps) < MOTION.fewest_samples or not np.isfinite(position).all():
         return None
     period_ns = float(np.median(np.diff(stamps)))
     ordered = OrderedSamples(stamps, position[first])
@@ -106,7 +93,7 @@ def _differentiated(lattice: Lattice, highest_hz: float) -> JointMotion:
     line = longer[0] + np.arange(len(longer))[:, None] * slope
     rest = longer - line
     odd = np.concatenate([rest, -rest[-2:0:-1]])
-    inside = slice(BEYOND, BEYOND + n)
+    inside = slice(MOTION.beyond_ends, MOTION.beyond_ends + n)
     length = len(odd)
     spectrum = rfft(odd, axis=0)
     power = np.abs(spectrum) ** 2
@@ -123,11 +110,11 @@ def _differentiated(lattice: Lattice, highest_hz: float) -> JointMotion:
 
 def _extended(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the values continued at both ends along a parabola through a few samples."""
-    near, ahead = np.arange(END_SAMPLES), np.arange(1, BEYOND + 1)
+    near, ahead = np.arange(MOTION.end_samples), np.arange(1, MOTION.beyond_ends + 1)
     powers = np.vander(near, 3)
-    after = values[-END_SAMPLES:] - values[-1]
-    before = values[END_SAMPLES - 1 :: -1] - values[0]
-    beyond = np.vander(END_SAMPLES - 1 + ahead, 3)
+    after = values[-MOTION.end_samples :] - values[-1]
+    before = values[MOTION.end_samples - 1 :: -1] - values[0]
+    beyond = np.vander(MOTION.end_samples - 1 + ahead, 3)
     late = values[-1] + beyond @ np.linalg.lstsq(powers, after, rcond=None)[0]
     early = values[0] + beyond @ np.linalg.lstsq(powers, before, rcond=None)[0]
     return np.concatenate([early[::-1], values, late])
@@ -136,19 +123,21 @@ def _extended(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def _noise(power: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the power of white noise per joint, from where nothing else is left."""
     # The mean of exponentially distributed powers is their median over ln 2.
-    return np.asarray(np.median(power[int(NOISE_BAND * len(power)) :], axis=0) / math.log(2.0))
+    return np.asarray(
+        np.median(power[int(MOTION.noise_band * len(power)) :], axis=0) / math.log(2.0)
+    )
 
 
 def _gain(power: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the Wiener gain per frequency and joint."""
     smooth = uniform_filter1d(power, max(5, len(power) // 100) | 1, axis=0)
     share = np.divide(_noise(power), smooth, out=np.ones_like(smooth), where=smooth > 0.0)
-    return np.asarray(np.clip(1.0 - SAFETY * share, 0.0, 1.0))
+    return np.asarray(np.clip(1.0 - MOTION.noise_safety * share, 0.0, 1.0))
 
 
 def _fade(n: int, highest: float) -> NDArray[np.float64]:
     """Return the gain that ends the band, (n, 1); ``highest`` is a share of it."""
-    first = min(highest, TAPER)
-    last = min(FADE * highest, 1.0)
+    first = min(highest, MOTION.taper)
+    last = min(MOTION.fade * highest, 1.0)
     part = np.clip((np.arange(n) / n - first) / (last - first), 0.0, 1.0)
     return np.asarray(0.5 + 0.5 * np.cos(math.pi * part))[:, None]

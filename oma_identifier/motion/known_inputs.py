@@ -5,48 +5,22 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.channel import Channel
-from modal_core.errors import IdentificationError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
 from oma_identifier.motion.joint_motion import JointMotion
 from oma_identifier.time_axis import interpolate
 
-PREFIX = 'joint acceleration '
 
+def with_inputs(samples: Samples, motion: JointMotion | None, n_joints: int) -> Samples:
+    """Return the samples with the accelerations of the joints as known inputs [rad/s²].
 
-def with_inputs(samples: Samples, motion: JointMotion | None) -> Samples:
-    """Return the samples with a column per joint more, its acceleration [rad/s²].
-
-    Raises
-    ------
-    IdentificationError
-        No joint states cover the samples.
+    NaN where no joint states cover the samples and fit them.
     """
     if motion is None:
-        raise IdentificationError(
-            "csi needs the joints' motion",
-            found='no joint states that cover the window and fit its responses',
-            advice='use ssi_cov, or record joint states',
-        )
-    accelerations = at_samples(motion.acceleration, motion, samples)
-    names = (Channel(f'{PREFIX}{joint}') for joint in range(accelerations.shape[1]))
-    return replace(
-        samples,
-        acceleration=np.concatenate([samples.acceleration, accelerations], axis=1),
-        channels=(*samples.channels, *names),
-    )
-
-
-def split_inputs(samples: Samples) -> tuple[Samples, NDArray[np.float64] | None]:
-    """Return responses and inputs; None when there are none."""
-    known = np.array([name.startswith(PREFIX) for name in samples.channel_names])
-    if not known.any():
-        return samples, None
-    channels = tuple(c for c, other in zip(samples.channels, known, strict=True) if not other)
-    inputs = samples.widened(columns=np.flatnonzero(known))
-    responses = samples.acceleration[:, ~known]
-    return replace(samples, acceleration=responses, channels=channels), inputs
+        known = np.full((len(samples.acceleration), n_joints), np.nan)
+    else:
+        known = at_samples(motion.acceleration, motion, samples)
+    return replace(samples, known=known)
 
 
 def at_samples(

@@ -14,17 +14,7 @@ from scipy.fft import rfft
 from modal_core.indicators import rotate_to_real
 from modal_core.samples import Samples
 from oma_identifier.motion.joint_motion import JointMotion
-
-EXPLAINED = 0.7
-"""Share of the power that gains must explain; a mode under white accelerations leaves more, for
-arctan(5)/5 = 0.27 of its power within five half-widths is in phase with its mean."""
-MODEL_ERROR = 0.01
-"""Share of the power of rigid motion that removal may leave: a tenth of the amplitude."""
-HALF_WIDTHS = 5.0
-FEWEST_LINES = 20
-"""To either side."""
-HIGHEST = 0.45
-"""Share of the joint states' rate up to which they tell the motion."""
+from oma_identifier.motion.thresholds import MOTION
 
 
 def is_motion(
@@ -48,22 +38,22 @@ def is_motion(
     shape : (n_channels,) complex array [m/s²]
         Its direction.
     """
-    if frequency_hz * motion.period_ns * 1e-9 > HIGHEST:
+    if frequency_hz * motion.period_ns * 1e-9 > MOTION.highest:
         return False
     duration_s = left.duration_s
-    reach = max(FEWEST_LINES, round(HALF_WIDTHS * width_hz * duration_s))
+    reach = max(MOTION.fewest_lines, round(MOTION.half_widths * width_hz * duration_s))
     middle = round(frequency_hz * duration_s)
     lines = np.arange(max(1, middle - reach), middle + reach + 1)
     along = rotate_to_real((shape / np.linalg.norm(shape))[:, None])[:, 0].real
     joints = _transform(motion, lines / duration_s, duration_s)
     after = _response(left, along)[lines]
-    if _explained(after, joints) > EXPLAINED:
+    if _explained(after, joints) > MOTION.explained:
         return True
     if measured is left:
         return False
     before = _response(measured, along)[lines]
-    faint = np.sum(np.abs(after) ** 2) < MODEL_ERROR * np.sum(np.abs(before) ** 2)
-    return bool(faint) and _explained(before, joints) > EXPLAINED
+    faint = np.sum(np.abs(after) ** 2) < MOTION.model_error * np.sum(np.abs(before) ** 2)
+    return bool(faint) and _explained(before, joints) > MOTION.explained
 
 
 def _response(samples: Samples, along: NDArray[np.float64]) -> NDArray[np.complex128]:

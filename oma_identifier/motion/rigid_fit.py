@@ -20,34 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
 
+from oma_identifier.motion.thresholds import MOTION
+
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-LATEST_S = 0.5
-"""Largest delay that is looked for."""
 ROUNDS = 5
 EVEN = 32
 """Lengths are cut to a multiple of this, which Fourier transforms like."""
-FIRST_LINE = 2
-"""The taper blurs those before with the mean."""
-LINES = 12
-"""Fourier lines pooled to one value of power, phase and coherence."""
-COHERENT = 0.5
-"""Least squared coherence of predicted and measured readings that move together."""
-RATIO = 3.0
-"""Powers of predicted and measured readings of a rigid arm differ by less than this factor."""
-FOLLOWED = 1.0 / 3.0
-"""Of the reach, up to where flexibility adds at most 1/8 of the motion."""
-USEFUL = 0.5
-"""Share of the power that removal may leave to be worth it."""
-DAMPING = 0.02
-"""Of the first mode, which delays what it amplifies: the uncertainty allows for that much."""
-FEW_SENSORS = 5
-"""Below, their scatter tells nothing."""
-SIGNIFICANT = 3.0
-"""Standard deviations a delay must have to be put right."""
-APART = 5.0
-"""Standard deviations from where on a sensor has another delay than the others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +69,7 @@ class RigidFit:
     @property
     def proved_lag_s(self) -> Real:
         """The delay where it is significant; stamps are believed until they are proved wrong."""
-        return np.where(np.abs(self.lag_s) > SIGNIFICANT * self.lag_std_s, self.lag_s, 0.0)
+        return np.where(np.abs(self.lag_s) > MOTION.significant * self.lag_std_s, self.lag_s, 0.0)
 
     @property
     def common_lag_s(self) -> float:
@@ -155,7 +135,7 @@ def rigid_fit(
         None where nothing moves as a rigid arm would.
     """
     shift, fit = 0, None
-    most = round(LATEST_S * sample_rate_hz)
+    most = round(MOTION.latest_s * sample_rate_hz)
     for _ in range(ROUNDS):
         # A taper stands still where the motion under it is late: better to move the motion first.
         late, early = max(shift, 0), max(-shift, 0)
@@ -191,13 +171,13 @@ def _fit(
     lag_s = _coarse(line_hz, response * motion.conj(), plain, follows)
     response *= np.exp(2j * np.pi * line_hz * lag_s)[:, None]
     pooled = _pooled(line_hz, response, motion)
-    useful = np.flatnonzero(follows & (pooled.left < USEFUL))
+    useful = np.flatnonzero(follows & (pooled.left < MOTION.useful))
     if len(useful) == 0:
         return None
     rest_s, std_s, odd = _delays(pooled, follows, sensors)
     highest_hz = float(pooled.upper_hz[useful[-1]])
     reach_hz = highest_hz if end < len(follows) else math.inf
-    below = slice(FIRST_LINE, int(np.searchsorted(line_hz, FOLLOWED * highest_hz)))
+    below = slice(MOTION.first_line, int(np.searchsorted(line_hz, MOTION.followed * highest_hz)))
     slow = SlowMotion(*(_parts(part[below] * scale) for part in (response, motion)))
     return RigidFit(lag_s + rest_s, std_s, reach_hz, odd, slow)
 
@@ -207,15 +187,17 @@ def _parts(lines: Complex) -> Real:
 
 
 def _pooled(line_hz: Real, response: Complex, motion: Complex) -> _Spectra:
-    first = np.arange(FIRST_LINE, len(line_hz) - LINES + 1, LINES)
-    last = first[-1] + LINES
+    first = np.arange(
+        MOTION.first_line, len(line_hz) - MOTION.pooled_lines + 1, MOTION.pooled_lines
+    )
+    last = first[-1] + MOTION.pooled_lines
     cross, turn = response[:last] * motion[:last].conj(), 2.0 * np.pi * line_hz[:last, None]
 
     def pool(values: Real) -> Real:
         return np.asarray(np.add.reduceat(values[:last], first, axis=0))
 
     return _Spectra(
-        upper_hz=line_hz[first + LINES - 1],
+        upper_hz=line_hz[first + MOTION.pooled_lines - 1],
         rigid=pool(np.abs(motion) ** 2),
         measured=pool(np.abs(response) ** 2),
         cross=pool(cross.real) + 1j * pool(cross.imag),
@@ -226,10 +208,10 @@ def _pooled(line_hz: Real, response: Complex, motion: Complex) -> _Spectra:
 
 def _follows(spectra: _Spectra) -> tuple[NDArray[np.bool_], int]:
     """Return the bands in which the arm follows its motors, and the first where it does not."""
-    ratio, moves = spectra.ratio, spectra.coherence > COHERENT
-    alike = (ratio > 1.0 / RATIO) & (ratio < RATIO)
+    ratio, moves = spectra.ratio, spectra.coherence > MOTION.coherent
+    alike = (ratio > 1.0 / MOTION.power_ratio) & (ratio < MOTION.power_ratio)
     # Where motion is lost in noise nothing can be said; a mode, or links left behind, end it.
-    ends = np.flatnonzero((moves & ~alike) | (ratio <= 1.0 / RATIO))
+    ends = np.flatnonzero((moves & ~alike) | (ratio <= 1.0 / MOTION.power_ratio))
     end = int(ends[0]) if len(ends) else len(moves)
     follows = moves & alike
     follows[end:] = False
@@ -241,12 +223,15 @@ def _coarse(line_hz: Real, cross: Complex, spectra: _Spectra, follows: NDArray[n
     weight = np.zeros(len(line_hz))
     power = np.sqrt(spectra.measured.sum(axis=1) * spectra.rigid.sum(axis=1))
     for band in np.flatnonzero(follows):
-        weight[FIRST_LINE + band * LINES : FIRST_LINE + (band + 1) * LINES] = 1.0 / power[band]
+        weight[
+            MOTION.first_line + band * MOTION.pooled_lines : MOTION.first_line
+            + (band + 1) * MOTION.pooled_lines
+        ] = 1.0 / power[band]
     used = weight > 0.0
     together = cross[used].sum(axis=1) * weight[used]
     highest_hz = float(line_hz[used].max())
     step_s = min(0.1, 0.125 / highest_hz)
-    delays = np.arange(-LATEST_S, LATEST_S + step_s, step_s)
+    delays = np.arange(-MOTION.latest_s, MOTION.latest_s + step_s, step_s)
     turns = np.exp(2j * np.pi * np.outer(delays, line_hz[used]))
     # Of nearly equal ones the smallest: slow motion alone says little.
     agreement = (turns @ together).real
@@ -263,14 +248,14 @@ def _delays(
         for part in (spectra.cross, spectra.rigid, spectra.measured, spectra.late, spectra.early)
     )
     coherence = np.clip(np.abs(cross) ** 2 / (rigid * measured + 1e-300), 0.0, 1.0)
-    clear = (coherence > COHERENT) & (early > 0.0)
+    clear = (coherence > MOTION.coherent) & (early > 0.0)
     gain = np.sqrt(measured / (rigid + 1e-300))
-    noise = measured * (1.0 - coherence) / LINES + 1e-12 * measured
+    noise = measured * (1.0 - coherence) / MOTION.pooled_lines + 1e-12 * measured
     delay = np.divide(late, early, out=np.zeros_like(late), where=clear)
     variance = np.divide(noise * gain, 2.0 * early, out=np.ones_like(late), where=clear)
     # What the first mode amplifies it also delays, in all channels and bands alike.
     turn = np.sqrt(np.divide(early, np.abs(cross), out=np.ones_like(late), where=clear))
-    grown = np.abs(gain - 1.0) * 2.0 * DAMPING / turn
+    grown = np.abs(gain - 1.0) * 2.0 * MOTION.assumed_damping / turn
     weight = np.where(clear, 1.0 / (variance + grown**2), 0.0)
     names = np.array(sensors)
     groups = [names == name for name in dict.fromkeys(sensors)]
@@ -280,10 +265,10 @@ def _delays(
     # Sensors differ by what flexibility does to each, which their own scatter tells.
     scatter = np.array([abs(mean - middle) for mean, std in own if math.isfinite(std)])
     shared = _mean(delay, weight, grown)[1]
-    usual = 1.4826 * float(np.median(scatter)) if len(scatter) >= FEW_SENSORS else shared
+    usual = 1.4826 * float(np.median(scatter)) if len(scatter) >= MOTION.few_sensors else shared
     odd = np.zeros(delay.shape[1], dtype=bool)
     for mine, (mean, std) in zip(groups, own, strict=True):
-        odd[mine] = abs(mean - middle) > APART * math.hypot(std, usual)
+        odd[mine] = abs(mean - middle) > MOTION.apart * math.hypot(std, usual)
     whole, whole_std = _mean(delay[:, ~odd], weight[:, ~odd], grown[:, ~odd])
     lag, lag_std = np.full(len(odd), whole), np.full(len(odd), whole_std)
     for mine, (mean, std) in zip(groups, own, strict=True):

@@ -22,25 +22,14 @@ from oma_identifier.motion.rigid_fit import rigid_fit, RigidFit
 from oma_identifier.motion.robot_motion import in_model_order, RobotMotion
 from oma_identifier.motion.sensor_check import check_sensors
 from oma_identifier.motion.sensor_lag import Lag
+from oma_identifier.motion.thresholds import MOTION
 from oma_identifier.time_axis import half_width, interpolate
 
-MOST_OUTSIDE_S = 0.25
-"""Time at either end of a window that the joint states may leave uncovered."""
-WORSE = 1.5
-"""Times its power below the vibrations that removal may leave on a channel the model fits."""
 PREDICTED = (ACCELERATION, ANGULAR_VELOCITY)
 """What the model says of a rigid arm."""
 MISMATCH, LATE = 'rigid_motion_mismatch', 'not_synchronous'
-SAME_GRID = 0.01
-"""Steps between the samples of two windows that pass for none."""
-SLOW_HZ = 2.0
-"""Below, rigid motion outweighs vibration: where model and sensor are compared."""
 POSES = 32
 """Moments of a window that its mean pose is told from."""
-SURPRISE = 3.0
-"""Standard deviations from where on a newer delay is another one."""
-SAME_REACH = 0.3
-"""Share by which the reach may scatter from window to window."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +185,7 @@ class RigidMotionRemoval:
         passed = (samples.start_ns - last.start_ns) * last.rate_hz / NANOSECONDS_PER_SECOND
         first = round(passed)
         shared = last.rows[first : first + len(samples.acceleration)]
-        if first < 0 or abs(passed - first) > SAME_GRID or len(shared) == 0:
+        if first < 0 or abs(passed - first) > MOTION.same_grid or len(shared) == 0:
             return None
         return shared
 
@@ -250,9 +239,9 @@ def _place(grid_ns: NDArray[np.float64], motion: JointMotion, lag_s: float) -> N
 def _same(fresh: RigidFit, known: RigidFit) -> bool:
     """Tell whether a window says nothing new."""
     spread = np.hypot(fresh.lag_std_s, known.lag_std_s)
-    late = np.abs(fresh.lag_s - known.lag_s) > SURPRISE * spread
+    late = np.abs(fresh.lag_s - known.lag_s) > MOTION.surprise * spread
     less_sure = bool(np.all(fresh.lag_std_s >= 0.8 * known.lag_std_s))
-    alike = math.isclose(fresh.reach_hz, known.reach_hz, rel_tol=SAME_REACH)
+    alike = math.isclose(fresh.reach_hz, known.reach_hz, rel_tol=MOTION.same_reach)
     return less_sure and alike and not late.any() and bool(np.all(fresh.odd == known.odd))
 
 
@@ -270,8 +259,8 @@ def motion_of(
     if motion is None:
         return None
     last_ns = motion.origin_ns + len(motion.position) * motion.period_ns
-    least_ns = samples.duration_s * NANOSECONDS_PER_SECOND - MOST_OUTSIDE_S * 1e9
-    if motion.origin_ns > MOST_OUTSIDE_S * 1e9 or last_ns < least_ns:
+    least_ns = samples.duration_s * NANOSECONDS_PER_SECOND - MOTION.most_outside_s * 1e9
+    if motion.origin_ns > MOTION.most_outside_s * 1e9 or last_ns < least_ns:
         return None
     return motion
 
@@ -280,11 +269,11 @@ def _fits(
     measured: NDArray[np.float64], rigid: NDArray[np.float64], sample_rate_hz: float
 ) -> bool:
     """Tell whether removal does not add slow motion to a channel."""
-    width = max(1, round(sample_rate_hz / (2.0 * SLOW_HZ)))
+    width = max(1, round(sample_rate_hz / (2.0 * MOTION.slow_hz)))
     n = len(measured) // width
     if n < 3:
         return True
     slow = np.column_stack([measured, measured - rigid])[: n * width]
     means = slow.reshape(n, width, 2).mean(axis=1)
     before, after = means.var(axis=0)
-    return bool(after <= WORSE * before)
+    return bool(after <= MOTION.worse * before)

@@ -25,6 +25,13 @@ class RobotMotion(Protocol):
     def link_names(self) -> tuple[str, ...]:
         """Links a sensor can sit on."""
 
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names of the controller axes."""
+
+    def to_controller(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the angles of the controller axes, (n_samples, n_joints) [rad]."""
+
     def rigid_acceleration(
         self,
         q: NDArray[np.float64],

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,11 @@ from oma_identifier.motion.motion_peak import is_motion
 from oma_identifier.motion.rigid_motion import RigidMotionRemoval
 from oma_identifier.motion.robot_motion import RobotMotion
 from oma_identifier.motion.sensor_lag import Lag
+from oma_identifier.motion.thresholds import MOTION
 
-GROSS_RAD = 0.1
-"""Range of a joint in a window that self-excitation stays far below."""
 PeakTest = Callable[[float, float, NDArray[np.complex128]], bool]
-"""Place [Hz], half-power half-width [Hz] and direction of a peak: is it no mode?"""
+"""Place [Hz], half-power half-width [Hz] and direction of a peak: is it no mode?  Functions of a
+module with what they know bound to them (``partial``): another process can be given them."""
 
 
 def never(frequency_hz: float, width_hz: float, shape: NDArray[np.complex128]) -> bool:
@@ -141,15 +142,9 @@ def _flags(motion: JointMotion) -> tuple[str, ...]:
 
 
 def _travels(motion: JointMotion) -> bool:
-    return bool(np.ptp(motion.position, axis=0).max() > GROSS_RAD)
+    return bool(np.ptp(motion.position, axis=0).max() > MOTION.gross_rad)
 
 
 def _peak_test(measured: Samples, left: Samples, motion: JointMotion) -> PeakTest:
     # An arm that shakes itself in place moves at its modes because its joints do.
-    if not _travels(motion):
-        return never
-
-    def explains(frequency_hz: float, width_hz: float, shape: NDArray[np.complex128]) -> bool:
-        return is_motion(measured, left, motion, frequency_hz, width_hz, shape)
-
-    return explains
+    return partial(is_motion, measured, left, motion) if _travels(motion) else never

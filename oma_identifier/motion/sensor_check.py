@@ -17,22 +17,10 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel
 from modal_core.units import ACCELERATION
 from oma_identifier.motion.rigid_fit import SlowMotion
+from oma_identifier.motion.thresholds import MOTION
 
 Real = NDArray[np.float64]
 
-OFFSET_M_S2 = 0.5
-"""Standard deviation of the constant error of a sensor: a third of the 150 mg that the data sheets
-of plain MEMS accelerometers allow."""
-FLEXIBLE = 0.04
-"""What flexibility adds to slow motion, as a share of the largest on the arm: a third of the 1/8
-that a mode adds at a third of its frequency."""
-TOLERANCE = 0.1
-"""Standard deviation of a healthy gain: calibration, place and mounting together."""
-BEYOND, EXPLAINED = 4.0, 3.0
-"""Standard deviations from where on a reading is wrong (as 3 in 10,000 are of two values that
-tell), and within which a fault explains it."""
-LEAST_FACTOR = math.sqrt(2.0)
-"""A wrong gain is nearer to twice or half what it should be."""
 GAIN, POLARITY, AXES = 'gain_suspicion', 'polarity_suspicion', 'axes_suspicion'
 
 
@@ -82,9 +70,12 @@ class _Evidence:
 
 def _of_gravity(unit: str, mean: Real, at_rest: Real) -> list[_Evidence]:
     """Return nothing of sensors that have no constant part."""
-    if unit != ACCELERATION or np.linalg.norm(mean) <= EXPLAINED * OFFSET_M_S2:
+    if (
+        unit != ACCELERATION
+        or np.linalg.norm(mean) <= MOTION.explained_within * MOTION.offset_m_s2
+    ):
         return []
-    return [_Evidence(mean[None], at_rest[None], np.full(len(mean), OFFSET_M_S2))]
+    return [_Evidence(mean[None], at_rest[None], np.full(len(mean), MOTION.offset_m_s2))]
 
 
 def _of_motion(slow: SlowMotion, columns: Sequence[int], alike: Sequence[int]) -> _Evidence:
@@ -100,7 +91,9 @@ def _of_motion(slow: SlowMotion, columns: Sequence[int], alike: Sequence[int]) -
     # The taper makes neighbouring lines alike: half of them count.
     noise = np.maximum(rest, 0.0) * 2.0 * n_known / max(n_values - 2 * n_known, 1)
     largest = (slow.rigid[:, alike] ** 2).sum(axis=0).max()
-    return _Evidence(known, basis.T @ expected, np.sqrt(FLEXIBLE**2 * largest + noise) + 1e-300)
+    return _Evidence(
+        known, basis.T @ expected, np.sqrt(MOTION.flexible**2 * largest + noise) + 1e-300
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,23 +121,25 @@ class _Reading:
         """Return how far it is from the reading of an axis, in standard deviations."""
         reading = gain * self.expected[:, axis]
         apart = float(np.linalg.norm(self.measured - reading))
-        return apart / math.hypot(1.0, TOLERANCE * float(np.linalg.norm(reading)))
+        return apart / math.hypot(1.0, MOTION.gain_tolerance * float(np.linalg.norm(reading)))
 
     def is_of(self, axis: int) -> bool:
         """Tell whether it may be the reading of an axis, either way round."""
-        return min(self.misfit(axis), self.misfit(axis, -1.0)) <= EXPLAINED
+        return min(self.misfit(axis), self.misfit(axis, -1.0)) <= MOTION.explained_within
 
     def has_wrong_gain(self, axis: int) -> bool:
         """Tell whether a gain explains it, and one that no healthy sensor has."""
         own = self.expected[:, axis]
         gain = float(own @ self.measured) / (float(own @ own) + 1e-300)
-        wrong = abs(math.log(abs(gain) + 1e-300)) > math.log(LEAST_FACTOR)
-        return wrong and self.misfit(axis, gain) <= EXPLAINED
+        wrong = abs(math.log(abs(gain) + 1e-300)) > math.log(MOTION.least_factor)
+        return wrong and self.misfit(axis, gain) <= MOTION.explained_within
 
 
 def _flags(readings: Sequence[_Reading]) -> dict[int, str]:
     """Return what explains the axes of a sensor that do not read what they should."""
-    odd = [axis for axis, reading in enumerate(readings) if reading.misfit(axis) > BEYOND]
+    odd = [
+        axis for axis, reading in enumerate(readings) if reading.misfit(axis) > MOTION.wrong_from
+    ]
     moved = {
         (axis, other)
         for axis in odd
@@ -155,7 +150,7 @@ def _flags(readings: Sequence[_Reading]) -> dict[int, str]:
     for axis in odd:
         reads_another = any(first == axis for first, _ in moved)
         is_read_by_another = any(second == axis for _, second in moved)
-        if readings[axis].misfit(axis, -1.0) <= EXPLAINED:
+        if readings[axis].misfit(axis, -1.0) <= MOTION.explained_within:
             found[axis] = POLARITY
         # A gain may be any and explains more by chance than an exchange that fits both ways.
         elif reads_another and is_read_by_another:

@@ -24,6 +24,11 @@ class ExcitationWatch:
         Of the planner's ExcitationPlan and the bridge's BridgeState.
     on_change : callable
         Takes the upper edge [Hz], None without one.
+
+    Attributes
+    ----------
+    robot_name : str
+        Robot of the plan that came last; empty before.
     """
 
     def __init__(
@@ -34,6 +39,7 @@ class ExcitationWatch:
         on_change: Callable[[float | None], None],
     ) -> None:
         self.edge_hz: float | None = None
+        self.robot_name = ''
         self._on_change = on_change
         self._edges_hz: dict[str, float | None] = {}
         self._playing = ''
@@ -41,6 +47,7 @@ class ExcitationWatch:
         node.create_subscription(BridgeState, bridge_topic, self._take_state, LATCHED)
 
     def _take_plan(self, plan: ExcitationPlan) -> None:
+        self.robot_name = plan.robot_name
         # The planner may plan the next motion while the last one is still played.
         self._edges_hz[plan.plan_hash] = sharp_edge_hz(plan.signal, plan.band_high_hz)
         while len(self._edges_hz) > MOST_PLANS:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import LoggingSeverity
@@ -13,35 +13,50 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import MarkerArray
 
+from modal_core.channel import Channel
 from modal_core.errors import SettingsError
 from modal_core.measurements import Measurement
+from modal_core.polled_group_node import PolledGroup
 from modal_core.printable import printable
 from modal_core.reasons import say_reasons
-from modal_core.ros_messages import declare_parameters, LATCHED, parameter_mapping
+from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
+from modal_core.shipped_layouts import shipped_layout
 from modal_recordings.decode import BLOCK, JOINT_STATE
 from oma_identifier.covariance import below_edge
 from oma_identifier.intake import in_order, TopicIntake
 from oma_identifier.methods import method_named
 from oma_identifier.motion import load_robot_motion
 from oma_identifier.node.cell_topics import cells, is_of_cell
+from oma_identifier.node.checks import (
+    CHANNELS,
+    Check,
+    checks,
+    ERROR,
+    NODE,
+    OK,
+    SAMPLES,
+    STALE,
+    WARN,
+    WINDOWS,
+)
 from oma_identifier.node.excitation_watch_node import ExcitationWatch
 from oma_identifier.node.findings import quality_findings
+from oma_identifier.node.mode_topics_node import ModeTopics
 from oma_identifier.node.node_parameters import (
     load_layout_file,
     PARAMETERS,
     SETTINGS,
     settings_from,
 )
-from oma_identifier.node.polled_topic_node import PolledGroup, PolledTopic
+from oma_identifier.node.polled_topic_node import PolledTopic
 from oma_identifier.node.ros_messages import (
     MESSAGE_CLASSES,
     modal_parameters,
-    mode_shape_markers,
     stabilisation_diagram,
 )
+from oma_identifier.node.shape_view_node import ShapeView
 from oma_identifier.node.worker import IdentificationWorker, Job
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
@@ -55,6 +70,13 @@ DIAGNOSTICS_PERIOD_S = 1.0
 SAMPLE_DEPTH = 8000
 BLOCK_DEPTH = 1024
 FINISH_TIMEOUT_S = 60.0
+OF_NODE = 'CHECKPOINT'
+DIAGNOSTIC_LEVELS = {
+    OK: DiagnosticStatus.OK,
+    WARN: DiagnosticStatus.WARN,
+    ERROR: DiagnosticStatus.ERROR,
+    STALE: DiagnosticStatus.STALE,
+}
 RESTARTED = 'restarted'
 """Flag of the first window after a restart from a checkpoint; numbers run on."""
 
@@ -97,7 +119,10 @@ class IdentifierNode(Node):
         self._diagram = self.create_publisher(
             StabilisationDiagram, '~/stabilisation_diagram', LATCHED
         )
-        self._shapes = self.create_publisher(MarkerArray, '~/mode_shapes', LATCHED)
+        self._shapes = ShapeView(
+            self, self._value('base_frame'), self._placed, lambda: self._value('shown_mode')
+        )
+        self._numbers = ModeTopics(self)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_service(Trigger, '~/finish', self._on_finish)
         self.add_on_set_parameters_callback(self._check_parameters)
@@ -189,12 +214,19 @@ class IdentifierNode(Node):
         try:
             self._modal.publish(message)
             self._diagram.publish(stabilisation_diagram(result, base_frame))
-            self._shapes.publish(mode_shape_markers(result, self.pipeline.buffer.channels))
+            self._shapes.take(result)
+            self._numbers.take(result)
         except rclpy_implementation.RCLError:
             # Told to stop while this window was identified: it is kept for the next start.
             if self.context.ok():
                 raise
         self._save(message)
+
+    def _placed(self, names: tuple[str, ...]) -> Sequence[Channel]:
+        """Return channels with their places: of the layout, else of the robot that is named."""
+        placed = [channel for channel in self.pipeline.buffer.channels if channel.frame_id]
+        layout = None if placed else shipped_layout(self.watch.robot_name, names)
+        return placed if layout is None else layout.channels
 
     def _window_failed(self, reason: str) -> None:
         self.problems['WINDOW_FAILED'] = reason
@@ -203,51 +235,49 @@ class IdentifierNode(Node):
     def _publish_diagnostics(self) -> None:
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
-        message.status = [self._status(code, text) for code, text in self.findings()]
-        if not message.status:
-            message.status = [self._status('OK', 'healthy')]
+        message.status = [self._status(check) for check in checks(self._found())]
         self._diagnostics.publish(message)
 
     def findings(self) -> list[tuple[str, str]]:
         """Return code and text of all that /diagnostics names now."""
-        found = list(self.problems.items())
-        for topic, count in self.intake.n_refused.items():
-            reason = self.intake.last_refusal[topic]
-            found.append(('MESSAGE_REFUSED', f'{count} of {topic}: {reason}'))
+        return [finding for found in self._found().values() for finding in found]
+
+    def _found(self) -> dict[str, list[tuple[str, str]]]:
+        """Return code and text of what each check found."""
+        result, counters = self._last_result, self.pipeline.buffer.counters
+        samples = [
+            ('MESSAGE_REFUSED', f'{count} of {topic}: {self.intake.last_refusal[topic]}')
+            for topic, count in self.intake.n_refused.items()
+        ]
         if not self.intake.n_messages:
-            found.append(('NO_DATA', 'no samples received yet'))
+            samples.append(('NO_DATA', 'no samples received yet'))
+        samples += [(reason.upper(), counters.describe(reason)) for reason in counters.reasons]
+        windows = [item for item in self.problems.items() if item[0] != OF_NODE]
         if self.worker.n_skipped:
-            found.append(('WINDOW_SKIPPED', f'{self.worker.n_skipped} windows skipped'))
-        counters = self.pipeline.buffer.counters
-        found += [(reason.upper(), counters.describe(reason)) for reason in counters.reasons]
-        result = self._last_result
+            windows.append(('WINDOW_SKIPPED', f'{self.worker.n_skipped} windows skipped'))
         if result is not None and not result.quality.identifiable:
-            found.append(('NOT_IDENTIFIABLE', result.quality.reason))
-        if result is not None:
-            found += quality_findings(result.quality)
+            windows.append(('NOT_IDENTIFIABLE', result.quality.reason))
+        node = [item for item in self.problems.items() if item[0] == OF_NODE]
         full_names = [
             f'{namespace.rstrip("/")}/{name}'
             for name, namespace in self.get_node_names_and_namespaces()
         ]
         if full_names.count(self.get_fully_qualified_name()) > 1:
-            found.append(('NAME_CLASH', 'another node has the same name'))
-        return found
+            node.append(('NAME_CLASH', 'another node has the same name'))
+        quality = [] if result is None else quality_findings(result.quality)
+        return {SAMPLES: samples, CHANNELS: quality, WINDOWS: windows, NODE: node}
 
-    def _status(self, code: str, text: str) -> DiagnosticStatus:
-        levels = {'OK': DiagnosticStatus.OK, 'WINDOW_FAILED': DiagnosticStatus.ERROR}
-        levels |= {'NAME_CLASH': DiagnosticStatus.ERROR, 'NO_DATA': DiagnosticStatus.STALE}
-        counts = self.intake.n_messages.items()
-        return DiagnosticStatus(
-            level=levels.get(code, DiagnosticStatus.WARN),
-            name=f'{self.get_name()}: {code}',
-            message=text,
-            hardware_id=self.get_fully_qualified_name(),
-            values=[
-                KeyValue(key='code', value=code),
-                KeyValue(key='windows', value=str(self.worker.n_done)),
-                *(KeyValue(key=f'messages {topic}', value=str(count)) for topic, count in counts),
-            ],
-        )
+    def _status(self, check: Check) -> DiagnosticStatus:
+        counts = self.intake.n_messages.items() if check.name == SAMPLES else ()
+        values: dict[str, str] = {}
+        for code, text in check.findings:
+            values[code] = f'{values[code]}; {text}' if code in values else text
+        values |= {f'messages {topic}': str(count) for topic, count in counts}
+        if check.name == WINDOWS:
+            values['windows'] = str(self.worker.n_done)
+        name = f'{self.get_fully_qualified_name()}: {check.name}'
+        level = DIAGNOSTIC_LEVELS[check.level]
+        return diagnostic(name, check.message, level, values, self.get_fully_qualified_name())
 
     # -- parameters and checkpoint ---------------------------------------------------------
 

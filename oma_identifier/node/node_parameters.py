@@ -27,7 +27,20 @@ OTHERS = (
     NodeParameter(
         'bridge_topic', "topic of the bridge's state", 'robot_bridge/state', read_only=True
     ),
-    NodeParameter('layout_file', 'YAML file of the sensors; empty: none', '', read_only=True),
+    NodeParameter(
+        'layout_file',
+        'YAML file of the sensors, no others are taken; empty: all are, and drawn where the'
+        ' robot that the plan names has sensors of these names',
+        '',
+        read_only=True,
+    ),
+    NodeParameter(
+        'shown_mode',
+        'id of the mode on ~/mode_shapes; 0: one after the other',
+        0,
+        0,
+        10**9,
+    ),
     NodeParameter(
         'robot',
         'robot whose motion is predicted from joint states and taken out; empty: none',

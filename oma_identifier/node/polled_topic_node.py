@@ -3,24 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
-from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-
-class PolledGroup(CallbackGroup):
-    """Keeps subscriptions out of the executor's wait set: whoever owns them drains them."""
-
-    def can_execute(self, entity: Any) -> bool:
-        """Never."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Never."""
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """Nothing was begun."""
+from modal_core.polled_group_node import PolledGroup
 
 
 class PolledTopic:

@@ -4,17 +4,13 @@ What comes in is decoded in batches by `modal_recordings/decode.py`.
 """
 
 import array
-from collections.abc import Iterable
-import math
 from typing import Any
 
 from builtin_interfaces.msg import Duration
-from geometry_msgs.msg import AccelStamped, AccelWithCovarianceStamped, Point
+from geometry_msgs.msg import AccelStamped, AccelWithCovarianceStamped
 import numpy as np
 from sensor_msgs.msg import Imu, JointState
-from visualization_msgs.msg import Marker, MarkerArray
 
-from modal_core.channel import Channel
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.quality import ChannelQuality, DataQuality
@@ -44,8 +40,6 @@ MESSAGE_CLASSES = {
     BLOCK: AccelerationBlock,
     JOINT_STATE: JointState,
 }
-ARROW_LENGTH_M = 0.3
-COLOURS = ((0.9, 0.2, 0.2), (0.2, 0.6, 0.9), (0.2, 0.7, 0.3), (0.9, 0.6, 0.1), (0.6, 0.3, 0.8))
 
 
 def modal_parameters(result: WindowResult, base_frame: str, n_skipped: int) -> ModalParameters:
@@ -128,51 +122,6 @@ def stabilisation_diagram(result: WindowResult, base_frame: str) -> Stabilisatio
     shape = spectrum.singular_value.shape
     message.spectrum_n_values = int(shape[1]) if len(shape) == 2 else 0
     return message
-
-
-def mode_shape_markers(result: WindowResult, channels: Iterable[Channel]) -> MarkerArray:
-    """Return an arrow per sensor and mode, on the frame the sensor is fixed to."""
-    known = {channel.name: channel for channel in channels}
-    markers = [Marker(action=Marker.DELETEALL)]
-    for number, mode in enumerate(result.modes):
-        arrows = _arrows(mode, result.modes.channel_names, known)
-        longest = max((math.hypot(*arrow) for arrow in arrows.values()), default=0.0)
-        if longest <= 0.0:
-            continue
-        for index, ((frame_id, position), arrow) in enumerate(arrows.items()):
-            marker = Marker(ns=f'mode {mode.id}', id=index, type=Marker.ARROW, action=Marker.ADD)
-            marker.header.frame_id = frame_id
-            marker.header.stamp = stamp(result.end_ns)
-            tip = [
-                start + ARROW_LENGTH_M * part / longest
-                for start, part in zip(position, arrow, strict=True)
-            ]
-            marker.points = [_point(position), _point(tip)]
-            marker.scale.x, marker.scale.y, marker.scale.z = 0.02, 0.04, 0.06
-            red, green, blue = COLOURS[number % len(COLOURS)]
-            marker.color.r, marker.color.g, marker.color.b, marker.color.a = red, green, blue, 1.0
-            markers.append(marker)
-    return MarkerArray(markers=markers)
-
-
-def _arrows(
-    mode: Mode, names: tuple[str, ...], known: dict[str, Channel]
-) -> dict[tuple[str, tuple[float, float, float]], list[float]]:
-    """Sum the channels of each sensor place into one vector."""
-    arrows: dict[tuple[str, tuple[float, float, float]], list[float]] = {}
-    for name, value in zip(names, mode.shape.real.tolist(), strict=True):
-        channel = known.get(name)
-        if channel is None or not channel.frame_id or not channel.is_straight:
-            continue
-        arrow = arrows.setdefault((channel.frame_id, channel.position_m), [0.0, 0.0, 0.0])
-        for axis, part in enumerate(channel.direction):
-            arrow[axis] += value * part
-    return arrows
-
-
-def _point(position: Iterable[float]) -> Point:
-    x, y, z = position
-    return Point(x=float(x), y=float(y), z=float(z))
 
 
 def _doubles(values: np.ndarray) -> 'array.array[float]':

@@ -10,6 +10,8 @@ from modal_core.window import Window
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
 
+# Beside the one that is looked at: a window that takes up to three hops of time delays the next
+# ones and loses none; a computer that is too slow for good skips, and says so.
 MOST_WAITING = 2
 
 

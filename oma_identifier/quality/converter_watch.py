@@ -6,17 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.quality.converter import is_rectified, is_wrapped
+from oma_identifier.quality.converter import is_one_sided, is_rectified, is_wrapped, leaps
 from oma_identifier.quality.reversed_rows import is_reversed
+from oma_identifier.quality.thresholds import QUALITY
 
 CHUNK = 2048
 """Rows that are looked at together."""
-FEWEST = 512
-"""Rows at the end of a window that tell something."""
-LOST = 1.5
-"""Steps between stamps, in the usual one, from where on a sample is missing."""
-SMALLEST, LARGEST = 1e-100, 1e100
-"""Ranges and values beyond are of no sensor, and their squares of no number."""
 
 Flags = tuple[str, ...]
 
@@ -62,7 +57,7 @@ class ConverterWatch:
     def _examined(self) -> _Part:
         times = self._times[: self._n_held]
         pieces = _unbroken(times, self._rows[: self._n_held])
-        found = [found_in(piece) for piece in pieces if len(piece) >= FEWEST]
+        found = [found_in(piece) for piece in pieces if len(piece) >= QUALITY.fewest_rows]
         return _Part(
             int(times[0]),
             int(times[-1]),
@@ -74,7 +69,7 @@ class ConverterWatch:
 
     def flags(self, start_ns: int, end_ns: int) -> Sequence[Flags]:
         """Return what is wrong with each channel between two times."""
-        if self._n_held >= FEWEST and self._newest is None:
+        if self._n_held >= QUALITY.fewest_rows and self._newest is None:
             self._newest = self._examined()
         parts = [*self._parts, *([self._newest] if self._newest else [])]
         inside = [p.found for p in parts if p.start_ns < end_ns and p.end_ns >= start_ns]
@@ -96,16 +91,27 @@ class ConverterWatch:
 def _unbroken(stamp_ns: NDArray[np.int64], rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Return the pieces between lost samples: what follows a gap leaps without any fault."""
     steps = np.diff(stamp_ns)
-    return np.split(rows, np.flatnonzero(steps > LOST * np.median(steps)) + 1)
+    return np.split(rows, np.flatnonzero(steps > QUALITY.lost_step * np.median(steps)) + 1)
 
 
 def found_in(rows: NDArray[np.float64]) -> list[Flags]:
     """Return what is wrong with each channel of a stretch, (n_samples, n_channels) array."""
-    with np.errstate(invalid='ignore'):
-        usable = (np.abs(rows) < LARGEST).all(axis=0) & (np.ptp(rows, axis=0) > SMALLEST)
-    turned = ('rows_reversed',) if is_reversed(rows[:, usable]) else ()
-    found: list[Flags] = []
-    for column, known in zip(np.ascontiguousarray(rows.T), usable, strict=True):
-        own = [('wrapped', is_wrapped), ('rectified', is_rectified)] if known else []
-        found.append((*turned, *(name for name, test in own if test(column))))
+    signals = np.ascontiguousarray(rows.T)
+    with np.errstate(invalid='ignore', over='ignore'):
+        low, high = signals.min(axis=1), signals.max(axis=1)
+        usable = (
+            (-QUALITY.largest_value < low)
+            & (high < QUALITY.largest_value)
+            & (high - low > QUALITY.smallest_range)
+        )
+        tests = (
+            ('wrapped', is_wrapped, usable & leaps(signals)),
+            ('rectified', is_rectified, usable & is_one_sided(signals)),
+        )
+    turned: Flags = ('rows_reversed',) if is_reversed(signals[usable]) else ()
+    found = [turned] * len(signals)
+    for name, test, suspects in tests:
+        for channel in np.flatnonzero(suspects):
+            if test(signals[channel]):
+                found[channel] = (*found[channel], name)
     return found

@@ -6,12 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-CLIPPED_SHARE = 1e-3
-"""Share of samples at the very same extreme value that only a limit can cause."""
-CLIPPED_AT_LEAST = 8
-FLAT_SHARE = 0.1
-"""Share of the window without any change of value."""
-IMPULSIVE_KURTOSIS = 30.0
+from oma_identifier.quality.thresholds import QUALITY
+
 NOISE_STRETCHES, NOISE_ROWS = 4, 256
 MEDIAN_OF_GAUSSIAN = 0.6745
 EXCLUDING = (
@@ -151,7 +147,7 @@ def examine(values: NDArray[np.floating], summary: Summary) -> list[ChannelHealt
     with np.errstate(invalid='ignore', divide='ignore'):
         kurtosis = np.where(flat, np.nan, summary.sums[2] / n_rows / power**2)
     noise = noise_rms(values)
-    maybe_still = summary.n_still + summary.n_parts > FLAT_SHARE * n_rows
+    maybe_still = summary.n_still + summary.n_parts > QUALITY.flat_share * n_rows
     maybe_clipped = summary.n_extreme.sum(axis=0) >= _least_clipped(n_rows)
     found = []
     for place in range(len(power)):
@@ -163,7 +159,7 @@ def examine(values: NDArray[np.floating], summary: Summary) -> list[ChannelHealt
                 flags.append('flatline')
             if maybe_clipped[place] and is_clipped(_column(values, place)):
                 flags.append('clipping')
-            if kurtosis[place] > IMPULSIVE_KURTOSIS:
+            if kurtosis[place] > QUALITY.impulsive_kurtosis:
                 flags.append('impulsive')
         rms = float(np.sqrt(power[place]))
         found.append(ChannelHealth(tuple(flags), rms, float(kurtosis[place]), float(noise[place])))
@@ -195,11 +191,11 @@ def noise_rms(values: NDArray[np.floating]) -> NDArray[np.float64]:
 
 
 def _is_still(signal: NDArray[np.floating]) -> bool:
-    return _longest_run(signal[1:] == signal[:-1]) > FLAT_SHARE * len(signal)
+    return _longest_run(signal[1:] == signal[:-1]) > QUALITY.flat_share * len(signal)
 
 
 def _least_clipped(n_rows: int) -> float:
-    return max(CLIPPED_AT_LEAST, CLIPPED_SHARE * n_rows)
+    return max(QUALITY.clipped_at_least, QUALITY.clipped_share * n_rows)
 
 
 def is_clipped(signal: NDArray[np.float64]) -> bool:

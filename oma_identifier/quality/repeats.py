@@ -14,23 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-HELD_SHARE = 0.01
-"""Share of samples that were held: noise of at most 2 % of the channel's power."""
-HELD_AT_LEAST = 8
-LONGEST_HELD = 15
-"""Samples; what stands still longer is a flat line or a quiet channel."""
-LARGE = 4.0
-"""Converter steps.  As many samples change by one to four steps, up or down, as eight times those
-that do not change at all, or more, as long as changes spread over a step and a half: three times
-as many where they spread over one."""
-FLOAT_STEPS = 5e-7
-"""Rounding of a second difference in single precision, of the largest value."""
-FLAT_AT_LEAST = 16
-FLAT_RANGE = 16.0
-"""Converter steps a channel moves over before it freezes; one that dies away moves over fewer."""
-BY_CHANCE = 1e-9
-"""Probability of a run of equal values, by the share of equal ones before it, at which it is one
-that froze: at 4 kHz and 100 channels one in forty minutes is left to the range."""
+from oma_identifier.quality.thresholds import QUALITY
+
 BEFORE, TAIL = 16, 96
 FEWEST = 8
 LOOKED_AT = 160
@@ -87,13 +72,13 @@ class RepeatWatch:
         self._tail, self._tail_ns = held[-TAIL:].copy(), times[-TAIL:].copy()
 
     def _look(self, held: Real, times: NDArray[np.int64], n_before: int) -> None:
-        new = held[max(0, n_before - LONGEST_HELD - 2) :]
+        new = held[max(0, n_before - QUALITY.longest_held - 2) :]
         still = held[1:] == held[:-1]
         n_still = _per_column(still)
         n_held, n_small = np.zeros((2, 3, len(n_still)), dtype=np.int64)
-        for column in np.flatnonzero(_is_open(new) | (n_still > HELD_SHARE * len(still))):
+        for column in np.flatnonzero(_is_open(new) | (n_still > QUALITY.held_share * len(still))):
             n_held[:, column], n_small[:, column] = self._counts(int(column), new[:, column])
-            if n_still[column] >= FLAT_AT_LEAST:
+            if n_still[column] >= QUALITY.flat_at_least:
                 self._find_flat(int(column), still[:, column], held[:, column], times)
         first, last = int(times[n_before]), int(times[-1])
         self._parts.append(_Part(first, last, len(times) - n_before, n_held, n_small))
@@ -105,7 +90,7 @@ class RepeatWatch:
         smallest = min(_smallest(steps), _smallest(strides), self._step[column])
         self._step[column] = smallest
         step = smallest if math.isfinite(smallest) else 0.0
-        rounding = max(step, FLOAT_STEPS * float(np.nan_to_num(np.abs(new)).max()))
+        rounding = max(step, QUALITY.float_steps * float(np.nan_to_num(np.abs(new)).max()))
         kinds = (
             _held(steps, 0.0, step),
             _held(strides, 0.0, step),
@@ -118,7 +103,7 @@ class RepeatWatch:
     ) -> None:
         edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
         for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-            if end - begin < FLAT_AT_LEAST:
+            if end - begin < QUALITY.flat_at_least:
                 continue
             if begin == 0:
                 run = self._open.get(column)
@@ -137,10 +122,10 @@ class RepeatWatch:
     def _needed(self, still: NDArray[np.bool_], signal: Real, column: int) -> float:
         """Return the length from where on a run is no chance, by what came before it."""
         before = signal[-BEFORE:]
-        if len(before) < FEWEST or np.ptp(before) < FLAT_RANGE * self._step[column]:
+        if len(before) < FEWEST or np.ptp(before) < QUALITY.flat_range * self._step[column]:
             return math.inf
         share = (np.count_nonzero(still) + 1.0) / (len(still) + 2.0)
-        return max(float(FLAT_AT_LEAST), math.log(BY_CHANCE) / math.log(share))
+        return max(float(QUALITY.flat_at_least), math.log(QUALITY.flat_chance) / math.log(share))
 
     def flags(self, start_ns: int, end_ns: int) -> Sequence[tuple[str, ...]]:
         """Return what is wrong with each channel between two times."""
@@ -150,7 +135,7 @@ class RepeatWatch:
             return [()] * n_channels
         n_held = np.sum([part.n_held for part in parts], axis=0)
         n_small = np.sum([part.n_small for part in parts], axis=0)
-        least = max(HELD_AT_LEAST, HELD_SHARE * sum(part.n_rows for part in parts))
+        least = max(QUALITY.held_at_least, QUALITY.held_share * sum(part.n_rows for part in parts))
         is_held = ((n_held > least) & (n_held > n_small)).any(axis=0)
         is_flat = np.zeros(n_channels, dtype=bool)
         for (column, begin), end in self._flat.items():
@@ -182,10 +167,10 @@ def _is_open(rows: Real) -> NDArray[np.bool_]:
     """Tell which channels need a closer look, by the first rows of a stretch."""
     rows = rows[:LOOKED_AT]
     strides, bends = rows[2:] - rows[:-2], rows[2:] - 2.0 * rows[1:-1] + rows[:-2]
-    rounding = 0.5 * FLOAT_STEPS * np.abs(rows).max(axis=0)
+    rounding = 0.5 * QUALITY.float_steps * np.abs(rows).max(axis=0)
     return np.asarray(
         np.count_nonzero((strides == 0.0) | (np.abs(bends) <= rounding), axis=0)
-        > HELD_SHARE * len(rows)
+        > QUALITY.held_share * len(rows)
     )
 
 
@@ -199,7 +184,7 @@ def _held(changes: Real, none: float, step: float) -> tuple[int, int]:
     """Return the rows without change between large ones, and the rows of small changes."""
     size = np.abs(changes)
     place = np.flatnonzero(~(size <= none))
-    large = size[place] > LARGE * step
+    large = size[place] > QUALITY.large_change * step
     between = np.diff(place) - 1
-    held = large[1:] & large[:-1] & (between <= LONGEST_HELD)
+    held = large[1:] & large[:-1] & (between <= QUALITY.longest_held)
     return int(between[held].sum()), int(np.count_nonzero(~large))

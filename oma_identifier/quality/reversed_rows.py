@@ -6,6 +6,7 @@ the blocks round makes it smaller.  Turning rows that are in order round makes i
 """
 
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,41 +14,31 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from oma_identifier.quality.converter import is_coarse
 from oma_identifier.quality.prediction import innovations, lagged, ORDER
+from oma_identifier.quality.thresholds import QUALITY
 
-SHORTEST, LONGEST = 3, 512
+SHORTEST, LONGEST_BLOCK = 3, 512
 """Rows of a block."""
-FEWEST_BLOCKS = 4
-MOST_CHANNELS = 3
+MOST_OF_SOURCE = 3
 """Of one source that are looked at; rows are reversed in all of them."""
 TINY = 1e-9
-LARGEST = 50.0
-"""Of the median power: a knock is not the whole course."""
-RECURRENCE = 8.0
-"""Standard deviations of the autocorrelation of white noise: below, nothing recurs and no block is
-turned round."""
-LESS_POWER = 1.05
-"""Times the power of the innovations falls when blocks are turned round."""
-GONE = 0.25
-"""Share of the recurrence that may be left."""
-ALIKE = 0.5
 MOST_LENGTHS = 6
 """Lengths that are tried: those that recur at least so much, by the strongest recurrence."""
 
 Real = NDArray[np.float64]
 
 
-def is_reversed(rows: Real) -> bool:
+def is_reversed(signals: Real) -> bool:
     """Tell whether rows come in reversed order within blocks of one length.
 
     Parameters
     ----------
-    rows : (n_samples, n_channels) array [m/s²]
+    signals : (n_channels, n_samples) array [m/s²]
         Of one source, as sent, finite.
     """
-    clear = [place for place, column in enumerate(rows.T) if not is_coarse(column)]
-    rows = rows[:, clear[:MOST_CHANNELS]]
+    clear = list(islice((each for each in signals if not is_coarse(each)), MOST_OF_SOURCE))
     if not clear:
         return False
+    rows = np.transpose(clear)
     power = _power(rows)
     recurrence = _recurrence(power)
     return any(
@@ -60,11 +51,11 @@ def is_reversed(rows: Real) -> bool:
 def _is_turned_back(power: Real, recurrence: float, turned: Real, length: int) -> bool:
     """Tell whether rows are better predicted, and no longer leap, once blocks are turned round."""
     less = _power(turned)
-    most = LARGEST * np.median(power, axis=0)
+    most = QUALITY.largest_power * np.median(power, axis=0)
     fall = np.minimum(power, most).mean(axis=0) / np.minimum(less, most).mean(axis=0)
-    if np.median(fall) < LESS_POWER:
+    if np.median(fall) < QUALITY.less_power:
         return False
-    return bool(_recurrence(less)[length] < GONE * recurrence)
+    return bool(_recurrence(less)[length] < QUALITY.recurrence_left * recurrence)
 
 
 def _power(rows: Real) -> Real:
@@ -76,29 +67,33 @@ def _power(rows: Real) -> Real:
 def _course(power: Real) -> Real:
     """Return how badly rows are predicted by all channels, (n_rows,) array."""
     typical = np.median(power, axis=0) + TINY * power.mean(axis=0)
-    return np.asarray(np.minimum(power / typical, LARGEST).mean(axis=1))
+    return np.asarray(np.minimum(power / typical, QUALITY.largest_power).mean(axis=1))
 
 
 def _recurrence(power: Real) -> Real:
     """Return the autocorrelation of it, in standard deviations of that of white noise."""
     course = _course(power)
     centred = course - course.mean()
-    size = next_fast_len(len(centred) + LONGEST, real=True)
+    size = next_fast_len(len(centred) + LONGEST_BLOCK, real=True)
     spectrum = rfft(centred, size)
-    recurrence = irfft(spectrum.real**2 + spectrum.imag**2, size)[: LONGEST + 1]
+    recurrence = irfft(spectrum.real**2 + spectrum.imag**2, size)[: LONGEST_BLOCK + 1]
     return np.asarray(recurrence / recurrence[0] * np.sqrt(len(centred)))
 
 
 def _lengths(recurrence: Real, n_rows: int) -> Iterator[int]:
     """Yield the steps after which the innovations recur, the likeliest first."""
-    recurrence = recurrence[: n_rows // FEWEST_BLOCKS]
+    recurrence = recurrence[: n_rows // QUALITY.fewest_blocks]
     best = SHORTEST + int(np.argmax(recurrence[SHORTEST:]))
-    if recurrence[best] < RECURRENCE:
+    if recurrence[best] < QUALITY.recurrence:
         return
     # The strongest may be of several blocks.
     parts = range(best // SHORTEST, 0, -1)
     lengths = dict.fromkeys(round(best / part) for part in parts)
-    likely = [length for length in lengths if recurrence[length] >= ALIKE * recurrence[best]]
+    likely = [
+        length
+        for length in lengths
+        if recurrence[length] >= QUALITY.recurs_alike * recurrence[best]
+    ]
     yield from sorted(likely, key=lambda length: -recurrence[length])[:MOST_LENGTHS]
 
 

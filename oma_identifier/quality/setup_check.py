@@ -14,14 +14,8 @@ from numpy.typing import NDArray
 
 from modal_core.channel import Channel
 from modal_core.units import ACCELERATION, STANDARD_GRAVITY
+from oma_identifier.quality.thresholds import QUALITY
 
-LEAST_FACTOR = math.sqrt(2.0)
-"""By which a wrong length is off: offsets of plain MEMS accelerometers, up to 250 mg by their data
-sheets, stay below."""
-LEAST_M_S2 = 3.0
-"""Below, there may be no more than the offset of an amplifier."""
-G_ERROR = 0.1
-"""Share by which gravity in g may be off, so that no offset is taken for it."""
 UNIT_G = 'unit_g_suspicion'
 GRAVITY = 'gravity_suspicion'
 
@@ -47,13 +41,17 @@ def check_gravity(channels: Sequence[Channel], mean: NDArray[np.float64]) -> dic
         if len(axes) == 3
     }
     # Beside sensors without a constant part, 1 m/s² may be the offset of another one.
-    has_gravity = all(length >= 1.0 - G_ERROR for length in lengths.values())
+    has_gravity = all(length >= 1.0 - QUALITY.g_error for length in lengths.values())
     flags = {axes: _flag(length, has_gravity) for axes, length in lengths.items()}
     return {channels[place].name: flag for axes, flag in flags.items() if flag for place in axes}
 
 
 def _flag(length_m_s2: float, has_gravity: bool) -> str:
-    if abs(length_m_s2 - 1.0) <= G_ERROR:
+    if abs(length_m_s2 - 1.0) <= QUALITY.g_error:
         return UNIT_G if has_gravity else ''
-    wrong = abs(math.log(max(length_m_s2, LEAST_M_S2) / STANDARD_GRAVITY))
-    return GRAVITY if length_m_s2 >= LEAST_M_S2 and wrong > math.log(LEAST_FACTOR) else ''
+    wrong = abs(math.log(max(length_m_s2, QUALITY.least_gravity_m_s2) / STANDARD_GRAVITY))
+    return (
+        GRAVITY
+        if length_m_s2 >= QUALITY.least_gravity_m_s2 and wrong > math.log(QUALITY.least_factor)
+        else ''
+    )

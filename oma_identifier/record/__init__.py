@@ -5,6 +5,13 @@ one stretch (or several between gaps), and of the windows where modes vary, or w
 are too many to keep.
 """
 
-from oma_identifier.record.whole_record import WholeRecord
+from oma_identifier.record.whole_record import SHORT_WINDOWS, TakenWindow, WholeRecord
+from oma_identifier.record.window_length import needed_window_s, too_slow
 
-__all__ = ['WholeRecord']
+__all__ = [
+    'SHORT_WINDOWS',
+    'TakenWindow',
+    'WholeRecord',
+    'needed_window_s',
+    'too_slow',
+]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
-from oma_identifier.covariance import Decimator, STEP, UPPER_UNDECIMATED
+from oma_identifier.covariance import COVARIANCE, Decimator, STEP
 
 VALUES_AT_ONCE = 2**20
 """Of a window that are taken over: more would be held twice, beside what is kept."""
@@ -30,7 +30,7 @@ class _Part:
 
     def thin(self) -> None:
         """Decimate what is kept, and what will come."""
-        stage = Decimator(STEP, UPPER_UNDECIMATED)
+        stage = Decimator(STEP, COVARIANCE.upper_undecimated)
         # Its first value belongs to the middle of its taps.
         delay_s = 0.5 * (len(stage.taps) - 1) / self.sample_rate_hz
         self.start_ns += round(delay_s * NANOSECONDS_PER_SECOND)
@@ -57,8 +57,10 @@ class KeptRecord:
     """
 
     def __init__(self, like: Samples, most_bytes: int) -> None:
-        self._like = replace(like, acceleration=like.acceleration[:0].copy())
-        self._offset = like.acceleration[0].copy()
+        self._n_known = 0 if like.known is None else like.known.shape[1]
+        self._like = replace(like, acceleration=like.acceleration[:0].copy(), known=None)
+        known = np.zeros(self._n_known, dtype=like.acceleration.dtype)
+        self._offset = np.append(like.acceleration[0], known)
         self._most_bytes = most_bytes
         self._parts: list[_Part] = []
         self._n_stages = 0
@@ -95,10 +97,21 @@ class KeptRecord:
             return 0.0
         at_once = max(1, VALUES_AT_ONCE // new.shape[1])
         for begin in range(0, len(new), at_once):
-            part.add(new[begin : begin + at_once] - self._offset)
+            rows = slice(first + begin, first + begin + at_once)
+            part.add(self._rows(samples, rows) - self._offset)
             self._make_room()
         part.end_ns = samples.end_ns
         return len(new) / rate_hz
+
+    def _rows(self, samples: Samples, rows: slice) -> NDArray[np.floating]:
+        """Return some rows, beside them their known inputs; NaN where these are missing."""
+        if not self._n_known:
+            return samples.acceleration[rows]
+        responses = samples.acceleration[rows]
+        known = np.full((len(responses), self._n_known), np.nan)
+        if samples.known is not None and samples.known.shape[1] == self._n_known:
+            known = samples.known[rows]
+        return np.concatenate([responses, known], axis=1)
 
     def _make_room(self) -> None:
         while sum(each.n_bytes for each in self._parts) > self._most_bytes:
@@ -113,7 +126,8 @@ class KeptRecord:
         found = [
             replace(
                 self._like,
-                acceleration=part.rows[0],
+                acceleration=part.rows[0][:, : len(self._like.channels)],
+                known=part.rows[0][:, len(self._like.channels) :] if self._n_known else None,
                 sample_rate_hz=self.sample_rate_hz,
                 start_ns=part.start_ns,
             )

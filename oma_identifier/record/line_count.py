@@ -1,10 +1,9 @@
 """Lines counted over the windows of a record."""
 
 from collections.abc import Iterable
-import math
 
 from modal_core.mode import Mode
-from oma_identifier.selection import SAME_LINE
+from oma_identifier.selection import is_same_line
 
 
 class LineCount:
@@ -36,4 +35,4 @@ class LineCount:
 
 
 def _same(first: Mode, second: Mode) -> bool:
-    return math.isclose(first.frequency_hz, second.frequency_hz, rel_tol=SAME_LINE)
+    return is_same_line(first.frequency_hz, second.frequency_hz)

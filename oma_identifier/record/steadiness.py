@@ -14,13 +14,10 @@ from modal_core.errors import IdentificationError
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.record.window_means import SAME_MAC, Sightings
+from oma_identifier.record.thresholds import RECORD
+from oma_identifier.record.window_means import Sightings
 
 N_PARTS = 4
-FEWEST = 3
-"""Parts that must show a mode."""
-REACH = 0.05
-"""Share of its frequency, two half-widths at least, in which a mode of a part is looked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +55,9 @@ def steadiness(
     length = len(samples.acceleration) // N_PARTS
     parts = []
     for first in range(0, N_PARTS * length, length):
-        rows = samples.acceleration[first : first + length]
+        part = samples.part(slice(first, first + length))
         try:
-            parts.append(identify(replace(samples, acceleration=rows)))
+            parts.append(identify(part))
         except (IdentificationError, np.linalg.LinAlgError):
             continue
     checked = [_checked(mode, parts) if _is_alone(mode, modes) else mode for mode in modes]
@@ -75,7 +72,7 @@ def _checked(mode: Mode, parts: list[ModeSet]) -> Mode:
         alike = [other for other in part if _alike(mode, other)]
         if alike:
             seen.add(min(alike, key=lambda other: _apart(mode, other)), 1.0)
-    if seen.n_independent < FEWEST:
+    if seen.n_independent < RECORD.fewest_parts:
         return mode
     mean = seen.mean()
     return mean.widen(mode) if mean.varies else mode
@@ -91,5 +88,5 @@ def _apart(first: Mode, second: Mode) -> float:
 
 
 def _alike(mode: Mode, other: Mode) -> bool:
-    near = _apart(mode, other) < max(REACH, 2.0 * mode.damping_ratio)
-    return near and float(mac(mode.shape, other.shape)[0, 0]) > SAME_MAC
+    near = _apart(mode, other) < max(RECORD.reach, 2.0 * mode.damping_ratio)
+    return near and float(mac(mode.shape, other.shape)[0, 0]) > RECORD.same_mac

@@ -1,6 +1,7 @@
 """A record of any length identified as one, in bounded memory."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -9,16 +10,16 @@ from modal_core.errors import IdentificationError
 from modal_core.mode import ModeSet
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
-from oma_identifier.covariance import PERIODS, UPPER
-from oma_identifier.identify import result_of
+from oma_identifier.covariance import COVARIANCE
 from oma_identifier.motion import Cleaned, never, PeakTest
 from oma_identifier.record.kept_record import KeptRecord
 from oma_identifier.record.line_count import LineCount
 from oma_identifier.record.steadiness import N_PARTS, steadiness
-from oma_identifier.record.window_means import MeanMode, WindowMeans
-from oma_identifier.record.with_means import with_means
-from oma_identifier.result import WindowResult
-from oma_identifier.selection import Identified, with_lines, without_modes
+from oma_identifier.record.window_length import too_slow
+from oma_identifier.record.window_means import WindowMeans
+from oma_identifier.record.with_means import with_means, without_mixtures
+from oma_identifier.result import result_of, WindowResult
+from oma_identifier.selection import Identified, nothing_in, with_lines, without_modes
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import SingularValueSpectrum
 
@@ -34,7 +35,7 @@ CHANGED = 'channels_changed'
 VARIES = 'modes_vary'
 """Flag of a record in whose windows a mode has frequencies that differ beyond chance."""
 SHORT_WINDOWS = 'windows_too_short'
-"""Flag of a record with a mode so slow that no window looked for it."""
+"""Flag of a record with a mode so slow that most windows did not show it."""
 FEW_WINDOWS = 'few_windows'
 """Flag of a record with modes of which most windows gave none."""
 
@@ -55,6 +56,23 @@ class _Stretch:
     n_windows: int = 0
     n_without: int = 0
     seen_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class TakenWindow:
+    """A window whose samples are part of a record: a share of them is new."""
+
+    stretch: _Stretch
+    share: float
+
+    def note(self, found: Identified) -> None:
+        """Note what was found in it, its modes with their ids, window after window."""
+        stretch = self.stretch
+        stretch.last = found
+        stretch.n_without += len(found.modes) == 0
+        stretch.lines.add(found.harmonics)
+        if self.share > 0.0:
+            stretch.means.add(found.modes, self.share)
 
 
 class WholeRecord:
@@ -79,42 +97,44 @@ class WholeRecord:
         self._start_ns = 0
         self._end_ns = 0
         self._quality: DataQuality | None = None
+        self._ahead: Identified | None = None
 
-    def add(
-        self,
-        cleaned: Cleaned,
-        found: Identified,
-        spectrum: SingularValueSpectrum,
-        quality: DataQuality,
-    ) -> None:
-        """Add one identified window, its modes with their ids."""
+    def take(
+        self, cleaned: Cleaned, spectrum: SingularValueSpectrum, quality: DataQuality
+    ) -> 'TakenWindow':
+        """Take in the samples of a window; what is found in it is noted when it is known."""
         samples = cleaned.samples
         if self._quality is None:
             self._start_ns, self._quality = samples.start_ns, DataQuality()
-        self._end_ns = samples.end_ns
-        stretch = self._stretch(samples, spectrum, found)
+        self._end_ns, self._ahead = samples.end_ns, None
+        stretch = self._stretch(samples, spectrum)
         new_s = stretch.kept.add(samples)
         stretch.seen_s += new_s
         stretch.n_windows += 1
-        stretch.n_without += len(found.modes) == 0
-        stretch.explains, stretch.last = cleaned.explains, found
+        stretch.explains = cleaned.explains
         stretch.spectrum = _mean(stretch.spectrum, spectrum, stretch.n_windows)
-        stretch.lines.add(found.harmonics)
         stretch.removed.add(cleaned.lines)
-        if new_s > 0.0:
-            stretch.means.add(found.modes, new_s / samples.duration_s)
         self._quality = _joined(self._quality, quality)
+        return TakenWindow(stretch, new_s / samples.duration_s)
 
-    def _stretch(
-        self, samples: Samples, spectrum: SingularValueSpectrum, found: Identified
-    ) -> _Stretch:
+    def look_ahead(self) -> None:
+        """Identify the samples taken, while what is in their windows is not known yet.
+
+        Most of the work of :meth:`identify`, if no more samples are taken.
+        """
+        if self._stretches and self._settings.method == BY_WINDOWS:
+            # What cannot be identified is said by :meth:`identify`.
+            with suppress(IdentificationError, np.linalg.LinAlgError):
+                self._ahead = self._of_samples(self._longest)
+
+    def _stretch(self, samples: Samples, spectrum: SingularValueSpectrum) -> _Stretch:
         """Return the stretch these samples belong to; channels that come or go start another."""
         for stretch in self._stretches:
             if stretch.kept.fits(samples):
                 return stretch
         by_windows = self._settings.method == BY_WINDOWS
         kept = KeptRecord(samples, MOST_BYTES if by_windows else MOST_BYTES_ALONE)
-        newest = _Stretch(kept, spectrum, found)
+        newest = _Stretch(kept, spectrum, nothing_in(samples, self._settings.method))
         longest = sorted(self._stretches, key=lambda stretch: stretch.seen_s, reverse=True)
         self._stretches = [*longest[: MOST_STRETCHES - 1], newest]
         return newest
@@ -145,8 +165,7 @@ class WholeRecord:
             None was added.
         """
         longest, quality = self._longest, self._quality or DataQuality()
-        means = longest.means.means()
-        found, varies = self._joined(longest, means), any(mean.varies for mean in means)
+        found, varies = self._joined(longest)
         if longest.means.n_independent < N_PARTS and self._settings.method == BY_WINDOWS:
             steady = steadiness(found.modes, longest.kept.parts()[0], self._modes_of)
             found, varies = replace(found, modes=steady.modes), varies or steady.varies
@@ -154,33 +173,47 @@ class WholeRecord:
         quality = replace(quality, flags=flags)
         return result_of(found, longest.spectrum, quality, (self._start_ns, self._end_ns))
 
+    def flags_of(self, modes: ModeSet) -> tuple[str, ...]:
+        """Return what to say of the windows where modes have the ids they have there."""
+        share_of = self._longest.means.share_of
+        return (SHORT_WINDOWS,) if too_slow(modes, self._settings.window_s, share_of) else ()
+
     def _modes_of(self, samples: Samples) -> ModeSet:
         return self._identify([samples], self._longest.explains).modes
 
     def _flags(self, longest: _Stretch, found: Identified) -> Iterator[str]:
         if len(self._stretches) > 1:
             yield CHANGED
-        if any(mode.frequency_hz * self._settings.window_s < PERIODS for mode in found.modes):
-            yield SHORT_WINDOWS
         if len(found.modes) and 2 * longest.n_without > longest.n_windows:
             yield FEW_WINDOWS
 
-    def _joined(self, longest: _Stretch, means: Sequence[MeanMode]) -> Identified:
-        """Return what the samples say, and above the rate they are kept at the windows."""
-        kept, parts = longest.kept, longest.kept.parts()
+    def _joined(self, longest: _Stretch) -> tuple[Identified, bool]:
+        """Return what the samples say, and above the rate they are kept at the windows.
+
+        And whether the windows of a mode disagree.
+        """
+        kept = longest.kept
         if self._settings.method != BY_WINDOWS:
-            self._check_one(kept, parts)
+            self._check_one(kept, kept.parts())
+        found = self._of_samples(longest)
+        means = without_mixtures(longest.means.means(), found.modes)
+        varies = any(mean.varies for mean in means)
         if not kept.is_decimated:
-            found = with_means(self._identify(parts, longest.explains), means)
-            return with_lines(found, longest.removed.usual(found.harmonics))
-        above_hz = UPPER * kept.sample_rate_hz
-        found = without_modes(longest.last)
-        if (self._settings.min_frequency_hz or 0.0) < above_hz:
-            found = self._identify(parts, longest.explains)
+            found = with_means(found, means)
+            return with_lines(found, longest.removed.usual(found.harmonics)), varies
+        above_hz = COVARIANCE.upper * kept.sample_rate_hz
         found = with_means(found, means, above_hz, longest.last)
         found = with_lines(found, longest.removed.usual(found.harmonics))
         lines = longest.lines.usual(found.harmonics)
-        return with_lines(found, [line for line in lines if line.frequency_hz >= above_hz])
+        above = [line for line in lines if line.frequency_hz >= above_hz]
+        return with_lines(found, above), varies
+
+    def _of_samples(self, longest: _Stretch) -> Identified:
+        kept = longest.kept
+        least_hz = self._settings.min_frequency_hz or 0.0
+        if kept.is_decimated and least_hz >= COVARIANCE.upper * kept.sample_rate_hz:
+            return without_modes(longest.last)
+        return self._ahead or self._identify(kept.parts(), longest.explains)
 
     def _check_one(self, kept: KeptRecord, parts: Sequence[Samples]) -> None:
         """Refuse what a method without covariances and likelihood cannot join."""

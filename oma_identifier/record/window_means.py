@@ -10,6 +10,7 @@ DerSimonian and Laird (1986), doi:10.1016/0197-2456(86)90046-2 (scatter between 
 """
 
 from dataclasses import dataclass, field, replace
+import logging
 import math
 
 import numpy as np
@@ -18,19 +19,11 @@ from numpy.typing import NDArray
 from modal_core.chance import fisher_tail
 from modal_core.indicators import mac, mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
+from oma_identifier.record.thresholds import RECORD
 
-VARIES = 1e-3
-"""Probability that windows of a mode that stays are taken to disagree."""
-DEGREES = 1e3
-"""Of the deviations stated by the windows: they are right to a few per cent."""
-LEAST_WINDOWS, LEAST_SHARE = 3.0, 0.25
-"""Independent windows that show a mode of a record, and their share of its time: a false mode is
-in one of fifty windows."""
-SAME_MAC = 0.8
+log = logging.getLogger(__name__)
 WHOLE_RANGE = math.sqrt(12.0)
 """Of what drifts evenly, over its standard deviation."""
-SMEARED = 0.5
-"""Half-power half-widths that a mode may move within a window: it widens the bell by 2 to 4 %."""
 
 Real = NDArray[np.float64]
 
@@ -63,7 +56,7 @@ class MeanMode:
         reach = 1.0 + mode.damping_ratio
         low, high = self.range_hz[0] / reach, self.range_hz[1] * reach
         inside = low < mode.frequency_hz < high
-        return inside and float(mac(self.mode.shape, mode.shape)[0, 0]) > SAME_MAC
+        return inside and float(mac(self.mode.shape, mode.shape)[0, 0]) > RECORD.same_mac
 
     def widen(self, mode: Mode) -> Mode:
         """Return this mode of the record as one with the scatter between windows.
@@ -72,7 +65,7 @@ class MeanMode:
         """
         moves = self.between * mode.frequency_hz
         mode = replace(mode, frequency_std_hz=math.hypot(mode.frequency_std_hz, moves))
-        if WHOLE_RANGE * self.between < SMEARED * mode.damping_ratio:
+        if WHOLE_RANGE * self.between < RECORD.smeared * mode.damping_ratio:
             return mode
         ratio, std = self.mode.damping_ratio, self.mode.damping_ratio_std
         return replace(mode, damping_ratio=ratio, damping_ratio_std=std)
@@ -135,7 +128,7 @@ class Sightings:
             frequency_hz=f_hz,
             frequency_std_hz=frequency.std * f_hz,
             damping_ratio=ratio.mean,
-            damping_ratio_std=ratio.std if moved < SMEARED * ratio.mean else math.nan,
+            damping_ratio_std=ratio.std if moved < RECORD.smeared * ratio.mean else math.nan,
         )
         low, high = float(np.exp(log_f.min())), float(np.exp(log_f.max()))
         return MeanMode(self._shaped(mode), frequency.between, (low, high))
@@ -191,7 +184,7 @@ def _combined(values: Real, std: Real, share: Real, level: Real) -> _Combined:
     if degrees < 1.0:
         return _Combined(mean, math.sqrt(own))
     ratio = float(share @ (away / variance)) / degrees
-    if fisher_tail(ratio, degrees, DEGREES) > VARIES:
+    if fisher_tail(ratio, degrees, RECORD.degrees) > RECORD.varies_chance:
         return _Combined(mean, math.sqrt(own))
     between = max(float(weight @ (away - variance)), 0.0)
     return _Combined(mean, math.sqrt(own), math.sqrt(between))
@@ -216,8 +209,23 @@ class WindowMeans:
         for mode in modes:
             self._seen.setdefault(mode.id, Sightings(mode)).add(mode, share)
 
+    def share_of(self, mode: Mode) -> float:
+        """Return the share of the time of the windows that show a mode, by its id."""
+        seen = self._seen.get(mode.id)
+        return 0.0 if seen is None else seen.n_independent / self.n_independent
+
     def means(self) -> list[MeanMode]:
         """Return the modes that are in the record by what the windows show, by frequency."""
-        least = max(LEAST_WINDOWS, LEAST_SHARE * self.n_independent)
-        means = [seen.mean() for seen in self._seen.values() if seen.n_independent >= least]
+        least = max(RECORD.least_windows, RECORD.least_share * self.n_independent)
+        means = []
+        for seen in self._seen.values():
+            if seen.n_independent >= least:
+                means.append(seen.mean())
+            else:
+                log.debug(
+                    '%.4g Hz: no mode of the record by its windows, in %.2g of %.2g',
+                    seen.last.frequency_hz,
+                    seen.n_independent,
+                    least,
+                )
         return sorted(means, key=lambda mean: mean.mode.frequency_hz)

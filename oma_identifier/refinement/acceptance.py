@@ -1,38 +1,15 @@
 """Acceptance test of a refined mode: what became of it, and why."""
 
-from dataclasses import dataclass
 from enum import StrEnum
 import math
 
 import numpy as np
 
+from modal_core.indicators import mac_of_span
 from modal_core.mode import Mode
 from oma_identifier.likelihood import BandIndex, GroupFit, ModeIndex, overlaps, StartModes
 from oma_identifier.refinement.direct_motion import moves_with_force
-
-
-@dataclass(frozen=True, slots=True)
-class AcceptanceLimits:
-    """What a refined mode must keep to be accepted.
-
-    Parameters
-    ----------
-    far_std, far_half_widths : float
-        Standard deviations, and half-power half-widths, beyond both of which a refined mode is
-        another than the one it started from.
-    least_mac : float
-        Least part of a refined shape in the span of the shapes around it at the start.
-    largest_misfit : float
-        Mean square of the whitened residual of a band that the model describes at all.
-    """
-
-    far_std: float = 5.0
-    far_half_widths: float = 0.75
-    least_mac: float = 0.8
-    largest_misfit: float = 3.0
-
-
-LIMITS = AcceptanceLimits()
+from oma_identifier.refinement.thresholds import REFINEMENT
 
 
 class Outcome(StrEnum):
@@ -84,7 +61,7 @@ def accept(
         return Outcome.TOO_SHORT
     if not each.fit.converged:
         return Outcome.NOT_CONVERGED
-    if not each.fit.misfit < LIMITS.largest_misfit:
+    if each.coarse or not each.fit.misfit < REFINEMENT.accepted_misfit:
         return Outcome.MODEL_MISFIT
     model = each.fit.model
     if moves_with_force(each.band.data, model, position):
@@ -93,22 +70,49 @@ def accept(
     law = math.sqrt(damping / (2.0 * math.pi * frequency * duration_s))
     frequency_std = _known(given.frequency_std_hz, 1.5 * law * frequency)
     damping_std = _known(given.damping_ratio_std, 1.5 * law)  # σ_ζ = sqrt(ζ/(2πfT)) is the same
-    f_reach = LIMITS.far_std * math.hypot(
+    f_reach = REFINEMENT.far_std * math.hypot(
         frequency_std, each.fit.frequency_std[position] * frequency
     )
-    d_reach = LIMITS.far_std * math.hypot(
+    d_reach = REFINEMENT.far_std * math.hypot(
         damping_std, each.fit.damping_ratio_std[position] * damping
     )
-    wide = LIMITS.far_half_widths * damping
+    wide = REFINEMENT.far_half_widths * damping
     far = abs(frequency - given.frequency_hz) > max(f_reach, wide * frequency)
     far |= abs(damping - given.damping_ratio) > max(d_reach, wide)
     # Modes that overlap may be mixed at the start, so the shape may turn towards its neighbours'.
     n_listed = len(start.frequency_hz)
     near = [other for other in each.group if other < n_listed and overlap(start, mode, other)]
-    before = np.linalg.qr(each.band.project.T @ start.shapes[:, near])[0]
-    kept = np.linalg.norm(before.conj().T @ model.shapes[:, position])
-    far |= bool(kept**2 < LIMITS.least_mac)
+    before = each.band.project.T @ start.shapes[:, near]
+    far |= mac_of_span(model.shapes[:, position], before) < REFINEMENT.kept_mac
     return Outcome.FAR_FROM_START if far else Outcome.REFINED
+
+
+def improves(plain: GroupFit, known: GroupFit) -> bool:
+    """Tell whether a fit with known inputs may replace one without.
+
+    It must describe the response to the inputs and be the more precise one, and where the other
+    holds the two must agree (Hausman's test: an efficient against a consistent estimator).
+    """
+    if plain.fit is None or known.fit is None or known.band is None or known.band.motion is None:
+        return False
+    if known.band.motion.bends < REFINEMENT.known_chance:
+        return False
+    if not known.misfit <= REFINEMENT.adopted_misfit:
+        return False
+    steps, spreads, first, second = [], [], plain.fit, known.fit
+    for name in ('frequency', 'damping_ratio'):
+        before, after = getattr(first, f'{name}_std'), getattr(second, f'{name}_std')
+        own = slice(0, first.model.n_free)
+        values = [
+            getattr(fit.model, name + '_hz' * (name == 'frequency'))[own]
+            for fit in (first, second)
+        ]
+        if not np.all(after <= before):
+            return False
+        steps.append(np.log(values[1] / values[0]))
+        spreads.append(np.sqrt(before**2 - after**2))
+    holds = not plain.coarse and plain.misfit <= REFINEMENT.adopted_misfit
+    return not holds or bool(np.all(np.abs(steps) <= REFINEMENT.differing_std * np.array(spreads)))
 
 
 def overlap(start: StartModes, first: ModeIndex, second: ModeIndex) -> bool:

@@ -23,47 +23,10 @@ from modal_core.samples import Samples
 from oma_identifier.refinement.acceptance import Outcome, TAKEN
 from oma_identifier.refinement.backoff import Backoff
 from oma_identifier.refinement.refinement import refine, Refinement
+from oma_identifier.refinement.thresholds import REFINEMENT
 from oma_identifier.refinement.told_apart import repeated
 from oma_identifier.refinement.warm_start import WarmStart
 
-
-@dataclass(frozen=True, slots=True)
-class AdoptionLimits:
-    """When a refined mode replaces the one it was refined from.
-
-    Parameters
-    ----------
-    largest_misfit : float
-        Mean square of the whitened residual; 1 where the model holds.
-    hopeless_misfit : float
-        From here on the next window will hardly be described better.
-    farthest_std : float
-        Standard deviations of the difference.
-    least_spread : float
-        Of the plain estimate's deviation, taken for that of the difference.
-    bias, pair_bias : float
-        Of the plain estimate, which its deviation does not include, in half-power half-widths:
-        from the finite model order, and from a mode that overlaps.  The end of the spectrum adds
-        the half-width over the distance to it: there no model of few orders describes a broad
-        mode.
-    farthest_turn, turn_bias : float
-        Times the refined shape's own loss of MAC that the two shapes of a mode that overlaps with
-        no other may differ by, and the plain shape's bias.  Under independent forces none of
-        334 differed by so much.
-    """
-
-    largest_misfit: float = 1.05
-    hopeless_misfit: float = 1.15
-    farthest_std: float = 4.0
-    least_spread: float = 0.75
-    bias: float = 0.04
-    pair_bias: float = 0.25
-    farthest_turn: float = 10.0
-    turn_bias: float = 0.03
-
-
-LIMITS = AdoptionLimits()
-LARGEST_MISFIT = LIMITS.largest_misfit
 NEW = -1
 log = logging.getLogger(__name__)
 
@@ -85,7 +48,11 @@ class Adopted:
 
 
 def adopt_refined(
-    samples: Samples, modes: ModeSet, harmonics: ModeSet, more: Sequence[Samples] = ()
+    samples: Samples,
+    modes: ModeSet,
+    harmonics: ModeSet,
+    more: Sequence[Samples] = (),
+    candidates: Sequence[Mode] = (),
 ) -> Adopted:
     """Return the modes, more precise where that is safe.
 
@@ -97,8 +64,10 @@ def adopt_refined(
         From the subspace identification.
     more : sequence of Samples
         Further stretches of the same channels and rate, between gaps.
+    candidates : sequence of Mode
+        What may be modes that are missing.
     """
-    return Refiner().adopt(samples, modes, harmonics, more)
+    return Refiner().adopt(samples, modes, harmonics, more, candidates)
 
 
 class Refiner:
@@ -119,17 +88,22 @@ class Refiner:
         modes: ModeSet,
         harmonics: ModeSet,
         more: Sequence[Samples] = (),
+        candidates: Sequence[Mode] = (),
     ) -> Adopted:
         """Return the modes of a window, see :func:`adopt_refined`."""
         places = [self._backoff.at(mode.frequency_hz) for mode in modes]
         resting = {index for index, rest in enumerate(places) if rest is not None and rest.left}
+        for index in sorted(resting):
+            log.debug(
+                '%.4g Hz: not refined, as in the windows before', modes.modes[index].frequency_hz
+            )
         self._backoff.next_window()
         if len(resting) == len(modes):
             return _as_given(modes)
         if modes.channel_names != self._channel_names:
             self._warm_start, self._channel_names = None, modes.channel_names
         try:
-            found = refine(samples, modes, harmonics, resting, self._warm_start, more)
+            found = refine(samples, modes, harmonics, resting, self._warm_start, more, candidates)
         except np.linalg.LinAlgError:
             log.debug('not refined: a matrix was singular')
             return _as_given(modes)
@@ -139,7 +113,7 @@ class Refiner:
         ]
         for index, (mode, outcome) in enumerate(zip(modes, found.outcomes, strict=True)):
             if outcome not in (Outcome.SUPERFLUOUS, Outcome.NOT_TRIED):
-                if found.misfit[index] <= LIMITS.hopeless_misfit:
+                if found.misfit[index] <= REFINEMENT.hopeless_misfit:
                     self._backoff.succeeded(places[index])
                 else:
                     self._backoff.failed(places[index], mode.frequency_hz)
@@ -163,17 +137,19 @@ def _adopted(modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> Adopte
         )
         if found.outcomes[index] is not Outcome.SUPERFLUOUS
     ]
-    adopted += [
-        (mode, NEW)
-        for mode, misfit in zip(found.added, found.added_misfit, strict=True)
-        if misfit <= LIMITS.largest_misfit
-    ]
+    for mode, misfit in zip(found.added, found.added_misfit, strict=True):
+        if misfit <= REFINEMENT.adopted_misfit:
+            adopted.append((mode, NEW))
+        else:
+            log.debug('%.4g Hz: not taken in, misfit %.3g', mode.frequency_hz, misfit)
     adopted.sort(key=lambda each: each[0].frequency_hz)
     return _without_repeated(modes, adopted)
 
 
 def _without_repeated(modes: ModeSet, adopted: Sequence[tuple[Mode, int]]) -> Adopted:
     left_out = repeated([mode for mode, _ in adopted])
+    for place in sorted(left_out):
+        log.debug('%.4g Hz: another mode once more', adopted[place][0].frequency_hz)
     kept = [each for place, each in enumerate(adopted) if place not in left_out]
     return Adopted(
         replace(modes, modes=tuple(mode for mode, _ in kept)),
@@ -187,11 +163,11 @@ def _is_better(index: int, modes: ModeSet, found: Refinement, end_hz: float) -> 
     outcome, misfit = found.outcomes[index], found.misfit[index]
     if outcome not in TAKEN:
         return False
-    if not misfit <= LIMITS.largest_misfit:
+    if not misfit <= REFINEMENT.adopted_misfit:
         log.debug('%.4g Hz: kept as it was, misfit %.3g', plain.frequency_hz, misfit)
         return False
     beside = any(_is_beside(plain, other) for other in modes)
-    bias = LIMITS.pair_bias if beside else LIMITS.bias
+    bias = REFINEMENT.pair_bias if beside else 0.0
     alike = beside or is_alike(plain, refined)
     agree = _agree(plain, refined, bias + _beside_end(plain, end_hz))
     if outcome is Outcome.SPLIT or (agree and alike):
@@ -221,7 +197,7 @@ def _beside_end(mode: Mode, end_hz: float) -> float:
 def is_alike(plain: Mode, refined: Mode) -> bool:
     """Tell whether a shape turned by no more than its own scatter and the plain one's explain."""
     turned = 1.0 - float(mac(plain.shape, refined.shape)[0, 0])
-    return turned <= LIMITS.turn_bias + LIMITS.farthest_turn * refined.mac_loss
+    return turned <= REFINEMENT.turn_bias + REFINEMENT.farthest_turn * refined.mac_loss
 
 
 def _agree(plain: Mode, refined: Mode, bias: float) -> bool:
@@ -236,8 +212,8 @@ def _agree(plain: Mode, refined: Mode, bias: float) -> bool:
     f_spread = math.hypot(f_spread, bias * plain.frequency_hz)
     d_spread = math.hypot(_spread(plain.damping_ratio_std, refined.damping_ratio_std), bias)
     return (
-        abs(f_step) <= LIMITS.farthest_std * f_spread
-        and abs(d_step) <= LIMITS.farthest_std * d_spread
+        abs(f_step) <= REFINEMENT.differing_std * f_spread
+        and abs(d_step) <= REFINEMENT.differing_std * d_spread
     )
 
 
@@ -247,7 +223,9 @@ def _spread(plain_std: float, refined_std: float) -> float:
     Where both are almost as precise the bias of the plain estimate, which its deviation does not
     include, would decide.
     """
-    return math.sqrt(max(plain_std**2 - refined_std**2, (LIMITS.least_spread * plain_std) ** 2))
+    return math.sqrt(
+        max(plain_std**2 - refined_std**2, (REFINEMENT.least_spread * plain_std) ** 2)
+    )
 
 
 def _merged(plain: Mode, refined: Mode) -> Mode:
@@ -263,4 +241,5 @@ def _merged(plain: Mode, refined: Mode) -> Mode:
         mac_loss_std=refined.mac_loss_std,
         mpc=refined.mpc,
         mpd=refined.mpd,
+        known_motion=refined.known_motion,
     )

@@ -15,10 +15,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from oma_identifier.likelihood import BandData, BandIndex, BandModel, expected_spectra, forced_gain
-
-BY_CHANCE = 1e-3
-"""Share of modes without such motion that are taken to have it.  The test takes the other forces
-for known and so errs less often: of 490 modes under independent forces none was below 0.01."""
+from oma_identifier.refinement.thresholds import REFINEMENT
 
 
 def moves_with_force(data: BandData, model: BandModel, position: BandIndex) -> bool:
@@ -38,7 +35,7 @@ def moves_with_force(data: BandData, model: BandModel, position: BandIndex) -> b
     turned = (weight @ turn.conj()) / (weight @ np.abs(turn) ** 2)
     weight *= np.abs(1.0 - turned * turn) ** 2
     score = np.einsum('k,kcd,kd->c', data.n_averaged, precision, left)
-    return _chance(score, np.tensordot(weight, precision, axes=1)) < BY_CHANCE
+    return _chance(score, np.tensordot(weight, precision, axes=1)) < REFINEMENT.force_chance
 
 
 def _chance(score: NDArray[np.complex128], metric: NDArray[np.complex128]) -> float:

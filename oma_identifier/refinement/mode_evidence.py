@@ -17,11 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from modal_core.indicators import mac
 from oma_identifier.likelihood import (
     accelerance,
     BandData,
-    BandFit,
     BandIndex,
     BandModel,
     expected_spectra,
@@ -29,24 +27,13 @@ from oma_identifier.likelihood import (
     forced_gain,
     GroupFit,
     overlaps,
+    ReducedBand,
     unit,
+    value_at,
 )
+from oma_identifier.refinement.thresholds import REFINEMENT
 
 TRIED_DAMPING = (0.005, 0.015, 0.045)
-INSIDE = 1.0
-"""Least distance from the ends of the band, in half-power half-widths."""
-LEAST_RISE = 50.0
-"""Of the log-likelihood; noise alone has reached 37 in the best place of a band."""
-DETERMINED = 0.5
-"""Largest standard deviation of an added mode, in half-power half-widths."""
-LEAST_DAMPING = 1e-3
-SAME_MAC = 0.8
-LOST = 1.0
-"""Distance in half-power half-widths from where on a fit has led a mode away from its start."""
-CROWD = 2
-"""Others that a mode overlaps with from where on one is likely to be one too many."""
-DESCRIBED = 1.1
-"""Misfit from where on the likelihood of a band decides nothing."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -81,8 +68,8 @@ def missing_mode(of: GroupFit) -> MissingMode | None:
     n_channels = residual.shape[1]
     best = None
     for ratio in TRIED_DAMPING:
-        low = data.frequency_hz[0] / (1.0 - INSIDE * ratio)
-        high = data.frequency_hz[-1] / (1.0 + INSIDE * ratio)
+        low = data.frequency_hz[0] / (1.0 - REFINEMENT.inside * ratio)
+        high = data.frequency_hz[-1] / (1.0 + REFINEMENT.inside * ratio)
         if low >= high:
             continue
         place = np.exp(np.arange(np.log(low), np.log(high), ratio))
@@ -98,7 +85,7 @@ def missing_mode(of: GroupFit) -> MissingMode | None:
             slope = float(np.vdot(shape, score[at] @ shape).real)
             own = np.einsum('i,kij,j->k', shape.conj(), precision, shape).real
             rise = 0.5 * slope**2 / float(np.sum(weight[at] * power[at] * own**2))
-            if slope > 0.0 and rise > (LEAST_RISE if best is None else best.rise):
+            if slope > 0.0 and rise > (REFINEMENT.least_rise if best is None else best.rise):
                 best = MissingMode(float(frequency_hz), ratio, shape, rise)
     return best and replace(best, shape=unit(of.band.back @ best.shape))
 
@@ -121,52 +108,65 @@ def is_demanded(of: GroupFit, position: BandIndex) -> bool:
         return False
     model, data = of.fit.model, of.band.data
     frequency_hz, ratio = model.frequency_hz[position], model.damping_ratio[position]
-    reach = INSIDE * ratio * frequency_hz
+    reach = REFINEMENT.inside * ratio * frequency_hz
     if not (
-        ratio > LEAST_DAMPING
+        ratio > REFINEMENT.added_damping
         and data.frequency_hz[0] < frequency_hz - reach
         and frequency_hz + reach < data.frequency_hz[-1]
-        and of.fit.frequency_std[position] < DETERMINED * ratio
-        and of.fit.damping_ratio_std[position] < DETERMINED
+        and of.fit.frequency_std[position] < REFINEMENT.determined * ratio
+        and of.fit.damping_ratio_std[position] < REFINEMENT.determined
     ):
         return False
     return _value_without(data, model, position) - of.fit.value > _worth(data, model)
 
 
 def superfluous(of: GroupFit) -> BandIndex | None:
-    """Return the position of a free mode that is another one once more, or None.
+    """Return the position of a free mode that the data of its band do without, or None.
 
-    Only of modes that overlap and have nearly one shape, or that the fit leads far away or
-    nowhere, or that are many; the data must do without it.
+    It is the one whose absence costs least at once.  Without it their likelihood, the others free
+    to take its place, must fall by less than its parameters are worth.  A second view of a mode is
+    such a one, and a mode that the fit finds nowhere.
     """
-    if of.fit is None or of.band is None or not of.misfit < DESCRIBED:
+    if of.fit is None or of.band is None or not of.misfit < REFINEMENT.decisive_misfit:
         return None
-    model, data = of.band.model, of.band.data
-    frequency, shapes = model.frequency_hz[: model.n_free], model.shapes[:, : model.n_free]
-    beside = overlaps(frequency, frequency * model.damping_ratio[: model.n_free])
-    np.fill_diagonal(beside, False)
-    alike = beside & (mac(shapes, shapes) > SAME_MAC)
-    crowded = beside.sum(axis=1) >= CROWD
-    lost = beside.any(axis=1) & _lost(model, of.fit)
-    doubtful = alike.any(axis=1) | lost | crowded
-    loss = {
-        BandIndex(int(position)): without.value - of.fit.value
-        for position in np.flatnonzero(doubtful)
-        if (without := fit_band(data, _without(model, int(position)))).converged
-    }
-    least = min(loss, key=lambda position: loss[position], default=None)
-    return least if least is not None and loss[least] < _worth(data, model) else None
+    band, fit = of.band, of.fit
+    if fit.model.n_free < 2:
+        return None
+    worth = _worth(band.data, fit.model)
+    left = [
+        _Remainder.of(band, fit.model, BandIndex(position)) for position in range(fit.model.n_free)
+    ]
+    least = BandIndex(int(np.argmin([each.value for each in left])))
+    at_once = left[least].value - fit.value
+    if at_once > REFINEMENT.irreplaceable * worth and not _has_company(fit.model, least):
+        return None
+    start, near = left[least].start, left[least].near
+    without = fit_band(band.data, start, REFINEMENT.replacing_steps, near=near)
+    return least if without.value - fit.value < worth else None
 
 
-def _lost(start: BandModel, fit: BandFit) -> NDArray[np.bool_]:
-    """Return which free modes the fit has led far away, or nowhere."""
-    free, end = slice(0, start.n_free), fit.model
-    before = (start.frequency_hz * (1j - start.damping_ratio))[free]
-    after = (end.frequency_hz * (1j - end.damping_ratio))[free]
-    far = np.abs(after - before) > LOST * -before.real
-    blurred = fit.frequency_std > DETERMINED * end.damping_ratio[free]
-    blurred |= fit.damping_ratio_std > DETERMINED
-    return np.asarray(far | blurred | (not fit.converged))
+@dataclass(frozen=True, slots=True)
+class _Remainder:
+    """A band without one of its modes: where a fit begins, and the likelihood there."""
+
+    start: BandModel
+    near: BandModel
+    value: float
+
+    @classmethod
+    def of(cls, band: ReducedBand, model: BandModel, position: BandIndex) -> '_Remainder':
+        """Begin where the others are, or were: two views of one mode may balance each other."""
+        start, rest = _without(band.model, position), _without(model, position)
+        values = [value_at(band.data, near, start) for near in (start, rest)]
+        best = int(np.argmin(values))
+        return cls(start, (start, rest)[best], values[best])
+
+
+def _has_company(model: BandModel, position: BandIndex) -> bool:
+    """Tell whether the bell of another free mode touches that of a mode."""
+    frequency_hz = model.frequency_hz[: model.n_free]
+    width_hz = frequency_hz * model.damping_ratio[: model.n_free]
+    return bool(overlaps(frequency_hz, width_hz)[position].sum() > 1)
 
 
 def _worth(data: BandData, model: BandModel) -> float:

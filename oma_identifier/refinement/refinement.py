@@ -17,7 +17,14 @@ from modal_core.errors import LayoutError
 from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.likelihood import BandIndex, ForceSlope, GroupFit, MacLoss, normalised_std
+from oma_identifier.likelihood import (
+    BandIndex,
+    ForceCourse,
+    ForceSlope,
+    GroupFit,
+    MacLoss,
+    normalised_std,
+)
 from oma_identifier.one_thread import one_thread
 from oma_identifier.refinement.acceptance import Outcome, TAKEN
 from oma_identifier.refinement.band_fitter import slopes_of
@@ -25,9 +32,6 @@ from oma_identifier.refinement.refining import GivenIndex, Record, Refining
 from oma_identifier.refinement.stages import STAGES
 from oma_identifier.refinement.warm_start import RefinedMode, WarmStart
 from oma_identifier.refinement.whole_shapes import WholeShapes
-
-LEAST_LEFT = 0.1
-"""Share of a damping ratio that leakage leaves: less cannot be told from none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +68,6 @@ class Refinement:
     refined: tuple[RefinedMode | None, ...] = ()
     slopes: tuple[ForceSlope, ...] = ()
 
-    @property
-    def n_refined(self) -> int:
-        """How many modes were refined."""
-        return sum(outcome in TAKEN for outcome in self.outcomes)
-
 
 def refine(
     samples: Samples,
@@ -77,6 +76,7 @@ def refine(
     resting: Collection[int] = (),
     warm_start: WarmStart | None = None,
     more: Sequence[Samples] = (),
+    candidates: Sequence[Mode] = (),
 ) -> Refinement:
     """Refine modes by maximising the Whittle likelihood of the samples.
 
@@ -95,6 +95,8 @@ def refine(
         start there, and one pass is enough.
     more : sequence of Samples
         Further stretches of the same channels and rate, between gaps.
+    candidates : sequence of Mode
+        What may be modes that are missing.
 
     Returns
     -------
@@ -124,7 +126,7 @@ def refine(
     if not given:
         return _unrefined(modes)
     with one_thread():
-        record = Record.of(samples, modes, harmonics, resting, warm_start, more)
+        record = Record.of(samples, modes, harmonics, resting, warm_start, more, candidates)
         of = Refining.begin(record, given)
         for stage in STAGES:
             of = stage(of)
@@ -146,6 +148,7 @@ def _refinement(of: Refining) -> Refinement:
     modes, misfit = list(record.modes), np.full(len(record.modes), np.nan)
     refined: list[RefinedMode | None] = [None] * len(modes)
     shapes = WholeShapes(record.spectra, of.now)
+    course = ForceCourse.of(record.spectra, of.fits)
     for each in of.fits:
         for position, mode in each.members():
             if mode >= of.n_given:
@@ -153,8 +156,9 @@ def _refinement(of: Refining) -> Refinement:
             index = of.given[mode]
             misfit[index] = each.misfit
             if of.outcomes[index] in TAKEN:
-                modes[index] = _refined(modes[index], each, position, shapes, record)
-                refined[index] = RefinedMode(modes[index], each, position)
+                modes[index] = _refined(modes[index], each, position, shapes, record, course)
+                # The next window's fits begin without known inputs.
+                refined[index] = RefinedMode(modes[index], each.without or each, position)
     blank = Mode(math.nan, math.nan, np.zeros(len(record.modes.channel_names), dtype=complex))
     return Refinement(
         replace(record.modes, modes=tuple(modes)),
@@ -163,13 +167,13 @@ def _refinement(of: Refining) -> Refinement:
         ),
         misfit,
         tuple(
-            _refined(blank, each, each.position(mode), shapes, record)
+            _refined(blank, each, each.position(mode), shapes, record, course)
             for mode, each in of.added.items()
         ),
         np.array([each.misfit for each in of.added.values()]),
         record.channels,
         tuple(refined),
-        tuple(slopes_of(of.fits)),
+        tuple(slopes_of([each.without or each for each in of.fits])),
     )
 
 
@@ -179,29 +183,30 @@ def _refined(
     position: BandIndex,
     shapes: WholeShapes,
     record: Record,
+    course: ForceCourse,
 ) -> Mode:
     if each.fit is None:
         return given
     fit, estimate = each.fit, shapes.of(each, position)
     frequency = float(fit.model.frequency_hz[position])
     damping = float(fit.model.damping_ratio[position])
-    # Leakage widens the bell: a transform sees correlations exp(-ζω|τ|) times 1 - |τ|/T.
-    widened = record.spectra.leakage_rad / (2.0 * math.pi * frequency)
-    alive, unwidened = record.channels, max(damping - widened, LEAST_LEFT * damping)
+    wider = course.widening(damping * frequency)
+    alive, scatter = record.channels, wider * estimate.scatter
     whole, std = np.zeros((2, len(given.shape)), dtype=complex)
-    whole[alive], std[alive] = estimate.shape, normalised_std(estimate.shape, estimate.scatter)
+    whole[alive], std[alive] = estimate.shape, normalised_std(estimate.shape, scatter)
     whole = normalise(whole)
-    loss = MacLoss.of(estimate.shape, estimate.scatter)
+    loss = MacLoss.of(estimate.shape, scatter)
     return replace(
         given,
         frequency_hz=frequency,
-        damping_ratio=unwidened,
+        damping_ratio=damping,
         shape=whole,
         shape_std=std if np.isfinite(std).all() else None,
         mac_loss=loss.mean,
         mac_loss_std=loss.std,
-        frequency_std_hz=float(fit.frequency_std[position]) * frequency,
-        damping_ratio_std=float(fit.damping_ratio_std[position]) * damping,
+        frequency_std_hz=wider * float(fit.frequency_std[position]) * frequency,
+        damping_ratio_std=wider * float(fit.damping_ratio_std[position]) * damping,
         mpc=float(mpc(whole[:, None])[0]),
         mpd=float(mpd(whole[:, None])[0]),
+        known_motion=each.band is not None and each.band.motion is not None,
     )

@@ -12,6 +12,7 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.likelihood import (
     GroupFit,
+    inputs_of,
     ModeIndex,
     moving_channels,
     Spectra,
@@ -22,7 +23,6 @@ from oma_identifier.likelihood import (
 )
 from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.band_fitter import BandFitter
-from oma_identifier.refinement.unlisted import with_unlisted
 from oma_identifier.refinement.warm_start import StartingValues, WarmStart
 
 GivenIndex = NewType('GivenIndex', int)
@@ -49,6 +49,10 @@ class Record:
         Modes that shall not be refined.
     warm_start : WarmStart or None
         What another stretch of the same structure told.
+    inputs : (n_inputs, n_frequencies) complex array or None
+        Transforms of known inputs at the frequencies of the spectra.
+    candidates : tuple of Mode
+        What may be modes that are missing.
     """
 
     modes: ModeSet
@@ -58,6 +62,8 @@ class Record:
     usable: NDArray[np.bool_]
     resting: frozenset[GivenIndex]
     warm_start: WarmStart | None
+    inputs: NDArray[np.complex64] | None = None
+    candidates: tuple[Mode, ...] = ()
 
     @classmethod
     def of(
@@ -68,6 +74,7 @@ class Record:
         resting: Collection[int],
         warm_start: WarmStart | None,
         more: Sequence[Samples] = (),
+        candidates: Sequence[Mode] = (),
     ) -> 'Record':
         """Transform the samples."""
         channels = moving_channels(samples)
@@ -82,11 +89,12 @@ class Record:
             usable_lines(spectra, harmonics or ()),
             frozenset(map(GivenIndex, resting)),
             warm_start,
+            inputs_of(samples, more),
+            tuple(candidates),
         )
 
-    def start_of(self, given: Sequence[GivenIndex]) -> StartModes:
+    def start_of(self, modes: Sequence[Mode]) -> StartModes:
         """Return poles and shapes of modes as they came."""
-        modes = [self.modes.modes[index] for index in given]
         return StartModes(
             np.array([mode.frequency_hz for mode in modes]),
             np.array([mode.damping_ratio for mode in modes]),
@@ -134,17 +142,14 @@ class Refining:
         given: Sequence[GivenIndex],
         outcomes: Mapping[GivenIndex, Outcome] | None = None,
     ) -> 'Refining':
-        """Return some of the given modes before the first stage.
-
-        Strong modes that are not among them get rough stand-ins, which are refined with them.
-        """
-        start = record.start_of(given)
+        """Return some of the given modes before the first stage."""
+        start = record.start_of([record.modes.modes[index] for index in given])
         warm = None
         if record.warm_start is not None:
             modes = [record.modes.modes[index] for index in given]
             idle = _positions(given, record.resting)
             warm = record.warm_start.start(modes, start, record.channels, idle)
-        now = with_unlisted(record.spectra, start if warm is None else warm.modes, record.usable)
+        now = start if warm is None else warm.modes
         return cls(record, tuple(given), start, warm, now, outcomes=outcomes or {})
 
     @property

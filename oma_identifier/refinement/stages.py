@@ -4,10 +4,18 @@ from collections.abc import Callable
 from dataclasses import replace
 import logging
 
-from oma_identifier.likelihood import group_modes, ModeIndex, pooled_slopes, updated
-from oma_identifier.refinement.acceptance import accept, Outcome, overlap
+from oma_identifier.likelihood import (
+    fit_known,
+    group_modes,
+    GroupFit,
+    ModeIndex,
+    pooled_slopes,
+    StartModes,
+    updated,
+)
+from oma_identifier.refinement.acceptance import accept, improves, Outcome, overlap, TAKEN
 from oma_identifier.refinement.band_fitter import middle
-from oma_identifier.refinement.completion import add_missing, demanded
+from oma_identifier.refinement.completion import add_candidates, add_missing, demanded
 from oma_identifier.refinement.label_switching import undo_label_switching
 from oma_identifier.refinement.mode_evidence import is_demanded, superfluous
 from oma_identifier.refinement.refining import Refining
@@ -21,7 +29,7 @@ log = logging.getLogger(__name__)
 
 def fit_groups(of: Refining) -> Refining:
     """Fit every group of modes that overlap, from where they are."""
-    groups = group_modes(of.now)
+    groups = group_modes(of.now, of.record.spectra.spacing_hz)
     if of.warm is None or of.record.warm_start is None:
         fits = of.fitter.fit(of.now, groups)
     else:
@@ -38,8 +46,6 @@ def leave_out_superfluous(of: Refining) -> Refining:
         log.debug('%.4g Hz: superfluous', of.given_mode(mode).frequency_hz)
         rest = [index for index in of.given if index != twice]
         outcomes = {**of.outcomes, twice: Outcome.SUPERFLUOUS}
-        if not rest:
-            return replace(of, given=(), fits=(), outcomes=outcomes)
         of = fit_groups(Refining.begin(of.record, rest, outcomes))
     return of
 
@@ -47,21 +53,17 @@ def leave_out_superfluous(of: Refining) -> Refining:
 def _superfluous(of: Refining) -> ModeIndex | None:
     for each in of.fits:
         if (position := superfluous(each)) is not None:
-            mode = each.group[position]
-            return mode if mode < of.n_given else None
+            return each.group[position]
     return None
 
 
 def fit_again(of: Refining) -> Refining:
     """Fit the same groups with the refined tails, shapes and slopes of the others.
 
-    One pass more where modes were missing, one less where the start was refined before.
+    One pass less where the start was refined before.
     """
-    if not of.fits:
-        return of
     now, fits = updated(of.now, of.fits), list(of.fits)
-    n_passes = PASSES - (of.warm is not None) + (len(now.frequency_hz) > of.n_given)
-    for _ in range(1, n_passes):
+    for _ in range(1, PASSES - (of.warm is not None)):
         now, fits = of.fitter.again(now, fits)
     return replace(of, now=now, fits=tuple(fits))
 
@@ -69,15 +71,13 @@ def fit_again(of: Refining) -> Refining:
 def take_in_missing(of: Refining) -> Refining:
     """Add modes that were not given, as long as that mends the bands that lack one."""
     before = of
-    of = add_missing(of)
+    of = add_missing(add_candidates(of))
     if of is not before:
         now, fits = of.fitter.again(of.now, of.fits)
         now, fits = undo_label_switching(now, fits, of.start)
         of = replace(of, now=now, fits=tuple(fits))
     added = demanded(of)
-    if not any(mode >= len(before.now.frequency_hz) for mode in added):
-        return replace(before, added=demanded(before))
-    return replace(of, added=added)
+    return replace(of, added=added) if added else before
 
 
 def decide(of: Refining) -> Refining:
@@ -106,10 +106,62 @@ def decide(of: Refining) -> Refining:
     return replace(of, outcomes=outcomes)
 
 
+def _overlapping(of: Refining, mode: ModeIndex) -> list[ModeIndex]:
+    """Return the modes found missing that overlap with one that was given."""
+    new = [other for other in of.now.indices() if other >= of.n_given]
+    return [other for other in new if overlap(of.now, mode, other)]
+
+
+def with_known_motion(of: Refining) -> Refining:
+    """Replace fits by those with known inputs, where these are better and agree.
+
+    With inputs that are wrong the fit is another one than without (Hausman 1978): where that may
+    be, or where the inputs explain nothing, everything stays.
+    """
+    if of.record.inputs is None:
+        return of
+    now, found = of.now, dict(enumerate(of.fits))
+    for _ in range(PASSES):
+        fitted = {place: _with_inputs(of, now, each) for place, each in found.items()}
+        found = {place: each for place, each in fitted.items() if each is not None}
+        now = updated(now, list(found.values()))
+    known = {place: each for place, each in found.items() if _is_better(of, of.fits[place], each)}
+    if not known:
+        return of
+    fits = [known.get(place, each) for place, each in enumerate(of.fits)]
+    of_mode = {mode: each for each in known.values() for mode in each.group}
+    added = {mode: of_mode.get(mode, each) for mode, each in of.added.items()}
+    outcomes = dict(of.outcomes)
+    for mode in of_mode:
+        if mode < of.n_given and outcomes[of.given[mode]] not in TAKEN:
+            outcomes[of.given[mode]] = Outcome.REFINED
+    now = updated(of.now, list(known.values()))
+    return replace(of, fits=tuple(fits), added=added, outcomes=outcomes, now=now)
+
+
+def _with_inputs(of: Refining, now: StartModes, each: GroupFit) -> GroupFit | None:
+    if of.record.inputs is None or not of.idle.isdisjoint(each.group):
+        return None
+    return fit_known(of.record.spectra, now, each, of.record.inputs)
+
+
+def _is_better(of: Refining, plain: GroupFit, known: GroupFit) -> bool:
+    beside = [other for mode in known.group for other in _overlapping(of, mode)]
+    if not set(beside) <= set(known.group) or not improves(plain, known):
+        return False
+    return all(
+        accept(known, position, of.given_mode(mode), of.start, mode, of.record.duration_s)
+        is Outcome.REFINED
+        for position, mode in known.members()
+        if mode < of.n_given
+    )
+
+
 STAGES: tuple[Stage, ...] = (
     fit_groups,
     leave_out_superfluous,
     fit_again,
     take_in_missing,
     decide,
+    with_known_motion,
 )

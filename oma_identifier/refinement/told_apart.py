@@ -14,10 +14,7 @@ from scipy.stats import beta
 from modal_core.indicators import mac
 from modal_core.mode import Mode
 from oma_identifier.likelihood import overlaps
-
-SAME_MAC = 0.95
-BY_CHANCE = 0.01
-"""Largest share of unrelated real shapes that may be so alike: four channels or more tell."""
+from oma_identifier.refinement.thresholds import REFINEMENT
 
 
 def repeated(modes: Sequence[Mode]) -> set[int]:
@@ -25,12 +22,12 @@ def repeated(modes: Sequence[Mode]) -> set[int]:
 
     Of two that were not both refined the one that is less well determined.
     """
-    if len(modes) < 2 or beta.sf(SAME_MAC, 0.5, 0.5 * (len(modes[0].shape) - 1)) > BY_CHANCE:
+    if len(modes) < 2 or _chance(len(modes[0].shape)) > REFINEMENT.repeated_chance:
         return set()
     frequency = np.array([mode.frequency_hz for mode in modes])
     width = frequency * [mode.damping_ratio for mode in modes]
     shapes = np.column_stack([mode.shape for mode in modes])
-    alike = overlaps(frequency, width) & (mac(shapes, shapes) > SAME_MAC)
+    alike = overlaps(frequency, width) & (mac(shapes, shapes) > REFINEMENT.repeated_mac)
     left_out: set[int] = set()
     for place in sorted(range(len(modes)), key=lambda at: _doubt(modes[at])):
         if math.isfinite(modes[place].mac_loss):
@@ -39,6 +36,11 @@ def repeated(modes: Sequence[Mode]) -> set[int]:
         if any(_doubt(modes[other]) < _doubt(modes[place]) for other in better):
             left_out.add(place)
     return left_out
+
+
+def _chance(n_channels: int) -> float:
+    """Return the share of unrelated real shapes that are as alike as one mode's."""
+    return float(beta.sf(REFINEMENT.repeated_mac, 0.5, 0.5 * (n_channels - 1)))
 
 
 def _doubt(mode: Mode) -> tuple[bool, float]:

@@ -20,10 +20,7 @@ from oma_identifier.likelihood import (
     StartModes,
     whole_shape,
 )
-
-FARTHEST = 4.0
-"""Standard deviations of what was found now."""
-LEAST_MAC = 0.9
+from oma_identifier.refinement.thresholds import REFINEMENT
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +143,7 @@ def _agrees(mode: Mode, other: Mode) -> bool:
     f_spread = math.hypot(mode.frequency_std_hz, other.frequency_std_hz)
     d_spread = math.hypot(mode.damping_ratio_std, other.damping_ratio_std)
     return (
-        abs(_apart(mode, other)) <= FARTHEST * f_spread
-        and abs(mode.damping_ratio - other.damping_ratio) <= FARTHEST * d_spread
-        and bool(mac(mode.shape, other.shape)[0, 0] > LEAST_MAC)
+        abs(_apart(mode, other)) <= REFINEMENT.remembered_std * f_spread
+        and abs(mode.damping_ratio - other.damping_ratio) <= REFINEMENT.remembered_std * d_spread
+        and bool(mac(mode.shape, other.shape)[0, 0] > REFINEMENT.remembered_mac)
     )

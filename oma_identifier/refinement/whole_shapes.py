@@ -18,10 +18,10 @@ from oma_identifier.likelihood import (
     BandIndex,
     expected_motion,
     GroupFit,
+    LIKELIHOOD,
     ModeIndex,
     parts_along,
     ReducedBand,
-    SEPARABLE,
     Spectra,
     StartModes,
     TailData,
@@ -107,7 +107,7 @@ def _estimates(
         outside = _outside(spectra, now, group, band, fit)
         shapes = shapes + outside.parts
         # Modes mistaken for one another inside are so outside.
-        mixed = outside.mixing @ (np.linalg.pinv(inside, rcond=SEPARABLE) @ errors)
+        mixed = outside.mixing @ (np.linalg.pinv(inside, rcond=LIKELIHOOD.separable) @ errors)
         scatter = np.concatenate([scatter + mixed, outside.scatter], axis=2)
     return [
         ShapeEstimate(shape / band.scale, error / band.scale[:, None])
@@ -123,7 +123,7 @@ def _outside(
     n_reduced = band.basis.shape[1]
     kept = np.concatenate([band.basis, band.blocked], axis=1) * band.scale[:, None]
     reduced, blocked = np.split(spectra.combined(kept, band.lines), [n_reduced])
-    motion = expected_motion(band.data, fit.model, reduced)
+    motion, blocked = _motion(band, fit, reduced), _undriven(band, blocked)
     beside = _Beside.of(band, now.shapes[:, others])
     # Across the shapes of all others there is nothing but the modes of the band, and noise.
     known = np.concatenate([band.basis, beside.directions], axis=1)
@@ -149,6 +149,19 @@ def _outside(
         scatter = np.concatenate([scatter, beside.shapes @ along.scatter], axis=2)
         return _Outside(shapes, scatter, shapes + beside.shapes @ along.by_mixing)
     return _Outside(shapes, scatter, np.broadcast_to(shapes, (n_own, *shapes.shape)))
+
+
+def _motion(band: ReducedBand, fit: BandFit, reduced: Complex) -> Complex:
+    """Return how all modes moved, without what no regression on it may hold."""
+    known = band.motion
+    if known is None:
+        return expected_motion(band.data, fit.model, reduced)
+    left = reduced - known.values.T
+    return known.without(known.modes + expected_motion(band.data, fit.model, left))
+
+
+def _undriven(band: ReducedBand, values: Complex) -> Complex:
+    return values if band.motion is None else band.motion.without(values)
 
 
 def _products(spectra: Spectra, band: ReducedBand, motion: Complex) -> Complex:
@@ -187,7 +200,7 @@ class _Beside:
         inside = band.blocked.T @ (band.scale[:, None] * shapes)
         inside /= np.maximum(np.linalg.norm(inside, axis=0), TINY)
         left, values, right = np.linalg.svd(inside, full_matrices=False)
-        kept = values > SEPARABLE * values.max(initial=0.0)
+        kept = values > LIKELIHOOD.separable * values.max(initial=0.0)
         dual = (right[kept].conj().T / values[kept]) @ left[:, kept].conj().T
         return cls(band.blocked @ inside, band.blocked @ left[:, kept], dual)
 

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 from scipy.cluster.hierarchy import fcluster, linkage
 
 from modal_core.indicators import mac
-from oma_identifier.selection.stabilise import BandPoles, LEAST_RELATIVE_STEP
+from oma_identifier.selection.stabilise import BandPoles
+from oma_identifier.selection.thresholds import SELECTION
 
-CUT = 1.0
-"""Poles one half-power half-width apart, or with orthogonal shapes, are different modes."""
 FAR = 10.0
 
 
@@ -48,7 +47,7 @@ def cluster_poles(poles: BandPoles, candidates: NDArray[np.int64]) -> list[Clust
         return []
     distance = pole_distance(poles, candidates)
     tree = linkage(distance[np.triu_indices(len(distance), 1)], 'average')
-    label = fcluster(tree, CUT, 'distance')
+    label = fcluster(tree, SELECTION.cluster_cut, 'distance')
     together = np.argsort(label, kind='stable')
     ends = np.cumsum(np.bincount(label)[1:])
     order = poles.model_order[candidates]
@@ -64,7 +63,7 @@ def pole_distance(poles: BandPoles, rows: NDArray[np.int64]) -> NDArray[np.float
     spectrum, whatever their frequency.
     """
     pole = poles.pole[rows]
-    width = np.maximum(-pole.real, LEAST_RELATIVE_STEP * np.abs(pole))
+    width = np.maximum(-pole.real, SELECTION.least_relative_step * np.abs(pole))
     mean_width = np.sqrt(width[:, None] * width[None])
     apart = np.abs(pole[:, None] - pole[None]) / mean_width
     shape = 1.0 - mac(poles.shape[:, rows], poles.shape[:, rows])

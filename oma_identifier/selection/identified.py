@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import logging
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
@@ -25,19 +26,30 @@ class Identified:
         Of the structure; of machines and drives.
     poles : PoleTable
         All poles; ``mode_id`` is the position in ``modes``, counted from 1.
-    is_undecided : bool
-        Whether a harmonic may be a mode of light damping.
+    doubtful_hz : tuple of float [Hz]
+        Harmonics that may be modes of light damping.
     """
 
     modes: ModeSet
     harmonics: ModeSet
     poles: PoleTable
-    is_undecided: bool = False
+    doubtful_hz: tuple[float, ...] = ()
+
+    @property
+    def sure_lines_hz(self) -> NDArray[np.float64]:
+        """Frequencies of the harmonics that are no modes for sure [Hz]."""
+        return np.setdiff1d(self.harmonics.frequency_hz, self.doubtful_hz)
+
+
+def nothing_in(samples: Samples, method: str) -> Identified:
+    """Return that nothing was found in samples."""
+    none = ModeSet((), samples.channel_names, method)
+    return Identified(none, none, no_poles(len(samples.channels)))
 
 
 def line_evidence(samples: Samples, found: Identified) -> LineEvidence:
     """Return what tells the modes found in samples from the leakage of lines."""
-    return LineEvidence.of(samples, tuple(found.harmonics.frequency_hz), found.modes)
+    return LineEvidence.of(samples, tuple(found.sure_lines_hz), found.modes)
 
 
 def without_explained(
@@ -80,6 +92,19 @@ def _kept(found: Identified, kept: Sequence[int]) -> Identified:
     status = poles.status.copy()
     status[(found.poles.mode_id > 0) & (poles.mode_id == 0)] = PoleStatus.HARMONIC
     return replace(found, modes=modes, poles=replace(poles, status=status))
+
+
+def up_to(found: Identified, highest_hz: float) -> Identified:
+    """Return what was found up to a frequency [Hz]."""
+    kept = [i for i, mode in enumerate(found.modes) if mode.frequency_hz <= highest_hz]
+    lines = tuple(line for line in found.harmonics if line.frequency_hz <= highest_hz)
+    poles = renumbered(found.poles, kept)
+    return replace(
+        found,
+        modes=replace(found.modes, modes=tuple(found.modes.modes[index] for index in kept)),
+        harmonics=replace(found.harmonics, modes=lines),
+        poles=poles.chosen(poles.frequency_hz <= highest_hz),
+    )
 
 
 def with_lines(found: Identified, lines: Sequence[Mode]) -> Identified:

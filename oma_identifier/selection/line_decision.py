@@ -15,15 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.selection.identified_band import IdentifiedBand
-from oma_identifier.spectra import CHANCE, CHANCE_SHARP, FOR_MODE, Line, SUSPECT_DAMPING
-
-SAME_LINE = 0.003
-SHARP = 2.0 * SUSPECT_DAMPING
-"""What is damped less may be a line; the image of a line has next to no damping."""
-SAME_RUN = 0.002
-"""Relative step within the undamped poles of one line."""
-ORDERS_SHARE = 6
-"""Undamped poles of a line repeat over at least one in this many model orders, and over three."""
+from oma_identifier.selection.thresholds import SELECTION
+from oma_identifier.spectra import Line, SPECTRA
 
 LineTest = Callable[[float, NDArray[np.complex128] | None], Line | None]
 """Frequency [Hz], and weights of the channels or None, to the line there; None where nothing is
@@ -51,6 +44,10 @@ class Candidate(Protocol):
     def is_unresolved(self) -> bool:
         """Whether the record is too short to see its bell, so that it could be a line."""
 
+    @property
+    def line_reach(self) -> float:
+        """Relative distance within which it may be the image of a line."""
+
 
 @dataclass(frozen=True, slots=True)
 class Suspect:
@@ -67,7 +64,7 @@ class Suspect:
     """
 
     frequency_hz: float
-    chance: float = CHANCE
+    chance: float = SPECTRA.line_chance
     least_odds: float = 0.0
 
 
@@ -78,8 +75,16 @@ def suspicious(candidates: Iterable[Candidate]) -> list[Suspect]:
 
 def _suspect(candidate: Candidate) -> Suspect:
     if candidate.is_unresolved:
-        return Suspect(candidate.frequency_hz, CHANCE_SHARP, -FOR_MODE)
-    return Suspect(candidate.frequency_hz, CHANCE_SHARP if candidate.is_too_certain else CHANCE)
+        return Suspect(candidate.frequency_hz, SPECTRA.sharp_line_chance, -SPECTRA.narrow_mode)
+    return Suspect(
+        candidate.frequency_hz,
+        SPECTRA.sharp_line_chance if candidate.is_too_certain else SPECTRA.line_chance,
+    )
+
+
+def narrow(frequency_hz: float) -> Suspect:
+    """Return a peak as narrow as a line; no pole asks for it, so it must be one for sure."""
+    return Suspect(frequency_hz, SPECTRA.sharp_line_chance, SPECTRA.sure_line)
 
 
 def undamped(of: IdentifiedBand) -> list[Suspect]:
@@ -87,20 +92,23 @@ def undamped(of: IdentifiedBand) -> list[Suspect]:
     poles, band = of.poles, of.band
     frequency, damping = poles.frequency_hz, np.abs(poles.damping_ratio)
     bare = np.flatnonzero(
-        (damping < SUSPECT_DAMPING) & (frequency > band.low_hz) & (frequency < band.high_hz)
+        (damping < SPECTRA.suspect_damping)
+        & (frequency > band.low_hz)
+        & (frequency < band.high_hz)
     )
     if len(bare) == 0:
         return []
     bare = bare[np.argsort(frequency[bare])]
-    breaks = np.flatnonzero(np.diff(frequency[bare]) > SAME_RUN * frequency[bare[:-1]]) + 1
-    least = max(3, of.n_orders // ORDERS_SHARE)
+    apart = np.diff(frequency[bare]) > SELECTION.same_run * frequency[bare[:-1]]
+    breaks = np.flatnonzero(apart) + 1
+    least = max(SELECTION.fewest_line_orders, of.n_orders // SELECTION.line_orders)
     resolution_hz = 0.5 / of.duration_s
     suspects = []
     for run in np.split(bare, breaks):
         if len(run) < least:
             continue
         width_hz = float(np.median(damping[run] * frequency[run]))
-        chance = CHANCE_SHARP if width_hz < resolution_hz else CHANCE
+        chance = SPECTRA.sharp_line_chance if width_hz < resolution_hz else SPECTRA.line_chance
         suspects.append(Suspect(float(np.median(frequency[run])), chance))
     return suspects
 
@@ -129,7 +137,7 @@ def is_shown(candidate: Candidate, test_line: SuspectTest) -> bool:
 
 def is_line(candidate: Candidate, lines: Sequence[Line]) -> bool:
     """Tell whether a candidate is the image of a line: as sharp or as certain, at its place."""
-    reach = float(np.fmax(SHARP, candidate.damping_ratio))
+    reach = float(np.fmax(candidate.line_reach, candidate.damping_ratio))
     return _is_sharp(candidate) and any(
         abs(line.frequency_hz / candidate.frequency_hz - 1.0) < reach for line in lines
     )
@@ -137,11 +145,19 @@ def is_line(candidate: Candidate, lines: Sequence[Line]) -> bool:
 
 def _is_sharp(candidate: Candidate) -> bool:
     # NaN, where a method knows no damping, may be a line.
-    sharp = not candidate.damping_ratio >= SHARP
+    sharp = not candidate.damping_ratio >= SELECTION.sharp
     return sharp or candidate.is_too_certain or candidate.is_unresolved
 
 
 def _known(line: Line, lines: Sequence[Line]) -> bool:
-    return any(
-        math.isclose(line.frequency_hz, other.frequency_hz, rel_tol=SAME_LINE) for other in lines
-    )
+    return any(is_same_line(line.frequency_hz, other.frequency_hz) for other in lines)
+
+
+def line_reach(frequency_hz: float, duration_s: float, widest: float) -> float:
+    """Return the relative distance within which images of a line lie, widest if it wavers."""
+    return min(widest, SPECTRA.sidebands / (frequency_hz * duration_s))
+
+
+def is_same_line(first_hz: float, second_hz: float) -> bool:
+    """Tell whether two frequencies are views of one line."""
+    return math.isclose(first_hz, second_hz, rel_tol=SELECTION.same_line)

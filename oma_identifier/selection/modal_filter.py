@@ -14,14 +14,9 @@ from numpy.typing import NDArray
 
 from oma_identifier.selection.identified_band import IdentifiedBand
 from oma_identifier.selection.line_decision import LineTest
-from oma_identifier.selection.selection import SelectedPole
-from oma_identifier.spectra import Line, SUSPECT_DAMPING
-
-FEWEST_CHANNELS = 3
-"""Fewer have no neighbour to spare."""
-LEAST_LEFT = 0.25
-"""Share of a shape's square that must be left of it beside its neighbours: noise grows as it
-falls."""
+from oma_identifier.selection.selected_pole import SelectedPole
+from oma_identifier.selection.thresholds import SELECTION
+from oma_identifier.spectra import Line, SPECTRA
 
 
 def modal_filter(
@@ -41,7 +36,7 @@ def modal_filter(
         other = other - basis @ (basis.conj().T @ other)
         more = np.column_stack([basis, other / max(float(np.linalg.norm(other)), 1e-300)])
         rest = shape - more @ (more.conj().T @ shape)
-        if np.linalg.norm(rest) ** 2 > LEAST_LEFT * np.linalg.norm(shape) ** 2:
+        if np.linalg.norm(rest) ** 2 > SELECTION.least_filtered * np.linalg.norm(shape) ** 2:
             left, basis = rest, more
     return np.asarray(left.conj())
 
@@ -71,11 +66,11 @@ class FilteredLineTest:
             None,
         )
         shape = None if band is None else self._shape(frequency_hz, band)
-        if band is None or shape is None or len(shape) < FEWEST_CHANNELS:
+        if band is None or shape is None or len(shape) < SELECTION.fewest_filtered:
             return self.test_line(frequency_hz, None)
         resolution_hz = 1.0 / band.duration_s
         others = [
-            (abs(pole.frequency_hz - frequency_hz) / (resolution_hz + _half_width_hz(pole)), pole)
+            (abs(pole.frequency_hz - frequency_hz) / (resolution_hz + pole.half_width_hz), pole)
             for pole in self.poles
             if abs(pole.frequency_hz - frequency_hz) > resolution_hz
         ]
@@ -87,14 +82,10 @@ class FilteredLineTest:
         """Return the shape of the pole that is suspected, of scaled channels."""
         poles = band.poles
         away = np.abs(poles.frequency_hz / frequency_hz - 1.0)
-        sharp = np.abs(poles.damping_ratio) < SUSPECT_DAMPING
+        sharp = np.abs(poles.damping_ratio) < SPECTRA.suspect_damping
         for pole in self.poles:
             if pole.frequency_hz == frequency_hz:
                 return pole.shape if pole.band is band else None
         if not sharp.any():
             return None
         return np.asarray(poles.shape[:, np.argmin(np.where(sharp, away, np.inf))])
-
-
-def _half_width_hz(pole: SelectedPole) -> float:
-    return pole.damping_ratio * pole.frequency_hz

@@ -6,6 +6,7 @@ explains a peak.
 """
 
 from dataclasses import dataclass, replace
+import logging
 
 import numpy as np
 
@@ -14,12 +15,11 @@ from modal_core.samples import Samples
 from oma_identifier.covariance import plan_bands
 from oma_identifier.motion import PeakTest
 from oma_identifier.refinement import Adopted, NEW
-from oma_identifier.selection.selection import BROAD, PEAK_CHANCE
+from oma_identifier.selection.thresholds import SELECTION
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.spectra import CHANCE, line_at, SpectralPeaks
+from oma_identifier.spectra import line_at, SPECTRA, SpectralPeaks
 
-SHARP = 0.01
-"""Damping ratio below which a mode on a line is the line."""
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,20 +48,30 @@ class NewModeTest:
         bands = plan_bands(self.samples.sample_rate_hz, self.samples.duration_s, self.settings)
         low, high = bands[-1].low_hz, bands[0].high_hz
         peaks = SpectralPeaks(self.samples)
-        return [
-            low < mode.frequency_hz < high
-            and not self._is_line(mode)
-            and _stands_out(mode, peaks)
-            and not self.explains(mode.frequency_hz, _half_width_hz(mode), mode.shape)
-            for mode in modes
-        ]
+        reasons = [self._against(mode, (low, high), peaks) for mode in modes]
+        for mode, why in zip(modes, reasons, strict=True):
+            if why:
+                log.debug('%.4g Hz, of the likelihood alone: %s', mode.frequency_hz, why)
+        return [not why for why in reasons]
+
+    def _against(self, mode: Mode, band_hz: tuple[float, float], peaks: SpectralPeaks) -> str:
+        """Say what speaks against a mode; empty where nothing does."""
+        if not band_hz[0] < mode.frequency_hz < band_hz[1]:
+            return f'outside the band of {band_hz[0]:.4g} to {band_hz[1]:.4g} Hz'
+        if self._is_line(mode):
+            return 'a line, or beside one'
+        if not _stands_out(mode, peaks):
+            return 'no peak of the spectrum, or an edge'
+        if self.explains(mode.frequency_hz, _half_width_hz(mode), mode.shape):
+            return "the robot's own motion explains it"
+        return ''
 
     def _is_line(self, mode: Mode) -> bool:
-        if mode.damping_ratio > SHARP:
+        if mode.damping_ratio > SELECTION.line_damping:
             return False
-        near = np.abs(self.lines.frequency_hz / mode.frequency_hz - 1.0) < SHARP
+        near = np.abs(self.lines.frequency_hz / mode.frequency_hz - 1.0) < SELECTION.line_damping
         line = line_at(self.samples, mode.frequency_hz)
-        return bool(near.any()) or line.stands_out(CHANCE)
+        return bool(near.any()) or line.stands_out(SPECTRA.line_chance)
 
 
 def _half_width_hz(mode: Mode) -> float:
@@ -70,10 +80,10 @@ def _half_width_hz(mode: Mode) -> float:
 
 def _stands_out(mode: Mode, peaks: SpectralPeaks) -> bool:
     width_hz = _half_width_hz(mode)
-    if mode.damping_ratio > BROAD and peaks.is_edge(mode.frequency_hz, width_hz):
+    if mode.damping_ratio > SELECTION.broad and peaks.is_edge(mode.frequency_hz, width_hz):
         return False
     chance = peaks.chance(mode.frequency_hz, width_hz)
-    return chance is None or chance < PEAK_CHANCE
+    return chance is None or chance < SELECTION.peak_chance
 
 
 def without_doubtful(adopted: Adopted, test: NewModeTest) -> Adopted:

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.covariance import Band, PERIODS
+from oma_identifier.covariance import Band, COVARIANCE
 from oma_identifier.selection.stabilise import BandPoles
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import (
@@ -123,17 +123,26 @@ def identify_band(
     source: BandCovariance, settings: IdentificationSettings
 ) -> BandIdentification | None:
     """Identify the poles of one band by SSI-cov; None when the record is too short for any."""
-    low_hz = max(source.band.low_hz, PERIODS / source.covariance.duration_s)
+    low_hz = max(source.band.low_hz, COVARIANCE.periods / source.covariance.duration_s)
     if low_hz >= source.band.high_hz:
-        log.debug('band to %.4g Hz: the record is too short', source.band.high_hz)
+        log.debug(
+            'band to %.4g Hz: %.4g s are too short for it',
+            source.band.high_hz,
+            source.covariance.duration_s,
+        )
         return None
     source = replace(source, band=replace(source.band, low_hz=low_hz))
     highest = min(settings.max_order, source.covariance.n_samples // SAMPLES_PER_ORDER)
     orders = model_orders(settings.min_order, highest)
     if len(orders) < 2:
-        log.debug('band to %.4g Hz: too few samples for two orders', source.band.high_hz)
+        log.debug(
+            'band to %.4g Hz: %d samples are too few for two model orders',
+            source.band.high_hz,
+            source.covariance.n_samples,
+        )
         return None
     if not np.any(source.mean):
+        log.debug('band to %.4g Hz: nothing moves in it', source.band.high_hz)
         return None
     factors = factorise(source.covariance.mean, source.block_rows)
     system = MultiOrder(factors, orders[-1])

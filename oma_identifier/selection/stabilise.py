@@ -8,12 +8,7 @@ from numpy.typing import NDArray
 from modal_core.indicators import mac_of_pairs
 from modal_core.poles import PoleStatus
 from oma_identifier.covariance import Band
-
-LEAST_RELATIVE_STEP = 0.005
-"""Frequencies this close agree whatever the damping: lightly damped poles are as sharp as that."""
-DAMPING_STEP = 0.5
-"""Damping ratios agree within this share of their mean; twice what 10 cycles ζfT determine."""
-LEAST_MAC = 0.8
+from oma_identifier.selection.thresholds import SELECTION
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,14 +101,14 @@ def _agreement(
     frequency, damping = poles.frequency_hz, poles.damping_ratio
     mean_damping = (damping[first] + damping[second]) / 2.0
     frequency_differs = np.abs(frequency[first] / frequency[second] - 1.0) > np.maximum(
-        mean_damping, LEAST_RELATIVE_STEP
+        mean_damping, SELECTION.least_relative_step
     )
     damping_differs = np.abs(damping[first] - damping[second]) > np.maximum(
-        DAMPING_STEP * mean_damping, LEAST_RELATIVE_STEP
+        SELECTION.damping_step * mean_damping, SELECTION.least_relative_step
     )
     reason = np.where(frequency_differs, 3, np.where(damping_differs, 2, 0)).astype(np.uint8)
     alike = np.flatnonzero(reason == 0)
     reason[alike] = mac_of_pairs(poles.shape[:, first[alike]], poles.shape[:, second[alike]]) < (
-        LEAST_MAC
+        SELECTION.repeated_mac
     )
     return reason

@@ -4,9 +4,8 @@ In come uniform samples; out go singular values of their cross-spectral density,
 lines of machines, told from modes by an F test (Thomson 1982, doi:10.1109/PROC.1982.12433).
 """
 
-from oma_identifier.spectra.harmonics import CHANCE, CHANCE_SHARP, Line, line_at, SUSPECT_DAMPING
-from oma_identifier.spectra.line_evidence import LineEvidence
-from oma_identifier.spectra.line_or_mode import FOR_MODE
+from oma_identifier.spectra.harmonics import Line, line_at
+from oma_identifier.spectra.line_evidence import LineEvidence, narrow_peaks_hz
 from oma_identifier.spectra.line_removal import without_lines
 from oma_identifier.spectra.peaks import SpectralPeaks
 from oma_identifier.spectra.spectrum import (
@@ -16,13 +15,11 @@ from oma_identifier.spectra.spectrum import (
     SingularValueSpectrum,
     SlidingSpectrum,
 )
+from oma_identifier.spectra.thresholds import SPECTRA
 
 __all__ = [
-    'CHANCE',
-    'CHANCE_SHARP',
-    'FOR_MODE',
     'REFRESHED',
-    'SUSPECT_DAMPING',
+    'SPECTRA',
     'Line',
     'LineEvidence',
     'SingularValueSpectrum',
@@ -30,6 +27,7 @@ __all__ = [
     'SpectralPeaks',
     'empty_spectrum',
     'line_at',
+    'narrow_peaks_hz',
     'singular_value_spectrum',
     'without_lines',
 ]

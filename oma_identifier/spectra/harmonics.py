@@ -20,18 +20,13 @@ from numpy.typing import NDArray
 
 from modal_core.chance import fisher_tail
 from modal_core.samples import Samples
-from oma_identifier.spectra.line_or_mode import FOR_MODE, LEAST_DAMPING, Odds, odds_of, SURE
+from oma_identifier.spectra.line_or_mode import Odds, odds_of
+from oma_identifier.spectra.thresholds import SPECTRA
 
 N_SEGMENTS, MORE_SEGMENTS = 12, 32
 LEAST_PERIODS = 3.0
 """Periods in a segment from where on its taper keeps out the frequency's own negative."""
-CHANCE = 1e-6
-"""Probability of calling noise a line; about 1,000 suspected frequencies are tested an hour."""
-CHANCE_SHARP = 1e-3
-"""The same where a pole without any damping repeats over the model orders, itself rare."""
-SUSPECT_DAMPING = 0.004
-"""Poles damped less than this are suspected lines."""
-ROUNDING = 1e-20
+ROUNDING_OF_LINE = 1e-20
 """Share of a line's power below which what is left in a channel is rounding."""
 
 NO_DOUBT = Odds()
@@ -65,12 +60,12 @@ class Line:
     @property
     def is_doubtful(self) -> bool:
         """Whether it may be a mode after all."""
-        return self.odds.line < SURE
+        return self.odds.line < SPECTRA.sure_line
 
     @property
     def is_mode(self) -> bool:
         """Whether this is neither noise nor a line, but a mode that decays slowly."""
-        return self.odds.narrow_mode > FOR_MODE
+        return self.odds.narrow_mode > SPECTRA.narrow_mode
 
 
 def line_at(
@@ -99,7 +94,7 @@ def line_at(
 
     line = _line_near(samples, frequency_hz, weight)
     step_hz = N_SEGMENTS / samples.duration_s
-    while line.chance < CHANCE_SHARP:
+    while line.chance < SPECTRA.sharp_line_chance:
         steps = (-step_hz, step_hz)
         images = [_line_near(samples, line.frequency_hz + step, weight) for step in steps]
         strongest = max(images, key=size)
@@ -117,8 +112,8 @@ def _odds(samples: Samples, line: Line, weight: NDArray[np.complex128] | None) -
     if weight is None:
         rest = np.mean(np.abs(phasors - phasors.mean(axis=0)) ** 2, axis=0)
         level = np.abs(line.shape) ** 2
-        weight = line.shape.conj() / np.maximum(rest, ROUNDING * level.max(initial=1e-300))
-    return odds_of(phasors @ weight, 2.0 * np.pi * LEAST_DAMPING * n_periods)
+        weight = line.shape.conj() / np.maximum(rest, ROUNDING_OF_LINE * level.max(initial=1e-300))
+    return odds_of(phasors @ weight, 2.0 * np.pi * SPECTRA.least_damping * n_periods)
 
 
 def _line_near(

@@ -5,14 +5,14 @@ method finds well determined poles to describe it.  So every line is fitted to t
 taken out, and a taper keeps what their modulation leaves behind at its place.  A mode must show
 two things in what is left:
 
-* It stands above the floor between both flanks; noise without any mode passes with ``CHANCE``.
-  Medians are compared, so that a few narrow peaks are neither response nor floor.  Where lines
-  and leakage are not nearly all there is at a mode they do not explain it: this is not tested,
-  unless the method makes modes of peaks of noise.
-* It has skirts.  The response to random forces falls by the mode's own bell, to the square of the
-  distance.  What else there is adds to it, but for a neighbour that the same force shakes: that
-  takes away from one flank, and not in all channels.  A line with its modulation ends: power far
-  below the bell of the estimated mode on both flanks and in all channels says that there is none.
+* It stands above the floor between both flanks; noise without any mode passes with
+  ``response_chance``.  Medians are compared, so that a few narrow peaks are neither response nor
+  floor.  Where lines and leakage are not nearly all there is at a mode they do not explain it:
+  this is not tested, unless the method makes modes of peaks of noise.
+* It has skirts.  The response to random forces falls by the mode's own bell.  What else there is
+  adds to it, but for a neighbour that the same force shakes: that takes away from one flank, and
+  not in all channels.  A line with its modulation ends: power far below the bell of the estimated
+  mode on both flanks and in all channels says that there is none.
 
 References
 ----------
@@ -30,32 +30,23 @@ from scipy.fft import next_fast_len
 from modal_core.chance import fisher_share, fisher_tail
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.spectra.line_search import power, power_cut_out, sinusoids_of
+from oma_identifier.spectra.line_search import (
+    MOST_LINES,
+    narrow_peaks,
+    power,
+    power_cut_out,
+    sinusoids_of,
+)
+from oma_identifier.spectra.thresholds import SPECTRA
 
-CHANCE = 0.01
-"""Probability that noise is taken for response, over all channels."""
-NO_SKIRTS = 1e-4
-"""Probability that a mode is taken for a line, on each flank and in each channel."""
-SHOWN = 0.1
-"""Share of the power in the strongest channel from where on a channel shows a mode."""
-ALLOWED = 3.0
-"""Factor by which the bell of an estimated mode may be too high on its flanks: damping off by two
-of its deviations, and the antiresonance beside a neighbour."""
 MOST_CHANNELS = 12
-UNTOUCHED = 0.1
-"""Share of the power at a mode that is left in every channel where lines do not explain it; at
-spurious modes it was 0.06 and less in one, at modes beside a stronger one 0.3."""
-REACH = 4
+LINES_BESIDE = 4
 """Spectral lines on both sides of a sinusoid that say nothing of what is beside it."""
 UNKNOWN_WIDTH, WIDEST_UNKNOWN = 6.0, 0.15
 """Half-widths tried for a mode of unknown damping: from so many spectral lines to this share of
 its frequency, which is the largest damping ratio of a mode."""
-NARROW = 8.0
-"""Half-width of a mode in spectral lines below which it could pass for a line itself."""
 FLANK, LEAST_FLANK = 4.0, 60.0
 """Length of a flank in half-widths of the mode, at least in spectral lines."""
-LEAST_SHARE = 0.25
-"""Of a flank that must be free of sinusoids."""
 SKIRT, LEAST_SKIRT = 4.0, 10.0
 """The same for the part of it where the bell is looked for."""
 LOBE = 4.0
@@ -64,15 +55,11 @@ BLUR = 1.5
 """Its half-power half-width, roughly."""
 HIDDEN = 2.0 * LOBE
 """Half-width in spectral lines in which skirts are looked for where a line hides a mode."""
-RESOLVED = 1.0
-"""Half-width of a mode in spectral lines below which it has no bell: it looks like a sideband."""
-SIDEBANDS = 16.0
-"""Spectral lines to both sides of a line in which its modulation may have such sidebands."""
 SHARED = 2.0
 """Spectral lines behind one independent value, of the taper."""
 MEDIAN, MEDIAN_VARIANCE = math.log(2.0), 2.08
 """Median over mean of a periodogram; its variance over that of the mean."""
-ROUNDING = 1e-26
+ROUNDING_OF_SAMPLES = 1e-26
 """Share of the samples' power below which there is nothing but rounding."""
 
 Real = NDArray[np.float64]
@@ -122,8 +109,8 @@ class LineEvidence:
         seen = power_cut_out(rows)
         free = np.ones(len(seen), dtype=bool)
         for place in lines.turn * len(rows) / (2.0 * np.pi):
-            free &= np.abs(np.arange(len(free)) - place) > REACH + 0.5
-        return cls(spacing_hz, seen, power(left), free)
+            free &= np.abs(np.arange(len(free)) - place) > LINES_BESIDE + 0.5
+        return cls(spacing_hz, seen, left, free)
 
     def joined(self, other: 'LineEvidence | None') -> 'LineEvidence':
         """Return the evidence of two windows together, of the first where they differ."""
@@ -153,10 +140,8 @@ class LineEvidence:
         at, width = mode.frequency_hz / self.spacing_hz, _half_width(mode, self.spacing_hz)
         if math.isnan(mode.damping_ratio):
             return anywhere and not self._stands_out_at_some_width(at)
-        if (
-            width < RESOLVED
-            and not self.free[_span(at - SIDEBANDS, at + SIDEBANDS, self.free)].all()
-        ):
+        around = _span(at - SPECTRA.sidebands, at + SPECTRA.sidebands, self.free)
+        if width < SPECTRA.resolved and not self.free[around].all():
             return True
         inside = self._lines(at - max(width, BLUR), at + max(width, BLUR))
         if len(inside) == 0:
@@ -179,7 +164,7 @@ class LineEvidence:
     def _is_touched(self, at: float, width: float) -> bool:
         near = self._lines(at - max(width, LEAST_SKIRT), at + max(width, LEAST_SKIRT))
         left, seen = (each[near].mean(axis=0) for each in (self.left, self.seen))
-        return bool((left < UNTOUCHED * seen).any())
+        return bool((left < SPECTRA.untouched * seen).any())
 
     def _stands_out(self, at: float, width: float, inside: Places) -> bool:
         """Tell whether there is more at a place than on both its flanks, in any channel."""
@@ -195,9 +180,9 @@ class LineEvidence:
             for n_lines in (len(inside), sum(len(side) for side in sides))
         ]
         # What is no more than rounding is no response, whatever it does.
-        is_more = level > ROUNDING * len(self.left)
+        is_more = level > ROUNDING_OF_SAMPLES * len(self.left)
         chance = np.where(is_more, fisher_tail(level / floor, *degrees), 1.0)
-        return bool(chance.min() * len(chance) <= CHANCE)
+        return bool(chance.min() * len(chance) <= SPECTRA.response_chance)
 
     def _ends(self, at: float, width: float, inside: Places) -> bool:
         """Tell whether there is less on the flanks than the bell of a mode would leave there.
@@ -207,18 +192,21 @@ class LineEvidence:
         """
         sides = self._sides(at, width, max(SKIRT * width, LEAST_SKIRT))
         power = self.left[inside].mean(axis=0)
-        shown = power > SHOWN * power.max(initial=0.0)
-        top = self._over_bell(at, width, inside)[:, shown].mean(axis=0)
-        n_top, chances = self._n_independent(len(inside)), []
+        shown = power > SPECTRA.shown * power.max(initial=0.0)
+        # A narrow neighbour in a wide bell is not its top.
+        top = np.median(self._over_bell(at, width, inside)[:, shown], axis=0) / MEDIAN
+        n_top, chances = self._n_independent(len(inside)) / MEDIAN_VARIANCE, []
         for side in sides:
             skirt = np.median(self._over_bell(at, width, side)[:, shown], axis=0) / MEDIAN
             n_skirt = self._n_independent(len(side)) / MEDIAN_VARIANCE
-            shares = fisher_share(ALLOWED * skirt / top, 2.0 * n_skirt, 2.0 * n_top)
+            shares = fisher_share(SPECTRA.bell_excess * skirt / top, 2.0 * n_skirt, 2.0 * n_top)
             chances.append(float(np.max(shares)))
-        return len(chances) > 0 and max(chances) < NO_SKIRTS
+        return len(chances) > 0 and max(chances) < SPECTRA.no_skirts_chance
 
     def _over_bell(self, at: float, width: float, lines: Places) -> Real:
+        """Return power over the bell of a mode, of displacement or acceleration: the lower one."""
         bell = 1.0 / ((lines - at) ** 2 + math.hypot(width, BLUR) ** 2)
+        bell *= (2.0 * at / (lines + at)) ** 2 * np.minimum(1.0, (lines / at) ** 4)
         return np.asarray(self.left[lines] / bell[:, None], dtype=np.float64)
 
     def _n_independent(self, n_lines: int) -> float:
@@ -227,11 +215,12 @@ class LineEvidence:
     def _sides(self, at: float, width: float, length: float) -> list[Places]:
         """Return the free spectral lines of both flanks, where there are enough."""
         begin = max(2.0 * width, width + LOBE + BLUR)
+        highest = 2.0 * SPECTRA.flank_share * (len(self.left) - 1)
         sides = (
             self._lines(at - begin - length, at - begin),
-            self._lines(at + begin, at + begin + length),
+            self._lines(at + begin, min(at + begin + length, highest)),
         )
-        return [side for side in sides if len(side) >= LEAST_SHARE * length]
+        return [side for side in sides if len(side) >= SPECTRA.least_flank * length]
 
     def _lines(self, first: float, last: float) -> Places:
         """Return the free spectral lines from one place to another."""
@@ -251,7 +240,14 @@ def _half_width(mode: Mode, spacing_hz: float) -> float:
 def _kept(modes: ModeSet, spacing_hz: float) -> list[tuple[float, float]]:
     """Return the places in spectral lines where narrow modes are supposed."""
     places = [(mode.frequency_hz / spacing_hz, _half_width(mode, spacing_hz)) for mode in modes]
-    return [(at - width, at + width) for at, width in places if width < NARROW]
+    return [(at - width, at + width) for at, width in places if width < SPECTRA.narrow]
+
+
+def narrow_peaks_hz(samples: Samples) -> list[float]:
+    """Return where the spectrum of a stretch peaks as narrowly as that of a line."""
+    rows = _scaled(samples)
+    places = narrow_peaks(power(rows))[:MOST_LINES]
+    return [float(place) * samples.sample_rate_hz / len(rows) for place in places]
 
 
 def _scaled(samples: Samples) -> Real:

@@ -23,16 +23,6 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.special import logsumexp
 
-SURE = math.log(100.0)
-"""Log odds of line against mode from where on a line is sure: a wrong one in a hundred.  A record
-four times as long tells what this one does not: a line 10 dB above the noise of a segment is sure
-in 97 of a hundred, and a mode of ζfT = 0.05 is taken for one in 3 instead of 53."""
-FOR_MODE = math.log(3.0)
-"""Log odds of a narrow mode from where on a response whose bell is too narrow to be seen is one.
-Of simulated lines 5 to 50 dB above the noise of a segment 0.1 of a hundred passed with 32
-segments, 2 with 12 (in records of few periods); of noise none and 1.5."""
-LEAST_DAMPING = 3e-4
-"""Damping ratio below which no structure is expected; welded steel has 5e-4 and more."""
 DECAYS = np.geomspace(0.05, 128.0, 20)
 """Decay times 2π ζ f T in the record that are tried."""
 NARROW = 4.0 * math.pi

@@ -1,6 +1,7 @@
 """Sinusoids of a stretch: those near known places, and those that a taper shows to be narrow."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -9,26 +10,30 @@ from scipy.fft import rfft
 
 from modal_core.tapers import blackman_harris
 from oma_identifier.spectra.sinusoids import fit_sinusoids, Sinusoids
+from oma_identifier.spectra.thresholds import SPECTRA
 
 MOST_LINES = 32
 SEARCHES = 4
 BACKGROUND = 64
-FALL = 1e-2
-"""Of a narrow peak within ``FAR_SIDE`` spectral lines to both sides, with a taper."""
 FAR_SIDE = 6
 COLUMNS_AT_ONCE = 4
 """A transform and its steps take several times what it is of."""
-STANDS_OUT = 50.0
-"""Peak over the median around it: of 10⁶ powers of noise one is above 20."""
 
 Real = NDArray[np.float64]
 
 
 def power(rows: Real) -> NDArray[np.float32]:
     """Return the tapered periodogram of rows, (n_lines, n_channels), of noise as without."""
-    taper = blackman_harris(len(rows))
+    taper = _taper(len(rows))[:, None]
+    return _by_columns(lambda some: _periodogram(some * taper), rows)
+
+
+@lru_cache(maxsize=2)
+def _taper(length: int) -> Real:
+    """Return the taper of mean square 1; windows and the record each want theirs many times."""
+    taper = blackman_harris(length)
     taper /= np.sqrt(np.mean(taper**2))
-    return _by_columns(lambda some: _periodogram(some * taper[:, None]), rows)
+    return taper
 
 
 def power_cut_out(rows: Real) -> NDArray[np.float32]:
@@ -62,8 +67,8 @@ def _periodogram(rows: Real) -> NDArray[np.float32]:
 
 def sinusoids_of(
     rows: Real, known: Real, kept: list[tuple[float, float]]
-) -> tuple[Sinusoids, Real]:
-    """Return the sinusoids in rows, near the known places and elsewhere, and rows less them.
+) -> tuple[Sinusoids, NDArray[np.float32]]:
+    """Return the sinusoids in rows, near known places and elsewhere, and the power of the rest.
 
     What a taper shows to be narrow is looked for in what is left, again and again: strong lines
     hide weak ones.
@@ -78,22 +83,35 @@ def sinusoids_of(
         Places where narrow peaks are no lines, in spectral lines.
     """
     to_turn = 2.0 * np.pi / len(rows)
-    places, left = known, rows
+    places, left, rest = known, rows, None
     fitted = Sinusoids(np.empty(0), np.empty((0, rows.shape[1]), dtype=complex))
     for search in range(SEARCHES):
         if search or not len(places):
-            more = _narrow_peaks(left, places, kept)[: MOST_LINES - len(places)]
+            rest = power(left)
+            more = narrow_peaks(rest, places, kept)[: MOST_LINES - len(places)]
             if not len(more):
                 break
             places = np.concatenate([places, more])
         fitted = fit_sinusoids(rows, places * to_turn)
-        places, left = fitted.turn / to_turn, fitted.taken_from(rows)
-    return fitted, left
+        places, left, rest = fitted.turn / to_turn, fitted.taken_from(rows), None
+    return fitted, power(left) if rest is None else rest
 
 
-def _narrow_peaks(rows: Real, known: Real, kept: list[tuple[float, float]]) -> Real:
-    """Return the places of narrow peaks in spectral lines, the strongest first."""
-    each = power(rows)
+def narrow_peaks(
+    each: NDArray[np.float32],
+    known: Real | None = None,
+    kept: Sequence[tuple[float, float]] = (),
+) -> Real:
+    """Return the places of narrow peaks in spectral lines, the strongest first.
+
+    Parameters
+    ----------
+    each : (n_lines, n_channels) array
+        Tapered periodogram.
+    known, kept
+        As for :func:`sinusoids_of`.
+    """
+    known = np.empty(0) if known is None else known
     n_whole = len(each) // BACKGROUND * BACKGROUND
     if n_whole < 2 * BACKGROUND:
         return np.empty(0)
@@ -107,13 +125,13 @@ def _narrow_peaks(rows: Real, known: Real, kept: list[tuple[float, float]]) -> R
     sides = np.maximum(best[: -2 * FAR_SIDE], best[2 * FAR_SIDE :])
     peaks = best[inner] >= best[FAR_SIDE - 1 : -FAR_SIDE - 1]
     peaks &= best[inner] > best[FAR_SIDE + 1 : len(best) - FAR_SIDE + 1]
-    peaks &= (best[inner] > STANDS_OUT) & (sides < FALL * best[inner])
+    peaks &= (best[inner] > SPECTRA.line_stands_out) & (sides < SPECTRA.line_fall * best[inner])
     found = FAR_SIDE + np.flatnonzero(peaks)
     found = found[np.argsort(-best[found])]
     new = [place for place in found if not _is_taken(float(place), known, kept)]
     return np.array(new, dtype=np.float64)
 
 
-def _is_taken(place: float, known: Real, kept: list[tuple[float, float]]) -> bool:
+def _is_taken(place: float, known: Real, kept: Sequence[tuple[float, float]]) -> bool:
     near = bool(np.any(np.abs(known - place) < 1.0))
     return near or any(low - 2.0 <= place <= high + 2.0 for low, high in kept)

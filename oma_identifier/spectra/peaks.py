@@ -16,17 +16,11 @@ from scipy.linalg import eigh
 
 from modal_core.chance import fisher_tail
 from modal_core.samples import Samples
+from oma_identifier.spectra.thresholds import SPECTRA
 
 FLANK = (2.0, 4.0)
 """Reach of a flank in half-power half-widths; there a resonance has lost 5 to 12 dB and more."""
-FEWEST_LINES = 40
-"""In the peak; narrower ones are no edges, and too few lines for the test."""
 MOST_CHANNELS = 12
-FEWEST_EDGE_LINES = 12
-EDGE = 10.0
-"""Ratio of the powers of all channels on the two flanks from where on they may be an edge's."""
-NO_PEAK = 0.2
-"""Chance from where on there is no peak at all: a resonance comes there in one of a hundred."""
 
 
 class SpectralPeaks:
@@ -71,7 +65,7 @@ class SpectralPeaks:
         """
         spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
         at, width = frequency_hz / spacing, half_width_hz / spacing
-        if round(2.0 * width) < FEWEST_LINES:
+        if round(2.0 * width) < SPECTRA.fewest_peak_lines:
             return None
         return self._chance(*self._parts(at, width))
 
@@ -85,13 +79,14 @@ class SpectralPeaks:
         """
         spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
         at, width = frequency_hz / spacing, half_width_hz / spacing
-        if round(2.0 * width) < FEWEST_EDGE_LINES:
+        if round(2.0 * width) < SPECTRA.fewest_edge_lines:
             return False
         peak, low, high = self._parts(at, width)
-        if min(len(low), len(high)) < FEWEST_EDGE_LINES // 4:
+        if min(len(low), len(high)) < SPECTRA.fewest_edge_lines // 4:
             return False
         powers = [float(np.mean(np.abs(flank) ** 2)) for flank in (low, high)]
-        return max(powers) > EDGE * min(powers) and self._chance(peak, low, high) > NO_PEAK
+        steep = max(powers) > SPECTRA.edge * min(powers)
+        return steep and self._chance(peak, low, high) > SPECTRA.no_peak
 
     def _parts(self, at: float, width: float) -> tuple[NDArray[np.complex64], ...]:
         """Return the lines of the peak and of the flanks below and above."""
@@ -105,7 +100,7 @@ class SpectralPeaks:
     def _chance(
         peak: NDArray[np.complex64], low: NDArray[np.complex64], high: NDArray[np.complex64]
     ) -> float:
-        if min(len(low), len(high)) < FEWEST_EDGE_LINES // 4:
+        if min(len(low), len(high)) < SPECTRA.fewest_edge_lines // 4:
             return 1.0
         beside = _power(low[::2]) + _power(high[::2])
         ridge = 1e-6 * np.trace(beside).real * np.eye(len(beside))

@@ -17,17 +17,9 @@ from oma_identifier.covariance import (
 )
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace.ssi_cov import compress_outputs
+from oma_identifier.subspace.thresholds import SUBSPACE
 
-N_BLOCKS = 64
-REFRESHED = 1.0 / 16.0
-"""Share of the blocks that are new when a band is solved again."""
-MOST_REFERENCES = 8
-"""What a channel adds to so many well chosen ones is less than its cost."""
-MOST_OUTPUTS = 12
-"""More channels are combined to this many outputs; mode shapes keep all channels."""
-FEWEST_BLOCK_ROWS = 20
-ROWS_PER_ORDER = 1.5
-"""Rows of the block Hankel matrix (and columns) per unit of the highest model order."""
+N_COVARIANCE_BLOCKS = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
@@ -83,7 +75,7 @@ class BandStream:
         self.band = band
         self._settings = settings
         self._when_full = when_full
-        self._block_samples = max(4, int(span_s * band.sample_rate_hz / N_BLOCKS))
+        self._block_samples = max(4, int(span_s * band.sample_rate_hz / N_COVARIANCE_BLOCKS))
         self._conditioner = BandConditioner(band)
         self._accumulator: CovarianceAccumulator | None = None
         self._block_rows = 0
@@ -105,29 +97,30 @@ class BandStream:
             self._accumulator.interrupt()
 
     def _start(self, rows: NDArray[np.float64]) -> CovarianceAccumulator:
-        wanted = self._settings.n_references or MOST_REFERENCES
-        references = choose_references(rows, min(wanted, MOST_REFERENCES))
-        automatic = math.ceil(ROWS_PER_ORDER * self._settings.max_order / len(references))
-        self._block_rows = self._settings.block_rows or max(FEWEST_BLOCK_ROWS, automatic)
+        wanted = self._settings.n_references or SUBSPACE.most_references
+        references = choose_references(rows, min(wanted, SUBSPACE.most_references))
+        automatic = math.ceil(SUBSPACE.rows_per_order * self._settings.max_order / len(references))
+        self._block_rows = self._settings.block_rows or max(SUBSPACE.fewest_block_rows, automatic)
         return CovarianceAccumulator(
             n_lags=2 * self._block_rows - 1,
             references=references,
             block_samples=self._block_samples,
-            capacity=N_BLOCKS,
+            capacity=N_COVARIANCE_BLOCKS,
             when_full=self._when_full,
         )
 
     def result(self) -> BandCovariance | None:
         """Return the covariances so far; None before the first block is complete.
 
-        Of a sliding window the same object as last time as long as less than ``REFRESHED`` of
-        the blocks are new: so few change a result by a third of its standard deviation.
+        Of a sliding window the same object as last time as long as less than
+        ``SUBSPACE.refreshed`` of the blocks are new: so few change a result by a third of its
+        standard deviation.
         """
         blocks = self._accumulator
         if blocks is None or blocks.n_blocks == 0:
             return None
         slides = self._when_full is WhenFull.RETIRE
-        least = REFRESHED * N_BLOCKS if slides else 1
+        least = SUBSPACE.refreshed * N_COVARIANCE_BLOCKS if slides else 1
         if self._last is None or blocks.n_added - self._last_of >= least:
             first = self._last is None
             self._last, self._last_of = self._result(blocks), blocks.n_added
@@ -141,8 +134,8 @@ class BandStream:
         weight = inverse[blocks.references]
         mean = blocks.mean * (inverse[:, None] * weight)
         outputs = np.diag(inverse)
-        if len(scale) > MOST_OUTPUTS:
-            outputs = inverse[:, None] * compress_outputs(mean, MOST_OUTPUTS)
+        if len(scale) > SUBSPACE.most_outputs:
+            outputs = inverse[:, None] * compress_outputs(mean, SUBSPACE.most_outputs)
         return BandCovariance(
             band=self.band,
             mean=mean,

@@ -24,10 +24,10 @@ from scipy.special import stdtrit
 from oma_identifier.covariance import OutputCovariance
 from oma_identifier.subspace.lag_gradient import LagGradient, times
 from oma_identifier.subspace.ssi_cov import MultiOrder, OrderSolution
+from oma_identifier.subspace.thresholds import SUBSPACE
 
 TWO_SIGMA = 0.97724987
 """Normal probability below +2 standard deviations."""
-FEWEST_TERMS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +190,7 @@ def deviation_of_mean(series: NDArray[np.float64], n_terms: int) -> float:
         Widened by Student's t for the terms used, so that ±2 of it covers 95.4 %.
     """
     n_blocks = len(series)
-    n_terms = min(max(n_terms, FEWEST_TERMS), n_blocks - 1)
+    n_terms = min(max(n_terms, SUBSPACE.fewest_terms), n_blocks - 1)
     if n_terms < 2:
         return float('nan')
     terms = _cosines(n_terms, n_blocks) @ series

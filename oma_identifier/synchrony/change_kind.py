@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from oma_identifier.synchrony.course_misfit import predicted, Sensors
 from oma_identifier.synchrony.peak_course import Course
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 CHANGED = 'sensor_changed'
 POLARITY = 'polarity_changed'
@@ -22,12 +23,6 @@ SHAPE = 'shape_changed'
 """What no kind of change explains: the structure may have changed as well."""
 CHANGES = frozenset({CHANGED, POLARITY, GAIN, ROTATED, SWAPPED})
 """Flags of channels."""
-EXPLAINED = 0.15
-"""Share of a misfit that may be left for a kind of change to explain it."""
-PREFERRED = 2.0
-"""Times what the best kind leaves, up to which a simpler one is preferred."""
-PEAKS_TO_SPARE = 2
-"""Peaks beyond as many as channels, which any mixture of channels would explain."""
 
 Complex = NDArray[np.complex128]
 
@@ -50,9 +45,10 @@ def change_kind(
     shown, said = _stacked([predicted(course, own, others, moment) for course in courses])
     widths = [len(columns) for columns in changed]
     kinds = [_amplified(shown, said), _swapped(shown, said, widths), _rotated(shown, said, widths)]
-    if len(courses) >= len(own) + PEAKS_TO_SPARE:
+    if len(courses) >= len(own) + SYNCHRONY.peaks_to_spare:
         kinds.append(_mixed(shown, said))
-    most = min(EXPLAINED * _size(shown - said), PREFERRED * min(left for left, _ in kinds))
+    least = min(left for left, _ in kinds)
+    most = min(SYNCHRONY.explained * _size(shown - said), SYNCHRONY.preferred * least)
     return next((kind for left, kind in kinds if left < most), None)
 
 

@@ -11,22 +11,14 @@ from oma_identifier.synchrony.change_kind import change_kind, CHANGED, SHAPE
 from oma_identifier.synchrony.course_misfit import misfit, parted
 from oma_identifier.synchrony.peak_course import Course
 from oma_identifier.synchrony.sensor_peaks import Columns
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
-FEWEST_PEAKS = 2
-"""Peaks at which a sensor must break."""
-SHARE_OF_PEAKS = 0.67
-"""The same, of those at which it is seen."""
-MOST_CHANGED = 2
-MOST_TRIED = 4
+MOST_SUSPECTS = 4
 """Sensors that break most, one or two of which may be those that changed."""
-FEWEST_LEFT = 2
-"""Sensors that bear witness of one another."""
 MOST_DOUBTFUL = 3
 """Sensors, all combinations of which are tried where too few bear witness."""
-FINE = 64
+N_MOMENTS = 64
 """Moments between which a change is placed."""
-UNLIKELY = 6.0
-"""Log-likelihood below the best from where on a moment is not that of the change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,11 +84,11 @@ def _changed(courses: Sequence[Course], columns: Columns, moment: int) -> tuple[
     moments = np.array([moment])
     hottest = _Heat.of(courses, columns, moments).hottest(columns)
     found = []
-    for size in range(1, min(MOST_CHANGED, len(columns) // 2) + 1):
+    for size in range(1, min(SYNCHRONY.most_changed, len(columns) // 2) + 1):
         for names in combinations(hottest, size):
             left = {name: own for name, own in columns.items() if name not in names}
             heat = _Heat.of(courses, left, moments)
-            if len(left) >= FEWEST_LEFT and not heat.suspects.any():
+            if len(left) >= SYNCHRONY.fewest_left and not heat.suspects.any():
                 # Without one more, less is left that can break by chance.
                 found.append((int(heat.broken.sum()) + size, names))
     return min(found)[1] if found else ()
@@ -127,12 +119,15 @@ class _Heat:
     @property
     def suspects(self) -> NDArray[np.bool_]:
         """Whether a sensor breaks at many peaks, (n_sensors, n_moments) array."""
-        return (self.broken >= FEWEST_PEAKS) & (self.broken >= SHARE_OF_PEAKS * self.seen)
+        many = self.broken >= SYNCHRONY.share_of_peaks * self.seen
+        return many & (self.broken >= SYNCHRONY.fewest_peaks)
 
     def hottest(self, columns: Columns) -> list[str]:
         """Return the sensors that break most at the first moment."""
         share = self.broken[:, 0] / np.maximum(self.seen[:, 0], 1)
-        return [list(columns)[index] for index in np.argsort(-share, kind='stable')[:MOST_TRIED]]
+        return [
+            list(columns)[index] for index in np.argsort(-share, kind='stable')[:MOST_SUSPECTS]
+        ]
 
 
 def _doubtful(
@@ -157,11 +152,11 @@ def _when(
     moments: NDArray[np.int64],
 ) -> tuple[int, int, int]:
     """Return the first, the likeliest and the last moment at which sensors may have changed."""
-    fine = np.linspace(moments[0], moments[-1], FINE).astype(np.int64)
+    fine = np.linspace(moments[0], moments[-1], N_MOMENTS).astype(np.int64)
     own = np.concatenate([columns[name] for name in out])
     others = [each for name, each in columns.items() if name not in out]
     likelihood = np.sum([parted(course, own, others, fine) for course in courses], axis=0)
-    likely = fine[likelihood > likelihood.max() - UNLIKELY]
+    likely = fine[likelihood > likelihood.max() - SYNCHRONY.unlikely_moment]
     # A row of a narrow band tells no more exactly when it was.
     step = int(np.median([course.step_ns for course in courses]))
     return int(likely[0]) - step, int(fine[np.argmax(likelihood)]), int(likely[-1]) + step

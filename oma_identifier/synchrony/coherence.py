@@ -15,37 +15,12 @@ from modal_core.samples import Samples
 from oma_identifier.quality import noise_rms
 from oma_identifier.synchrony.multiple_coherence import residual_of
 from oma_identifier.synchrony.sensor_peaks import Columns, Peak
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 INCOHERENT = 'incoherent'
 NO_RESPONSE = 'no_response'
 TINY = 1e-300
 ROWS_AT_ONCE = 512
-LEAST_COHERENCE = 0.8
-"""Share of a sensor's power at a peak, noise left out, that the others explain.  In 1,200 records
-of random structures (one to twelve modes, damped by 0.2 to 12 %; seeds from 905000) 18 of 924
-healthy channels of two sensors with three axes came below, none of 5,103 of three to five, and 2
-of 5,406 of four to fifteen sensors of one axis; of 150 sensors each with old samples, with a clock
-that drifts and with images of higher frequencies 93, 93 and 67 % did."""
-LEFT_OUT_COHERENCE = 0.6
-"""The same below which a sensor is left out; between the two it is named only.  One of the healthy
-channels above came below; of the faulty sensors 83, 83 and 46 %."""
-FEWEST_USED = 1.5
-"""Coefficients from where on others can tell: two modes that overlap are more than one of them."""
-FEWEST_OTHERS = 3
-"""Channels from where on others are asked at all: of three healthy channels one in twenty came
-below ``LEAST_COHERENCE`` in structures of up to twelve modes."""
-AGREED = 0.95
-"""Share of the others' power at a peak that they explain of one another, from where on a sensor
-that they do not explain contradicts them.  Where more modes overlap than they have channels they
-explain neither one another nor a healthy sensor."""
-DEAF = 1e-3
-"""Chance above which a channel has no more in common with the others than noise has."""
-ABOVE_NOISE = 4.0
-"""Power of a peak over that of the noise, from where on it is looked at."""
-ALIKE = 0.2
-"""Power over the others', both in shares of their variance, from where on a peak is compared.  One
-that a sensor shows alone may be an image of what lies above half its rate, or a part of its own
-that rattles: the two cannot be told apart, and neither is a mode of the structure."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -86,10 +61,10 @@ def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Co
     flags = {names[place]: NO_RESPONSE for place in _without_response(shown)}
     out: list[str] = []
     while len(left) > 1 and shown:
-        least = np.min([peak.coherence(list(left.values())) for peak in shown], axis=0)
-        worst = dict(zip(left, least, strict=True))
+        found = np.array([peak.coherence(list(left.values())) for peak in shown])
+        worst, surely = (dict(zip(left, each, strict=True)) for each in found.min(axis=0))
         name = min(worst, key=lambda each: worst[each])
-        if worst[name] >= LEAST_COHERENCE:
+        if worst[name] >= SYNCHRONY.least_coherence:
             break
         flags |= {names[place]: INCOHERENT for place in left[name]}
         if len(left) == 2:
@@ -97,7 +72,7 @@ def check_coherence(samples: Samples, peaks: list[Peak], columns: Columns) -> Co
             other = next(each for each in left if each != name)
             flags |= {names[place]: INCOHERENT for place in left[other]}
             break
-        out += [name] if worst[name] < LEFT_OUT_COHERENCE else []
+        out += [name] if surely[name] < SYNCHRONY.left_out_coherence else []
         del left[name]
     return Coherence(frozenset(out), flags)
 
@@ -123,10 +98,10 @@ def _without_response(shown: list['_Shown']) -> list[int]:
     """Return the channels that show no peak above their noise, nor anything of the others'."""
     if not shown:
         return []
-    faint = [np.diag(peak.products).real < ABOVE_NOISE * peak.floor for peak in shown]
+    faint = [np.diag(peak.products).real < SYNCHRONY.above_noise * peak.floor for peak in shown]
     silent = np.all(faint, axis=0)
     if silent.any():
-        silent &= np.min([peak.chance() for peak in shown], axis=0) * len(shown) > DEAF
+        silent &= np.min([peak.chance() for peak in shown], axis=0) * len(shown) > SYNCHRONY.deaf
     return np.flatnonzero(silent).tolist()
 
 
@@ -157,24 +132,32 @@ class _Shown:
         """Return each sensor's with the others; 1 where it does not show the peak.
 
         Neither does it where its noise hides the peak, or the others are too few to tell.
+
+        Returns
+        -------
+        (2, n_sensors) array
+            At what it shows at all, and at what it shows about as strongly as the others.
         """
         every = np.concatenate(sensors)
         ends = np.cumsum([len(own) for own in sensors])
         places = np.split(np.arange(len(every)), ends[:-1])
         total, noise, left, n_used = self._regressed(every, places)
         count = np.array([len(own) for own in sensors])
-        beside = (total.sum() - total) / np.maximum(len(every) - count, 1)
-        shows = (total > ABOVE_NOISE * noise) & (total / count > ALIKE * beside)
-        shows &= (n_used >= FEWEST_USED) & (len(every) - count >= FEWEST_OTHERS)
+        n_others = len(every) - count
+        beside = (total.sum() - total) / np.maximum(n_others, 1)
+        shows = total > SYNCHRONY.above_noise * noise
+        shows &= total / count > SYNCHRONY.alike * beside
+        shows &= (n_used >= SYNCHRONY.fewest_used) & (n_others >= SYNCHRONY.fewest_others)
         share = 1.0 - left / np.maximum(total - noise, TINY)
-        for sensor in np.flatnonzero(shows & (share < LEAST_COHERENCE)):
+        for sensor in np.flatnonzero(shows & (share < SYNCHRONY.least_coherence)):
             shows[sensor] = self._agree(np.delete(every, places[sensor]))
-        return np.where(shows, share, 1.0)
+        strongly = shows & (total / count > SYNCHRONY.left_out_alike * beside)
+        return np.array([np.where(shows, share, 1.0), np.where(strongly, share, 1.0)])
 
     def _agree(self, channels: Places) -> bool:
         """Tell whether channels explain one another: then they know all modes there are."""
         total, noise, left, _ = self._regressed(channels, _singles(len(channels)))
-        return bool(left.sum() <= (1.0 - AGREED) * np.maximum(total - noise, TINY).sum())
+        return bool(left.sum() <= (1.0 - SYNCHRONY.agreed) * np.maximum(total - noise, TINY).sum())
 
     def _regressed(self, every: Places, sensors: list[Places]) -> tuple[Real, Real, Real, Real]:
         """Return each sensor's power, that of its noise, what others leave, and how many do."""

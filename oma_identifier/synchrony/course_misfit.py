@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from oma_identifier.synchrony.peak_course import Course
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 RANK = 3
 """Modes that overlap at a peak, at most."""
@@ -28,13 +29,6 @@ NO_DIRECTION = 1e-10
 """Share of the strongest direction's power that is rounding."""
 RIDGE = 1e-9
 ROUNDING = 1e-12
-SEEN = 0.3
-"""Share of a channel's power at a peak that the fit may leave for the channel to count there."""
-CHANCE = 1e-4
-"""Probability that a channel's prediction fails at one peak, for one moment."""
-LEAST_SHARE = 0.03
-"""Share of a channel's power that the prediction must lack: of a gain that is off by a fifth, or a
-mount turned by 10 degrees."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -76,7 +70,7 @@ def misfit(course: Course, sensors: Sensors, moments: NDArray[np.int64]) -> Misf
     before, every = sums.at(place), sums.at(np.full(len(place), len(course.time_ns)))
     after = every.without(before)
     later = 2 * place < len(course.time_ns)
-    seen, broken = _judged(before.unless(later, after), after.unless(later, before))
+    seen, broken = _prediction_test(before.unless(later, after), after.unless(later, before))
     found = Misfit(*np.zeros((2, len(moments), course.values.shape[1]), dtype=bool))
     for number, columns in enumerate(sensors):
         found.seen[:, columns] = seen[number][:, is_own[number]]
@@ -228,7 +222,7 @@ def _summed(products: Summed) -> Summed:
     return sums
 
 
-def _judged(fitted: _Sums, tried: _Sums) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _prediction_test(fitted: _Sums, tried: _Sums) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Tell where a fit sees a channel and where it fails, (n_sensors, n_parts, n_own) arrays."""
     rank = fitted.among.shape[-1]
     inverse = np.linalg.inv(fitted.among + RIDGE * np.eye(rank))
@@ -245,10 +239,10 @@ def _judged(fitted: _Sums, tried: _Sums) -> tuple[NDArray[np.bool_], NDArray[np.
     leverage = _trace(inverse @ tried.among)
     expected = (n_tried * np.maximum(loudness, 1.0) + leverage) * np.maximum(left, 0.0) / n_free
     enough = (n_fitted > 2 * rank) & (n_tried >= 1.0)
-    seen = enough & (left < SEEN * fitted.power)
+    seen = enough & (left < SYNCHRONY.seen * fitted.power)
     by_chance = fdtrc(2.0 * np.maximum(n_tried, 1.0), 2.0 * n_free, lacking / (expected + 1e-300))
-    matters = lacking > LEAST_SHARE * np.maximum(tried.power, predicted)
-    return seen, (by_chance < CHANCE) & matters
+    matters = lacking > SYNCHRONY.least_share * np.maximum(tried.power, predicted)
+    return seen, (by_chance < SYNCHRONY.failure_chance) & matters
 
 
 def _product(first: Complex, second: Complex) -> Real:

@@ -11,7 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.synchrony.peak_view import LATEST_S, PeakView
+from oma_identifier.synchrony.peak_view import PeakView
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 COMPLEX = (0.01, 0.03, 0.1, 0.3, 0.5)
 """Imaginary parts over the size of a shape, root mean square, that a structure may have; with 0.3
@@ -24,7 +25,7 @@ that phase, and in radians beside.  In 1,450 pairs of synchronous sensors of ran
 were bent by 0.5 deviations, a tenth by more than 2, a hundredth by more than 5 to 24, by tails of
 other modes.  The rest are no single mode (``ODD``)."""
 
-AT_ONCE = 8192
+DELAYS_AT_ONCE = 8192
 """Delays whose densities are made together."""
 NOTHING = 1e-9
 """Share of a density that does not count."""
@@ -67,8 +68,8 @@ class DelayLikelihood:
             What is less likely may be given as 0.
         """
         found = np.zeros(len(sensor))
-        for first in range(0, len(sensor), AT_ONCE):
-            part = slice(first, first + AT_ONCE)
+        for first in range(0, len(sensor), DELAYS_AT_ONCE):
+            part = slice(first, first + DELAYS_AT_ONCE)
             found[part] = self._part(sensor[part], delay_s[part], least)
         return found
 
@@ -154,7 +155,7 @@ class _Beats:
         self._beat_s = view.beat_s
         tells = view.is_seen & (view.width_hz > 0.0)
         self._turns = np.where(tells, 2.0 * math.pi * view.width_hz, 0.0)
-        self._floor = np.where(tells, ODD / (2.0 * LATEST_S), 1.0)
+        self._floor = np.where(tells, ODD / (2.0 * SYNCHRONY.latest_s), 1.0)
         self._bend, self._height = [], []
         for share, factor, bend in BENDS:
             std = np.hypot(factor * np.where(tells, view.phase_std, 1.0), bend)

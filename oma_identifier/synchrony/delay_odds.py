@@ -5,7 +5,8 @@ and moves the beat of each narrow band by itself.  Shapes that are complex turn 
 each by its own angle, and move no beat.  So much may they be complex as ``COMPLEX`` says, each as
 likely: what the phases scatter by is part of the evidence.  The odds of a delay against none are
 taken over all delays there might be (a Bayes factor): as far as healthy shapes are like that, odds
-of 1 to ``ODDS`` come up in less than one of ``ODDS`` synchronous sensors (Markov's inequality).
+of one to ``delay_odds`` come up in less than one of ``delay_odds`` synchronous sensors (Markov's
+inequality).
 
 References
 ----------
@@ -20,23 +21,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.synchrony.delay_likelihood import DelayLikelihood
-from oma_identifier.synchrony.peak_view import LATEST_S, PeakView
+from oma_identifier.synchrony.peak_view import PeakView
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 SHORT_S = 2e-4
 """Nobody knows the order of magnitude of a delay: from here on all are as likely."""
-ODDS = 1e3
-"""Of a delay against none, from where on it is believed.  Of 968 synchronous sensors of random
-structures, shapes of up to 30 % imaginary part, one came there; none was said to be late."""
-SURE = 0.99
-"""Share of what speaks for delays that must speak for one of them."""
-FINE = 0.15
+DELAY_STEP_RAD = 0.15
 """Radians between two delays that are tried, at the highest peak."""
-MOST_TRIED = 30_000
+MOST_DELAYS = 30_000
 NEAR = 0.7
 """Radians at the highest peak around the best delay that belong to it; the next is π away."""
 SPACED = np.sinh(np.linspace(-5.0, 5.0, 161)) / math.sinh(5.0)
 """Where such delays are tried, in shares of that: most densely in the middle."""
-BESIDE = 1e-8
+LEAST_LIKELY = 1e-8
 """How likely, against the best, a delay is that need not be looked at."""
 DEEP = 1e-26
 """How likely the best may be, against what is likeliest at each peak, to be found at once."""
@@ -72,17 +69,17 @@ class SensorDelay:
     @property
     def is_odd(self) -> bool:
         """Whether its phases are not those of a synchronous sensor."""
-        return self.log_odds > math.log(ODDS)
+        return self.log_odds > math.log(SYNCHRONY.delay_odds)
 
     @property
-    def is_in_doubt(self) -> bool:
+    def is_undecided(self) -> bool:
         """Whether neither a delay nor none is proved."""
         return not (self.is_odd or self.log_odds < 0.0)
 
     @property
     def is_known(self) -> bool:
         """Whether it is one delay that explains them."""
-        return self.share > SURE
+        return self.share > SYNCHRONY.sure
 
 
 def delays_of(views: Sequence[PeakView]) -> list[SensorDelay]:
@@ -111,8 +108,8 @@ class _Search:
         self._likelihood = DelayLikelihood(views)
         seen_hz = [np.where(view.is_seen, view.frequency_hz, 0.0) for view in views]
         self._highest_hz = np.max(seen_hz, axis=0)
-        step_s = FINE / (2.0 * math.pi * self._highest_hz)
-        self._step_s = np.maximum(step_s, 2.0 * LATEST_S / MOST_TRIED)
+        step_s = DELAY_STEP_RAD / (2.0 * math.pi * self._highest_hz)
+        self._step_s = np.maximum(step_s, 2.0 * SYNCHRONY.latest_s / MOST_DELAYS)
         self._all = np.arange(len(step_s))
         self._none = self._likelihood.of(self._all, np.zeros(len(step_s)), np.zeros(len(step_s)))
 
@@ -143,19 +140,19 @@ class _Search:
 
     def _everywhere(self) -> tuple[Places, Real, Real]:
         """Return sensors, delays [s] and their likelihood: of all that may count."""
-        least = BESIDE * np.maximum(self._none, DEEP * self._likelihood.most)
+        least = LEAST_LIKELY * np.maximum(self._none, DEEP * self._likelihood.most)
         while True:
             sensor, tried_s = self._worth_trying(least)
             likelihood = self._likelihood.of(sensor, tried_s, least)
             most = self._none.copy()
             np.maximum.at(most, sensor, likelihood)
-            if (BESIDE * most >= least).all():
+            if (LEAST_LIKELY * most >= least).all():
                 return sensor, tried_s, likelihood
-            least = np.minimum(least, BESIDE * most)
+            least = np.minimum(least, LEAST_LIKELY * most)
 
     def _worth_trying(self, least: Real) -> tuple[Places, Real]:
         """Return the sensors and delays that the beats leave, a grid through no delay."""
-        n_cells = np.ceil(LATEST_S / self._step_s / CELL).astype(np.int64)
+        n_cells = np.ceil(SYNCHRONY.latest_s / self._step_s / CELL).astype(np.int64)
         sensor = np.repeat(self._all, 2 * n_cells)
         cell = np.concatenate([np.arange(-n, n) for n in n_cells])
         cell_s = CELL * self._step_s[sensor]
@@ -165,7 +162,7 @@ class _Search:
         step = (CELL * cell[:, None] + np.arange(CELL)).ravel()
         sensor = np.repeat(sensor, CELL)
         delay_s = step * self._step_s[sensor]
-        inside = np.abs(delay_s) < LATEST_S + self._step_s[sensor]
+        inside = np.abs(delay_s) < SYNCHRONY.latest_s + self._step_s[sensor]
         return sensor[inside], delay_s[inside]
 
     def _best(self, sensor: Places, tried_s: Real, weight: Real) -> Real:
@@ -178,7 +175,7 @@ class _Search:
         delay_s = middle_s[:, None] + reach_s[:, None] * places
         at_middle = self._likelihood.of(self._all, middle_s, np.zeros(len(middle_s)))
         sensor = np.repeat(self._all, len(places))
-        found = self._likelihood.of(sensor, delay_s.ravel(), BESIDE * at_middle)
+        found = self._likelihood.of(sensor, delay_s.ravel(), LEAST_LIKELY * at_middle)
         return delay_s, found.reshape(delay_s.shape)
 
 
@@ -192,6 +189,5 @@ def _with_delay(found: SensorDelay, near_s: Real, chance: Real) -> SensorDelay:
 
 def _prior(delay_s: Real) -> Real:
     """Return the density of delays [1/s]: as many within each factor of two."""
-    return np.asarray(
-        0.5 / (np.abs(delay_s) + SHORT_S) / math.log1p(LATEST_S / SHORT_S), dtype=np.float64
-    )
+    decades = math.log1p(SYNCHRONY.latest_s / SHORT_S)
+    return np.asarray(0.5 / (np.abs(delay_s) + SHORT_S) / decades, dtype=np.float64)

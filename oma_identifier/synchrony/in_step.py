@@ -6,6 +6,7 @@ it is put right in the samples, before anything is identified from them.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 import math
 
 import numpy as np
@@ -16,19 +17,14 @@ from modal_core.indicators import mpc, mpd, normalise
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.samples import Samples
-from oma_identifier.motion import Cleaned, Lag, LATE, never
+from oma_identifier.motion import Cleaned, Lag, LATE, never, PeakTest
 from oma_identifier.synchrony.coherence import check_coherence, Coherence
 from oma_identifier.synchrony.delay_odds import SensorDelay
 from oma_identifier.synchrony.sensor_delay import sensor_delays
 from oma_identifier.synchrony.sensor_peaks import Columns, Peak, sensor_peaks
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 from oma_identifier.time_axis import HALF_WIDTH, interpolate
 
-LARGEST_PHASE_RAD = math.radians(10.0)
-"""Largest error of a phase, at three deviations of the delay, that a shape is published with."""
-SURPRISE = 4.0
-"""Standard deviations from where on a newer delay is another one."""
-SHORTEST_S = 10.0
-"""Of less than ten seconds nothing is told."""
 UNKNOWN = Lag(math.nan, math.nan)
 
 Real = NDArray[np.float64]
@@ -113,7 +109,7 @@ class Synchroniser:
             return
         self._start_ns = samples.start_ns
         self._middle_ns = (samples.start_ns + samples.end_ns) // 2
-        if samples.duration_s < SHORTEST_S:
+        if samples.duration_s < SYNCHRONY.shortest_s:
             return
         columns = columns_of(samples.channels)
         peaks = self._peaks = sensor_peaks(samples) if len(columns) > 1 else []
@@ -123,12 +119,12 @@ class Synchroniser:
         self._coherence = check_coherence(samples, peaks, on_time)
         if not _say_the_same(fresh, self._held):
             self.corrects_earlier = any(
-                delay.is_odd and sensor in self._held and self._held[sensor].is_in_doubt
+                delay.is_odd and sensor in self._held and self._held[sensor].is_undecided
                 for sensor, delay in fresh.items()
             )
             # Of a sensor that this window does not tell of, what is held still holds.
             self._held = {
-                sensor: self._held.get(sensor, delay) if delay.is_in_doubt else delay
+                sensor: self._held.get(sensor, delay) if delay.is_undecided else delay
                 for sensor, delay in fresh.items()
             }
 
@@ -159,34 +155,41 @@ def _say_the_same(fresh: Mapping[str, SensorDelay], held: Mapping[str, SensorDel
             steps.append(now.seconds - before.seconds)
             spread = max(spread, *(d.std_s for d in (now, before) if d.is_odd), 0.0)
     # Which sensor the others are late against does not matter.
-    return not steps or max(steps) - min(steps) <= math.sqrt(2.0) * SURPRISE * spread
+    return not steps or max(steps) - min(steps) <= math.sqrt(2.0) * SYNCHRONY.surprise * spread
 
 
 def _aligns(delay: SensorDelay) -> bool:
     """Tell whether a delay is known well enough for shapes."""
     phase = 2.0 * math.pi * delay.highest_hz * 3.0 * delay.std_s
-    return delay.is_known and phase < LARGEST_PHASE_RAD
+    return delay.is_known and phase < SYNCHRONY.largest_phase_rad
 
 
 def in_step(cleaned: Cleaned, delay_s: Real, kept: NDArray[np.bool_]) -> Cleaned:
     """Return a window with its channels moved, [s], and only those of them that are kept."""
     samples, first = _moved(cleaned.samples, delay_s, kept)
     moved_ns = first * NANOSECONDS_PER_SECOND / samples.sample_rate_hz
-    motion = cleaned.motion
-    explains = cleaned.explains
-
-    def explains_late(frequency_hz: float, width_hz: float, shape: Complex) -> bool:
-        as_stamped = np.zeros(len(kept), dtype=complex)
-        as_stamped[kept] = shape * np.exp(-2j * math.pi * frequency_hz * delay_s[kept])
-        return explains(frequency_hz, width_hz, as_stamped)
-
+    motion, explains = cleaned.motion, cleaned.explains
     return replace(
         cleaned,
         samples=samples,
         lines=tuple(_line_in_step(line, delay_s, kept) for line in cleaned.lines),
-        explains=never if explains is never else explains_late,
+        explains=never if explains is never else partial(_explains_late, explains, delay_s, kept),
         motion=motion and replace(motion, origin_ns=motion.origin_ns - moved_ns),
     )
+
+
+def _explains_late(
+    explains: PeakTest,
+    delay_s: Real,
+    kept: NDArray[np.bool_],
+    frequency_hz: float,
+    width_hz: float,
+    shape: Complex,
+) -> bool:
+    """Test a shape in step: what is asked of, it is asked of as it was stamped."""
+    as_stamped = np.zeros(len(kept), dtype=complex)
+    as_stamped[kept] = shape * np.exp(-2j * math.pi * frequency_hz * delay_s[kept])
+    return explains(frequency_hz, width_hz, as_stamped)
 
 
 def _line_in_step(line: Mode, delay_s: Real, kept: NDArray[np.bool_]) -> Mode:

@@ -14,14 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.synchrony.sensor_peaks import Peak
-
-LATEST_S = 0.5
-"""Largest delay that is looked for."""
-COHERENT = 0.3
-"""Least squared coherence of a peak; noise of 11 values comes there in one of thirty-five."""
-FEWEST_FREE = 6.0
-BEAT_LINES = 12
-"""Lines of a peak from where on its beat is its own and not that of the taper."""
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -98,8 +91,8 @@ def view_at(
         See :class:`PeakView`.
     """
     spread_hz = max(float(np.ptp(peak.line_hz)), 1e-9)
-    n_lags = math.ceil(LATEST_S * spread_hz / 0.2)
-    lag_s = LATEST_S * (np.arange(-n_lags, n_lags + 1) / n_lags)
+    n_lags = math.ceil(SYNCHRONY.latest_s * spread_hz / 0.2)
+    lag_s = SYNCHRONY.latest_s * (np.arange(-n_lags, n_lags + 1) / n_lags)
     turn = np.exp(2j * np.pi * np.outer(lag_s, peak.line_hz))
     power = np.sum(np.abs(spectra) ** 2, axis=0)
     others = power[:, beside].sum(axis=1)
@@ -113,8 +106,8 @@ def view_at(
     clear = np.minimum(top, 0.9999)
     with np.errstate(divide='ignore'):
         phase_std = np.sqrt((1.0 - clear) / (2.0 * clear * peak.n_free))
-    is_seen = (top >= COHERENT) & (peak.n_free >= FEWEST_FREE)
-    has_beat = len(peak.line_hz) >= BEAT_LINES
+    is_seen = (top >= SYNCHRONY.coherent) & (peak.n_free >= SYNCHRONY.fewest_free)
+    has_beat = len(peak.line_hz) >= SYNCHRONY.beat_lines
     return PeakView(
         peak.frequency_hz,
         lag_s,

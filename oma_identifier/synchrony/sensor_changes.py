@@ -19,9 +19,8 @@ from oma_identifier.synchrony.coherence import variance
 from oma_identifier.synchrony.in_step import columns_of, in_step
 from oma_identifier.synchrony.peak_course import Course, course_of
 from oma_identifier.synchrony.sensor_peaks import Peak
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
-SAME_POSE_RAD = 0.05
-"""Largest difference of a joint between windows that are compared."""
 MOMENTS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 """Shares of a window at which changes are looked for; at its start, since the last window."""
 
@@ -71,7 +70,7 @@ class SensorChanges:
         before, self._pose = self._pose, None if pose is None else pose.position
         if before is None or self._pose is None or len(before) != len(self._pose):
             return before is None and self._pose is None
-        return bool(np.abs(self._pose - before).max(initial=0.0) < SAME_POSE_RAD)
+        return bool(np.abs(self._pose - before).max(initial=0.0) < SYNCHRONY.same_pose_rad)
 
     def _look(self, samples: Samples, peaks: Sequence[Peak]) -> None:
         scale = np.sqrt(variance(samples.acceleration))

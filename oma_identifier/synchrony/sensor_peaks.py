@@ -11,6 +11,7 @@ from scipy.ndimage import uniform_filter1d
 from modal_core.free_memory import LARGE_BYTES
 from modal_core.prominence import crossings, prominent_peaks
 from modal_core.samples import Samples
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 TAPERS = 3
 """Sine tapers; each line is then blurred by two others to either side."""
@@ -18,15 +19,11 @@ WIDTH = 0.01
 """Share of a frequency that its power is averaged over to find peaks: as broad as a mode of 0.5 %
 damping, which is next to nothing to a broader one."""
 FEWEST_LINES = 9
-PROMINENCE_DB = 6.0
-"""Height above both valleys: two and a half deviations of a difference of averaged powers."""
 MOST_PEAKS = 16
 CHANNELS_AT_ONCE, FEW_AT_ONCE = 16, 4
 """Transformed together; of large windows fewer, as the steps of one take seven times its size."""
-MOST_LINES = 400
+MOST_LINES_OF_PEAK = 400
 """A broader peak tells no more than this many lines of it."""
-TOP = 0.86
-"""Share of the band up to where samples are shifted without error."""
 
 Columns = Mapping[str, NDArray[np.int64]]
 """Channels by sensor: what shares a clock."""
@@ -76,7 +73,7 @@ def sensor_peaks(samples: Samples) -> list[Peak]:
     """
     half = transform_length(samples)
     step_hz = samples.sample_rate_hz / half
-    own = np.arange(TAPERS, int(TOP * half / 2))
+    own = np.arange(TAPERS, int(SYNCHRONY.top * half / 2))
     power = np.zeros(len(own))
     fits = 8 * half * len(samples.channels) < LARGE_BYTES
     held = []
@@ -142,14 +139,14 @@ def _tapered(fine: Single, wanted: NDArray[np.int64]) -> Single:
 def _ranges(line: NDArray[np.int64], power: Real) -> list[tuple[int, int]]:
     """Return first and last lines of peaks, the most prominent first."""
     level = 10.0 * np.log10(_smooth(line, power) + 1e-30)
-    found = prominent_peaks(level, PROMINENCE_DB)
+    found = prominent_peaks(level, SYNCHRONY.prominence_db)
     ranges: list[tuple[int, int]] = []
     for number in np.argsort(found.prominence)[::-1][:MOST_PEAKS]:
         top, rise = int(found.place[number]), float(found.prominence[number])
         half = float(level[top]) - min(3.0 / rise, 1.0) * rise
         ends = int(found.left[number]), int(found.right[number])
         left, right = crossings(level, top, half, *ends)
-        reach = min(max((right - left) / 2.0, 3.0), MOST_LINES / 2.0)
+        reach = min(max((right - left) / 2.0, 3.0), MOST_LINES_OF_PEAK / 2.0)
         middle = (right + left) / 2.0
         first, last = max(0, round(middle - reach)), round(middle + reach) + 1
         if not any(first < end and last > begin for begin, end in ranges):

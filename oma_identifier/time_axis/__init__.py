@@ -8,7 +8,7 @@ counted.
 
 from oma_identifier.time_axis.block_clock import BlockClock
 from oma_identifier.time_axis.block_gate import BlockGate, Passed
-from oma_identifier.time_axis.candidates import Candidates, CONFIRM
+from oma_identifier.time_axis.candidates import Candidates
 from oma_identifier.time_axis.coarse_stamps import count, is_coarse, tick_of
 from oma_identifier.time_axis.gaps import longest_filled, measured, no_measurement
 from oma_identifier.time_axis.lattice import (
@@ -25,19 +25,13 @@ from oma_identifier.time_axis.resample import (
     interpolate,
     KAISER_BETA,
 )
-from oma_identifier.time_axis.source_stream import (
-    FORWARD_NS,
-    OrderedSamples,
-    REORDER_NS,
-    SourceStream,
-)
+from oma_identifier.time_axis.source_stream import OrderedSamples, SourceStream
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
 __all__ = [
-    'CONFIRM',
-    'FORWARD_NS',
     'HALF_WIDTH',
     'KAISER_BETA',
-    'REORDER_NS',
+    'TIME_AXIS',
     'BlockClock',
     'BlockGate',
     'Candidates',

@@ -8,20 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock
-
-LARGEST_ERROR_NS = NANOSECONDS_PER_SECOND // 10
-LARGEST_STEP_NS = 2 * NANOSECONDS_PER_SECOND
-SLEW_S = 20.0
-REMEMBERED_BLOCKS = 256
-SETTLED_S = 2.0
-FEWEST_BLOCKS = 8
-RATE_TOLERANCE = 0.02
-"""Share by which stamps of a few seconds must differ from the declared rate."""
-CRYSTAL_ERROR = 1e-3
-"""No crystal is so far off, nor a host's clock that is kept by others (200 to 500 ppm)."""
-OUT_OF_SCATTER = 8.0
-"""Standard deviations of the stamps about their own line by which they have run away from the
-count before another rate is proved; a step of the host's clock amounts to six of them."""
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +47,7 @@ class BlockClock:
         self.sample_rate_hz = sample_rate_hz
         self._step_ns = NANOSECONDS_PER_SECOND / sample_rate_hz
         self._anchor: tuple[int, float] | None = None
-        self._recent: deque[int] = deque(maxlen=REMEMBERED_BLOCKS)
+        self._recent: deque[int] = deque(maxlen=TIME_AXIS.remembered_blocks)
         self._start = (0, 0)
         self._newest = (0, 0)
         self._sums = np.zeros((3, 3))
@@ -82,7 +69,7 @@ class BlockClock:
         index, anchor_ns = self._anchor or (0, 0.0)
         start = anchor_ns + (block.first_index - index) * self._step_ns
         stamps = np.rint(start + self._step_ns * np.arange(n_samples)).astype(np.int64)
-        share = 0.0 if is_wrong else min(1.0, n_samples * self._step_ns * 1e-9 / SLEW_S)
+        share = 0.0 if is_wrong else min(1.0, n_samples * self._step_ns * 1e-9 / TIME_AXIS.slew_s)
         self._anchor = (index, anchor_ns + share * self._error(block))
         self._recent.append(block.first_index)
         if block.first_index > self._newest[0]:
@@ -94,7 +81,7 @@ class BlockClock:
     def measured_rate_hz(self) -> float:
         """Rate of the counter against the stamps; the declared one until it is known [Hz]."""
         span_ns = self._newest[1] - self._start[1]
-        if span_ns < SETTLED_S * NANOSECONDS_PER_SECOND:
+        if span_ns < TIME_AXIS.settled_s * NANOSECONDS_PER_SECOND:
             return self.sample_rate_hz
         return (self._newest[0] - self._start[0]) * NANOSECONDS_PER_SECOND / span_ns
 
@@ -102,7 +89,7 @@ class BlockClock:
     def is_wrong(self) -> bool:
         """The declared rate contradicts the stamps: the counter alone is followed."""
         off = abs(self.measured_rate_hz / self.sample_rate_hz - 1.0)
-        return off > RATE_TOLERANCE or self._runs_away()
+        return off > TIME_AXIS.rate_tolerance or self._runs_away()
 
     def _note(self, block: SampleBlock) -> None:
         """Sum up how the stamps depart from the declared rate [s]."""
@@ -113,19 +100,21 @@ class BlockClock:
 
     def _runs_away(self) -> bool:
         count, span_s = self._sums[0, 0], (self._newest[1] - self._start[1]) * 1e-9
-        if count < FEWEST_BLOCKS or span_s < SETTLED_S:
+        if count < TIME_AXIS.fewest_settled or span_s < TIME_AXIS.settled_s:
             return False
         mean = self._sums[0] / count
         spread = self._sums[1:, 1:] / count - np.outer(mean[1:], mean[1:])
         slope = spread[0, 1] / spread[0, 0]
         scatter = math.sqrt(max(0.0, spread[1, 1] - slope * spread[0, 1]))
-        return bool(abs(slope) > max(CRYSTAL_ERROR, OUT_OF_SCATTER * scatter / span_s))
+        return bool(
+            abs(slope) > max(TIME_AXIS.crystal_error, TIME_AXIS.out_of_scatter * scatter / span_s)
+        )
 
     def _begin(self, block: SampleBlock) -> None:
         jump_ns = abs(self._error(block)) if self._anchor else math.inf
         self._anchor = (block.first_index, float(block.stamp_ns))
         # Small steps happen when the declared rate is wrong; then the count goes on.
-        if jump_ns > LARGEST_STEP_NS or block.first_index <= self._newest[0]:
+        if jump_ns > TIME_AXIS.counter_step_ns or block.first_index <= self._newest[0]:
             self._start = self._newest = (block.first_index, block.stamp_ns)
             self._sums = np.zeros((3, 3))
 
@@ -134,7 +123,7 @@ class BlockClock:
         return near and block.first_index in self._recent and not self._is_off(block)
 
     def _is_off(self, block: SampleBlock) -> bool:
-        return abs(self._error(block)) > LARGEST_ERROR_NS
+        return abs(self._error(block)) > TIME_AXIS.stamp_error_ns
 
     def _error(self, block: SampleBlock) -> float:
         index, anchor_ns = self._anchor or (0, 0.0)

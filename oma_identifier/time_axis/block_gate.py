@@ -9,24 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock
-from modal_recordings.decode import LOWEST_RATE_HZ
-from oma_identifier.time_axis.candidates import Candidates, CONFIRM, Run
-from oma_identifier.time_axis.source_stream import FORWARD_NS, REORDER_NS
-
-FEWEST = 3
-"""Blocks that tell a rate, when they span long enough."""
-LEAST_SPAN_S, ENOUGH_SPAN_S = 0.2, 1.0
-"""Hosts stamp blocks up to 0.1 s late (`block_clock.LARGEST_ERROR_NS`): shorter spans tell no
-rate; over a second few blocks tell one."""
-LONGEST_WAIT_S = 30.0
-"""That others wait for blocks to be confirmed, however long these claim to be."""
-LARGEST_STEP_S = 0.25
-"""Beside the length of a block: what a host's stamps may be off, with room; longer gaps than that
-split a record (`lattice.LONGEST_FILLED_S`)."""
-CONTRADICTION_S = 2.0
-LARGEST_FACTOR = 2.5
-"""Declared rate over that of the stamps, or the other way round.  Smaller errors are named by the
-window (``rate_mismatch``)."""
+from modal_recordings.decode import LOWEST_BLOCK_RATE_HZ
+from oma_identifier.time_axis.candidates import Candidates, Run
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +59,12 @@ class BlockGate:
             return 0.0
         length_s = len(run.first.acceleration) / run.first.sample_rate_hz
         # As many as tell a rate, and others may be a block ahead.
-        return min(LONGEST_WAIT_S, (FEWEST + 1) * length_s)
+        return min(TIME_AXIS.longest_wait_s, (TIME_AXIS.fewest_blocks_for_rate + 1) * length_s)
 
     def admit(self, block: SampleBlock) -> Passed:
         """Return the blocks that pass now that this one has come."""
         newest = self._newest
-        if block.sample_rate_hz < LOWEST_RATE_HZ:
+        if block.sample_rate_hz < LOWEST_BLOCK_RATE_HZ:
             self._counts['rate_refused'] += 1
             return Passed()
         if newest is not None and _follows(newest, block):
@@ -90,9 +75,9 @@ class BlockGate:
             return Passed([*missing, block])
         run = self._waiting.add(block)
         rate = _Rate(run)
-        if rate.span_s >= CONTRADICTION_S and not rate.is_plausible:
+        if rate.span_s >= TIME_AXIS.contradiction_s and not rate.is_plausible:
             self._counts['rate_refused'] += len(self._waiting.take(run))
-        elif rate.is_confirmed and (run.n_items >= CONFIRM or self._may_be_few(run)):
+        elif rate.is_confirmed and (run.n_items >= TIME_AXIS.confirm or self._may_be_few(run)):
             return self._pass(run)
         return Passed()
 
@@ -100,7 +85,11 @@ class BlockGate:
         """Tell whether the stamps go on, or begin, so that only the rate is in question."""
         newest = self._newest
         near = newest is None or _is_near(newest, run.first)
-        return near and run.n_items >= FEWEST and _Rate(run).span_s >= ENOUGH_SPAN_S
+        return (
+            near
+            and run.n_items >= TIME_AXIS.fewest_blocks_for_rate
+            and _Rate(run).span_s >= TIME_AXIS.enough_span_s
+        )
 
     def _pass(self, run: Run[SampleBlock]) -> Passed:
         anew = self._newest is not None
@@ -153,19 +142,23 @@ class _Rate:
     def is_plausible(self) -> bool:
         """Whether stamps and counter say about the same."""
         least = min(self._stamped_s, self._counted_s)
-        return least > 0.0 and self.span_s <= LARGEST_FACTOR * least
+        return least > 0.0 and self.span_s <= TIME_AXIS.largest_factor * least
 
     @property
     def is_confirmed(self) -> bool:
         """Whether they say it over long enough."""
-        return self._n_items >= FEWEST and self.span_s >= LEAST_SPAN_S and self.is_plausible
+        return (
+            self._n_items >= TIME_AXIS.fewest_blocks_for_rate
+            and self.span_s >= TIME_AXIS.least_span_s
+            and self.is_plausible
+        )
 
     @property
     def may_be_all(self) -> bool:
         """Whether this may be a whole record: blocks that agree, or one that is long."""
         if self._n_items > 1:
             return self.is_plausible
-        return self._held_s >= ENOUGH_SPAN_S
+        return self._held_s >= TIME_AXIS.enough_span_s
 
 
 def _follows(last: SampleBlock, block: SampleBlock) -> bool:
@@ -175,7 +168,7 @@ def _follows(last: SampleBlock, block: SampleBlock) -> bool:
     counted_s = (block.first_index - last.first_index) / block.sample_rate_hz
     passed_s = (block.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
     length_s = len(last.acceleration) / last.sample_rate_hz
-    return abs(passed_s - counted_s) <= LARGEST_STEP_S + length_s
+    return abs(passed_s - counted_s) <= TIME_AXIS.largest_step_s + length_s
 
 
 def _put_right(
@@ -198,4 +191,6 @@ def _put_right(
 def _is_near(last: SampleBlock, block: SampleBlock) -> bool:
     """Tell whether the stamp of a block is not far from the end of another."""
     length_ns = len(last.acceleration) / last.sample_rate_hz * NANOSECONDS_PER_SECOND
-    return -REORDER_NS <= block.stamp_ns - last.stamp_ns <= FORWARD_NS + length_ns
+    return (
+        -TIME_AXIS.reorder_ns <= block.stamp_ns - last.stamp_ns <= TIME_AXIS.forward_ns + length_ns
+    )

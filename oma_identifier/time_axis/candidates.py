@@ -8,13 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-T = TypeVar('T')
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
-CONFIRM = 10
-"""Consistent messages that confirm one another: so many false ones in a row that also follow one
-another are taken for a clock that was set."""
-MOST_RUNS = 8
-MOST_BYTES = 64 * 2**20
+T = TypeVar('T')
 
 
 @dataclass
@@ -75,7 +71,7 @@ class Candidates(Generic[T]):
         if run is None:
             run = Run(item)
             self._runs.append(run)
-            if len(self._runs) > MOST_RUNS:
+            if len(self._runs) > TIME_AXIS.most_runs:
                 self._drop(self._runs[0])
         run.held.append(item)
         run.n_items += 1
@@ -85,9 +81,12 @@ class Candidates(Generic[T]):
         return run
 
     def _bound(self, newest: Run[T]) -> None:
-        while len(self._runs) > 1 and sum(run.n_bytes for run in self._runs) > MOST_BYTES:
+        while (
+            len(self._runs) > 1
+            and sum(run.n_bytes for run in self._runs) > TIME_AXIS.most_waiting_bytes
+        ):
             self._drop(next(run for run in self._runs if run is not newest))
-        while newest.n_bytes > MOST_BYTES and len(newest.held) > 1:
+        while newest.n_bytes > TIME_AXIS.most_waiting_bytes and len(newest.held) > 1:
             oldest = newest.held.pop(0)
             newest.n_bytes -= self._size(oldest)
             self._set_aside([oldest])

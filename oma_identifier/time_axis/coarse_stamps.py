@@ -12,22 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-LEAST_SHARED = 0.05
-"""Share of samples with the stamp of the one before that makes a stream coarse; below it they are
-strays."""
-LEAST_TICK = 0.02
-"""Ticks below this share of a step are taken as none: the phase errs by 2 degrees at most."""
-COUNTED_TICK = 0.45
-"""Ticks above this share of a step make the steps between stamps unclear: samples are counted."""
-OFF_LINE = 0.6
-"""Steps by which stamps may scatter about the line to either side; a lost sample makes a whole."""
-TICK_REACH = 1.1
-"""Ticks over which the stamps of even samples spread, line fit included."""
-STEP, STEP_SHARE = 0.6, 0.25
-"""A step in the line this large, in steps of the samples, that explains this share of the scatter:
-one sample lost explains two fifths of it even where stamps scatter over a whole step, and chance
-hardly ever, among more than 35 stamps."""
-FEWEST_STAMPS = 4
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,15 +45,15 @@ def tick_of(stamp_ns: NDArray[np.int64]) -> int:
 def is_coarse(stamp_ns: NDArray[np.int64]) -> bool:
     """Tell whether samples must be counted to know their times."""
     steps = np.diff(stamp_ns)
-    if len(steps) < FEWEST_STAMPS:
+    if len(steps) < TIME_AXIS.fewest_stamps:
         return False
-    if np.count_nonzero(steps == 0) > LEAST_SHARED * len(steps):
+    if np.count_nonzero(steps == 0) > TIME_AXIS.least_shared * len(steps):
         return True
     tick = tick_of(stamp_ns)
     # Steps of one and two ticks may be those of a coarse clock, or of one with samples lost: the
     # count stays on a line only of the former.
-    mixed = np.count_nonzero(steps > 1.5 * tick) > LEAST_SHARED * len(steps)
-    if not mixed or tick <= COUNTED_TICK * float(np.mean(steps)):
+    mixed = np.count_nonzero(steps > 1.5 * tick) > TIME_AXIS.least_shared * len(steps)
+    if not mixed or tick <= TIME_AXIS.counted_tick * float(np.mean(steps)):
         return False
     counted = count(stamp_ns)
     return counted is not None and counted.is_sure
@@ -83,7 +68,7 @@ def count(stamp_ns: NDArray[np.int64]) -> Counted | None:
         In order; several may be equal.
     """
     stamps, first, sizes = np.unique(stamp_ns, return_index=True, return_counts=True)
-    if len(stamps) < FEWEST_STAMPS:
+    if len(stamps) < TIME_AXIS.fewest_stamps:
         return None
     time = (stamps - stamps[0]).astype(np.float64)
     # The first and the last stamp may be those of a part of their samples.
@@ -94,14 +79,14 @@ def count(stamp_ns: NDArray[np.int64]) -> Counted | None:
     beside = time - start - period * place
     is_broken = _has_step(place[inner], beside[inner], period)
     tick = tick_of(stamps)
-    if lines[0][2] <= lines[1][2] and tick > LEAST_TICK * period:
+    if lines[0][2] <= lines[1][2] and tick > TIME_AXIS.least_tick * period:
         start += 0.5 * min(tick, period)
     times = stamps[0] + np.rint(start + period * np.arange(len(stamp_ns))).astype(np.int64)
     return Counted(
         stamp_ns=times,
         period_ns=period,
         reach_ns=float(np.abs(times - stamp_ns).max()),
-        is_sure=period > 0.0 and spread <= OFF_LINE * period and not is_broken,
+        is_sure=period > 0.0 and spread <= TIME_AXIS.off_line * period and not is_broken,
     )
 
 
@@ -117,7 +102,7 @@ def _line(place: NDArray[np.int64], time: NDArray[np.float64]) -> tuple[float, f
 def _has_step(place: NDArray[np.int64], beside: NDArray[np.float64], period: float) -> bool:
     """Tell whether stamps beside a line are better described by a line with a step."""
     n = len(place)
-    if n < 2 * FEWEST_STAMPS:
+    if n < 2 * TIME_AXIS.fewest_stamps:
         return False
     away = (place - place.mean()) / (np.std(place) * np.sqrt(n))
     later = np.arange(n - 2, 1, -1)
@@ -128,5 +113,5 @@ def _has_step(place: NDArray[np.int64], beside: NDArray[np.float64], period: flo
     step = np.cumsum(beside[::-1])[n - later - 1] / free
     explained = step**2 * free
     best = int(np.argmax(explained))
-    is_large = abs(step[best]) > STEP * period
-    return bool(is_large and explained[best] > STEP_SHARE * float(beside @ beside))
+    is_large = abs(step[best]) > TIME_AXIS.broken_step * period
+    return bool(is_large and explained[best] > TIME_AXIS.broken_share * float(beside @ beside))

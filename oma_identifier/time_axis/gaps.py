@@ -4,15 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.time_axis.resample import AR_ORDER, fill_gaps
-
-LONGEST_FILLED_S = 0.25
-FEWEST_FILLED = 4
-"""Gaps that are bridged.  Beyond some tens of samples the bridge sinks to the mean, which takes
-that share of the response away.  Random structures at 50, 200 and 1000 Hz keep all their modes,
-frequencies within three deviations; damping leaves them (by 4 to 6) when a tenth or more is
-bridged, far above the share that makes a window degraded."""
-LARGEST_VALUE = 1e6
-"""[m/s²]; anything above is no measurement."""
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
 Real = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -20,15 +12,17 @@ Mask = NDArray[np.bool_]
 
 def longest_filled(period_ns: float) -> int:
     """Return how many missing samples in a row are filled."""
-    return max(FEWEST_FILLED, int(LONGEST_FILLED_S * 1e9 / period_ns))
+    return max(TIME_AXIS.fewest_filled, int(TIME_AXIS.longest_filled_s * 1e9 / period_ns))
 
 
 def no_measurement(values: NDArray[np.floating]) -> Mask:
     """Return which values are not finite, or larger than anything an accelerometer tells."""
     # False for NaN, and much quicker where all are well.
-    if not values.size or (values.min() >= -LARGEST_VALUE and values.max() <= LARGEST_VALUE):
+    if not values.size or (
+        values.min() >= -TIME_AXIS.largest_value and values.max() <= TIME_AXIS.largest_value
+    ):
         return np.zeros(values.shape, dtype=bool)
-    return np.asarray(~(np.abs(values) <= LARGEST_VALUE))
+    return np.asarray(~(np.abs(values) <= TIME_AXIS.largest_value))
 
 
 def measured(values: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oma_identifier.time_axis.coarse_stamps import TICK_REACH
 from oma_identifier.time_axis.gaps import (
     fill_short,
     long_runs,
@@ -14,20 +13,9 @@ from oma_identifier.time_axis.gaps import (
     mend,
     no_measurement,
 )
-from oma_identifier.time_axis.resample import (
-    half_width,
-    interpolate,
-    LARGEST_JITTER,
-    remove_jitter,
-)
+from oma_identifier.time_axis.resample import half_width, interpolate, remove_jitter
 from oma_identifier.time_axis.source_stream import OrderedSamples
-
-SMALLEST_JITTER = 1e-4
-"""Steps; below it the samples are taken as lying on their places."""
-SAME_PLACE = 0.02
-"""Steps between a grid point and a sample that pass for none."""
-MOST_PLACES, SPARSEST = 10_000, 64
-"""A lattice with more places than that, and that many per sample, holds next to nothing."""
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +132,7 @@ def make_lattice(
     slope, start = _line(place, time_ns)
     offsets = (time_ns - start) / slope - place
     jitter = float(np.std(offsets))
-    if place[-1] > MOST_PLACES + SPARSEST * len(place):
+    if place[-1] > TIME_AXIS.most_places + TIME_AXIS.sparsest * len(place):
         return None
     n_places = int(place[-1]) + 1
     values = np.asarray(samples.values, dtype=np.float64)
@@ -160,8 +148,13 @@ def make_lattice(
         lost = long_runs(missing, longest_filled(slope))
         values, bad = (_in_place(each, row, n_places) for each in (values, bad))
     # Stamps that spread over no more than their tick are those of even samples.
-    even = np.ptp(offsets) * slope <= TICK_REACH * tick_ns
-    as_is = uniform or even or jitter < SMALLEST_JITTER or np.abs(offsets).max() > LARGEST_JITTER
+    even = np.ptp(offsets) * slope <= TIME_AXIS.tick_reach * tick_ns
+    as_is = (
+        uniform
+        or even
+        or jitter < TIME_AXIS.smallest_jitter
+        or np.abs(offsets).max() > TIME_AXIS.largest_jitter
+    )
     if missing.any():
         values = fill_short(values, missing, lost)
     mended = mend(values, bad, missing, longest_filled(slope))
@@ -199,7 +192,11 @@ def on_grid(lattice: Lattice, grid_ns: NDArray[np.float64], cutoff: float) -> Gr
     last = len(lattice.values) - 1
     inside = np.clip(nearest, 0, last)
     lost = lattice.lost[inside] | (position < -1.0) | (position > last + 1.0)
-    if cutoff >= 1.0 and lattice.uniform and np.abs(position - nearest).max() < SAME_PLACE:
+    if (
+        cutoff >= 1.0
+        and lattice.uniform
+        and np.abs(position - nearest).max() < TIME_AXIS.same_place
+    ):
         if (inside[1:] - inside[:-1] == 1).all() and not lost.any():
             rows = slice(inside[0], inside[-1] + 1)
             masks = (x[rows] for x in (lattice.filled, lattice.bad, lattice.mended))

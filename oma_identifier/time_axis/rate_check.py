@@ -3,16 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.measurements import NANOSECONDS_PER_SECOND
 from oma_identifier.time_axis.coarse_stamps import is_coarse
-
-LEAST_COVERED_NS = NANOSECONDS_PER_SECOND // 50
-"""Time that regular steps must cover before they tell a rate: 20 steps at 1 kHz, one at 50 Hz."""
-FEWEST_SHORT, LEAST_SHORT = 8, 0.2
-"""Steps shorter than the median that are taken for the period: at a random loss of 70 % there are
-30 % of them."""
-ALIKE, MOSTLY = 0.1, 0.6
-"""How nearly, and how many of them must be of one length: jitter makes no such pile."""
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
 
 def tells_rate(stamp_ns: NDArray[np.int64], period_ns: float) -> bool:
@@ -26,10 +18,10 @@ def tells_rate(stamp_ns: NDArray[np.int64], period_ns: float) -> bool:
         The step that was found.
     """
     if is_coarse(stamp_ns):
-        return bool(stamp_ns[-1] - stamp_ns[0] >= LEAST_COVERED_NS)
+        return bool(stamp_ns[-1] - stamp_ns[0] >= TIME_AXIS.least_covered_ns)
     steps = np.diff(stamp_ns)
     regular = steps[(steps > 0.5 * period_ns) & (steps < 1.51 * period_ns)]
-    return bool(regular.sum() >= LEAST_COVERED_NS)
+    return bool(regular.sum() >= TIME_AXIS.least_covered_ns)
 
 
 def typical_step(steps: NDArray[np.int64]) -> float:
@@ -46,11 +38,14 @@ def typical_step(steps: NDArray[np.int64]) -> float:
     typical = float(np.partition(steps, (len(steps) - 1) // 2)[(len(steps) - 1) // 2])
     while True:
         short = steps[(steps > 0.1 * typical) & (steps < 0.75 * typical)]
-        if len(short) < FEWEST_SHORT or len(short) < LEAST_SHORT * len(steps):
+        if len(short) < TIME_AXIS.fewest_short or len(short) < TIME_AXIS.least_short * len(steps):
             return typical
         shorter = float(np.median(short))
         ratio = typical / shorter
-        alike = np.abs(short / shorter - 1.0) < ALIKE
-        if abs(ratio - round(ratio)) > ALIKE * ratio or alike.mean() < MOSTLY:
+        alike = np.abs(short / shorter - 1.0) < TIME_AXIS.step_alike
+        if (
+            abs(ratio - round(ratio)) > TIME_AXIS.step_alike * ratio
+            or alike.mean() < TIME_AXIS.mostly_alike
+        ):
             return typical
         typical = shorter

@@ -34,8 +34,6 @@ RIDGE = 1e-12
 """Keeps the equations of a gap longer than the order positive definite in floating point."""
 MOST_BYTES = 2**26
 """Samples gathered at once, whatever the number of channels and taps."""
-LARGEST_JITTER = 0.25
-"""Steps a sample may lie beside its place (Kadec)."""
 
 
 @lru_cache(maxsize=16)

@@ -11,15 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.measurements import NANOSECONDS_PER_SECOND
-from oma_identifier.time_axis.candidates import Candidates, CONFIRM
+from oma_identifier.time_axis.candidates import Candidates
+from oma_identifier.time_axis.thresholds import TIME_AXIS
 
-REORDER_NS = NANOSECONDS_PER_SECOND
-"""Samples this late are still put in place."""
-FORWARD_NS = 2 * NANOSECONDS_PER_SECOND
-"""A stamp further ahead than this must be confirmed by the next ones."""
 DOUBLE: 'np.dtype[np.floating]' = np.dtype(np.float64)
-AT_ONCE = 1024
+SINGLY_AT_FIRST = 1024
 """Samples looked at one by one before the rest is looked at as a whole again."""
 
 
@@ -138,14 +134,14 @@ class SourceStream:
             self.jumped.append(OrderedSamples(stamp_ns, values))
             return len(stamp_ns)
         ahead = int(stamp_ns[0]) - self.newest_ns
-        if confirmed and (self.first_ns is None or ahead > FORWARD_NS):
+        if confirmed and (self.first_ns is None or ahead > TIME_AXIS.forward_ns):
             self._begin(stamp_ns, values)
-        elif confirmed and ahead < -REORDER_NS:
+        elif confirmed and ahead < -TIME_AXIS.reorder_ns:
             self.jumped = [OrderedSamples(stamp_ns, values)]
-        elif not self._suspects and 0 < ahead <= FORWARD_NS and _is_steady(stamp_ns):
+        elif not self._suspects and 0 < ahead <= TIME_AXIS.forward_ns and _is_steady(stamp_ns):
             self._accept(stamp_ns, values)
         else:
-            return self._take_one_by_one(stamp_ns[:AT_ONCE], values[:AT_ONCE])
+            return self._take_one_by_one(stamp_ns[:SINGLY_AT_FIRST], values[:SINGLY_AT_FIRST])
         return len(stamp_ns)
 
     def _begin(self, stamp_ns: NDArray[np.int64], values: NDArray[np.floating]) -> None:
@@ -158,9 +154,9 @@ class SourceStream:
         accepted: list[int] = []
         for row, stamp in enumerate(stamp_ns.tolist()):
             ahead = stamp - self.newest_ns
-            if self.first_ns is None or not -REORDER_NS <= ahead <= FORWARD_NS:
+            if self.first_ns is None or not -TIME_AXIS.reorder_ns <= ahead <= TIME_AXIS.forward_ns:
                 run = self._suspects.add(_Sample(stamp, values[row].copy()))
-                if run.n_items >= CONFIRM:
+                if run.n_items >= TIME_AXIS.confirm:
                     self._keep(stamp_ns[accepted], values[accepted])
                     self._jump(self._suspects.take(run))
                     return row + 1
@@ -260,7 +256,7 @@ class SourceStream:
 
 
 def _is_near(last: _Sample, sample: _Sample) -> bool:
-    return -REORDER_NS <= sample.stamp_ns - last.stamp_ns <= FORWARD_NS
+    return -TIME_AXIS.reorder_ns <= sample.stamp_ns - last.stamp_ns <= TIME_AXIS.forward_ns
 
 
 def _size(sample: _Sample) -> int:
@@ -287,5 +283,5 @@ def _is_steady(stamp_ns: NDArray[np.int64]) -> bool:
     steps = stamp_ns[1:] - stamp_ns[:-1]
     if len(steps) == 0:
         return True
-    is_short = stamp_ns[-1] - stamp_ns[0] <= FORWARD_NS
-    return bool(steps.min() > 0 and (is_short or steps.max() <= FORWARD_NS))
+    is_short = stamp_ns[-1] - stamp_ns[0] <= TIME_AXIS.forward_ns
+    return bool(steps.min() > 0 and (is_short or steps.max() <= TIME_AXIS.forward_ns))

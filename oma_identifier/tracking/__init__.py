@@ -5,7 +5,8 @@ frequency, shape and pose, and a memory that outlives a restart.
 """
 
 from oma_identifier.tracking.checkpoint_file import CheckpointFile
-from oma_identifier.tracking.track import relative_std, SAME_POSE_RAD
+from oma_identifier.tracking.thresholds import TRACKING
+from oma_identifier.tracking.track import relative_std
 from oma_identifier.tracking.tracking import ModeTracker, TrackedModes
 
-__all__ = ['SAME_POSE_RAD', 'CheckpointFile', 'ModeTracker', 'TrackedModes', 'relative_std']
+__all__ = ['TRACKING', 'CheckpointFile', 'ModeTracker', 'TrackedModes', 'relative_std']

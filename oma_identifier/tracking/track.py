@@ -7,22 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.mode import Mode
-
-SAME_POSE_RAD = 0.05
-"""Poses closer than this in every joint are the same place."""
-MOST_PLACES = 500
-WANDER = 0.01
-"""Share of its frequency a mode may drift from one window to the next, before any is measured."""
-LEAST_WANDER, MOST_WANDER = 0.002, 0.02
-FORGET = 0.2
-"""Weight of the newest window in the running mean of the shape."""
-FORGET_WANDER = 0.05
-LONGEST_DRIFT = 25
-"""Windows after which an unseen mode is not searched for any wider."""
-POSE_WANDER_PER_RAD = 0.15
-"""Share of the frequency per radian of the largest joint change, in a pose not seen before."""
-LEAST_STD, MOST_STD, UNKNOWN_STD = 0.0005, 0.01, 0.005
-"""Bounds of the relative standard deviation a mode comes with, and what is taken for none."""
+from oma_identifier.tracking.thresholds import TRACKING
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +82,7 @@ class Track:
     damping_ratio: float = math.nan
     level: float = math.nan
     variance: float = 0.0
-    wander: float = WANDER
+    wander: float = TRACKING.wander
     shape: NDArray[np.complex128] = field(default_factory=lambda: np.empty(0, dtype=complex))
     channel_names: tuple[str, ...] = ()
     n_seen: int = 0
@@ -128,8 +113,8 @@ class Track:
     @property
     def drifted(self) -> float:
         """Variance of the level in the window to come."""
-        steps = 1.0 + min(self.missed, LONGEST_DRIFT)
-        return self.variance + max(self.wander, LEAST_WANDER) ** 2 * steps
+        steps = 1.0 + min(self.missed, TRACKING.longest_drift)
+        return self.variance + max(self.wander, TRACKING.least_wander) ** 2 * steps
 
     def _learn_frequency(
         self, value: float, noise: float, joints: NDArray[np.float64] | None
@@ -143,16 +128,18 @@ class Track:
         innovation = value - self.level - place.offset
         known = drifted + place.variance + noise
         if self.missed == 0:
-            excess = innovation**2 - (known - max(self.wander, LEAST_WANDER) ** 2)
-            squared = (1.0 - FORGET_WANDER) * self.wander**2 + FORGET_WANDER * max(excess, 0.0)
-            self.wander = min(math.sqrt(squared), MOST_WANDER)
+            excess = innovation**2 - (known - max(self.wander, TRACKING.least_wander) ** 2)
+            squared = (
+                1.0 - TRACKING.forget_wander
+            ) * self.wander**2 + TRACKING.forget_wander * max(excess, 0.0)
+            self.wander = min(math.sqrt(squared), TRACKING.most_wander)
         self.level += drifted / known * innovation
         self.variance = drifted * (1.0 - drifted / known)
         place.offset += place.variance / known * innovation
         place.variance *= 1.0 - place.variance / known
         if joints is not None and not any(place is old for old in self.places):
             self.places.append(place)
-            del self.places[:-MOST_PLACES]
+            del self.places[: -TRACKING.most_places]
 
     def _place(self, joints: NDArray[np.float64] | None) -> Place:
         """Return what is known of a pose; of a new one what the nearest known one tells."""
@@ -163,9 +150,9 @@ class Track:
             return Place(joints.copy(), 0.0, 0.0)
         away = [float(np.max(np.abs(place.joints - joints), initial=0.0)) for place in known]
         nearest = int(np.argmin(away))
-        if away[nearest] <= SAME_POSE_RAD:
+        if away[nearest] <= TRACKING.same_pose_rad:
             return known[nearest]
-        unknown = (POSE_WANDER_PER_RAD * away[nearest]) ** 2
+        unknown = (TRACKING.pose_wander_per_rad * away[nearest]) ** 2
         return Place(joints.copy(), known[nearest].offset, known[nearest].variance + unknown)
 
     def _learn_shape(self, shape: NDArray[np.complex128], channel_names: tuple[str, ...]) -> None:
@@ -175,7 +162,7 @@ class Track:
             return
         product = np.vdot(unit, self.shape)
         turn = product / abs(product) if product != 0.0 else 1.0
-        mixed = (1.0 - FORGET) * self.shape + FORGET * turn * unit
+        mixed = (1.0 - TRACKING.forget) * self.shape + TRACKING.forget * turn * unit
         self.shape = mixed / max(float(np.linalg.norm(mixed)), 1e-300)
 
     def to_json(self) -> dict[str, object]:
@@ -205,4 +192,8 @@ def relative_std(mode: Mode) -> float:
     A mode that is hardly determined must not link to anything near and far.
     """
     value = mode.frequency_std_hz / mode.frequency_hz
-    return min(max(value, LEAST_STD), MOST_STD) if math.isfinite(value) else UNKNOWN_STD
+    return (
+        min(max(value, TRACKING.least_std), TRACKING.most_std)
+        if math.isfinite(value)
+        else TRACKING.unknown_std
+    )

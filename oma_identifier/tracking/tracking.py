@@ -12,23 +12,10 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose
 from oma_identifier.tracking.checkpoint import restore
+from oma_identifier.tracking.thresholds import TRACKING
 from oma_identifier.tracking.track import relative_std, Track
 
-GATE = 16.0
-"""Largest cost of a link: four standard deviations, or that much in shape."""
-SHAPE_SPREAD = 0.05
-"""1 - MAC, beside what uncertainty explains, that costs as much as one standard deviation squared:
-shapes change a little with pose and load."""
-LOST_AFTER = 3
-"""Windows in a row a mode is missed before it is reported lost; its id is kept."""
-MOST_TRACKS = 400
 FORBIDDEN = 1e6
-SAME_SHAPE, OUTLIER_DEVIATION, WIDEST_OUTLIER = 0.9, 8.0, 0.03
-"""MAC, deviation and share of the frequency of an outlier that is linked all the same."""
-TWIN_DEVIATION, TWIN_COMPANY = 2.0, 0.2
-"""Deviation of two tracks of one mode, and share of windows a method may find it twice."""
-SEEN_TO_JUDGE = 3
-"""Windows a younger track must be seen in before it can be taken for an older one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +71,7 @@ class ModeTracker:
             if track is None:
                 track = self._birth()
                 born.append(track.id)
-            elif track.missed >= LOST_AFTER:
+            elif track.missed >= TRACKING.lost_after:
                 returned.append(track.id)
             track.observe(mode, joints, modes.channel_names)
             seen.append(track)
@@ -123,11 +110,11 @@ class ModeTracker:
         # Of two tracks that fit alike, the one seen more takes the mode: -2 ln of its odds.
         odds = [max(1, track.n_seen) / (1.0 + track.missed) for track in self.tracks]
         surprise = 2.0 * np.log(np.max(odds) / odds)
-        rows, columns = cheapest_pairs(np.where(cost <= GATE, cost + surprise, FORBIDDEN))
+        rows, columns = cheapest_pairs(np.where(cost <= TRACKING.gate, cost + surprise, FORBIDDEN))
         links = {
             int(row): int(column)
             for row, column in zip(rows, columns, strict=True)
-            if cost[row, column] <= GATE
+            if cost[row, column] <= TRACKING.gate
         }
         # An outlier of frequency gives no second id to a mode whose shape leaves no doubt.
         free = np.array([[entry.unmistakable for entry in row] for row in closeness])
@@ -141,7 +128,7 @@ class ModeTracker:
     def _merge_twins(self, seen: Sequence[Track]) -> None:
         """Give a track the id of an older one that it turns out to continue."""
         for young in seen:
-            if young.n_seen < SEEN_TO_JUDGE:
+            if young.n_seen < TRACKING.seen_to_judge:
                 continue
             for old in self.tracks:
                 if old.id < young.id and old.missed and _are_twins(old, young):
@@ -164,12 +151,12 @@ class ModeTracker:
             if track.id in present:
                 continue
             track.missed += 1
-            if track.missed == LOST_AFTER:
+            if track.missed == TRACKING.lost_after:
                 lost.append(track.id)
-        if len(self.tracks) > MOST_TRACKS:
+        if len(self.tracks) > TRACKING.most_tracks:
             # The least seen and longest gone make room.
             self.tracks.sort(key=lambda track: (track.n_seen, -track.missed), reverse=True)
-            del self.tracks[MOST_TRACKS:]
+            del self.tracks[TRACKING.most_tracks :]
             self.tracks.sort(key=lambda track: track.id)
         return lost
 
@@ -223,15 +210,15 @@ class Closeness:
     def cost(self) -> float:
         """Squared distance: (Δf / σ)² plus 1 - MAC over its usual spread."""
         distance = self.deviation**2
-        if distance > GATE:
+        if distance > TRACKING.gate:
             return FORBIDDEN
-        return distance + (1.0 - self.alike) / (SHAPE_SPREAD + self.loss)
+        return distance + (1.0 - self.alike) / (TRACKING.shape_spread + self.loss)
 
     @property
     def unmistakable(self) -> bool:
         """The same shape at nearly the same frequency, though not within its deviation."""
-        near = self.step <= self.widest and self.deviation <= OUTLIER_DEVIATION
-        return near and self.alike >= SAME_SHAPE
+        near = self.step <= self.widest and self.deviation <= TRACKING.outlier_deviation
+        return near and self.alike >= TRACKING.same_shape
 
 
 def closeness_of(
@@ -244,8 +231,8 @@ def closeness_of(
     place = track.expected(joints)
     step = abs(math.log(mode.frequency_hz / place.frequency_hz))
     deviation = step / math.hypot(relative_std(mode), place.relative_std)
-    widest = WIDEST_OUTLIER + OUTLIER_DEVIATION * place.place_std
-    alike = _alike(track, mode, channel_names) if deviation <= OUTLIER_DEVIATION else 0.0
+    widest = TRACKING.widest_outlier + TRACKING.outlier_deviation * place.place_std
+    alike = _alike(track, mode, channel_names) if deviation <= TRACKING.outlier_deviation else 0.0
     # The memory of the track is of modes determined about as well as this one.
     loss = 2.0 * mode.mac_loss if math.isfinite(mode.mac_loss) else 0.0
     return Closeness(deviation, step, widest, alike, loss)
@@ -253,13 +240,13 @@ def closeness_of(
 
 def _are_twins(old: Track, young: Track) -> bool:
     """Tell whether two tracks are one mode: alike, and hardly ever found beside one another."""
-    if young.companions.get(old.id, 0) > TWIN_COMPANY * young.n_seen:
+    if young.companions.get(old.id, 0) > TRACKING.twin_company * young.n_seen:
         return False
     spread = math.sqrt(old.drifted + young.drifted)
-    near = abs(old.level - young.level) <= TWIN_DEVIATION * spread
+    near = abs(old.level - young.level) <= TRACKING.twin_deviation * spread
     if not near or old.channel_names != young.channel_names:
         return False
-    return float(mac(old.shape, young.shape)[0, 0]) >= SAME_SHAPE
+    return float(mac(old.shape, young.shape)[0, 0]) >= TRACKING.same_shape
 
 
 def _alike(track: Track, mode: Mode, channel_names: tuple[str, ...]) -> float:

@@ -1,0 +1,102 @@
+"""What a band of the likelihood is made of, and what is assumed before the data, in one place."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class LikelihoodThresholds:
+    """Limits of bands, of what goes into their models, and the scales of the priors.
+
+    Reaches and widths are in half-power half-widths.
+    """
+
+    # Which modes and frequencies make a band.
+    reach: float = 8.0
+    """Reach of a band on both sides of a mode; a half-width counts one spectral line at least."""
+    least_reach: float = 2.0
+    """To which bands of overlapping modes are narrowed; nearer, a frequency is always the
+    mode's."""
+    most_modes: int = 4
+    """Modes estimated jointly; a longer chain of overlapping bands is narrowed until it breaks."""
+    lowest_share: float = 0.3
+    """A band does not reach below this share of its lowest natural frequency."""
+    highest_share: float = 0.435
+    """Share of the sample rate up to which lines are used: above, anti-aliasing filters shape the
+    spectrum."""
+    line_reach: int = 4
+    """Frequencies left out on both sides of a harmonic."""
+    least_lines_per_mode: int = 12
+    """Fewer frequencies of a band do not determine its modes, with shapes, forces and noise."""
+    averages_per_half_width: float = 4.0
+    """Averaging over the half-width of a peak/4 loses no information on it."""
+    averages_per_distance: float = 6.0
+    """Nor does averaging over the distance to it/6, unless the response turns meanwhile."""
+    turned: float = 0.05
+    """Part of an average over what is expected of it that may be due to its width.  Under one
+    force it is 0.5 to 4 before averages are divided, under forces of full rank below 0.4 and
+    mostly below 0.05; lower limits left coverage as it was (50 modes: 96 % of 2 σ)."""
+    most_divisions: int = 2
+    """Times that averages are divided; four find no mode more."""
+    coarse_parts: int = 2
+    """Parts that the averages of a band may still want to be divided into.  At noise 60 dB below
+    one force more were wanted, and 7 % of shapes were off by five times their loss of MAC."""
+
+    # Which known inputs take part.
+    known_chance: float = 1e-4
+    """Probability that inputs which have nothing to do with the responses explain so much of
+    them."""
+    known_rounds: int = 3
+    """Fits with known inputs, between which what the ends of the record do is estimated anew."""
+
+    # Which combinations of channels it is fitted to.
+    few_channels: int = 12
+    """So few channels are not reduced: all modes are in the model."""
+    strong: float = 2.0
+    """Power over that of the noise, of a direction in which the band's own modes move."""
+    common_power: tuple[float, ...] = (2.0, 1.2)
+    """Power over that of the noise, of a direction common to the channels: first while their noise
+    is of different power, then afterwards."""
+    least_across: float = 0.02
+    """Least share of a channel's noise across these directions."""
+
+    # What modes beside it do there.
+    least_tail: float = 0.3
+    """Least part of a shape beside the band that is projected out, times its tail over the
+    noise."""
+    least_part: float = 0.15
+    """The same of unit length."""
+    least_visible: float = 0.3
+    """Least length a unit shape keeps across the shapes of the other modes."""
+    least_remainder: float = 1.0
+    """Part of a tail, over the noise, that is left after projecting out and goes into the
+    model."""
+    most_tails: int = 9
+    """Modes beside the band in its model where none is projected out."""
+    most_remainders: int = 4
+    """Remainders in the model where the others are projected out."""
+
+    # What is assumed before the data.
+    noise_log_std: float = 1.0
+    """Standard deviation of the logarithm of the noise."""
+    slope_std: float = 1.0
+    """Standard deviation of the exponent of the force density: 3 dB per octave."""
+    slope_reach: float = 1.0
+    """Distance in ln f over which the slope changes: an octave and a half."""
+    complexity: float = 0.25
+    """Standard deviation of the imaginary part of a shape of unit length: MPC 0.78."""
+
+    # What a fit must give.
+    misfit_chance: float = 1.5
+    """Standard deviations of the misfit that are left to chance."""
+    separable: float = 0.1
+    """Least singular value, of the largest, of shapes that are told apart."""
+    converged_change: float = 0.01
+    """Change of the log-likelihood at which no parameter moves by more than 0.14 of its
+    deviation."""
+    least_power: float = 0.01
+    """Share of the noise that forces of tails below zero must leave."""
+    least_length: float = 0.1
+    """Part of a shape that new coordinates see; less of it says nothing about the force."""
+
+
+LIKELIHOOD = LikelihoodThresholds()

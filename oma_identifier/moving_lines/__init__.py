@@ -1,0 +1,27 @@
+"""Lines that move with the speed of a machine: found, followed, and taken out of samples.
+
+In come uniform samples; out go the orders of shafts whose speed changes, and what is left without
+them.  Nothing needs to be known of the machine: all orders of a shaft move by the same factor.
+"""
+
+from oma_identifier.moving_lines.course import Course, find_course, known_course
+from oma_identifier.moving_lines.crossed import with_moving
+from oma_identifier.moving_lines.removal import (
+    by_modes,
+    by_notch,
+    Gain,
+    MovingLine,
+    without_moving,
+)
+
+__all__ = [
+    'Course',
+    'Gain',
+    'MovingLine',
+    'by_modes',
+    'by_notch',
+    'find_course',
+    'known_course',
+    'with_moving',
+    'without_moving',
+]

@@ -1,0 +1,183 @@
+"""Lines that move taken out of samples, each with an amplitude that changes slowly.
+
+Turned back by its phase φ(t), a line is its complex amplitude a(t), which changes where the line
+crosses a mode, with the depth of a cut and where speed was read off wrongly.  The cosine transform
+of the stretch over the record (its mirror image continues it, without a step at the ends) holds
+the line in its first coefficients, on a floor of response.  As many of them belong to the line as
+their worth for the likelihood exceeds what they cost (Schwarz).
+
+* The notch takes these coefficients: I - E E⁺, the projector on what is orthogonal to the columns
+  cos(π j (t + ½) / n) exp(i φ(t)) of E.  It is the filter matrix that zeroes all of them and
+  changes least of white response, the matrix notch filter with a moving notch.
+* Variational mode decomposition takes a share 1 / (1 + 2 α ω²) of each coefficient, a Wiener
+  filter about a centre that is the mean of the mode's own frequency.  The lines of one shaft are
+  further apart than their widths, so that each mode is found without the others.
+
+References
+----------
+Deng, Shen, Liu, Li and Peng (2023), matrix notch filter and PolyMAX in robotic milling; equations
+derived here; Dragomiretskiy and Zosso (2014), doi:10.1109/TSP.2013.2288675, and Ge, Wang, Liu and
+Huang (2023), doi:10.1016/j.ymssp.2023.110475 (variational mode decomposition before subspace
+identification).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.indicators import normalise
+from modal_core.mode import Mode
+from modal_core.samples import Samples
+from oma_identifier.moving_lines.course import (
+    cosine_coefficients,
+    Course,
+    find_course,
+    from_cosines,
+)
+from oma_identifier.moving_lines.thresholds import MOVING
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Gain = Callable[[int, int], Real]
+"""Coefficients that a line has, and all that it may have, to the share of each that is taken."""
+N_CENTRED, N_FLOOR = 2, 3
+"""Rounds that find a line's mean frequency; of coefficients as many times those that a line may
+have, the last ones tell the floor."""
+
+
+@dataclass(frozen=True, slots=True)
+class MovingLine:
+    """An order of a shaft that was taken out.
+
+    Parameters
+    ----------
+    frequency_hz : float [Hz]
+        Its mean.
+    moved : float
+        From lowest to highest over the mean.
+    shape : (n_channels,) complex array [m/s²]
+        Direction in which it moves the channels most, with its root mean square.
+    """
+
+    frequency_hz: float
+    moved: float
+    shape: Complex
+
+    @property
+    def mode(self) -> Mode:
+        """As a harmonic at its mean frequency."""
+        return Mode(self.frequency_hz, 0.0, normalise(self.shape), harmonic=True)
+
+
+def by_notch(n_line: int, n_most: int) -> Real:
+    """Take all of the coefficients that a line has."""
+    return np.asarray((np.arange(n_most) < n_line).astype(np.float64))
+
+
+def by_modes(n_line: int, n_most: int) -> Real:
+    """Take a share that falls to a half at twice the coefficients that a line has."""
+    return np.asarray(1.0 / (1.0 + (np.arange(n_most) / (2.0 * n_line)) ** 2))
+
+
+def without_moving(
+    samples: Samples, gain: Gain = by_modes
+) -> tuple[Samples, tuple[MovingLine, ...]]:
+    """Return samples without the lines that move, and what was taken out.
+
+    Parameters
+    ----------
+    samples : Samples
+        Returned as they are where no line moves.
+    gain : callable
+        :func:`by_notch` or :func:`by_modes`.
+    """
+    lines: list[MovingLine] = []
+    for _ in range(MOVING.most_shafts):
+        course = find_course(samples)
+        if course is None:
+            break
+        samples, found = _without_orders(samples, course, gain)
+        lines += found
+    return samples, tuple(lines)
+
+
+def _without_orders(
+    samples: Samples, course: Course, gain: Gain
+) -> tuple[Samples, list[MovingLine]]:
+    """Take the orders of a course, those that stronger ones hid in further rounds."""
+    taken: list[MovingLine] = []
+    wanted = list(course.orders_hz)
+    while wanted:
+        for hz in wanted:
+            samples, line = _without_order(samples, course, hz, gain)
+            taken += [] if line is None else [line]
+        again = [*course.with_orders_of(samples).orders_hz, *_multiples(course, taken, samples)]
+        new = [hz for hz in again if not _is_known(hz, taken, samples.duration_s)]
+        wanted = new if len(taken) < MOVING.most_orders and new != wanted else []
+    return samples, taken
+
+
+def _multiples(course: Course, taken: list[MovingLine], samples: Samples) -> list[float]:
+    """Return the multiples of the lowest order, where all others are some.
+
+    An order that crosses a mode grows and falls too much to be narrow in any time.
+    """
+    found_hz = np.array([line.frequency_hz for line in taken])
+    base_hz = found_hz.min(initial=np.inf)
+    if base_hz < course.least_hz(samples.duration_s):
+        return []
+    off_hz = np.abs(found_hz - base_hz * np.round(found_hz / base_hz))
+    if not len(taken) or off_hz.max() * samples.duration_s > MOVING.most_knots:
+        return []
+    n_multiples = int(MOVING.highest * samples.sample_rate_hz / base_hz)
+    return [base_hz * number for number in range(1, n_multiples + 1)]
+
+
+def _is_known(hz: float, taken: list[MovingLine], duration_s: float) -> bool:
+    return any(abs(hz - line.frequency_hz) * duration_s < MOVING.most_knots for line in taken)
+
+
+def _without_order(
+    samples: Samples, course: Course, hz: float, gain: Gain
+) -> tuple[Samples, MovingLine | None]:
+    rows, n_most = samples.widened(), MOVING.most_knots
+    for _ in range(N_CENTRED):
+        turn = np.exp(2j * np.pi * hz * course.own_time_s)
+        level = _coefficients(rows, turn, N_FLOOR * n_most)
+        n_line = _extent(level, n_most)
+        if n_line == 0:
+            return samples, None
+        amplitude = _in_time(level[:n_line], np.ones(n_line), len(rows))
+        off = np.sum(amplitude[1:] * amplitude[:-1].conj())
+        hz += float(np.angle(off)) * samples.sample_rate_hz / (2.0 * np.pi)
+    turn = np.exp(2j * np.pi * hz * course.own_time_s)
+    level = _coefficients(rows, turn, N_FLOOR * n_most)
+    share = gain(max(1, _extent(level, n_most)), n_most)
+    amplitude = _in_time(level[:n_most], share, len(rows))
+    left = rows - 2.0 * (amplitude * turn[:, None]).real
+    values, vectors = np.linalg.eigh(amplitude.T @ amplitude.conj() / len(rows))
+    shape = vectors[:, -1] * np.sqrt(max(values[-1], 1e-300))
+    return replace(samples, acceleration=left), MovingLine(hz, course.moved, shape)
+
+
+def _coefficients(rows: Real, turn: Complex, n_kept: int) -> Complex:
+    """Return the first cosine coefficients of rows turned back, (n_kept, n_channels)."""
+    return cosine_coefficients(turn.conj()[:, None] * rows)[:n_kept]
+
+
+def _in_time(level: Complex, share: Real, n_rows: int) -> Complex:
+    whole = np.zeros((n_rows, level.shape[1]), dtype=complex)
+    whole[: len(level)] = share[:, None] * level
+    return from_cosines(whole)
+
+
+def _extent(level: Complex, n_most: int) -> int:
+    """Return how many coefficients a line has, 0: there is none."""
+    power = np.abs(level) ** 2
+    floor = np.median(power[n_most:], axis=0) / np.log(2.0)
+    worth = np.sum(power / np.maximum(floor, np.finfo(float).tiny), axis=1)
+    gained = np.cumsum(worth - power.shape[1] * np.log(len(level)))
+    most = int(np.argmax(gained[:n_most]))
+    return most + 1 if gained[most] > 0.0 else 0

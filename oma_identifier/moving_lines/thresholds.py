@@ -1,0 +1,39 @@
+"""What decides about lines that move, in one place, with the reasons."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class MovingThresholds:
+    """Limits of the search for lines that move with a speed."""
+
+    widest_change: float = 0.15
+    """Share of its frequency by which a line may move within a record, at about that frequency a
+    frame of the spectrogram is as long as the motion within it allows."""
+    sweep: float = 0.3
+    """The same from where on it is no speed that varies but a sweep, which shakes the structure
+    and is the excitation itself: such a line stays."""
+    highest: float = 0.42
+    """Share of the sample rate up to which lines are looked for: above stand converters' filters.
+    """
+    ridge: float = 1.5
+    """Mean logarithm of power along the best ridge over the median at its frequency, from where on
+    a line is looked for there: 0.7 to 0.9 without one (20 records), 3 and more for lines 20 dB
+    above the response in 1 Hz.  Only spares time: what follows decides."""
+    steps: tuple[int, ...] = (4, 8, 16, 24)
+    """Knots of the course of the speed: as few as make its lines stand still."""
+    moved: float = 12.0
+    """Spectral lines that an order must move: below, it may be narrow as it is."""
+    far: float = 8.0
+    """The same over the number of knots where one order is all there is: a course could follow the
+    random phase of a light mode of ζfT up to the number of knots, which moves by some
+    half-widths."""
+    most_shafts: int = 3
+    """Courses that are looked for in turn."""
+    most_orders: int = 32
+    """Orders of a shaft."""
+    most_knots: int = 48
+    """Of the amplitude of a line; more would follow the response to random forces."""
+
+
+MOVING = MovingThresholds()

@@ -1,0 +1,126 @@
+"""What tells that samples are no measurements, in one place, with source or measure."""
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True)
+class QualityThresholds:
+    """Limits of the tests of single channels, fault by fault."""
+
+    # Figures of a window.
+    clipped_share: float = 1e-3
+    """Share of samples at the very same extreme value that only a limit can cause."""
+    clipped_at_least: int = 8
+    """Samples in a row at an extreme value, however short the window; a Gaussian has its largest
+    value once."""
+    flat_share: float = 0.1
+    """Share of the window without any change of value."""
+    impulsive_kurtosis: float = 30.0
+    """Kurtosis of a channel with knocks: a tone has 1.5, random vibration 3, and of n samples of
+    it the estimate scatters by √(24 / n), 0.1 of 2,400."""
+
+    # Values that are no new measurements.
+    held_share: float = 0.01
+    """Share of samples that were held: noise of at most 2 % of the channel's power."""
+    held_at_least: int = 8
+    """The same in samples, of a short window."""
+    longest_held: int = 15
+    """Samples; what stands still longer is a flat line or a quiet channel."""
+    large_change: float = 4.0
+    """Converter steps. As many samples change by one to four steps, up or down, as eight times
+    those that do not change at all, or more, as long as changes spread over a step and a half:
+    three times as many where they spread over one."""
+    float_steps: float = 5e-7
+    """Rounding of a second difference in single precision, of the largest value."""
+    flat_at_least: int = 16
+    """Equal values in a row, at least, of a channel that froze: one more than may be held."""
+    flat_range: float = 16.0
+    """Converter steps a channel moves over before it freezes; one that dies away moves over fewer.
+    """
+    flat_chance: float = 1e-9
+    """Probability of a run of equal values, by the share of equal ones before it, at which it is
+    one that froze: at 4 kHz and 100 channels one in forty minutes is left to the range."""
+
+    # Overflows of a converter.
+    large_step: float = 0.6
+    """Of the range: where no neighbours are farther apart there is no overflow to look for."""
+    nearly_the_range: float = 0.7
+    """Of the range: an innovation that adding the range makes smaller by more than half."""
+    large_before: float = 0.4
+    """Of the range: what is predicted from such a sample says nothing of the next."""
+    end: float = 0.1
+    """Of the range: what lies at either end."""
+    most_at_the_ends: float = 0.35
+    """Share of the samples at both ends: a tone has 0.41, a square wave all, and leaps without
+    fault; what wraps has less than 0.25."""
+    fewest_at_an_end: float = 0.007
+    """Share of the samples at one end. What wraps goes on there (a Gaussian that wraps beyond
+    three standard deviations: 0.008); single knocks fill no end."""
+    often_at_an_end: float = 0.04
+    """The same from where on overflows follow one another so closely that large innovations before
+    one are no objection."""
+    fewest_overflows: int = 2
+    """A single leap may be a knock."""
+    beyond: tuple[float, ...] = (0.2, 0.7)
+    """Median distance of predictions from the middle, of the range: overflows are measured to
+    begin 0.22 to 0.64 away, knocks nearer, and what a model cannot follow is farther."""
+    overflow_chance: float = 1e-4
+    """Probability that predictions amid knocks, anywhere among the values, lie so near an end."""
+
+    # A sign that is missing.
+    near_zero: float = 0.1
+    """Of the standard deviation: a Gaussian without sign has 0.048 of its samples so near to zero.
+    """
+    touching_share: float = 0.02
+    """Share of the samples so near to zero, at least; less than half of what a Gaussian has."""
+    one_sided: float = 4.0
+    """Times as many samples lie near zero as near the other end; of a healthy channel whose offset
+    happens to be its amplitude as many (a Gaussian without sign: above ten)."""
+    coarse_levels: int = 24
+    """Values of a channel: few steps of a converter touch zero, and leap, without any fault."""
+
+    # Rows in reversed order.
+    fewest_blocks: int = 4
+    """Blocks in what is looked at together, so that their length recurs."""
+    largest_power: float = 50.0
+    """Of the median power: a knock is not the whole course."""
+    recurrence: float = 8.0
+    """Standard deviations of the autocorrelation of white noise: below, nothing recurs and no
+    block is turned round."""
+    less_power: float = 1.05
+    """Times the power of the innovations falls when blocks are turned round."""
+    recurrence_left: float = 0.25
+    """Share of the recurrence that may be left."""
+    recurs_alike: float = 0.5
+    """Share of the strongest recurrence from where on a length is tried as well."""
+
+    # Where the watch looks.
+    fewest_rows: int = 512
+    """Rows at the end of a window that tell something."""
+    lost_step: float = 1.5
+    """Steps between stamps, in the usual one, from where on a sample is missing."""
+    smallest_range: float = 1e-100
+    """A range below is of no sensor, and its square no number."""
+    largest_value: float = 1e100
+    """A value beyond is of no sensor, and its square no number."""
+
+    # Samples that were filled in.
+    most_filled: float = 0.2
+    """Share of samples filled in up to which damping keeps to its deviation: up to 0.2 none of 601
+    estimates was beyond three deviations, at 0.35 4 of 149, at 0.5 20 of 151 (10 random
+    structures, all sensors losing alike). Frequencies keep to theirs throughout."""
+    unsure_windows: float = 0.25
+    """Share of such windows that makes a record unsure."""
+
+    # Gravity.
+    least_factor: float = math.sqrt(2.0)
+    """By which a wrong length is off: offsets of plain MEMS accelerometers, up to 250 mg by their
+    data sheets, stay below."""
+    least_gravity_m_s2: float = 3.0
+    """Below, there may be no more than the offset of an amplifier."""
+    g_error: float = 0.1
+    """Share by which gravity in g may be off, so that no offset is taken for it."""
+
+
+QUALITY = QualityThresholds()

@@ -1,0 +1,78 @@
+"""What tells lines, modes and peaks in spectra, all in one place, with source or measure."""
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True)
+class SpectraThresholds:
+    """Limits of the tests for lines, of modes beside lines, and for peaks."""
+
+    # A line of a machine or a drive.
+    suspect_damping: float = 0.004
+    """Poles damped less than this are suspected lines."""
+    line_chance: float = 1e-6
+    """Probability of calling noise a line; about 1,000 suspected frequencies are tested an
+    hour."""
+    sharp_line_chance: float = 1e-3
+    """The same where a pole without any damping repeats over the model orders, itself rare."""
+    line_stands_out: float = 50.0
+    """Peak over the median around it: of 10⁶ powers of noise one is above 20."""
+    line_fall: float = 1e-2
+    """Power of a line within six spectral lines to both sides, over that at its peak, with a
+    taper."""
+
+    # Line or mode: odds in logarithms.
+    sure_line: float = math.log(100.0)
+    """Log odds of line against mode from where on a line is sure: a wrong one in a hundred.  A
+    record four times as long tells what this one does not: a line 10 dB above the noise of a
+    segment is sure in 97 of a hundred, and a mode of ζfT = 0.05 is taken for one in 3 instead of
+    53."""
+    narrow_mode: float = math.log(3.0)
+    """Log odds of a narrow mode from where on a response whose bell is too narrow to be seen is
+    one. Of simulated lines 5 to 50 dB above the noise of a segment 0.1 of a hundred passed with 32
+    segments, 2 with 12 (in records of few periods); of noise none and 1.5."""
+    least_damping: float = 3e-4
+    """Damping ratio below which no structure is expected; welded steel has 5e-4 and more."""
+
+    # A mode beside lines, or their leakage.
+    response_chance: float = 0.01
+    """Probability that noise is taken for response, over all channels."""
+    no_skirts_chance: float = 1e-4
+    """Probability that a mode is taken for a line, on each flank and in each channel."""
+    shown: float = 0.1
+    """Share of the power in the strongest channel from where on a channel shows a mode."""
+    bell_excess: float = 3.0
+    """Factor by which the bell of an estimated mode may be too high on its flanks: damping off by
+    two of its deviations, and the antiresonance beside a neighbour."""
+    untouched: float = 0.1
+    """Share of the power at a mode that is left in every channel where lines do not explain it; at
+    spurious modes it was 0.06 and less in one, at modes beside a stronger one 0.3."""
+    flank_share: float = 0.45
+    """Share of the sample rate where flanks end: above it stand the filters before converters, as
+    above the highest band that is identified."""
+    least_flank: float = 0.25
+    """Share of a flank that must be free of sinusoids."""
+    narrow: float = 8.0
+    """Half-width of a mode in spectral lines below which it could pass for a line itself."""
+    resolved: float = 1.0
+    """Half-width of a mode in spectral lines below which it has no bell: it looks like a
+    sideband."""
+    sidebands: float = 16.0
+    """Spectral lines to both sides of a line in which its modulation may have such sidebands."""
+
+    # A peak, or the edge of an excited band.
+    fewest_peak_lines: int = 40
+    """Spectral lines in a peak at least; narrower ones are no edges, and too few lines for the
+    test."""
+    fewest_edge_lines: int = 12
+    """Spectral lines in a peak from where on its flanks tell an edge."""
+    edge: float = 10.0
+    """Ratio of the powers of all channels on the two flanks from where on they may be an
+    edge's."""
+    no_peak: float = 0.2
+    """Chance from where on there is no peak at all: a resonance comes there in one of a
+    hundred."""
+
+
+SPECTRA = SpectraThresholds()

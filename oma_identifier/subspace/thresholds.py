@@ -1,0 +1,29 @@
+"""Sizes of the matrices of a band, and when they are made anew, in one place, with the reasons."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class SubspaceLimits:
+    """Limits of the subspace identification of a band."""
+
+    # The block Hankel matrix.
+    most_references: int = 8
+    """What a channel adds to so many well chosen ones is less than its cost."""
+    most_outputs: int = 12
+    """More channels are combined to this many outputs; mode shapes keep all channels."""
+    fewest_block_rows: int = 20
+    """Rows of blocks, however many the references and low the model order."""
+    rows_per_order: float = 1.5
+    """Rows of the block Hankel matrix (and columns) per unit of the highest model order."""
+
+    # When it is solved again.
+    refreshed: float = 1.0 / 16.0
+    """Share of the blocks that are new when a band is solved again."""
+
+    # Deviations from the scatter of blocks.
+    fewest_terms: int = 6
+    """Cosine terms that the scatter is taken from: of six a deviation is known to 30 %."""
+
+
+SUBSPACE = SubspaceLimits()

@@ -1,0 +1,103 @@
+"""What tells that a sensor is late, hears something else or changed, with source or measure."""
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True)
+class SynchronyThresholds:
+    """Limits of the tests of sensors against one another, in the order in which they are made."""
+
+    # Peaks that are looked at.
+    prominence_db: float = 6.0
+    """Height above both valleys: two and a half deviations of a difference of averaged powers."""
+    top: float = 0.86
+    """Share of the band up to where samples are shifted without error."""
+    coherent: float = 0.3
+    """Least squared coherence of a peak; noise of 11 values comes there in one of thirty-five."""
+    fewest_free: float = 6.0
+    """Independent values of a peak, at least."""
+    beat_lines: int = 12
+    """Lines of a peak from where on its beat is its own and not that of the taper."""
+
+    # A sensor is late.
+    shortest_s: float = 10.0
+    """Of a shorter window nothing is told."""
+    latest_s: float = 0.5
+    """Largest delay that is looked for."""
+    delay_odds: float = 1e3
+    """Odds of a delay against none from where on it is believed.  Of 968 synchronous sensors of
+    random structures, shapes of up to 30 % imaginary part, one came there; none was said to be
+    late."""
+    sure: float = 0.99
+    """Share of what speaks for delays that must speak for one of them."""
+    largest_phase_rad: float = math.radians(10.0)
+    """Largest error of a phase, at three deviations of the delay, that a shape is published
+    with."""
+    surprise: float = 4.0
+    """Standard deviations from where on a newer delay is another one."""
+
+    # A sensor does not show what the others show.
+    above_noise: float = 4.0
+    """Power of a peak over that of the noise, from where on it is looked at."""
+    least_coherence: float = 0.8
+    """Share of a sensor's power at a peak, noise left out, that the others explain.  In 1,200
+    records of random structures (one to twelve modes, damped by 0.2 to 12 %; seeds from 905000) 18
+    of 924 healthy channels of two sensors with three axes came below, none of 5,103 of three to
+    five, and 2 of 5,406 of four to fifteen sensors of one axis; of 150 sensors each with old
+    samples, with a clock that drifts and with images of higher frequencies 93, 93 and 67 % did."""
+    left_out_coherence: float = 0.6
+    """The same below which a sensor is left out; between the two it is named only.  One of the
+    healthy channels above came below; of the faulty sensors 83, 83 and 46 %."""
+    fewest_used: float = 1.5
+    """Coefficients from where on others can tell: two modes that overlap are more than one of
+    them."""
+    fewest_others: int = 3
+    """Channels from where on others are asked at all: of three healthy channels one in twenty came
+    below ``least_coherence`` in structures of up to twelve modes."""
+    agreed: float = 0.95
+    """Share of the others' power at a peak that they explain of one another, from where on a
+    sensor that they do not explain contradicts them.  Where more modes overlap than they have
+    channels they explain neither one another nor a healthy sensor."""
+    alike: float = 0.2
+    """Power over the others', both in shares of their variance, from where on a peak is compared.
+    One that a sensor shows alone may be an image of what lies above half its rate, or a part of
+    its own that rattles: the two cannot be told apart, and neither is a mode of the structure."""
+    left_out_alike: float = 0.5
+    """The same from where on a sensor is left out, and not only named: where it moves less than
+    the others it shows neighbouring modes and noise as well.  Healthy sensors of measured and
+    simulated buildings were left out of 24 windows in 236, without it of 48; of 64 sensors with
+    old samples or a clock that drifts 86 % were, without it 91 %, and 97 % were named."""
+    deaf: float = 1e-3
+    """Chance above which a channel has no more in common with the others than noise has."""
+
+    # A sensor is not what it was.
+    same_pose_rad: float = 0.05
+    """Largest difference of a joint between windows that are compared."""
+    seen: float = 0.3
+    """Share of a channel's power at a peak that the fit may leave for the channel to count
+    there."""
+    failure_chance: float = 1e-4
+    """Probability that a channel's prediction fails at one peak, for one moment."""
+    least_share: float = 0.03
+    """Share of a channel's power that the prediction must lack: of a gain that is off by a fifth,
+    or a mount turned by 10 degrees."""
+    fewest_peaks: int = 2
+    """Peaks at which a sensor must break."""
+    share_of_peaks: float = 0.67
+    """The same, of those at which it is seen."""
+    fewest_left: int = 2
+    """Sensors that bear witness of one another."""
+    most_changed: int = 2
+    """Sensors that may change at once; more are a change of the structure."""
+    unlikely_moment: float = 6.0
+    """Log-likelihood below the best from where on a moment is not that of the change."""
+    explained: float = 0.15
+    """Share of a misfit that may be left for a kind of change to explain it."""
+    preferred: float = 2.0
+    """Times what the best kind leaves, up to which a simpler one is preferred."""
+    peaks_to_spare: int = 2
+    """Peaks beyond as many as channels, which any mixture of channels would explain."""
+
+
+SYNCHRONY = SynchronyThresholds()
