@@ -8,6 +8,7 @@ import pinocchio as pin
 
 from modal_core.errors import ModelError
 from structural_model.assembly import Assembly
+from structural_model.cables import cable_row
 from structural_model.coupling import AxisMap
 from structural_model.limits import check_length
 from structural_model.matrices import StructuralMatrices
@@ -88,6 +89,9 @@ class Dynamics:
             row = self._row(item)
             if row is not None:
                 stiffness[row, row] += item.strength_nm * np.cos(self._turn(item, full))
+        for cable in self.spec.cables:
+            along = cable_row(assembly, cable, full)[assembly.flexible]
+            stiffness[:count, :count] += cable.stiffness_n_m * np.outer(along, along)
         return stiffness
 
     def input_matrix(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
@@ -109,6 +113,10 @@ class Dynamics:
             row, column = self._row(item), self.joint_names.index(item.joint)
             if row is not None:
                 coupling[row, column] += item.strength_nm * np.cos(self._turn(item, full))
+        for cable in self.spec.cables:
+            whole = cable_row(assembly, cable, full)
+            own, motors = whole[assembly.flexible], whole[assembly.drives]
+            coupling[: len(own)] += cable.stiffness_n_m * np.outer(own, motors)
         return coupling
 
     def rigid_force(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
@@ -121,7 +129,7 @@ class Dynamics:
         for item in self.spec.compensators:
             row = self._row(item)
             if row is not None:
-                turn = rows[0][:, self.joint_names.index(item.joint)] - item.phase_rad
+                turn = rows[0][:, self.joint_names.index(item.joint)] - self.neutral(item)
                 force[:, row] -= item.strength_nm * np.sin(turn)
         return force
 
@@ -134,8 +142,15 @@ class Dynamics:
         torque = torque + rows[2] @ (T.T @ rotor @ T)
         for item in self.spec.compensators:
             column = self.joint_names.index(item.joint)
-            torque[:, column] += item.strength_nm * np.sin(rows[0][:, column] - item.phase_rad)
+            turn = rows[0][:, column] - self.neutral(item)
+            torque[:, column] += item.strength_nm * np.sin(turn)
         return np.asarray(torque)
+
+    def link_inertia(self, q: ArrayLike) -> Array:
+        """Return the drive torques on the links per acceleration of each axis; no rotors."""
+        drives, inverse = self.assembly.drives, np.linalg.inv(self.axes.matrix)
+        mass = self.mass(self.position(q, None))[drives[:, None], drives]
+        return np.asarray(inverse.T @ mass @ inverse)
 
     def static_deflection(self, q: ArrayLike) -> Array:
         """Return the deflection at which springs and gravity balance (Newton), (n_dof,).
@@ -197,4 +212,9 @@ class Dynamics:
 
     def _turn(self, item: CompensatorSpec, full: Array) -> float:
         place = self.assembly.drives[self.joint_names.index(item.joint)]
-        return float(full[place]) - item.phase_rad
+        return float(full[place]) - self.neutral(item)
+
+    def neutral(self, item: CompensatorSpec) -> float:
+        """Return what the encoder says where a compensator is neutral."""
+        joint = next(joint for joint in self.spec.joints if joint.name == item.joint)
+        return item.phase_rad - joint.offset_rad

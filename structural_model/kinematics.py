@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Motion:
+class FrameMotion:
     """Placement and motion of every joint frame, index 0 the base; base axes throughout.
 
     Parameters
@@ -57,7 +57,7 @@ class RigidKinematics:
         qdd: ArrayLike | None = None,
         *,
         accelerations: bool = True,
-    ) -> Motion:
+    ) -> FrameMotion:
         """Return the motion of every joint frame.
 
         Parameters
@@ -71,7 +71,7 @@ class RigidKinematics:
         rate = np.zeros_like(angle) if qd is None else np.atleast_2d(np.asarray(qd, dtype=float))
         rise = np.zeros_like(angle) if qdd is None else np.atleast_2d(np.asarray(qdd, dtype=float))
         count, size = len(angle), len(self.parents)
-        motion = Motion(
+        motion = FrameMotion(
             rotation=np.tile(np.eye(3), (count, size, 1, 1)),
             **{
                 name: np.zeros((count, size, 3))
@@ -85,7 +85,7 @@ class RigidKinematics:
 
     def _step(
         self,
-        motion: Motion,
+        motion: FrameMotion,
         joint: int,
         angle: Array,
         rate: Array,
@@ -131,18 +131,18 @@ def turns(axis: Array, angle: Array) -> Array:
     return np.asarray(np.eye(3) + sine * skew + (1.0 - cosine) * (skew @ skew))
 
 
-def point_position(motion: Motion, joint: int, place: Array) -> Array:
+def point_position(motion: FrameMotion, joint: int, place: Array) -> Array:
     """Return where a point fixed to a joint frame is, (n, 3) [m]."""
     return np.asarray(motion.position[:, joint] + motion.rotation[:, joint] @ place)
 
 
-def point_velocity(motion: Motion, joint: int, place: Array) -> Array:
+def point_velocity(motion: FrameMotion, joint: int, place: Array) -> Array:
     """Return how fast a point fixed to a joint frame moves, (n, 3) [m/s]."""
     arm = motion.rotation[:, joint] @ place
     return np.asarray(motion.velocity[:, joint] + np.cross(motion.spin[:, joint], arm))
 
 
-def point_acceleration(motion: Motion, joint: int, place: Array) -> Array:
+def point_acceleration(motion: FrameMotion, joint: int, place: Array) -> Array:
     """Return the acceleration of a point fixed to a joint frame, (n, 3) [m/s²]."""
     arm = motion.rotation[:, joint] @ place
     spin = motion.spin[:, joint]

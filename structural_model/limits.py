@@ -19,7 +19,7 @@ class PositionViolation:
     Parameters
     ----------
     joint : str
-        Joint name.
+        Name of the controller axis or of the serial joint.
     kind : str
         ``axis range`` (controller angle) or ``coupled range`` (serial angle).
     sample : int
@@ -67,6 +67,11 @@ class RobotLimits:
     jerk: NDArray[np.float64]
     effort: NDArray[np.float64]
 
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names of the controller axes, which are not those of the serial joints."""
+        return axis_names(self.joint_names)
+
     def position_violation(self, q: ArrayLike) -> PositionViolation | None:
         """Return the first pose outside the ranges, or None.
 
@@ -76,21 +81,17 @@ class RobotLimits:
             Serial joint angles.
         """
         serial = np.atleast_2d(np.asarray(q, dtype=float))
+        axis = self.axes.to_controller(serial)
         checks = (
-            (
-                'axis range',
-                self.axes.to_controller(serial),
-                self.controller_low,
-                self.controller_high,
-            ),
-            ('coupled range', serial, self.position_low, self.position_high),
+            ('axis range', self.axis_names, axis, self.controller_low, self.controller_high),
+            ('coupled range', self.joint_names, serial, self.position_low, self.position_high),
         )
-        for kind, angle, low, high in checks:
+        for kind, names, angle, low, high in checks:
             outside = ~((angle >= low - SLACK_RAD) & (angle <= high + SLACK_RAD))
             if outside.any():
                 sample, joint = (int(index) for index in np.argwhere(outside)[0])
                 return PositionViolation(
-                    joint=self.joint_names[joint],
+                    joint=names[joint],
                     kind=kind,
                     sample=sample,
                     value_rad=float(angle[sample, joint]),
@@ -116,6 +117,14 @@ class RobotLimits:
                 found=f'{value:.3f} deg',
                 expected=f'{low:.3f} to {high:.3f} deg',
             )
+
+
+def axis_names(joint_names: Sequence[str]) -> tuple[str, ...]:
+    """Return names for controller axes that cannot be taken for those of serial joints."""
+    return tuple(
+        name.replace('joint', 'axis') if 'joint' in name else f'axis of {name}'
+        for name in joint_names
+    )
 
 
 def check_length(q: ArrayLike, joint_names: Sequence[str], where: str = '') -> NDArray[np.float64]:

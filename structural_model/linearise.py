@@ -45,6 +45,25 @@ def gravity_rows(
     return _rows(dynamics, q, channels, sensing.gravity_rows, deflection)
 
 
+def rest_readings(
+    dynamics: Dynamics,
+    q: ArrayLike,
+    channels: Sequence[Channel],
+    deflection: ArrayLike | None = None,
+) -> Array:
+    """Return what accelerometers read at rest, -d·Rᵀg, (n_channels,) [m/s²]."""
+    assembly = dynamics.assembly
+    full = dynamics.position(q, deflection)
+    pin.forwardKinematics(assembly.model, assembly.data, full)
+    found = sensing.sensor_map(assembly, tuple(channels))
+    gravity = np.asarray(assembly.model.gravity.linear)
+    readings = np.zeros(len(channels))
+    for joint, members in found.groups:
+        rotation = assembly.data.oMi[joint].rotation
+        readings[members] = -found.direction[members] @ (rotation.T @ gravity)
+    return readings
+
+
 def state_space(
     dynamics: Dynamics, q: ArrayLike, channels: Sequence[Channel], forces: Sequence[Channel]
 ) -> StateSpace:

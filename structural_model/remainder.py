@@ -12,15 +12,16 @@ from structural_model.dynamics import Dynamics
 from structural_model.linearise import gravity_rows, sensor_rows
 
 Array = NDArray[np.float64]
-Motion = tuple[Array, Array, Array]
+_States = tuple[Array, Array, Array]
+"""Position, velocity and acceleration, by time."""
 
 
 def remainder(
     dynamics: Dynamics,
     q: ArrayLike,
     deflection: Array,
-    motors: Motion,
-    flexible: Motion,
+    motors: _States,
+    flexible: _States,
     channels: Sequence[Channel],
 ) -> tuple[Array, Array]:
     """Return force and reading of a motion less those of the model linearised about a pose.
@@ -62,7 +63,7 @@ def remainder(
         name = f'{item.joint}/drive'
         if name in assembly.dof_names:
             place = assembly.drives[dynamics.joint_names.index(item.joint)]
-            turn, move = full[place] - item.phase_rad, moves[0][:, place]
+            turn, move = full[place] - dynamics.neutral(item), moves[0][:, place]
             bend = np.sin(turn) + np.cos(turn) * move - np.sin(turn + move)
             force[:, assembly.dof_names.index(name)] += item.strength_nm * bend
     rows = sensor_rows(dynamics, q, channels, deflection)
@@ -81,7 +82,7 @@ def _full(dynamics: Dynamics, motor: Array, flexible: Array) -> Array:
 
 
 def _exact(
-    dynamics: Dynamics, full: Array, motion: Motion, channels: Sequence[Channel]
+    dynamics: Dynamics, full: Array, motion: _States, channels: Sequence[Channel]
 ) -> tuple[Array, Array]:
     """Return generalised force and readings of a motion about a position."""
     assembly = dynamics.assembly

@@ -22,8 +22,10 @@ from structural_model.spec import (
     AbsorberSpec,
     BaseSpec,
     BeamSpec,
+    CableSpec,
     CompensatorSpec,
     Drive,
+    FoundationSpec,
     HingeSpec,
     JointSpec,
     KnownEffect,
@@ -48,7 +50,8 @@ NAME = re.compile(r'[A-Za-z0-9_.-]+')
 TOP = (
     'robot_name', 'description', 'sources', 'coupling', 'limits', 'poses_controller_deg',
     'collision_ignore', 'joints', 'base', 'links', 'masses', 'hinges', 'beams', 'absorbers',
-    'rods', 'compensators', 'damping', 'gravity_m_s2', 'effects', 'fit',
+    'rods', 'compensators', 'damping', 'gravity_m_s2', 'effects', 'tolerances', 'fit',
+    'foundation', 'cables',
 )  # fmt: skip
 KEPT_IN = ('model', 'layout', 'effects')
 LISTS: dict[str, type] = {
@@ -59,6 +62,7 @@ LISTS: dict[str, type] = {
     'absorbers': AbsorberSpec,
     'rods': RodSpec,
     'compensators': CompensatorSpec,
+    'cables': CableSpec,
 }
 LIMIT_FIELDS = (
     'low_deg', 'high_deg', 'serial_low_deg', 'serial_high_deg', 'velocity_deg_s',
@@ -175,6 +179,7 @@ def _spec(data: Mapping[str, Any], robot: RigidRobot, where: str) -> ModelSpec:
             for name in robot.joint_names
         ),
         base=BaseSpec() if base is None else _fill(BaseSpec, base, f'{where}: base'),
+        foundation=_fill(FoundationSpec, data.get('foundation') or {}, f'{where}: foundation'),
         damping=_fill(MaterialDamping, data.get('damping') or {}, f'{where}: damping'),
         gravity_m_s2=_convert(
             data.get('gravity_m_s2', [0.0, 0.0, -9.81]), Vector, f'{where}: gravity_m_s2'
@@ -182,6 +187,12 @@ def _spec(data: Mapping[str, Any], robot: RigidRobot, where: str) -> ModelSpec:
         effects=tuple(
             _effect(item, f'{where}: effects[{index}]')
             for index, item in enumerate(_list(data, 'effects', where))
+        ),
+        tolerances=tuple(
+            (str(name), _number(value, f'{where}: tolerances: {name}'))
+            for name, value in _mapping(
+                data.get('tolerances') or {}, f'{where}: tolerances'
+            ).items()
         ),
         **parts,
     )
@@ -207,7 +218,7 @@ def _effect(item: object, where: str) -> KnownEffect:
 
 def _joint(name: str, item: object, where: str) -> JointSpec:
     """Read a joint, which is flat in YAML: springs beside the gear's numbers."""
-    fields = ('drive', 'tilts', 'servo', 'gear_ratio', 'rotor_inertia_kg_m2')
+    fields = ('drive', 'tilts', 'servo', 'gear_ratio', 'rotor_inertia_kg_m2', 'offset_rad')
     mapping = _mapping(item, where)
     _known(mapping, fields, where)
     tilts = mapping.get('tilts', [{}, {}])
@@ -227,6 +238,7 @@ def _joint(name: str, item: object, where: str) -> JointSpec:
             _fill(Spring, tilts[0], f'{where}.tilts[0]'),
             _fill(Spring, tilts[1], f'{where}.tilts[1]'),
         ),
+        offset_rad=_number(mapping.get('offset_rad', 0.0), f'{where}.offset_rad'),
     )
 
 

@@ -11,7 +11,7 @@ from modal_core.atomic_file import atomic_path, write_text
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.spec import JointSpec, KnownEffect, RodSpec
 
-LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators')
+LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators', 'cables')
 
 
 def save_robot(model: FlexibleJointModel, folder: Path, note: str = '') -> None:
@@ -29,8 +29,12 @@ def save_robot(model: FlexibleJointModel, folder: Path, note: str = '') -> None:
     with atomic_path(folder / 'robot.urdf') as path:
         path.write_bytes(model.robot.text)
     heading = f'# {" ".join(note.split())}\n' if note else ''
-    body = yaml.safe_dump(model_mapping(model), sort_keys=False, default_flow_style=None)
-    write_text(folder / 'model.yaml', heading + body)
+    write_text(folder / 'model.yaml', heading + model_text(model))
+
+
+def model_text(model: FlexibleJointModel) -> str:
+    """Return the text of ``model.yaml``."""
+    return yaml.safe_dump(model_mapping(model), sort_keys=False, default_flow_style=None)
 
 
 def model_mapping(model: FlexibleJointModel) -> dict[str, Any]:
@@ -47,8 +51,10 @@ def model_mapping(model: FlexibleJointModel) -> dict[str, Any]:
         'collision_ignore': [list(pair) for pair in model.collision_ignore],
         'gravity_m_s2': list(spec.gravity_m_s2),
         'effects': [_effect(item) for item in spec.effects],
+        **({'tolerances': dict(spec.tolerances)} if spec.tolerances else {}),
         'joints': {joint.name: _joint(joint) for joint in spec.joints},
         'base': _plain(spec.base),
+        **({} if spec.foundation.rigid else {'foundation': _plain(spec.foundation)}),
         'damping': _plain(spec.damping),
     }
     for name in LISTS:
@@ -77,6 +83,7 @@ def _joint(joint: JointSpec) -> dict[str, Any]:
         'servo': _plain(joint.drive.servo),
         'gear_ratio': joint.drive.gear_ratio,
         'rotor_inertia_kg_m2': joint.drive.rotor_inertia_kg_m2,
+        **({'offset_rad': joint.offset_rad} if joint.offset_rad else {}),
     }
 
 

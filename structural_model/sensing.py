@@ -10,7 +10,7 @@ import pinocchio as pin
 from modal_core.channel import Channel
 from modal_core.units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY
 from structural_model.assembly import Assembly
-from structural_model.kinematics import Motion, point_acceleration
+from structural_model.kinematics import FrameMotion, point_acceleration
 
 Array = NDArray[np.float64]
 LAYOUTS_KEPT = 16
@@ -133,7 +133,7 @@ def gravity_rows(
 
 
 def rigid_readings(
-    assembly: Assembly, motion: Motion, channels: Sequence[Channel], gravity: Array
+    assembly: Assembly, motion: FrameMotion, channels: Sequence[Channel], gravity: Array
 ) -> Array:
     """Return what the channels read when the arm moves as a rigid one.
 
@@ -141,7 +141,7 @@ def rigid_readings(
     ----------
     assembly : Assembly
         Knows where links sit.
-    motion : Motion
+    motion : FrameMotion
         Rigid motion of the joint frames.
     channels : sequence of Channel
         Accelerometer or angular velocity axes.

@@ -67,11 +67,15 @@ class JointSpec:
         About the axis (or along it, for a prismatic joint).
     tilts : (2,) tuple of Spring
         About the two axes across, fixed in the parent link (see ``assembly.across``).
+    offset_rad : float [rad]
+        How much further the joint stands than its encoder says ([m] of a prismatic one).  The
+        dynamics and the sensors' readings know it; shapes and their collisions do not.
     """
 
     name: str
     drive: Drive = Drive()
     tilts: tuple[Spring, Spring] = (Spring(), Spring())
+    offset_rad: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +92,64 @@ class BaseSpec:
 
     springs: tuple[Spring, Spring, Spring, Spring, Spring, Spring] = (Spring(),) * 6
     position_m: Vector = ZERO
+
+
+@dataclass(frozen=True, slots=True)
+class FoundationSpec:
+    """A body under the base's springs that swings on springs of its own: floor, block, plate.
+
+    Parameters
+    ----------
+    springs : (6,) tuple of Spring
+        Along its x, y, z [N/m] and about them [N m/rad]; all infinite: there is none.
+    mass_kg : float [kg]
+        Of the body.
+    gyration_m : float [m]
+        Its radius of gyration about any axis.
+    position_m : (3,) tuple [m]
+        Where the springs act and its centre of mass is, in the base frame.
+    yaw_rad : float [rad]
+        By which its x and y are turned about the base's z.
+    """
+
+    springs: tuple[Spring, Spring, Spring, Spring, Spring, Spring] = (Spring(),) * 6
+    mass_kg: float = 0.0
+    gyration_m: float = 0.0
+    position_m: Vector = ZERO
+    yaw_rad: float = 0.0
+
+    @property
+    def rigid(self) -> bool:
+        """Whether it stands still."""
+        return all(spring.rigid for spring in self.springs)
+
+
+@dataclass(frozen=True, slots=True)
+class CableSpec:
+    """A hose or cable that pulls a point of a link towards a point of the ground.
+
+    It follows the arm from pose to pose without pulling; about a pose it is a spring along its own
+    direction.
+
+    Parameters
+    ----------
+    name : str
+        Unique name.
+    link : str
+        Link it is fixed to.
+    position_m : (3,) tuple [m]
+        Where, in the link frame.
+    anchor_m : (3,) tuple [m]
+        Its other end, in the base frame.
+    stiffness_n_m : float [N/m]
+        Along it.
+    """
+
+    name: str
+    link: str
+    position_m: Vector
+    anchor_m: Vector
+    stiffness_n_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,7 +407,7 @@ class ModelSpec:
     ----------
     joints : tuple of JointSpec
         One per moving joint of the URDF, in its order.
-    base, links, masses, hinges, beams, absorbers, rods, compensators
+    base, foundation, links, masses, hinges, beams, absorbers, rods, compensators, cables
         See their classes; empty means absent.
     damping : MaterialDamping
         Proportional damping of everything.
@@ -353,10 +415,13 @@ class ModelSpec:
         In the base frame.
     effects : tuple of KnownEffect
         Effects that were added to this model.
+    tolerances : tuple of (str, float)
+        How roughly its numbers are known, by kind or by name: see ``model_gap``.
     """
 
     joints: tuple[JointSpec, ...]
     base: BaseSpec = BaseSpec()
+    foundation: FoundationSpec = FoundationSpec()
     links: tuple[LinkSpec, ...] = ()
     masses: tuple[MassSpec, ...] = ()
     hinges: tuple[HingeSpec, ...] = ()
@@ -364,6 +429,14 @@ class ModelSpec:
     absorbers: tuple[AbsorberSpec, ...] = ()
     rods: tuple[RodSpec, ...] = ()
     compensators: tuple[CompensatorSpec, ...] = ()
+    cables: tuple[CableSpec, ...] = ()
     damping: MaterialDamping = field(default_factory=MaterialDamping)
     gravity_m_s2: Vector = (0.0, 0.0, -9.81)
     effects: tuple[KnownEffect, ...] = ()
+    tolerances: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def stands_at_m(self) -> Vector:
+        """Where the springs under the base link are, in the base frame."""
+        on_springs = not all(spring.rigid for spring in self.base.springs)
+        return self.base.position_m if on_springs else self.foundation.position_m

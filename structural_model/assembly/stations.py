@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+import pinocchio as pin
 
 Matrix = NDArray[np.float64]
 
@@ -48,3 +49,17 @@ class Divided:
         """Return the body a point of the link rides on, the outboard one at a border."""
         along = float((position - self.start) @ self.direction)
         return self.stations[bisect_right(self.borders, along + 1e-9)]
+
+    def attach(self, placement: pin.SE3, position: Matrix) -> tuple[int, pin.SE3]:
+        """Return the joint that a point of a frame rides on, and the frame moved there.
+
+        Parameters
+        ----------
+        placement : pinocchio.SE3
+            Of the frame in that of the link.
+        position : (3,) array [m]
+            In the frame.
+        """
+        point = np.asarray(placement.act(position))
+        station = self.station(point)
+        return station.joint, pin.SE3(placement.rotation, point - station.offset)

@@ -1,0 +1,135 @@
+"""A robot arm as it is described: rigid arm, flexibilities, limits, poses."""
+
+from collections.abc import Mapping
+import dataclasses
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from modal_core.errors import ModelError
+from structural_model.coupling import AxisMap
+from structural_model.limits import check_length, RobotLimits
+from structural_model.parameters import read_parameters, write_parameters
+from structural_model.spec import ModelSpec
+from structural_model.urdf import RigidRobot
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ArmDescription:
+    """What a robot is, by its files.
+
+    Parameters
+    ----------
+    robot : RigidRobot
+        The rigid arm of the URDF.
+    spec : ModelSpec
+        Everything the URDF does not say.
+    limits : RobotLimits
+        What the axes may do; holds the map between serial joints and controller axes.
+    poses_controller_rad : dict of str to tuple [rad]
+        Named poses in controller angles.
+    collision_ignore : tuple of (link, link)
+        Pairs that may touch.
+    name : str
+        Name of the robot; that of the URDF when empty.
+    """
+
+    robot: RigidRobot
+    spec: ModelSpec
+    limits: RobotLimits
+    poses_controller_rad: Mapping[str, tuple[float, ...]]
+    collision_ignore: tuple[tuple[str, str], ...] = ()
+    name: str = ''
+
+    def __getstate__(self) -> dict[str, object]:
+        """Leave out what is worked out on demand: another process does it again."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @property
+    def robot_name(self) -> str:
+        """Name of the robot."""
+        return self.name or self.robot.name
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Moving joints, in the order of every q."""
+        return self.robot.joint_names
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Links a sensor can sit on."""
+        return self.robot.link_names
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names of the controller axes, in the order of the serial joints."""
+        return self.limits.axis_names
+
+    @property
+    def axes(self) -> AxisMap:
+        """The map between serial joints and controller axes."""
+        return self.limits.axes
+
+    @property
+    def n_joints(self) -> int:
+        """Number of moving joints."""
+        return len(self.robot.joints)
+
+    def to_serial(self, controller_rad: ArrayLike) -> Array:
+        """Return serial joint angles of controller (ABB) angles, (..., n_joints) [rad]."""
+        return self.axes.to_serial(check_length(controller_rad, self.joint_names, self.robot_name))
+
+    def to_controller(self, serial_rad: ArrayLike) -> Array:
+        """Return controller (ABB) angles of serial joint angles, (..., n_joints) [rad]."""
+        return self.axes.to_controller(check_length(serial_rad, self.joint_names, self.robot_name))
+
+    def pose(self, name: str) -> Array:
+        """Return a named pose as serial joint angles [rad].
+
+        Raises
+        ------
+        ModelError
+            No such pose.
+        """
+        if name not in self.poses_controller_rad:
+            raise ModelError(
+                'unknown pose',
+                where=self.robot_name,
+                found=name,
+                expected=', '.join(self.poses_controller_rad),
+            )
+        return self.to_serial(self.poses_controller_rad[name])
+
+    def check_pose(self, q: ArrayLike) -> Array:
+        """Return q when it has the right length and lies inside all ranges.
+
+        Raises
+        ------
+        ModelError
+            With joint, angle and range.
+        """
+        values = check_length(q, self.joint_names, self.robot_name)
+        self.limits.check_pose(values, self.robot_name)
+        return values
+
+    def replace(self, spec: ModelSpec) -> Self:
+        """Return this robot with other flexibilities, masses or dampers."""
+        return dataclasses.replace(self, spec=spec)
+
+    def parameters(self) -> dict[str, float]:
+        """Return every number of the spec by dotted name, such as ``masses.tool.mass_kg``."""
+        return read_parameters(self.spec)
+
+    def with_parameters(self, values: Mapping[str, float]) -> Self:
+        """Return the model with some numbers of the spec changed.
+
+        Raises
+        ------
+        ModelError
+            A name is unknown.
+        """
+        return self.replace(write_parameters(self.spec, values))

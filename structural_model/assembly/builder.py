@@ -1,0 +1,91 @@
+"""A pinocchio model that grows joint by joint, with springs on its degrees of freedom."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+import pinocchio as pin
+
+from modal_core.errors import ModelError
+from structural_model.spec import Spring, Vector
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass
+class ArmBuilder:
+    """What has been added so far.
+
+    Parameters
+    ----------
+    robot_name : str
+        For errors.
+    links : dict
+        Link of the URDF to its moving joint (0: base) and placement in that joint's frame.
+    model : pinocchio.Model
+        Grows.
+    names, places : list
+        Of flexible degrees of freedom, in the order in which they came; place in pinocchio's
+        vectors.
+    springs : list of (numbers of degrees of freedom, stiffness, damping)
+        Blocks on them.
+    """
+
+    robot_name: str
+    links: dict[str, tuple[int, pin.SE3]]
+    model: pin.Model = field(default_factory=pin.Model)
+    names: list[str] = field(default_factory=list)
+    places: list[int] = field(default_factory=list)
+    springs: list[tuple[list[int], Matrix, Matrix]] = field(default_factory=list)
+
+    def joint(
+        self, body: int, placement: pin.SE3, axis: Matrix, name: str, translation: bool
+    ) -> int:
+        """Add a joint and return it."""
+        kind = pin.JointModelPrismaticUnaligned if translation else pin.JointModelRevoluteUnaligned
+        return int(self.model.addJoint(body, kind(np.asarray(axis, dtype=float)), placement, name))
+
+    def dof(
+        self,
+        body: int,
+        placement: pin.SE3,
+        axis: Matrix,
+        name: str,
+        spring: Spring | None,
+        translation: bool,
+    ) -> int:
+        """Add one flexible degree of freedom; ``spring`` None when a block stiffness follows."""
+        joint = self.joint(body, placement, axis, name, translation)
+        self.names.append(name)
+        self.places.append(self.model.joints[joint].idx_v)
+        if spring is not None:
+            self.spring([len(self.names) - 1], [[1.0]], spring)
+        return joint
+
+    def spring(self, dofs: list[int], shape: object, spring: Spring) -> None:
+        """Add a spring and damper between degrees of freedom, by their numbers.
+
+        Raises
+        ------
+        ModelError
+            It pushes away, or drives.
+        """
+        if not (spring.stiffness > 0.0 and spring.damping >= 0.0):
+            raise ModelError(
+                'spring without positive stiffness or with negative damping',
+                where=f'{self.robot_name}: {self.names[dofs[0]]}',
+                found=f'{spring.stiffness}, {spring.damping}',
+            )
+        block = np.asarray(shape, dtype=float)
+        self.springs.append((dofs, spring.stiffness * block, spring.damping * block))
+
+    def append(self, body: int, inertia: pin.Inertia, offset: Matrix) -> None:
+        """Add an inertia given in the link frame to a body whose origin is at ``offset``."""
+        if inertia.mass == 0.0:
+            return
+        moved = pin.Inertia(inertia.mass, inertia.lever - offset, inertia.inertia)
+        self.model.appendBodyToJoint(body, moved, pin.SE3.Identity())
+
+    def in_joint(self, link: str, position: Vector) -> Matrix:
+        """Return a point of a link in the frame of its moving joint, (3,) [m]."""
+        return np.asarray(self.links[link][1].act(np.array(position)))

@@ -1,0 +1,33 @@
+"""How a cable to the ground sees the arm move."""
+
+import numpy as np
+from numpy.typing import NDArray
+import pinocchio as pin
+
+from structural_model.assembly import Assembly
+from structural_model.spec import CableSpec
+
+
+def cable_row(
+    assembly: Assembly, cable: CableSpec, full: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return by how much a cable shortens per unit of pinocchio's coordinates, (n_v,).
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The expanded arm.
+    cable : CableSpec
+        From a point of a link to one of the ground.
+    full : (n_v,) array
+        Where the arm is.
+    """
+    joint, placement = assembly.attach(cable.link, np.array(cable.position_m))
+    data = assembly.data
+    pin.computeJointJacobians(assembly.model, data, full)
+    arm = data.oMi[joint].rotation @ placement.translation
+    way = np.array(cable.anchor_m) - data.oMi[joint].translation - arm
+    frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    jacobian = pin.getJointJacobian(assembly.model, data, joint, frame)
+    point = jacobian[:3] + np.cross(jacobian[3:].T, arm).T
+    return np.asarray(way / np.linalg.norm(way) @ point)
