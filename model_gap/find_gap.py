@@ -1,7 +1,7 @@
 """The workflow: compare, locate, name, decide, add, show."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -9,8 +9,18 @@ from threadpoolctl import threadpool_limits
 from modal_core.errors import ModelError
 from model_gap.campaign import Campaign
 from model_gap.decide import decide, Decision, gap_fraction, locate, noise_floor, Verdict, Where
-from model_gap.fit import split
-from model_gap.hypothesis import Hypothesis
+from model_gap.fit import Fit, split
+from model_gap.gravity import (
+    as_it_stands,
+    encoders_told,
+    Fault,
+    left_open,
+    put_right,
+    rest_of,
+    weigh,
+)
+from model_gap.hypothesis import Hypothesis, stretch, STRETCHED
+from model_gap.named_at_rest import with_faults
 from model_gap.predict import compile_laws
 from model_gap.search import run_search, Search, SearchSettings
 from structural_model import FlexibleJointModel
@@ -26,26 +36,40 @@ class GapResult:
         Data, model and rounds.
     decision : Decision
         The verdict.
-    final : Hypothesis
-        Effects and tolerances at their fitted values.
+    calibrated : Fit or None
+        Effects and tolerances as the corrected model has them; None: it stays as it was given.
     where : tuple of Where
         The gap by place.
     gap_before, gap_after, gap_before_heldout, gap_after_heldout, noise_floor : float
         Fractions of the response.
+    faults_at_rest : tuple of Fault
+        What gravity shows to be wrong with sensors and encoders, before any dynamics.
+    encoders_told : dict of str to float [deg]
+        To how many degrees gravity tells the zero of every joint's encoder; inf: it does not.
+    given : FlexibleJointModel
+        The model before gravity put right where it stands.
     seed : int
         Of the split.
     """
 
     search: Search
     decision: Decision
-    final: Hypothesis
+    calibrated: Fit | None
     where: tuple[Where, ...]
     gap_before: float
     gap_after: float
     gap_before_heldout: float
     gap_after_heldout: float
     noise_floor: float
+    faults_at_rest: tuple[Fault, ...]
+    encoders_told: Mapping[str, float]
+    given: FlexibleJointModel
     seed: int
+
+    @property
+    def final(self) -> Hypothesis:
+        """Effects and tolerances of the corrected model: its prediction is what is left."""
+        return self.calibrated.hypothesis if self.calibrated else self.search.nominal
 
 
 def find_gap(
@@ -78,28 +102,75 @@ def find_gap(
     if model.n_dof == 0:
         raise ModelError('model has no flexibility', where=model.robot_name)
     compile_laws()
-    divided = split(campaign, np.random.default_rng(seed))
-    search = Search.begin(model, divided, settings)
+    settings = settings or SearchSettings()
+    rest = rest_of(model, campaign)
+    faults = weigh(rest, settings.tolerances)
+    divided = split(put_right(campaign, faults), np.random.default_rng(seed))
+    open_ = replace(settings, tolerances=left_open(settings.tolerances, faults))
+    search = Search.begin(as_it_stands(model, faults), divided, open_)
     with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait
-        return _result(run_search(search, progress), seed)
+        found = run_search(search, progress)
+        told = encoders_told(rest, settings.tolerances)
+        return _result(found, faults, told, model, seed)
 
 
-def _result(search: Search, seed: int) -> GapResult:
+def _result(
+    search: Search,
+    faults: tuple[Fault, ...],
+    told: Mapping[str, float],
+    given: FlexibleJointModel,
+    seed: int,
+) -> GapResult:
     decision = decide(search)
-    final = search.rounds[0].before.hypothesis
-    if decision.accepted and decision.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS):
-        final = decision.accepted[-1].fit.hypothesis
+    before = _as_given(search, given)
+    calibrated = _calibrated(search, decision)
+    final = calibrated.hypothesis if calibrated else search.nominal
+    heldout = search.data.heldout if search.data.heldout.records else search.data.fitting
     return GapResult(
         search=search,
-        decision=decision,
-        final=final,
+        decision=with_faults(decision, faults, calibrated),
+        calibrated=calibrated,
         where=locate(search, final),
-        gap_before=gap_fraction(search.data.fitting, search.nominal),
+        gap_before=gap_fraction(search.data.fitting, before),
         gap_after=gap_fraction(search.data.fitting, final),
-        gap_before_heldout=gap_fraction(search.data.heldout, search.nominal),
+        gap_before_heldout=gap_fraction(search.data.heldout, before),
         gap_after_heldout=gap_fraction(search.data.heldout, final),
-        noise_floor=noise_floor(
-            search.data.heldout if search.data.heldout.records else search.data.fitting
-        ),
+        noise_floor=noise_floor(heldout),
+        faults_at_rest=faults,
+        encoders_told=told,
+        given=given,
         seed=seed,
     )
+
+
+def _as_given(search: Search, given: FlexibleJointModel) -> Hypothesis:
+    """Return the model as it was given: joints and base where its file has them."""
+    nominal = search.nominal
+    spec = nominal.scene.cell.spec
+    joints = zip(spec.joints, given.spec.joints, strict=True)
+    spec = replace(
+        spec,
+        joints=tuple(replace(one, offset_rad=other.offset_rad) for one, other in joints),
+        gravity_m_s2=given.spec.gravity_m_s2,
+    )
+    scene = replace(nominal.scene, cell=nominal.scene.cell.with_spec(spec))
+    return replace(nominal, scene=scene)
+
+
+def _calibrated(search: Search, decision: Decision) -> Fit | None:
+    """Return what the corrected model is: the last accepted fit, else tolerances alone.
+
+    Where something stays unexplained these may stand for it: they are kept only if they remain
+    ordinary and predict recordings better that took no part.
+    """
+    if decision.accepted and decision.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS):
+        return decision.accepted[-1].fit
+    first = search.rounds[0].before
+    if decision.verdict is not Verdict.UNEXPLAINED:
+        return first
+    heldout = search.data.heldout
+    ordinary = stretch(first.hypothesis) <= STRETCHED and bool(heldout.records)
+    better = ordinary and (
+        gap_fraction(heldout, first.hypothesis) < gap_fraction(heldout, search.nominal)
+    )
+    return first if better else None

@@ -1,5 +1,6 @@
 """The result as gap.json: fixed keys first, what else is known after them."""
 
+from dataclasses import asdict
 from importlib.metadata import version
 import json
 import math
@@ -9,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from modal_core.atomic_file import write_text
+from model_gap.calibration import calibration, mounts
 from model_gap.comparison import comparison_mapping, ModelComparison
 from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
 from model_gap.hypothesis import Hypothesis, known_effects
+from model_gap.named_at_rest import named_at_rest
 from model_gap.search import Candidate
 from structural_model.spec import KnownEffect
 
@@ -37,7 +40,11 @@ def gap_mapping(result: GapResult, comparison: ModelComparison | None = None) ->
         'verdict': decision.verdict.value,
         'effects': found_effects(result),
         'candidates': [
-            {'round': number, **_candidate(item)}
+            {
+                'round': number,
+                'accepted': any(item is other for other in decision.accepted),
+                **_candidate(item),
+            }
             for number, step in enumerate(search.rounds, start=1)
             for item in step.candidates
         ],
@@ -70,6 +77,22 @@ def gap_mapping(result: GapResult, comparison: ModelComparison | None = None) ->
             for item in search.rounds[0].trials[:40]
         ],
         'tolerances': _tolerances(result.final),
+        'gravity': [
+            {
+                'kind': item.kind.value,
+                'place': item.place,
+                'values': list(item.values),
+                'sigma': _number(item.sigma),
+                'log_evidence_gain': _number(item.gain),
+                'words': item.words(),
+            }
+            for item in result.faults_at_rest
+        ],
+        'encoders_told_by_gravity_deg': {
+            joint: _number(sigma) for joint, sigma in result.encoders_told.items()
+        },
+        'calibration': [asdict(item) for item in calibration(result)],
+        'mounts': [asdict(item) for item in mounts(result)],
         'excitation': search.campaign.excitation,
         'comparison': None if comparison is None else comparison_mapping(comparison),
         'remarks': list(search.campaign.remarks),
@@ -84,11 +107,12 @@ def gap_mapping(result: GapResult, comparison: ModelComparison | None = None) ->
 
 
 def accepted_effects(result: GapResult) -> tuple[KnownEffect, ...]:
-    """Return the effects that were accepted, at their final values."""
+    """Return the effects that were accepted, at their final values: gravity's come first."""
     decision = result.decision
-    if decision.verdict not in (Verdict.NAMED, Verdict.AMBIGUOUS) or not decision.accepted:
+    if decision.verdict not in (Verdict.NAMED, Verdict.AMBIGUOUS):
         return ()
-    return candidate_effects(decision.accepted[-1])
+    found = candidate_effects(decision.accepted[-1]) if decision.accepted else ()
+    return (*named_at_rest(result.faults_at_rest, result.calibrated), *found)
 
 
 def found_effects(result: GapResult) -> list[dict[str, Any]]:

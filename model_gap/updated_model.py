@@ -9,9 +9,13 @@ import yaml
 from modal_core.atomic_file import atomic_path, write_text
 from modal_core.channel import SensorLayout
 from modal_reports import with_sigma
+from model_gap.calibration import tolerances_left
+from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects
+from model_gap.gravity import right_units
 from model_gap.hypothesis import corrected_layout
+from model_gap.named_at_rest import named_at_rest
 from structural_model import FlexibleJointModel
 from structural_model.robot_writer import model_mapping
 from structural_model.spec import KnownEffect
@@ -20,24 +24,30 @@ NAME, DIFFERENCE, SENSORS = 'model_updated.yaml', 'model_updated.diff', 'sensors
 
 
 def updated_model(result: GapResult) -> FlexibleJointModel:
-    """Return the model with the effects' most probable values, tolerances left nominal."""
+    """Return the calibrated model with the effects that were accepted.
+
+    What it predicts is what the gap after is of.
+    """
     search = result.search
-    effects = accepted_effects(result)
-    if not effects:
-        return search.model
-    cell = result.final.add_effects(search.nominal.tolerant)
-    unchanged = cell.spec is search.scene.cell.spec
-    spec = search.model.spec if unchanged else cell.spec
-    return dataclasses.replace(
-        search.model,
-        spec=dataclasses.replace(spec, effects=(*search.model.spec.effects, *effects)),
+    if result.calibrated is None:
+        spec = dataclasses.replace(
+            search.model.spec,
+            effects=(*search.model.spec.effects, *named_at_rest(result.faults_at_rest, None)),
+        )
+        return dataclasses.replace(search.model, spec=spec)
+    own = dict(search.model.spec.tolerances) | tolerances_left(result)
+    spec = dataclasses.replace(
+        result.final.cell().spec,
+        effects=(*search.model.spec.effects, *accepted_effects(result)),
+        tolerances=tuple(own.items()),
     )
+    return dataclasses.replace(search.model, spec=spec)
 
 
 def updated_layout(result: GapResult) -> SensorLayout:
-    """Return the whole sensor layout that was given with the effects of sensors in it."""
-    layout = result.search.campaign.whole_layout
-    return corrected_layout(layout, result.final) if accepted_effects(result) else layout
+    """Return the whole sensor layout that was given as the campaign tells it."""
+    layout = right_units(result.search.campaign.whole_layout, result.faults_at_rest)
+    return corrected_layout(layout, result.final) if result.calibrated else layout
 
 
 def write_updated_model(result: GapResult, folder: Path) -> Path:
@@ -53,15 +63,24 @@ def write_updated_model(result: GapResult, folder: Path) -> Path:
         path.write_bytes(new.robot.text)
     sensors = _text(updated_layout(result).to_mapping())
     write_text(folder / SENSORS, sensors)
-    before, after = _text(model_mapping(search.model)), _text(model_mapping(new))
+    before, after = _text(model_mapping(result.given)), _text(model_mapping(new))
     lines = [f'# + {effect_label(item)}' for item in accepted_effects(result)]
-    write_text(folder / NAME, '\n'.join(lines or ['# no effect was added']) + '\n' + after)
+    lines = [*(lines or ['# no effect was added']), f'# {_calibration_said(result)}']
+    write_text(folder / NAME, '\n'.join(lines) + '\n' + after)
     difference = [
         *_difference(before, after, 'model.yaml', NAME),
         *_difference(_text(search.campaign.whole_layout.to_mapping()), sensors, SENSORS, SENSORS),
     ]
     write_text(folder / DIFFERENCE, '\n'.join(difference or ['nothing was changed']) + '\n')
     return folder / NAME
+
+
+def _calibration_said(result: GapResult) -> str:
+    if result.calibrated is None:
+        return 'not calibrated: what is unexplained would distort its numbers'
+    if result.decision.verdict is Verdict.UNEXPLAINED:
+        return 'calibrated within its tolerances; what is unexplained may be in its numbers'
+    return 'calibrated within its tolerances'
 
 
 def effect_label(effect: KnownEffect) -> str:

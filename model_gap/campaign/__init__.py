@@ -5,13 +5,13 @@ joints, and the spectra that model and measurement are compared on.
 """
 
 from model_gap.campaign.campaign import Campaign, GapRecord
+from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.flat_tops import flat_topped
 from model_gap.campaign.read_campaign import campaign_layout, read_campaign
 from model_gap.campaign.resample import at_times
 from model_gap.campaign.spectra import (
     Band,
-    BAND_EDGES_HZ,
     Complex,
     hann,
     HANN_POWER,
@@ -19,16 +19,16 @@ from model_gap.campaign.spectra import (
     RecordSpectra,
     smoothed,
     tail_of,
-    TARGET_BINS,
 )
+from model_gap.campaign.thresholds import CAMPAIGN
 from model_gap.campaign.weighting import Rows, Weighting
 
 __all__ = [
-    'BAND_EDGES_HZ',
+    'CAMPAIGN',
     'HANN_POWER',
-    'TARGET_BINS',
     'Band',
     'Campaign',
+    'CampaignEntry',
     'Complex',
     'GapRecord',
     'RecordSpectra',
@@ -40,6 +40,7 @@ __all__ = [
     'flat_topped',
     'hann',
     'read_campaign',
+    'read_campaign_file',
     'record_spectra',
     'smoothed',
     'tail_of',

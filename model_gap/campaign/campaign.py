@@ -1,6 +1,9 @@
 """What a campaign is once it has been read: records of known motion and measured acceleration."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +103,10 @@ class Campaign:
         What the person who recorded it wrote.
     given_layout : SensorLayout or None
         With the sensors and axes that were left out; None: none were.
+    effects : tuple of Path
+        Folders or files with effects of one's own.
+    tolerances : dict of str to number
+        How roughly the model is known, as far as the campaign says.
     """
 
     records: tuple[GapRecord, ...]
@@ -112,6 +119,8 @@ class Campaign:
     notes: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     given_layout: SensorLayout | None = None
+    effects: tuple[Path, ...] = ()
+    tolerances: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def whole_layout(self) -> SensorLayout:

@@ -1,7 +1,7 @@
 """campaign.yaml: which recordings belong to a campaign, at which pose and level."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import os
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,16 @@ HELDOUT = ('heldout', 'held_out')
 PARTS = ('part', 'split', 'set')
 LAYOUTS = ('sensors', 'layout')
 POSES = {'pose': 1.0, 'pose_rad': 1.0, 'pose_deg': np.pi / 180.0}
-OF_CAMPAIGN = (*LISTS, *LAYOUTS, *NOTES, 'robot', 'conditions')
+OF_CAMPAIGN = (
+    *LISTS,
+    *LAYOUTS,
+    *NOTES,
+    'robot',
+    'conditions',
+    'effects',
+    'tolerances',
+    'start_pose',
+)
 OF_RECORDING = (
     *FILES, *LEVEL_KEYS, *NOTES, *HELDOUT, *PARTS, *POSES, 'controller_deg', 'plan_hash',
 )  # fmt: skip
@@ -66,12 +75,18 @@ class CampaignFile:
         Sensor layout, when the campaign brings its own.
     remarks : tuple of str
         Notes of the campaign and of its recordings.
+    effects : tuple of Path
+        Folders or files with effects of one's own.
+    tolerances : dict of str to number
+        How roughly the model is known, as far as the campaign says.
     """
 
     folder: Path
     entries: tuple[CampaignEntry, ...]
     layout: Any = None
     remarks: tuple[str, ...] = ()
+    effects: tuple[Path, ...] = ()
+    tolerances: Mapping[str, Any] = field(default_factory=dict)
 
 
 def read_campaign_file(folder: Path) -> CampaignFile:
@@ -106,7 +121,29 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     _refuse_doubles(entries, path)
     layout = layout if layout is not None else _own(folder)
     remarks = (*_remarks(data, items), *_not_read(data, items, path))
-    return CampaignFile(folder, entries, layout, remarks)
+    return CampaignFile(
+        folder, entries, layout, remarks, _effects(data, folder, path), _tolerances(data, path)
+    )
+
+
+def _effects(data: Mapping[str, Any], folder: Path, path: Path) -> tuple[Path, ...]:
+    named = data.get('effects') or []
+    named = named if isinstance(named, list) else [named]
+    for item in named:
+        if not isinstance(item, str):
+            raise SettingsError(
+                'not a folder', where=f'{path}: effects', found=item, expected='a path in quotes'
+            )
+    return tuple(_inside(folder, item, f'{path}: effects') for item in named)
+
+
+def _tolerances(data: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    stated = data.get('tolerances') or {}
+    if not isinstance(stated, Mapping):
+        raise SettingsError(
+            'not a mapping', where=f'{path}: tolerances', found=stated, expected='stiffness: 0.4'
+        )
+    return dict(stated)
 
 
 def _refuse_doubles(entries: tuple[CampaignEntry, ...], path: Path) -> None:

@@ -6,14 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign.campaign import GapRecord
-
-# Thickness of a layer below the largest value, of the signal's range to one side.
-LAYER = 2e-3
-LAYERS = 6
-# A smooth signal holds hardly more samples in the outermost layer than in the next few together:
-# 0.7 times for a sine, the steepest case.
-PILE_UP = 4.0
-LEAST_FLAT_SAMPLES = 8
+from model_gap.campaign.thresholds import CAMPAIGN
 
 
 def flat_topped(records: Sequence[GapRecord], channels: Sequence[str]) -> tuple[str, ...]:
@@ -43,8 +36,10 @@ def _piles_up(values: NDArray[np.float64]) -> NDArray[np.bool_]:
         if not top > 0.0 or not np.isfinite(least):
             found.append(False)
             continue
-        layer = max(LAYER * top, 1.01 * least)  # of a coarse converter: one step
+        layer = max(CAMPAIGN.clipped_layer * top, 1.01 * least)  # of a coarse converter: one step
         outermost = int(np.sum(ordered >= top - layer))
-        next_few = int(np.sum(ordered >= top - LAYERS * layer)) - outermost
-        found.append(outermost >= LEAST_FLAT_SAMPLES and outermost > PILE_UP * max(next_few, 1))
+        next_few = int(np.sum(ordered >= top - CAMPAIGN.clipped_layers * layer)) - outermost
+        found.append(
+            outermost >= CAMPAIGN.fewest_flat and outermost > CAMPAIGN.piled_up * max(next_few, 1)
+        )
     return np.array(found)

@@ -9,16 +9,9 @@ from numpy.typing import NDArray
 from model_gap.campaign.campaign import MotionNoise
 from model_gap.campaign.resample import at_times
 from model_gap.campaign.series import RawRecording, Series
+from model_gap.campaign.thresholds import CAMPAIGN
 
 Array = NDArray[np.float64]
-HIGHEST_HZ = 110.0
-# Of the recorded rate: what lies above is the interpolation's, not the robot's.
-USABLE_SHARE = 0.45
-LEAST_AGREEMENT = 0.98
-MOST_LAG_S = 1e-4
-SCALE_ERROR = 0.1
-# Where of the recorded spectrum its noise is read, as parts of half the rate.
-NOISE_FROM, NOISE_TO, NOISE_PARTS = 0.7, 0.95, 6
 
 
 @dataclass(frozen=True)
@@ -74,7 +67,11 @@ def motion_on_grid(
     """
     values = position.values[:, order]
     pose = values.mean(axis=0)
-    highest = min(HIGHEST_HZ, USABLE_SHARE * position.rate_hz, USABLE_SHARE * rate_hz)
+    highest = min(
+        CAMPAIGN.motion_up_to_hz,
+        CAMPAIGN.usable_share * position.rate_hz,
+        CAMPAIGN.usable_share * rate_hz,
+    )
     times = grid - position.start_s
 
     def derivative(degree: int) -> Array:
@@ -115,10 +112,10 @@ def disagreement(told: Array, derived: Array, rate_hz: float) -> str:
     pairs = zip(told.T, derived.T, strict=True)
     agreement = min(float(np.corrcoef(one, two)[0, 1]) for one, two in pairs)
     scale = told.std(axis=0) / derived.std(axis=0)
-    if agreement < LEAST_AGREEMENT or np.any(np.abs(scale - 1.0) > SCALE_ERROR):
+    if agreement < CAMPAIGN.least_agreement or np.any(np.abs(scale - 1.0) > CAMPAIGN.scale_error):
         return 'recorded joint velocities contradict the positions and were not used'
     late = lag_s(told, derived, rate_hz)
-    if abs(late) > MOST_LAG_S:
+    if abs(late) > CAMPAIGN.most_lag_s:
         return (
             f'recorded joint velocities come {1e3 * late:+.2f} ms after the positions and were'
             ' not used'
@@ -163,7 +160,9 @@ def white_density(values: Array, rate_hz: float) -> Array:
     power = np.abs(np.fft.rfft((values - values.mean(axis=0)) * window, axis=0)) ** 2
     power /= rate_hz * float(np.sum(window**2))
     count = len(power) - 1
-    edges = np.linspace(NOISE_FROM * count, NOISE_TO * count, NOISE_PARTS + 1).astype(int)
+    edges = np.linspace(
+        CAMPAIGN.noise_from * count, CAMPAIGN.noise_to * count, CAMPAIGN.noise_parts + 1
+    ).astype(int)
     # The median of an exponential variable is ln 2 times its mean: robust against lines.
     floors = [
         np.median(power[low : max(high, low + 1)], axis=0) / np.log(2.0)

@@ -15,22 +15,14 @@ from modal_core.yaml_file import load_yaml
 from modal_recordings import open_recording
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
-from model_gap.campaign.motion import motion_on_grid, RecordedMotion, USABLE_SHARE
+from model_gap.campaign.motion import motion_on_grid, RecordedMotion
 from model_gap.campaign.resample import at_times, thinned
 from model_gap.campaign.series import gather, joint_columns, RawRecording, Series
 from model_gap.campaign.spectra import Band, quiet_rate_hz
+from model_gap.campaign.thresholds import CAMPAIGN
 from structural_model import FlexibleJointModel, load_layout
 
 Array = NDArray[np.float64]
-LONGEST_S = 60.0
-SHORTEST_S = 4.0
-# Accelerations are kept at about this rate: twice what is compared, and room to see the noise.
-HIGHEST_RATE_HZ = 640.0
-LEAST_BAND_HZ = 55.0
-AT_REST = 0.3
-POSE_SAID_RAD = 0.05
-FULL_TURNS = 3.0
-G_BAND = 0.15
 
 
 def read_campaign(
@@ -89,6 +81,8 @@ def read_campaign(
         notes=tuple(dict.fromkeys(notes)),
         remarks=file.remarks,
         given_layout=sensors,
+        effects=file.effects,
+        tolerances=file.tolerances,
     )
 
 
@@ -126,7 +120,7 @@ def _gathered(
 
 
 def _thinned(item: Series) -> Series:
-    every = max(1, int(item.rate_hz // HIGHEST_RATE_HZ))
+    every = max(1, int(item.rate_hz // CAMPAIGN.highest_rate_hz))
     values = thinned(item.values, item.rate_hz, every)
     return replace(item, rate_hz=item.rate_hz / every, values=values)
 
@@ -179,9 +173,9 @@ def _record(
     order = _joint_order(raw.position.names, model, where)
     chosen = [item for item in raw.accelerations if _uses(item, layout)]
     start, end = _stretch([*chosen, raw.position], where)
-    if end - start > LONGEST_S:
-        notes.append(f'of each recording at most the first {LONGEST_S:.0f} s were used')
-        end = start + LONGEST_S
+    if end - start > CAMPAIGN.longest_s:
+        notes.append(f'of each recording at most the first {CAMPAIGN.longest_s:.0f} s were used')
+        end = start + CAMPAIGN.longest_s
     # The slowest sensors' own samples are the grid: they need no interpolation.
     slowest = min(chosen, key=lambda item: item.rate_hz)
     rate = slowest.rate_hz
@@ -215,7 +209,7 @@ def _stretch(series: Sequence[Series], where: str) -> tuple[float, float]:
     """Return when all series are there."""
     start = max(item.start_s for item in series)
     end = min(item.end_s for item in series)
-    if end - start >= SHORTEST_S:
+    if end - start >= CAMPAIGN.shortest_s:
         return start, end
     apart = end < start
     spans = ', '.join(f'{item.names[0]} {item.start_s:.2f}..{item.end_s:.2f} s' for item in series)
@@ -225,7 +219,7 @@ def _stretch(series: Sequence[Series], where: str) -> tuple[float, float]:
         else 'too short a stretch with all sensors and joint states',
         where=where,
         found=spans if apart else f'{end - start:.2f} s',
-        expected=f'>= {SHORTEST_S} s together',
+        expected=f'>= {CAMPAIGN.shortest_s} s together',
         advice='stamp both with one clock' if apart else 'record half a minute in each pose',
     )
 
@@ -240,7 +234,9 @@ def _check_units(
 ) -> None:
     """Refuse angles in degrees; note accelerations that look like multiples of g."""
     farthest = np.maximum(np.abs(model.limits.position_low), np.abs(model.limits.position_high))
-    if np.any(np.abs(pose) > np.minimum(farthest, 2.0 * np.pi) + FULL_TURNS * 2.0 * np.pi):
+    if np.any(
+        np.abs(pose) > np.minimum(farthest, 2.0 * np.pi) + CAMPAIGN.full_turns * 2.0 * np.pi
+    ):
         raise RecordingError(
             'joint positions are out of all range',
             where=where,
@@ -251,7 +247,7 @@ def _check_units(
     for sensor in layout:
         mean = acceleration[:, first : first + len(sensor.axes)].mean(axis=0)
         first += len(sensor.axes)
-        if len(sensor.axes) == 3 and abs(np.linalg.norm(mean) - 1.0) < G_BAND:
+        if len(sensor.axes) == 3 and abs(np.linalg.norm(mean) - 1.0) < CAMPAIGN.g_band:
             notes.append(f'{sensor.name} reads 1 at rest: its unit may be g instead of m/s²')
 
 
@@ -262,22 +258,23 @@ def _caveats(entry: CampaignEntry, motion: RecordedMotion, rate_hz: float) -> li
     high_hz = band.within(rate_hz, str(entry.path)).high_hz
     if high_hz < band.high_hz:
         found.append(
-            f'compared up to {high_hz:.3g} Hz, {USABLE_SHARE:g} times the rate of the sensors'
+            f'compared up to {high_hz:.3g} Hz, {CAMPAIGN.usable_share:g} times the rate of the'
+            ' sensors'
         )
     if rate_hz < quiet_rate_hz(band):
         found.append(
             f'sensors at {rate_hz:.4g} Hz show little above what is compared: their noise is read'
             ' among the response, and a small gap may be overlooked'
         )
-    if motion.highest_hz < min(LEAST_BAND_HZ, high_hz):
+    if motion.highest_hz < min(CAMPAIGN.least_band_hz, high_hz):
         found.append(f'joint states limit the comparison to {motion.highest_hz:.0f} Hz')
     begin = motion.velocity[: max(2, round(0.05 * rate_hz))]
-    if np.sqrt(np.mean(begin**2)) > AT_REST * np.sqrt(np.mean(motion.velocity**2)):
+    if np.sqrt(np.mean(begin**2)) > CAMPAIGN.at_rest * np.sqrt(np.mean(motion.velocity**2)):
         found.append('recordings begin in motion: their first seconds count as gap')
     said = entry.pose
     if said is not None and len(said) == len(motion.pose):
         away = float(np.abs(np.array(said) - motion.pose).max())
-        if away > POSE_SAID_RAD:
+        if away > CAMPAIGN.pose_said_rad:
             found.append(
                 f'{entry.name}: the joint states stand {np.degrees(away):.0f} deg away from'
                 ' the pose in campaign.yaml; the joint states count'
@@ -295,7 +292,9 @@ def _on_grid(item: Series, values: Array, grid: Array, rate: float) -> Array:
     if abs(item.rate_hz / rate - 1.0) < 1e-9 and abs(offset - round(offset)) < 1e-3:
         first = round(offset)
         return values[first : first + len(grid)]
-    return at_times(values, item.rate_hz, grid - item.start_s, highest_hz=USABLE_SHARE * rate)
+    return at_times(
+        values, item.rate_hz, grid - item.start_s, highest_hz=CAMPAIGN.usable_share * rate
+    )
 
 
 def _joint_order(names: tuple[str, ...], model: FlexibleJointModel, where: str) -> list[int]:

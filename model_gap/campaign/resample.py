@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from model_gap.campaign.thresholds import CAMPAIGN
+
 Array = NDArray[np.float64]
-FINER = 8
-PADDING_S = 1.0
 
 
 def at_times(
@@ -31,7 +31,7 @@ def at_times(
         What lies above is left out.
     """
     count = len(values)
-    pad = min(count - 1, round(PADDING_S * rate_hz))
+    pad = min(count - 1, round(CAMPAIGN.padding_s * rate_hz))
     before = 2.0 * values[0] - values[pad:0:-1]
     after = 2.0 * values[-1] - values[-2 : -pad - 2 : -1]
     long = np.concatenate([before, values, after])
@@ -41,10 +41,10 @@ def at_times(
     frequency = np.fft.rfftfreq(len(long), 1.0 / rate_hz)
     factor = (2j * np.pi * frequency) ** order
     factor[frequency > highest_hz] = 0.0
-    fine = np.zeros((len(long) * FINER // 2 + 1, values.shape[1]), dtype=complex)
+    fine = np.zeros((len(long) * CAMPAIGN.finer // 2 + 1, values.shape[1]), dtype=complex)
     fine[: len(spectrum)] = spectrum * factor[:, None]
-    dense = np.fft.irfft(fine, len(long) * FINER, axis=0) * FINER
-    dense_times = np.arange(len(dense)) / (rate_hz * FINER) - pad / rate_hz
+    dense = np.fft.irfft(fine, len(long) * CAMPAIGN.finer, axis=0) * CAMPAIGN.finer
+    dense_times = np.arange(len(dense)) / (rate_hz * CAMPAIGN.finer) - pad / rate_hz
     found = CubicSpline(dense_times, dense, axis=0)(times_s)
     slope = (long[-1] - long[0]) / ((len(long) - 1) / rate_hz)
     if order == 0:
@@ -70,7 +70,7 @@ def thinned(values: Array, rate_hz: float, every: int) -> Array:
         return values
     count = len(values) // every * every
     values = values[:count]
-    pad = min(count - 1, round(PADDING_S * rate_hz)) // every * every
+    pad = min(count - 1, round(CAMPAIGN.padding_s * rate_hz)) // every * every
     before = 2.0 * values[0] - values[pad:0:-1]
     after = 2.0 * values[-1] - values[-2 : -pad - 2 : -1]
     long = np.concatenate([before, values, after])

@@ -12,15 +12,10 @@ from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
 from modal_core.units import ACCELERATION, named_unit
+from model_gap.campaign.thresholds import CAMPAIGN
 
 Array = NDArray[np.float64]
 Columns = NDArray[np.intp]
-LARGEST_GAP_STEPS = 1.5
-LEAST_SERIES_SAMPLES = 16
-# Of a channel's samples, so many are numbers.
-LEAST_FINITE = 0.5
-# Of a channel's largest value: what changes less does not change, but for rounding.
-LEAST_CHANGE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -264,10 +259,10 @@ def _uniform(stamps: NDArray[np.int64], values: Array) -> tuple[float, float, Ar
     stamps, values = stamps[order], values[order]
     keep = np.r_[True, np.diff(stamps) > 0]
     stamps, values = stamps[keep], values[keep]
-    if len(stamps) < LEAST_SERIES_SAMPLES:
+    if len(stamps) < CAMPAIGN.fewest_samples:
         return None
     step = float(np.median(np.diff(stamps)))
-    cuts = np.flatnonzero(np.diff(stamps) > LARGEST_GAP_STEPS * 2.0 * step) + 1
+    cuts = np.flatnonzero(np.diff(stamps) > CAMPAIGN.largest_gap_steps * 2.0 * step) + 1
     edges = [0, *cuts.tolist(), len(stamps)]
     spans = list(itertools.pairwise(edges))
     low, high = max(spans, key=lambda span: span[1] - span[0])
@@ -290,7 +285,7 @@ def _uniform(stamps: NDArray[np.int64], values: Array) -> tuple[float, float, Ar
 def _without_holes(series: Series, notes: list[str]) -> Series | None:
     """Leave out channels that hold no signal, then keep the longest stretch without a hole."""
     good = np.isfinite(series.values)
-    columns = np.flatnonzero(good.mean(axis=0) >= LEAST_FINITE)
+    columns = np.flatnonzero(good.mean(axis=0) >= CAMPAIGN.least_finite)
     _note_missing(notes, 'mostly not a number', series.names, np.arange(good.shape[1]), columns)
     if not len(columns):
         return None
@@ -301,10 +296,10 @@ def _without_holes(series: Series, notes: list[str]) -> Series | None:
         low, high = max(itertools.pairwise(edges), key=lambda span: span[1] - span[0])
         first, end = low + 1, high
         notes.append(f'{int((~whole).sum())} samples are not numbers; the longest rest was used')
-    if end - first < LEAST_SERIES_SAMPLES:
+    if end - first < CAMPAIGN.fewest_samples:
         return None
     values = series.values[first:end]
-    moving = np.ptp(values, axis=0) > LEAST_CHANGE * np.abs(values).max(axis=0)
+    moving = np.ptp(values, axis=0) > CAMPAIGN.least_change * np.abs(values).max(axis=0)
     alive = columns[moving[columns]]
     _note_missing(notes, 'always the same number', series.names, columns, alive)
     if not len(alive):
@@ -346,7 +341,7 @@ def _joints(
             return None
         values = np.concatenate([part[:, o] for part, o in zip(parts, order, strict=True)])
         kept = np.isfinite(values).all(axis=1)
-        if kept.sum() < LEAST_SERIES_SAMPLES:
+        if kept.sum() < CAMPAIGN.fewest_samples:
             return None
         if field == 'position' and not kept.all():
             notes.append(f'{int((~kept).sum())} joint states are not numbers and were left out')

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
 from model_gap.campaign.campaign import GapRecord
-from model_gap.campaign.motion import USABLE_SHARE
+from model_gap.campaign.thresholds import CAMPAIGN
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -17,22 +17,6 @@ Complex = NDArray[np.complex128]
 HANN = (-0.25, 0.5, -0.25)
 # E|Hann bin|² of white noise of unit rectangular bins.
 HANN_POWER = 0.375
-TARGET_BINS = 160
-# Bins to either side over which powers are averaged for the noise of the motion.
-SMOOTHING_BINS = 12
-# Of the amplitude: what a linear model misses of an arm that shakes, once the motion of second
-# order has been taken out.
-LINEARISATION_ERROR = 0.005
-COARSE_HZ = 240.0
-# Motions are known up to here at most.
-MOTION_HZ = 120.0
-COARSE_S = 25.0
-# Noise is read up to this part of half the rate, from so many per cent of what is there.
-NOISE_TOP, QUIETEST = 0.92, 30.0
-# The band's upper edge is at least so many times the lower one.
-LEAST_WIDTH = 2.0
-# Bands that results are told by.
-BAND_EDGES_HZ = (3.0, 8.0, 12.0, 18.0, 26.0, 38.0, 60.0, 120.0)
 BLOCK = 64
 
 
@@ -57,13 +41,13 @@ class Band:
         RecordingError
             Hardly anything: less than an octave.
         """
-        high = min(self.high_hz, USABLE_SHARE * rate_hz)
-        if high < LEAST_WIDTH * self.low_hz:
+        high = min(self.high_hz, CAMPAIGN.usable_share * rate_hz)
+        if high < CAMPAIGN.least_width * self.low_hz:
             raise RecordingError(
                 'sensors too slow to compare anything',
                 where=where,
                 found=f'{rate_hz:.4g} Hz',
-                expected=f'>= {LEAST_WIDTH * self.low_hz / USABLE_SHARE:.3g} Hz',
+                expected=f'>= {CAMPAIGN.least_width * self.low_hz / CAMPAIGN.usable_share:.3g} Hz',
             )
         return replace(self, high_hz=high)
 
@@ -111,7 +95,7 @@ class RecordSpectra:
         Twice as long, so that responses do not wrap around; up to where motion is known.
         """
         omega, acceleration, shift = _padded_motion(self.record)
-        keep = omega <= 2.0 * np.pi * MOTION_HZ
+        keep = omega <= 2.0 * np.pi * CAMPAIGN.motion_hz
         return omega[keep], acceleration[:, keep], shift[:, keep]
 
     @cached_property
@@ -151,7 +135,7 @@ def hann(spectra: Complex) -> Complex:
 def record_spectra(
     record: GapRecord,
     band: Band,
-    target_bins: int = TARGET_BINS,
+    target_bins: int = CAMPAIGN.target_bins,
     lines_hz: tuple[float, ...] = (),
 ) -> RecordSpectra:
     """Transform a record.
@@ -197,7 +181,7 @@ def record_spectra(
         motor_acceleration=motion.T[:, triples],
         motor_shift=transform(record.motor_shift).T[:, triples],
         measured=hann(response.T[:, triples]),
-        noise_power=sensor_noise[:, None] + (share + LINEARISATION_ERROR**2) * power.T,
+        noise_power=sensor_noise[:, None] + (share + CAMPAIGN.linearisation_error**2) * power.T,
         tail=tail_of(record.motor_acceleration, record.sample_rate_hz),
         coarse_period_s=_stride(record.sample_rate_hz) / record.sample_rate_hz,
         end_scale=record.sample_rate_hz * scale,
@@ -205,13 +189,13 @@ def record_spectra(
 
 
 def _stride(rate_hz: float) -> int:
-    return max(1, int(rate_hz / COARSE_HZ))
+    return max(1, int(rate_hz / CAMPAIGN.coarse_hz))
 
 
 def tail_of(acceleration: Array, rate_hz: float) -> Array:
     """Return what ``RecordSpectra.tail`` holds of an acceleration (n_samples, n_joints)."""
     stride = _stride(rate_hz)
-    most = int(COARSE_S * rate_hz / stride)
+    most = int(CAMPAIGN.coarse_s * rate_hz / stride)
     newest_first = acceleration[len(acceleration) % stride :: stride][::-1][:most]
     blocks = -(-len(newest_first) // BLOCK)
     padded = np.zeros((blocks * BLOCK, acceleration.shape[1]))
@@ -253,8 +237,8 @@ def motion_noise_share(
 def smoothed(power: Array, bins: NDArray[np.intp]) -> Array:
     """Return the mean of a power over the bins around some, (n_bins, n_columns)."""
     total = np.concatenate([np.zeros((1, power.shape[1])), np.cumsum(power, axis=0)])
-    low = np.maximum(bins - SMOOTHING_BINS, 0)
-    high = np.minimum(bins + SMOOTHING_BINS + 1, len(power))
+    low = np.maximum(bins - CAMPAIGN.smoothing_bins, 0)
+    high = np.minimum(bins + CAMPAIGN.smoothing_bins + 1, len(power))
     return np.asarray((total[high] - total[low]) / (high - low)[:, None])
 
 
@@ -272,7 +256,7 @@ def noise_power(response: Complex, frequency: Array, band: Band) -> Array:
     """
     full = np.arange(1, len(response) - 1)
     power = np.abs(hann(response[full[:, None] + np.array([-1, 0, 1])].transpose(2, 0, 1))) ** 2
-    top = NOISE_TOP * frequency[-1]
+    top = CAMPAIGN.noise_top * frequency[-1]
     edges = np.linspace(min(band.high_hz * 1.1, 0.5 * top), top, 9)
     floors = []
     for low, high in itertools.pairwise(edges):
@@ -280,10 +264,12 @@ def noise_power(response: Complex, frequency: Array, band: Band) -> Array:
         if chosen.sum() >= 20:
             # The median of an exponential variable is ln 2 times its mean: robust against lines.
             floors.append(np.median(power[:, chosen], axis=1) / np.log(2.0))
-    floor = np.percentile(floors, QUIETEST, axis=0) if floors else np.median(power, axis=1)
+    floor = (
+        np.percentile(floors, CAMPAIGN.quietest, axis=0) if floors else np.median(power, axis=1)
+    )
     return np.asarray(np.maximum(floor, 1e-6 * np.mean(power, axis=1)))
 
 
 def quiet_rate_hz(band: Band) -> float:
     """Return the rate below which noise is read within the band for want of room above it [Hz]."""
-    return 2.0 * band.high_hz / (NOISE_TOP * (1.0 - 0.5 * QUIETEST / 100.0))
+    return 2.0 * band.high_hz / (CAMPAIGN.noise_top * (1.0 - 0.5 * CAMPAIGN.quietest / 100.0))

@@ -4,7 +4,9 @@ In come a robot model and its sensors; out go modal systems with their tolerance
 only to a percent or so and must not be given a name.
 """
 
+from model_gap.cell.arm_nuisances import encoder_of
 from model_gap.cell.cell_model import CellModel, Filter, HeldTorque, JointForce, Ripple, Tone
+from model_gap.cell.changes import change_drive, change_joint, gain_step, offset_joint
 from model_gap.cell.equivalent_gain import closed_transfer, equivalent_gain
 from model_gap.cell.joint_vector import (
     axis_row,
@@ -17,14 +19,7 @@ from model_gap.cell.joint_vector import (
     marked,
     plain_joint,
 )
-from model_gap.cell.nuisance import (
-    change_drive,
-    change_joint,
-    gain_step,
-    Nuisance,
-    nuisances,
-    Tolerances,
-)
+from model_gap.cell.nuisance import Nuisance, RELATIVE
 from model_gap.cell.pose_system import (
     pose_arm,
     pose_system,
@@ -33,9 +28,11 @@ from model_gap.cell.pose_system import (
     sag,
     with_channels,
 )
+from model_gap.cell.tolerances import nuisances, Tolerances
 
 __all__ = [
     'BETWEEN_LINKS',
+    'RELATIVE',
     'CellModel',
     'Filter',
     'HeldTorque',
@@ -50,6 +47,7 @@ __all__ = [
     'change_drive',
     'change_joint',
     'closed_transfer',
+    'encoder_of',
     'equivalent_gain',
     'force_vector',
     'gain_step',
@@ -59,6 +57,7 @@ __all__ = [
     'joint_vector',
     'marked',
     'nuisances',
+    'offset_joint',
     'plain_joint',
     'pose_arm',
     'pose_system',

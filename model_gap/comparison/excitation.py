@@ -7,8 +7,7 @@ import numpy as np
 
 from model_gap.campaign import Campaign
 from model_gap.comparison.spectra_pairs import SpectraPair, used_bands
-
-WEAK, LOST = 0.1, 1.0
+from model_gap.comparison.thresholds import LIMITS
 
 
 @dataclass(frozen=True)
@@ -70,11 +69,15 @@ def excitation(campaign: Campaign, pairs: Sequence[SpectraPair]) -> Excitation:
         f'{"recorded, and are not needed" if campaign.effort_recorded else "not recorded"}.'
     ]
     for limit, text in (
-        (LOST, 'nothing can be concluded there'),
-        (WEAK, 'small differences there are noise of the joint states, and count as such'),
+        (LIMITS.lost, 'nothing can be concluded there'),
+        (LIMITS.weak, 'small differences there are noise of the joint states, and count as such'),
     ):
         weak = [band for band in bands if band.noise_share > limit]
-        weak = weak if limit == LOST else [band for band in weak if band.noise_share <= LOST]
+        weak = (
+            weak
+            if limit == LIMITS.lost
+            else [band for band in weak if band.noise_share <= LIMITS.lost]
+        )
         if weak:
             names = ', '.join(f'{band.low_hz:g}–{band.high_hz:g} Hz' for band in weak)
             worst = max(min(band.noise_share, 10.0) for band in weak)

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_gap.comparison.spectra_pairs import SpectraPair
-
-NEAR_BINS = 1.5
-AROUND_HZ = 1.5
+from model_gap.comparison.thresholds import LIMITS
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,10 @@ def _line(pairs: Sequence[SpectraPair], line: float, channels: Sequence[str]) ->
         record = pair.item.record
         step = record.sample_rate_hz / len(record.acceleration)
         away = np.abs(pair.item.frequency_hz - line)
-        near, around = away <= NEAR_BINS * step, (away > 3.0 * step) & (away < AROUND_HZ)
+        near, around = (
+            away <= LIMITS.near_bins * step,
+            (away > 3.0 * step) & (away < LIMITS.around_hz),
+        )
         if not near.any() or not around.any():
             continue
         tables.append(

@@ -9,11 +9,10 @@ from modal_core.errors import IdentificationError
 from modal_core.measurements import JointSamples, NANOSECONDS_PER_SECOND, SampleBlock
 from modal_core.mode import ModeSet
 from model_gap.campaign import GapRecord
+from model_gap.comparison.thresholds import LIMITS
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
 from structural_model import FlexibleJointModel
-
-LEAST_HZ, MOST_HZ = 3.0, 58.0
 
 
 def identified_modes(
@@ -39,7 +38,9 @@ def identified_modes(
     """
     rate, count = record.sample_rate_hz, len(record.acceleration)
     settings = IdentificationSettings(
-        window_s=count / rate, min_frequency_hz=LEAST_HZ, max_frequency_hz=min(highest_hz, MOST_HZ)
+        window_s=count / rate,
+        min_frequency_hz=LIMITS.lowest_hz,
+        max_frequency_hz=min(highest_hz, LIMITS.highest_hz),
     )
     pipeline = IdentificationPipeline(settings, layout, robot=model)
     stamps = np.rint(np.arange(count) / rate * NANOSECONDS_PER_SECOND).astype(np.int64)

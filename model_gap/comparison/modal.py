@@ -14,15 +14,13 @@ from modal_core.mode import Mode, ModeSet
 from model_gap.campaign import GapRecord
 from model_gap.cell import CellModel, Nuisance
 from model_gap.comparison.identified import identified_modes
+from model_gap.comparison.thresholds import LIMITS
 from model_gap.fit import pose_groups
 from model_gap.hypothesis import Hypothesis
 from model_gap.search import Search
 from structural_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
-MOST_POSES = 4
-FREQUENCY_WEIGHT = 2.0
-LEAST_MAC, MOST_OFF = 0.4, 0.35
 
 
 @dataclass(frozen=True)
@@ -129,7 +127,7 @@ def _chosen(
     for record, group in zip(records, groups, strict=True):
         poses.setdefault(group, []).append(record)
     order = sorted(poses.items(), key=lambda item: not item[1][0].heldout)
-    return order[:MOST_POSES]
+    return order[: LIMITS.most_poses]
 
 
 def _model_modes(
@@ -143,7 +141,7 @@ def _model_modes(
     changes = [
         _change(search.model, item.apply(cell, 1.0), q, modes.frequency_hz, modes.damping_ratio)
         for item in tolerances
-        if item.kind in ('spring', 'spec')
+        if item.kind in ('spring', 'spec', 'pose')
     ]
     none = np.zeros((1, 2, len(omega)))
     sigma = np.sqrt(np.sum(np.array(changes or none) ** 2, axis=0))
@@ -164,9 +162,9 @@ def _matched(found: ModeSet, model: _Modes, seen: list[int]) -> list[ModelMode |
         return pairs
     likeness = mac(found.shapes, model.shapes[seen])
     off = np.abs(np.log(found.frequency_hz[:, None] / model.frequency_hz))
-    rows, columns = linear_sum_assignment(1.0 - likeness + FREQUENCY_WEIGHT * off)
+    rows, columns = linear_sum_assignment(1.0 - likeness + LIMITS.frequency_weight * off)
     for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
-        if likeness[row, column] >= LEAST_MAC and off[row, column] <= MOST_OFF:
+        if likeness[row, column] >= LIMITS.least_mac and off[row, column] <= LIMITS.most_off:
             pairs[row] = ModelMode(
                 frequency_hz=float(model.frequency_hz[column]),
                 damping_ratio=float(model.damping_ratio[column]),

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.campaign import BAND_EDGES_HZ, Complex, RecordSpectra
+from model_gap.campaign import CAMPAIGN, Complex, RecordSpectra
 from model_gap.hypothesis import Hypothesis
 from model_gap.search import Search
 
@@ -58,6 +58,6 @@ def used_bands(pairs: Sequence[SpectraPair]) -> list[tuple[float, float]]:
     """Return the bands that hold data."""
     return [
         (low, high)
-        for low, high in itertools.pairwise(BAND_EDGES_HZ)
+        for low, high in itertools.pairwise(CAMPAIGN.band_edges_hz)
         if any(pair.inside(low, high).any() for pair in pairs)
     ]

@@ -12,10 +12,7 @@ import numpy as np
 
 from model_gap.campaign import Complex
 from model_gap.comparison.spectra_pairs import SpectraPair, used_bands
-
-# Neighbouring Hann bins share information: independent ones per bin.
-INDEPENDENT = 0.67
-LEAST_COHERENCE = 1e-6
+from model_gap.comparison.thresholds import LIMITS
 
 
 @dataclass(frozen=True)
@@ -90,8 +87,10 @@ def ratio(measured: Complex, predicted: Complex, noise: float = 0.0) -> Ratio:
     if one <= 0.0 or two <= 0.0:
         return Ratio(0.0, 0.0, 0.0, float('inf'), float('inf'))
     coherence = min(abs(cross) ** 2 / (one * two), 1.0)
-    count = max(INDEPENDENT * measured.size, 1.0)
-    relative = float(np.sqrt((1.0 - coherence) / (2.0 * count * max(coherence, LEAST_COHERENCE))))
+    count = max(LIMITS.independent * measured.size, 1.0)
+    relative = float(
+        np.sqrt((1.0 - coherence) / (2.0 * count * max(coherence, LIMITS.least_coherence)))
+    )
     size = abs(cross) / one
     magnitude_sigma = size * float(np.hypot(relative, noise / one))
     return Ratio(size, float(np.angle(cross)), coherence, magnitude_sigma, relative)
@@ -142,7 +141,9 @@ def _sensor_band(
         measured=level(np.abs(measured) ** 2),
         predicted_before=level(np.abs(before) ** 2),
         predicted_after=level(np.abs(after) ** 2),
-        level_sigma_db=float(10.0 / np.log(10.0) / np.sqrt(max(INDEPENDENT * len(measured), 1.0))),
+        level_sigma_db=float(
+            10.0 / np.log(10.0) / np.sqrt(max(LIMITS.independent * len(measured), 1.0))
+        ),
         noise=level(noise),
         before=ratio(measured, before, float(noise.sum())),
         after=ratio(measured, after, float(noise.sum())),

@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.campaign import BAND_EDGES_HZ
+from model_gap.campaign import CAMPAIGN
 from model_gap.fit import Fit, posterior_predictive_check
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
@@ -85,7 +85,7 @@ def _misfits(predictor: Predictor, hypothesis: Hypothesis) -> tuple[float, BandL
     sums: dict[tuple[str, str], Array] = {}
     parts = predictor.squares(hypothesis.cell())
     for item, squares in zip(predictor.records, parts, strict=True):
-        for low, high in itertools.pairwise(BAND_EDGES_HZ):
+        for low, high in itertools.pairwise(CAMPAIGN.band_edges_hz):
             inside = (item.frequency_hz >= low) & (item.frequency_hz < high)
             part = squares[:, inside]
             place = (f'{low:g}-{high:g} Hz', item.record.level)

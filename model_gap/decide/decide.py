@@ -16,6 +16,7 @@ from model_gap.campaign import flat_topped
 from model_gap.cell import in_words
 from model_gap.decide.adequacy import Adequacy, adequacy
 from model_gap.decide.discriminate import experiments_between, separation_now
+from model_gap.decide.what_remains import what_remains
 from model_gap.hypothesis import Hypothesis
 from model_gap.search import Candidate, joint_shares, RivalPair, Search
 
@@ -108,8 +109,9 @@ def _decided(search: Search) -> Decision:
     rivals = tuple(pair.rival for pair in search.rivals)
     why = objections(adequacy(search, final)) + at_limits(final.hypothesis)
     if why:
-        hint = _hint(search, final.hypothesis)
-        return Decision(Verdict.UNEXPLAINED, (), accepted + rivals, (*why, *hint, *limits))
+        names = ', '.join(repr(effect) for effect in final.hypothesis.effects)
+        rejected = f'{names} takes part of it away, and is rejected: it is not the whole truth'
+        return _unexplained(search, final.hypothesis, (*why, rejected), accepted + rivals, limits)
     shared = one_law(final.hypothesis)
     if rivals or limits or shared:
         close = [f'{item.effect!r} explains it nearly as well' for item in rivals]
@@ -186,9 +188,22 @@ def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
     why = objections(adequacy(search, first.before))
     if not why:
         return Decision(Verdict.NONE, reasons=limits)
-    hint = _hint(search, first.before.hypothesis)
-    reasons = (*why, 'no effect explains it', *hint, *limits)
-    return Decision(Verdict.UNEXPLAINED, (), first.candidates[:3], reasons)
+    why = (*why, 'no effect explains it')
+    return _unexplained(search, first.before.hypothesis, why, first.candidates[:3], limits)
+
+
+def _unexplained(
+    search: Search,
+    hypothesis: Hypothesis,
+    why: tuple[str, ...],
+    rejected: tuple[Candidate, ...],
+    limits: tuple[str, ...],
+) -> Decision:
+    """Return that nothing explains it, what is seen of it, and what to record next."""
+    left = what_remains(search, hypothesis)
+    reasons = (*why, *(item.words for item in left), *_hint(search, hypothesis), *limits)
+    following = (*(item.next_recording for item in left), *limits)
+    return Decision(Verdict.UNEXPLAINED, (), rejected, reasons, following)
 
 
 def _hint(search: Search, hypothesis: Hypothesis) -> tuple[str, ...]:

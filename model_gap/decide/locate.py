@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from modal_core.channel import Channel
-from model_gap.campaign import BAND_EDGES_HZ
+from model_gap.campaign import CAMPAIGN
 from model_gap.cell import in_words
 from model_gap.fit import pose_groups
 from model_gap.hypothesis import Hypothesis
@@ -143,7 +143,7 @@ def _kinds(
 
     records = list(dict.fromkeys(item.name for item in search.campaign.records))
     levels = list(dict.fromkeys(item.level for item in search.campaign.records))
-    bands = [f'{low:g}-{high:g} Hz' for low, high in itertools.pairwise(BAND_EDGES_HZ)]
+    bands = [f'{low:g}-{high:g} Hz' for low, high in itertools.pairwise(CAMPAIGN.band_edges_hz)]
     return [
         ('sensor', list(dict.fromkeys(sensors)), by_sensor),
         ('band', bands, by_band),

@@ -6,13 +6,21 @@ changes masses, springs and dampers, adds a law of a joint, a line, or a fault o
 
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.base_compliance import BaseCompliance
+from model_gap.effects.cable import Cable
 from model_gap.effects.command_delay import CommandDelay
 from model_gap.effects.coulomb_friction import CoulombFriction
+from model_gap.effects.cubic_damping import CubicDamping
 from model_gap.effects.cubic_stiffness import CubicStiffness
 from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.encoder_offset import EncoderOffset
+from model_gap.effects.end_stop import EndStop
+from model_gap.effects.foundation_mode import FoundationMode
+from model_gap.effects.gravity_compensator import GravityCompensator
+from model_gap.effects.hysteresis import Hysteresis
 from model_gap.effects.joint_damping import JointDamping
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.link_flexibility import LinkFlexibility
+from model_gap.effects.own_effects import GROUP, with_own_effects
 from model_gap.effects.payload import Payload
 from model_gap.effects.places import arm_mass, moving_links
 from model_gap.effects.rod_spring import RodSpring
@@ -22,7 +30,9 @@ from model_gap.effects.sensor_gain import SensorGain
 from model_gap.effects.sensor_mass import SensorMass
 from model_gap.effects.sensor_mount_resonance import SensorMountResonance
 from model_gap.effects.sensor_polarity import SensorPolarity
+from model_gap.effects.sensor_position import SensorPosition
 from model_gap.effects.sensor_rotation import SensorRotation
+from model_gap.effects.sensor_unit import SensorUnit
 from model_gap.effects.servo_compliance import ServoCompliance
 from model_gap.effects.speed_dependent_stiffness import SpeedDependentStiffness
 from model_gap.effects.tonal_disturbance import TonalDisturbance
@@ -34,21 +44,30 @@ CATALOGUE: tuple[type[Effect], ...] = (
     JointStiffness,
     JointDamping,
     BaseCompliance,
+    FoundationMode,
     LinkFlexibility,
     RodSpring,
+    GravityCompensator,
     ServoCompliance,
     TunedMass,
+    Cable,
     CoulombFriction,
     Backlash,
     CubicStiffness,
     SpeedDependentStiffness,
+    Hysteresis,
+    EndStop,
+    CubicDamping,
     TransmissionError,
     TonalDisturbance,
     CommandDelay,
+    EncoderOffset,
     SensorGain,
+    SensorUnit,
     SensorPolarity,
     SensorAxisSwap,
     SensorRotation,
+    SensorPosition,
     SensorDelay,
     SensorMountResonance,
     SensorMass,
@@ -56,10 +75,12 @@ CATALOGUE: tuple[type[Effect], ...] = (
 
 __all__ = [
     'CATALOGUE',
+    'GROUP',
     'Effect',
     'EffectParameter',
     'Scene',
     'arm_mass',
     'delay_step',
     'moving_links',
+    'with_own_effects',
 ]

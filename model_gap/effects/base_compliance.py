@@ -23,7 +23,9 @@ class BaseCompliance(DetailedEffect):
     type = 'base_compliance'
     equation = '1/k_rx += c + d, 1/k_ry += c - d, damping t/c; sideways 1/k += s'
     source = 'foundation stiffness of machine tools; Rivin (1999), Stiffness and Damping'
+    shown_at = 'base'
     signature = 'sensors on link 1 tilt in directions joint 1 cannot produce; depends on azimuth'
+    says = 'The base gives way: the robot rocks on its foundation'
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_stiffness': 'turn joint 1 by 90°: the base axes stay, joint 2 turns with it',
         'link_flexibility': 'a sensor on the base plate',
@@ -79,9 +81,13 @@ class BaseCompliance(DetailedEffect):
 
 
 def series(spring: Spring, compliance: float, loss_s: float) -> Spring:
-    """Put a lossy compliance in series with a spring."""
-    added = Spring(1.0 / compliance, loss_s / compliance)
+    """Put a lossy compliance in series with a spring, to first order in the frequency.
+
+    Compliances add, 1/(k + iωc) = (1 - iωτ)/k with the loss time τ = c/k: so do their losses.
+    """
     if spring.rigid:
-        return added
-    stiffness = 1.0 / (1.0 / spring.stiffness + compliance)
-    return Spring(stiffness, spring.damping * stiffness / spring.stiffness)
+        return Spring(1.0 / compliance, loss_s / compliance)
+    own = 1.0 / spring.stiffness
+    stiffness = 1.0 / (own + compliance)
+    lost_s = stiffness * (own * spring.damping / spring.stiffness + compliance * loss_s)
+    return Spring(stiffness, stiffness * lost_s)

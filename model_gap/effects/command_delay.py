@@ -7,7 +7,7 @@ import numpy as np
 
 from model_gap.cell import CellModel
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.effects.sensor_delay import delay_step
+from model_gap.effects.sensor_delay import delay_step, delay_words
 
 
 class CommandDelay(Effect):
@@ -28,6 +28,11 @@ class CommandDelay(Effect):
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return the delay."""
         return (EffectParameter('delay', 's', 0.008, -0.03, 0.06),)
+
+    @classmethod
+    def in_words(cls, place: str, numbers: Mapping[str, float]) -> str:
+        """Return how late or early."""
+        return f'All sensors show the recorded motion {delay_words(numbers["delay"])}'
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Delay the motor motion."""

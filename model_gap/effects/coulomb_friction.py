@@ -26,6 +26,7 @@ class CoulombFriction(DetailedEffect):
     )
     source = 'Coulomb friction; Armstrong-Hélouvry et al. (1994), doi:10.1016/0005-1098(94)90209-7'
     signature = 'damping falls as amplitude rises; sticks at low amplitude; odd harmonics'
+    says = '{place} has dry friction of {torque:.3g} N m'
     amplitude_dependent = True
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_damping': 'a third, lower amplitude level: viscous damping keeps its ratio',

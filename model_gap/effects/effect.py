@@ -1,8 +1,10 @@
 """One physical effect of the catalogue: what it does to a cell, and what is known about it."""
 
 from abc import ABC, abstractmethod
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+import math
 from types import MappingProxyType
 from typing import ClassVar
 
@@ -70,6 +72,9 @@ class Scene:
         Lines seen in the recordings, strongest first.
     ripples : tuple of Ripple
         Seen in what is left over, most likely ones of every joint.
+    preload_rad : dict of str to float [rad]
+        Most that gravity twists each joint (``joint_marks``) in the poses that were recorded; of
+        those that are missing it is not known.
     """
 
     model: FlexibleJointModel
@@ -77,6 +82,11 @@ class Scene:
     cell: CellModel
     lines_hz: tuple[float, ...] = ()
     ripples: tuple[Ripple, ...] = ()
+    preload_rad: Mapping[str, float] = field(default_factory=dict)
+
+    def is_preloaded(self, place: str, least_rad: float) -> bool:
+        """Return whether gravity may twist a joint by more than that."""
+        return self.preload_rad.get(place, math.inf) > least_rad
 
     @property
     def flexible_joints(self) -> tuple[str, ...]:
@@ -105,12 +115,22 @@ class Effect(ABC):
     equation: ClassVar[str]
     source: ClassVar[str]
     signature: ClassVar[str]
+    # What it says of the robot, a plain sentence: {place} and the parameters by name.
+    says: ClassVar[str] = ''
     # Other type to the experiment that separates the two.
     confused_with: ClassVar[Mapping[str, str]] = MappingProxyType({})
     amplitude_dependent: ClassVar[bool] = False
     moves_poles: ClassVar[bool] = True
     # Acts at a place on a link, and nearly alike from the next link.
     on_links: ClassVar[bool] = False
+    # What it finds is written into the sensor layout: how readings mix, at all frequencies alike.
+    of_layout: ClassVar[bool] = False
+    # Steps of a joint fit after which it is judged whether a start leads anywhere.
+    first_steps: ClassVar[int] = 2
+    # Link or joint a picture shows it at, where it has no place of its own.
+    shown_at: ClassVar[str] = ''
+    # Parameters that are there only where they act; elsewhere they are neutral.
+    optional: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, location: str | None = None, variant: str = '') -> None:
         self.location = location
@@ -164,6 +184,21 @@ class Effect(ABC):
         None when the effect does not act along one coordinate.
         """
         return (cell, self.place) if self.amplitude_dependent else None
+
+    @classmethod
+    def in_words(cls, place: str, numbers: Mapping[str, float]) -> str:
+        """Return what the effect says of the robot, a plain sentence.
+
+        Parameters
+        ----------
+        place : str
+            Where, as people say it.
+        numbers : dict of str to float
+            Parameters by name.
+        """
+        words = cls.says or f'{cls.type.replace("_", " ")} at {{place}}'
+        known: defaultdict[str, object] = defaultdict(lambda: math.nan, numbers, place=place)
+        return words.format_map(known)
 
     @property
     def free_numbers(self) -> int:

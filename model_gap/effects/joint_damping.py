@@ -17,6 +17,7 @@ class JointDamping(Effect):
     equation = 'c_j -> f c_j'
     source = 'viscous damper beside the drive spring; Spong (1987), doi:10.1115/1.3143860'
     signature = "damping of the joint's modes only; frequencies and amplitude dependence unchanged"
+    says = '{place} is damped {factor:.3g} times as much as the model says'
     confused_with: ClassVar[Mapping[str, str]] = {
         'coulomb_friction': 'a second amplitude level: viscous damping keeps its ratio',
     }

@@ -36,6 +36,13 @@ class JointStiffness(DetailedEffect):
         exponent = EffectParameter('damping_exponent', '1', 0.6, -1.0, 3.0, neutral=1.0)
         return (first, exponent) if self.details else (first,)
 
+    @classmethod
+    def in_words(cls, place: str, numbers: Mapping[str, float]) -> str:
+        """Return how much softer or stiffer."""
+        change = 100.0 * (numbers['factor'] - 1.0)
+        kind = 'softer' if change < 0.0 else 'stiffer'
+        return f'{place} is {abs(change):.0f} % {kind} than the model says'
+
     def probe(self, cell: CellModel, scene: Scene) -> tuple[CellModel, str] | None:
         """Return the drive."""
         return cell, self.place

@@ -12,6 +12,9 @@ from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Sc
 from model_gap.effects.places import spans, stiffest, turned, unused_name
 from structural_model.spec import HingeSpec, Spring
 
+# Of the link: a hinge whose axis leaves it by less may be anywhere along it.
+LEAST_ACROSS = 1e-3
+
 
 class LinkFlexibility(DetailedEffect):
     """A virtual hinge half-way along the link, about one of its axes.
@@ -25,6 +28,7 @@ class LinkFlexibility(DetailedEffect):
     source = 'virtual joints; Mousavi et al. (2018), doi:10.1007/s00170-017-0052-0'
     on_links = True
     signature = 'relative motion inside one link, out of reach of the joints'
+    says = '{place} bends, and the model has it stiff'
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_stiffness': 'turn the next joint by 90°: its axis leaves the bending plane',
         'base_compliance': 'two sensors on the link, one at each end',
@@ -48,7 +52,7 @@ class LinkFlexibility(DetailedEffect):
             return first
         return (
             *first,
-            EffectParameter('place', '1', 0.25, 0.0, 1.0, neutral=0.5),
+            *self._place(scene),
             EffectParameter('outboard_share', '1', 0.25, 0.0, 1.0, neutral=0.5),
             EffectParameter('turn_1', 'rad', 0.3, -1.0, 1.0),
             EffectParameter('turn_2', 'rad', 0.3, -1.0, 1.0),
@@ -63,7 +67,7 @@ class LinkFlexibility(DetailedEffect):
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Divide the link."""
         compliance, loss = max(values[0], 1e-14), values[1]
-        place, share, *turns = values[2:] if self.details else (0.5, 0.5, 0.0, 0.0)
+        place, share, *turns = self._details(values, scene)
         x, y, z = spans(scene)[str(self.location)]
         hinge = HingeSpec(
             name=unused_name(f'gap_{self.location}_{self.variant}', cell.spec.hinges),
@@ -74,6 +78,19 @@ class LinkFlexibility(DetailedEffect):
             outboard_share=share,
         )
         return cell.with_spec(dataclasses.replace(cell.spec, hinges=(*cell.spec.hinges, hinge)))
+
+    def _place(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return where along the link: nowhere in particular if the hinge turns along it."""
+        span = np.array(spans(scene)[str(self.location)])
+        across = np.linalg.norm(np.cross(span, AXES[self.variant]))
+        if across < LEAST_ACROSS * np.linalg.norm(span):
+            return ()
+        return (EffectParameter('place', '1', 0.25, 0.0, 1.0, neutral=0.5),)
+
+    def _details(self, values: Sequence[float], scene: Scene) -> tuple[float, ...]:
+        if not self.details:
+            return 0.5, 0.5, 0.0, 0.0
+        return tuple(values[2:]) if self._place(scene) else (0.5, *values[2:])
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return compliances over three decades."""

@@ -19,6 +19,7 @@ class RodSpring(Effect):
     equation = 'K += k w wᵀ, w = e_2 ± e_3'
     source = 'parallelogram arms; Klimchik et al. (2017), doi:10.1016/j.mechmachtheory.2016.12.002'
     signature = 'couples joints 2 and 3: motion of one moves the other'
+    says = 'A rod couples joints 2 and 3 that the model does not have'
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_stiffness': 'excite joint 3 alone and watch joint 2'
     }

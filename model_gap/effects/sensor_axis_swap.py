@@ -18,6 +18,8 @@ class SensorAxisSwap(SensorEffect):
     equation = '(y_a, y_b) -> (y_b, y_a)'
     source = 'exchanged cables; Brandt (2011), Noise and Vibration Analysis, ch. 7'
     signature = "two channels of one sensor carry each other's signal"
+    of_layout = True
+    says = 'Two axes of {place} are exchanged'
     confused_with: ClassVar[Mapping[str, str]] = {
         'sensor_rotation': 'read static gravity in three poses'
     }

@@ -28,6 +28,11 @@ class SensorDelay(SensorEffect):
         """Return the delay."""
         return (EffectParameter('delay', 's', 0.005, -0.03, 0.03),)
 
+    @classmethod
+    def in_words(cls, place: str, numbers: Mapping[str, float]) -> str:
+        """Return how late or early."""
+        return f'{place} is {delay_words(numbers["delay"])}'
+
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Delay the sensor's channels."""
         return cell.then_output(delay_step(values[0], list(self.rows(cell).values())))
@@ -35,6 +40,11 @@ class SensorDelay(SensorEffect):
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return delays a fraction of the shortest period apart."""
         return [(float(t),) for t in np.linspace(-0.02, 0.02, 21) if t]
+
+
+def delay_words(delay_s: float) -> str:
+    """Return a delay as people say it."""
+    return f'{1e3 * abs(delay_s):.3g} ms {"early" if delay_s < 0.0 else "late"}'
 
 
 def delay_step(delay_s: float, rows: list[int] | None) -> Filter:

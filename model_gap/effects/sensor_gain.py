@@ -15,6 +15,8 @@ class SensorGain(AxisEffect):
     equation = 'y_s -> g y_s'
     source = 'calibration of accelerometers; ISO 16063-21'
     signature = 'one sensor larger or smaller by the same factor at all frequencies and poses'
+    of_layout = True
+    says = '{place} reads {gain:.3g} times what is there'
     confused_with: ClassVar[Mapping[str, str]] = {
         'sensor_mount_resonance': 'a sharp tap: a resonance rises with frequency, a gain does not',
     }

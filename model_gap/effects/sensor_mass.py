@@ -18,6 +18,7 @@ class SensorMass(SensorEffect):
     equation = 'M += m_s J_sᵀJ_s'
     source = 'mass loading; Ewins (2000), Modal Testing, sec. 3.4'
     signature = 'modes that move the sensor fall slightly'
+    says = '{place} weighs {mass:.3g} kg itself'
     moves_poles = True
     confused_with: ClassVar[Mapping[str, str]] = {
         'payload': 'move the sensor to the neighbouring link: the shift goes with it',

@@ -23,6 +23,7 @@ class SensorMountResonance(DetailedEffect, AxisEffect):
     equation = 'y -> y (1 + 2iδζr)/(1 - r² + 2iζr), r = f/f_m'
     source = 'ISO 5348 (mechanical mounting of accelerometers)'
     signature = 'amplitude of one sensor rises with f², with a small lag'
+    says = 'The mount of {place} is soft and resonates at {frequency:.3g} Hz'
     confused_with: ClassVar[Mapping[str, str]] = {
         'sensor_gain': 'a tap: a gain is the same at all frequencies',
         'sensor_delay': 'a tap: a delay keeps the amplitude',

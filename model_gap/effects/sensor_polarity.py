@@ -15,6 +15,8 @@ class SensorPolarity(AxisEffect):
     equation = 'y -> -y'
     source = 'wiring or mounting upside down; Brandt (2011), Noise and Vibration Analysis, ch. 7'
     signature = 'one channel in antiphase with the model at every frequency and pose'
+    of_layout = True
+    says = '{place} is connected the wrong way round'
     confused_with: ClassVar[Mapping[str, str]] = {
         'sensor_rotation': 'read static gravity in three poses'
     }

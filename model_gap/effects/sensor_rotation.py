@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.cell import CellModel
+from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.sensor_effect import mixing_step, SensorEffect
 
@@ -18,6 +18,7 @@ class SensorRotation(SensorEffect):
     equation = 'y_s -> R(r) y_s'
     source = 'rotation vector (Rodrigues); mounting error of tri-axial accelerometers'
     signature = "one sensor's axes mix, in every pose alike; static gravity is turned too"
+    of_layout = True
     confused_with: ClassVar[Mapping[str, str]] = {
         'sensor_axis_swap': 'read static gravity in three poses',
         'link_flexibility': 'a second sensor on the same link',
@@ -35,10 +36,27 @@ class SensorRotation(SensorEffect):
             EffectParameter(f'rotation_{axis}', 'rad', 0.4, -np.pi, np.pi) for axis in 'xyz'
         )
 
+    @classmethod
+    def in_words(cls, place: str, numbers: Mapping[str, float]) -> str:
+        """Return by how much."""
+        angle = np.degrees(np.linalg.norm([numbers[f'rotation_{axis}'] for axis in 'xyz']))
+        return f'{place} is mounted turned by {angle:.3g}°'
+
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Mix the three channels."""
         rows = list(self.rows(cell).values())
         return cell.then_output(mixing_step(rows, rotation_matrix(np.array(values))))
+
+    def instead_of(
+        self, tolerance: Nuisance, deviations: float, scene: Scene
+    ) -> Sequence[Sequence[float]]:
+        """Return the turn that the mount's tolerance has come to: readings turn the other way."""
+        if (tolerance.what, tolerance.sensor) != ('rotation', self.sensor):
+            return ()
+        rows = list(self.rows(scene.cell).values())
+        directions = np.array([scene.cell.channels[row].direction for row in rows])
+        about = np.eye(3)['xyz'.index(tolerance.name[-2])]
+        return [tuple((-tolerance.sigma * deviations * directions @ about).tolist())]
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return small and large turns about each axis."""

@@ -26,6 +26,7 @@ class ServoCompliance(DetailedEffect):
     )
     source = 'Spong (1987), doi:10.1115/1.3143860'
     signature = 'all joints look softer and a damped extra mode appears; depends on servo gains'
+    says = 'The drives give way: they do not hold their motors still'
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_stiffness': 'brakes on instead of servo: the drive springs stay'
     }

@@ -32,6 +32,7 @@ class TonalDisturbance(Effect):
     equation = 'f(t) = Re sum_n F_rn exp(i n ω t) in record r, at one place'
     source = 'harmonic disturbance; Brincker and Ventura (2015), Introduction to OMA, sec. 7.2'
     signature = 'a line at a fixed frequency in every pose and level, not coherent with the motion'
+    says = 'Something shakes {place} steadily at {frequency:.4g} Hz'
     moves_poles = False
     confused_with: ClassVar[Mapping[str, str]] = {
         'transmission_error': 'change the joint speed by 20 %: the lines move in proportion',

@@ -17,6 +17,7 @@ class TransmissionError(Effect):
     equation = 'θ_e = a sin(N q) + b cos(N q), a base motion of the drive spring'
     source = 'kinematic error of gears; Tuttle and Seering (1996), doi:10.1109/70.499818'
     signature = 'lines that move with the speed of one joint'
+    says = 'The gear of {place} runs unevenly'
     moves_poles = False
     confused_with: ClassVar[Mapping[str, str]] = {
         'tonal_disturbance': 'change the joint speed by 20 %: the lines move in proportion',

@@ -26,6 +26,7 @@ class TunedMass(DetailedEffect):
     source = 'Den Hartog (1956), Mechanical Vibrations, sec. 3.2'
     on_links = True
     signature = 'an extra mode or notch at the same frequency in every pose'
+    says = 'A mass of {mass:.3g} kg swings on {place} at {frequency:.3g} Hz'
     confused_with: ClassVar[Mapping[str, str]] = {
         'payload': 'tie the hose down: a payload stays, a swinging mass does not',
         'link_flexibility': 'a pose with another reach: the notch of a swinging mass stays',

@@ -4,15 +4,16 @@ In come a hypothesis and records; out go the most probable numbers, their covari
 evidence by Laplace's approximation (MacKay 2003, chapter 28).
 """
 
-from model_gap.fit.fit import descend, EFFECTIVE_DATA, Fit, fit, free_numbers_cost, Linearised
+from model_gap.fit.fit import descend, Fit, fit, free_numbers_cost, Linearised
 from model_gap.fit.fits import fits, Numbers, numbers_of, with_numbers
 from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.neighbours import neighbours
 from model_gap.fit.posterior_predictive import posterior_predictive_check
 from model_gap.fit.split import pose_groups, split
+from model_gap.fit.thresholds import FIT
 
 __all__ = [
-    'EFFECTIVE_DATA',
+    'FIT',
     'Fit',
     'Linearised',
     'Numbers',

@@ -1,7 +1,7 @@
 """Maximum a posteriori fit of effects and tolerances to complex spectra, and its evidence.
 
 The likelihood is tempered: bins of one record are correlated and the model is never exact, so the
-data count as ``EFFECTIVE_DATA`` independent pieces of unknown scale,
+data count as ``effective_data`` independent pieces of unknown scale,
 -log L = N log χ with χ = mean |Y - Ŷ|²/σ².
 """
 
@@ -15,14 +15,11 @@ from modal_core.errors import ModelError
 from model_gap.campaign import Rows
 from model_gap.effects import Effect
 from model_gap.fit.linearise import effect_columns, tolerance_columns
+from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 
 Array = NDArray[np.float64]
-EFFECTIVE_DATA = 300.0
-TRIALS = (1.0, 0.4, 0.12)
-# Derivatives are still good where a descent gained less log probability than this: 1.4 sigma.
-LITTLE_GAIN = 1.0
 
 
 @dataclass(frozen=True)
@@ -110,7 +107,7 @@ def objective(misfit_value: float, hypothesis: Hypothesis) -> float:
     """Return minus the log posterior density, up to a constant."""
     scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
     prior = float(hypothesis.tolerance_values @ hypothesis.tolerance_values + scaled @ scaled)
-    return float(EFFECTIVE_DATA * np.log(misfit_value) + 0.5 * prior)
+    return float(FIT.effective_data * np.log(misfit_value) + 0.5 * prior)
 
 
 def free_numbers_cost(effects: Sequence[Effect], records: int) -> float:
@@ -119,7 +116,7 @@ def free_numbers_cost(effects: Sequence[Effect], records: int) -> float:
     Half the logarithm of the data's count each: Schwarz (1978), doi:10.1214/aos/1176344136.
     """
     count = records * sum(effect.free_numbers for effect in effects)
-    return float(0.5 * np.log(EFFECTIVE_DATA) * count)
+    return float(0.5 * np.log(FIT.effective_data) * count)
 
 
 def fit(
@@ -149,7 +146,7 @@ def fit(
     for left in range(relinearise, -1, -1):
         down = descend(hypothesis, predictor, linearised.columns, iterations)
         hypothesis = down.hypothesis
-        near = near and down.gain < LITTLE_GAIN
+        near = near and down.gain < FIT.little_gain
         if near or not left:
             break
         linearised, near = Linearised.of(hypothesis, predictor), True
@@ -169,7 +166,7 @@ def descend(
     gram = np.asarray(columns @ columns.T, dtype=float)
     for _ in range(iterations):
         step = _step(hypothesis, predictor, columns, gram, rows, chi)
-        for trial in TRIALS:
+        for trial in FIT.trials:
             moved = hypothesis.moved(
                 hypothesis.tolerance_values + trial * step[: len(columns)],
                 hypothesis.inner + trial * step[len(columns) :] * hypothesis.prior_scale,
@@ -203,7 +200,7 @@ def _step(
     extra = effect_columns(hypothesis, predictor, rows)
     residual = predictor.weighting.measured - rows
     hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count)
-    weight = EFFECTIVE_DATA / (predictor.weighting.count * chi) * 2.0
+    weight = FIT.effective_data / (predictor.weighting.count * chi) * 2.0
     pull = np.r_[columns @ residual, extra @ residual].astype(float) * weight
     scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
     return np.asarray(np.linalg.solve(hessian, pull - np.r_[hypothesis.tolerance_values, scaled]))
@@ -211,7 +208,7 @@ def _step(
 
 def posterior_hessian(columns: Rows, gram: Array, extra: Rows, chi: float, count: int) -> Array:
     """Return minus the second derivative of the log posterior in prior standard deviations."""
-    weight = EFFECTIVE_DATA / (count * chi) * 2.0
+    weight = FIT.effective_data / (count * chi) * 2.0
     cross = np.asarray(columns @ extra.T, dtype=float)
     own = np.asarray(extra @ extra.T, dtype=float)
     hessian = weight * np.block([[gram, cross], [cross.T, own]])

@@ -15,14 +15,13 @@ from model_gap.cell import (
     joint_vector,
     plain_joint,
 )
+from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.laws import Follow
 from model_gap.predict import ArmChange, Predictor, stacked, static_twist, sum_of_forces
 
 Array = NDArray[np.float64]
 Complex64 = NDArray[np.complex64]
-TOLERANCE_STEP = 0.05
-EFFECT_STEP = 0.002
 
 
 def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> Rows:
@@ -42,7 +41,7 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
     cells, steps = [], []
     for number, scale in enumerate(hypothesis.prior_scale):
         inner = hypothesis.inner.copy()
-        step = EFFECT_STEP * scale
+        step = FIT.effect_step * scale
         item = hypothesis.parameters[number]
         if item.inner(item.high) - inner[number] < step:
             step = -step
@@ -57,7 +56,7 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
     arm: _ArmDerivative | None = None
     columns = []
     for cell, waits, step in zip(cells, slow, steps, strict=True):
-        if waits or cell.spec == now.spec:
+        if waits or cell.spec == now.spec or _turned(cell, now):
             spectra = next(waiting) if waits else predictor.predict(cell)
             columns.append((predictor.weighting.rows(spectra) - base) / np.float32(step))
             continue
@@ -66,6 +65,13 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
         changes = predictor.seen_changes(arm.solved, arm.changes(cell, step))
         columns.append(predictor.weighting.rows(changes))
     return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
+
+
+def _turned(one: CellModel, other: CellModel) -> bool:
+    """Return whether joints stand otherwise: what sensors see then changes with the arm."""
+    return [item.offset_rad for item in one.spec.joints] != [
+        item.offset_rad for item in other.spec.joints
+    ]
 
 
 def _mixed(hypothesis: Hypothesis) -> bool:
@@ -92,7 +98,8 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     solved, tolerances = arm.solved, hypothesis.tolerances
     local = predictor.local_torques
     anew = {plain_joint(force.joint) for force in cell.forces if not local.bends(force)}
-    base = predictor.rows(cell) if anew else np.zeros(0, dtype=np.float32)
+    turned = any(item.kind == 'pose' for item in tolerances)
+    base = predictor.rows(cell) if anew or turned else np.zeros(0, dtype=np.float32)
     gains = [number for number, item in enumerate(tolerances) if item.kind == 'gain']
 
     def column(number: int) -> Rows:
@@ -103,18 +110,18 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
                 row = gains.index(number)
                 change[row] = reading[row] * item.sigma
             return predictor.weighting.rows(predictor.seen_changes(solved, changes))
-        moved = hypothesis.add_effects(item.apply(tolerant, TOLERANCE_STEP))
-        if item.joint in anew:
-            return (predictor.rows(moved) - base) / np.float32(TOLERANCE_STEP)
-        if item.kind == 'position':
+        moved = hypothesis.add_effects(item.apply(tolerant, FIT.tolerance_step))
+        if item.joint in anew or item.kind == 'pose':
+            return (predictor.rows(moved) - base) / np.float32(FIT.tolerance_step)
+        if item.kind == 'sensor':
             systems = predictor.sensors_moved(moved, solved.systems)
-            readings = predictor.readings(systems, solved.states)
+            readings = predictor.posed.readings(systems, solved.states)
             changes = [
-                (new - old) / TOLERANCE_STEP
+                (new - old) / FIT.tolerance_step
                 for new, old in zip(readings, solved.readings, strict=True)
             ]
         else:
-            changes = arm.changes(moved, TOLERANCE_STEP, item.kind == 'spring')
+            changes = arm.changes(moved, FIT.tolerance_step, item.kind == 'spring')
         return predictor.weighting.rows(predictor.seen_changes(solved, changes))
 
     numbers = range(len(tolerances))

@@ -4,12 +4,9 @@ from modal_core.errors import ModelError
 from model_gap.effects import moving_links
 from model_gap.fit.fit import descend, Descent
 from model_gap.fit.linearise import tolerance_columns
+from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
-
-# Along every axis, and then along the best one of each link.
-AXIS_STEPS = 3
-LINK_STEPS = 10
 
 
 def neighbours(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
@@ -47,10 +44,10 @@ def neighbours(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
             continue
         start = base.with_effect(other, values[: len(other.parameters(scene))])
         try:
-            down = descend(start.with_details() or start, predictor, columns, AXIS_STEPS)
+            down = descend(start.with_details() or start, predictor, columns, FIT.axis_steps)
         except ModelError:
             continue  # not a possible arm
         if link not in found or down.objective < found[link].objective:
             found[link] = down
     starts = [down.hypothesis for down in found.values()]
-    return [descend(start, predictor, columns, LINK_STEPS).hypothesis for start in starts]
+    return [descend(start, predictor, columns, FIT.link_steps).hypothesis for start in starts]

@@ -12,19 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
-from model_gap.fit.fit import EFFECTIVE_DATA, Fit
+from model_gap.fit.fit import Fit
 from model_gap.fit.linearise import effect_columns, tolerance_columns
+from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
-
-ROUNDS = 4
 
 
 def posterior_predictive_check(fitted: Fit, predictor: Predictor) -> tuple[float, Hypothesis]:
     """Return χ of held-out records, and the hypothesis within the fit's uncertainty it is of.
 
-    The numbers move to where EFFECTIVE_DATA log χ + ½ δᵀS⁻¹δ is least, and the way is paid for:
-    χ is exp of that minimum over EFFECTIVE_DATA.
+    The numbers move to where ``effective_data`` log χ + ½ δᵀS⁻¹δ is least, and the way is paid
+    for: χ is exp of that minimum over ``effective_data``.
 
     Parameters
     ----------
@@ -48,8 +47,8 @@ def posterior_predictive_check(fitted: Fit, predictor: Predictor) -> tuple[float
     square = plain * predictor.weighting.count
     chi: float = plain
     way: NDArray[np.float64] = np.zeros(len(columns))
-    for _ in range(ROUNDS):
-        weight = 2.0 * EFFECTIVE_DATA / (predictor.weighting.count * chi)
+    for _ in range(FIT.rounds):
+        weight = 2.0 * FIT.effective_data / (predictor.weighting.count * chi)
         way = np.asarray(np.linalg.solve(weight * gram + fitted.precision, weight * pull), float)
         chi = float(square - 2.0 * way @ pull + way @ gram @ way) / predictor.weighting.count
         chi = max(chi, 1e-3 * plain)
@@ -62,5 +61,5 @@ def posterior_predictive_check(fitted: Fit, predictor: Predictor) -> tuple[float
         there = predictor.weighting.misfit(predictor.rows(moved.cell()))
     except ModelError:  # not a possible arm
         return plain, hypothesis
-    paid = there * float(np.exp(0.5 * way @ fitted.precision @ way / EFFECTIVE_DATA))
+    paid = there * float(np.exp(0.5 * way @ fitted.precision @ way / FIT.effective_data))
     return (paid, moved) if paid < plain else (plain, hypothesis)

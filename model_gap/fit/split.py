@@ -7,10 +7,8 @@ import numpy as np
 
 from modal_core.errors import SettingsError
 from model_gap.campaign import Campaign, GapRecord
-from model_gap.predict import SAME_POSE_RAD
-
-HELDOUT_SHARE = 0.4
-LEAST_POSES = 3
+from model_gap.fit.thresholds import FIT
+from model_gap.predict import PREDICTION
 
 
 def split(campaign: Campaign, rng: np.random.Generator) -> Campaign:
@@ -37,7 +35,7 @@ def split(campaign: Campaign, rng: np.random.Generator) -> Campaign:
             where='campaign.yaml',
             advice='leave heldout away from some recordings',
         )
-    wanted = round(HELDOUT_SHARE * count) if count >= LEAST_POSES else 0
+    wanted = round(FIT.heldout_share * count) if count >= FIT.least_poses else 0
     wanted -= sum(said is True for said in heldout.values())
     free = [group for group, said in heldout.items() if said is None]
     order = rng.permutation(len(free))
@@ -77,7 +75,7 @@ def pose_groups(campaign: Campaign) -> list[int]:
         same = [
             number
             for number, pose in enumerate(poses)
-            if np.abs(pose - record.pose).max() < SAME_POSE_RAD
+            if np.abs(pose - record.pose).max() < PREDICTION.same_pose_rad
         ]
         if not same:
             poses.append(record.pose)

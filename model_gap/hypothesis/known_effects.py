@@ -1,6 +1,6 @@
 """Effects a model already has: into its file, and out of it again."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import dataclasses
 from itertools import groupby
 
@@ -13,9 +13,10 @@ from model_gap.effects import CATALOGUE, delay_step, Effect, Scene
 from model_gap.hypothesis.hypothesis import Hypothesis
 from structural_model.spec import KnownEffect, KnownNumber
 
-MIXING = ('sensor_gain', 'sensor_polarity', 'sensor_axis_swap', 'sensor_rotation')
 DELAY = 'sensor_delay'
-TYPES = {kind.type: kind for kind in CATALOGUE}
+OF_SENSORS = ('sensor', 'gain')
+# Of a direction: less is rounding.
+LEAST_CHANGE = 1e-12
 
 
 def known_effects(hypothesis: Hypothesis, deviation: Sequence[float]) -> tuple[KnownEffect, ...]:
@@ -46,7 +47,7 @@ def known_effects(hypothesis: Hypothesis, deviation: Sequence[float]) -> tuple[K
 
 
 def _kept_in(effect: Effect, values: Sequence[float], scene: Scene) -> str:
-    if effect.type in (*MIXING, DELAY):
+    if effect.of_layout or effect.type == DELAY:
         return 'layout'
     cell = effect.apply(scene.cell, values, scene)
     only_arm = cell.with_spec(scene.cell.spec) == scene.cell
@@ -61,13 +62,17 @@ def corrected_layout(layout: SensorLayout, hypothesis: Hypothesis) -> SensorLayo
     layout : SensorLayout
         As it was given; sensors and axes that were not recorded may be among its own.
     hypothesis : Hypothesis
-        Its effects of sensors that mix, scale or delay readings are taken over.
+        Its effects of sensors that mix, scale or delay readings are taken over, and what it found
+        within the tolerances of sensors.
     """
     scene = hypothesis.scene
     cell = CellModel(scene.cell.spec, layout.channels)
+    for item, value in zip(hypothesis.tolerances, hypothesis.tolerance_values, strict=True):
+        if item.kind in OF_SENSORS and value:
+            cell = item.apply(cell, float(value))
     delay_s: dict[str, float] = {}
     for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
-        if effect.type in MIXING:
+        if effect.of_layout:
             cell = effect.apply(cell, values, scene)
         elif effect.type == DELAY:
             name = str(effect.location).removeprefix('sensor:')
@@ -75,18 +80,21 @@ def corrected_layout(layout: SensorLayout, hypothesis: Hypothesis) -> SensorLayo
     # The steps are linear and the same at every frequency: what they make of unit readings.
     count = len(layout.channels)
     mixing = cell.seen(np.zeros(count), np.eye(count, dtype=complex))
-    directions = mixing.real @ np.array([channel.direction for channel in layout.channels])
-    changed = np.abs(mixing - np.eye(len(mixing))).sum(axis=1) > 0.0
+    directions = mixing.real @ np.array([channel.direction for channel in cell.channels])
+    before = np.array([channel.direction for channel in layout.channels])
+    changed = np.abs(directions - before).max(axis=1) > LEAST_CHANGE
     sensors, first = [], 0
     for sensor in layout:
         rows = slice(first, first + len(sensor.axes))
-        first = rows.stop
+        turned = changed[rows].any()
         sensors.append(
             dataclasses.replace(
-                _with_sensitivity(sensor, directions[rows]) if changed[rows].any() else sensor,
+                _with_sensitivity(sensor, directions[rows]) if turned else sensor,
+                position_m=cell.channels[first].position_m,
                 delay_s=sensor.delay_s + delay_s.get(sensor.name, 0.0),
             )
         )
+        first = rows.stop
     return SensorLayout(tuple(sensors), layout.name)
 
 
@@ -97,15 +105,22 @@ def _with_sensitivity(sensor: Sensor, rows: np.ndarray) -> Sensor:
     )
 
 
-def with_known_effects(scene: Scene) -> CellModel:
+def with_known_effects(scene: Scene, catalogue: Iterable[type[Effect]] = CATALOGUE) -> CellModel:
     """Return the cell of a scene with what its model file keeps only as effects.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of the model.
+    catalogue : iterable of Effect types
+        Those that are known by their names.
 
     Raises
     ------
     ModelError
         An effect the catalogue does not have, or one of its parameters is missing.
     """
-    cell = scene.cell
+    cell, types = scene.cell, {kind.type: kind for kind in catalogue}
     delays = [(channel.delay_s, row) for row, channel in enumerate(cell.channels)]
     for delay_s, group in groupby(delays, key=lambda item: item[0]):
         if delay_s:
@@ -113,25 +128,32 @@ def with_known_effects(scene: Scene) -> CellModel:
     for known in cell.spec.effects:
         if known.kept_in != 'effects':
             continue
-        if known.type not in TYPES:
+        if known.type not in types:
             raise ModelError(
-                'unknown effect', where='effects', found=known.type, expected=', '.join(TYPES)
+                'unknown effect',
+                where='effects',
+                found=known.type,
+                expected=', '.join(types),
+                advice="one's own effect: name its folder",
             )
-        effect = TYPES[known.type](known.location or None, known.variant)
+        effect = types[known.type](known.location or None, known.variant)
         numbers = {item.name: item.value for item in known.parameters}
         if 'frequency' in numbers and not scene.lines_hz:
             scene = dataclasses.replace(scene, lines_hz=(numbers['frequency'],))
-        wanted = [item.name for item in effect.parameters(scene)]
+        items = effect.parameters(scene)
         detailed = effect.detailed()
-        if detailed is not None and set(wanted) < set(numbers):
-            effect = detailed
-            wanted = [item.name for item in effect.parameters(scene)]
-        if set(wanted) != set(numbers):
+        if detailed is not None and set(numbers) - {item.name for item in items}:
+            effect, items = detailed, detailed.parameters(scene)
+        wanted = [item.name for item in items]
+        # Whether a number acts depends on the poses: where it does not, it is neutral.
+        if (set(wanted) ^ set(numbers)) - set(effect.optional):
             raise ModelError(
                 'parameters do not fit the effect',
                 where=f'effects: {known.type}',
                 found=', '.join(numbers),
                 expected=', '.join(wanted),
             )
-        cell = effect.apply(cell, [numbers[name] for name in wanted], scene)
+        neutral = {item.name: item.neutral for item in items}
+        values = [{**neutral, **numbers}[name] for name in wanted]
+        cell = effect.apply(cell, values, scene)
     return cell

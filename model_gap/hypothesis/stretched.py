@@ -1,10 +1,11 @@
 """Tolerances stretched far beyond their range stand for something: what it would be by name."""
 
+from collections.abc import Iterable
 import dataclasses
 
 import numpy as np
 
-from model_gap.effects import CATALOGUE
+from model_gap.effects import Effect
 from model_gap.hypothesis.hypothesis import Hypothesis
 
 # In deviations: ordinary imperfection reaches this once in two thousand tolerances.
@@ -16,7 +17,9 @@ def stretch(hypothesis: Hypothesis) -> float:
     return float(np.abs(hypothesis.tolerance_values).max(initial=0.0))
 
 
-def instead_of_tolerances(hypothesis: Hypothesis) -> list[Hypothesis]:
+def instead_of_tolerances(
+    hypothesis: Hypothesis, catalogue: Iterable[type[Effect]]
+) -> list[Hypothesis]:
     """Return starts with what stretched tolerances may stand for, all tolerances nominal.
 
     A softer spring or a tool of a few kilograms can be mimicked by tolerances far out of their
@@ -31,7 +34,7 @@ def instead_of_tolerances(hypothesis: Hypothesis) -> list[Hypothesis]:
         if abs(value) > STRETCHED
     ]
     known = [effect.key for effect in hypothesis.effects]
-    candidates = [effect for kind in CATALOGUE for effect in kind.instances(scene)]
+    candidates = [effect for kind in catalogue for effect in kind.instances(scene)]
     return [
         nominal.with_effect(effect, start)
         for effect in candidates

@@ -13,6 +13,7 @@ from modal_core.compiled import compiled
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 FRICTION, JOINT_FRICTION, CUBIC, BACKLASH, SPEED_STIFFNESS = range(5)
+HYSTERESIS, STOP, CUBIC_DAMPING = range(5, 8)
 # Numbers a law keeps from step to step.
 MEMORY = 4
 MOST_NEWTON_STEPS = 20
@@ -139,6 +140,33 @@ def speed_spring(
 
 
 @compiled
+def slipping(constants: Array, memory: Array, twist: float) -> tuple[float, float]:
+    """Return the torque of a spring that slips: it follows the twist up to its limit."""
+    stiffness, limit, give = constants[0], constants[1], constants[2]
+    free = memory[0] + twist - memory[1]
+    torque = stiffness * free / (1.0 + give * stiffness)
+    torque = min(max(torque, -stiffness * limit), stiffness * limit)
+    memory[0], memory[1] = torque / stiffness, twist - give * torque
+    return torque, 0.0
+
+
+@compiled
+def stopped(constants: Array, twist: float) -> tuple[float, float]:
+    """Return the torque of stops to either side of a middle."""
+    gap, stiffness, give, middle = constants[0], constants[1], constants[2], constants[3]
+    beyond = max(twist - middle - gap, 0.0) + min(twist - middle + gap, 0.0)
+    return stiffness * beyond / (1.0 + give * stiffness), 0.0
+
+
+@compiled
+def cubic_damper(constants: Array, rate: float) -> tuple[float, float]:
+    """Return the torque c v³, v what the damper leaves of the rate."""
+    coefficient, rate_give = constants[0], constants[1]
+    speed = cubic_root(rate, rate_give * coefficient)
+    return coefficient * speed * speed * speed, 0.0
+
+
+@compiled
 def solve(
     kind: int, constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
 ) -> tuple[float, float]:
@@ -170,6 +198,12 @@ def solve(
         return cubic(constants, memory, twist)
     if kind == BACKLASH:
         return play(constants, twist)
+    if kind == HYSTERESIS:
+        return slipping(constants, memory, twist)
+    if kind == STOP:
+        return stopped(constants, twist)
+    if kind == CUBIC_DAMPING:
+        return cubic_damper(constants, rate)
     return speed_spring(constants, memory, twist, motor_speed)
 
 

@@ -4,18 +4,17 @@ In come a cell and records; out go predicted spectra: the linear arm, torques of
 in time, lines and transmission errors.
 """
 
-from model_gap.predict.joint_path import ROUGH_STEPS_PER_S, static_twist, STEPS_PER_S
+from model_gap.predict.joint_path import static_twist
 from model_gap.predict.linearised import linearised
-from model_gap.predict.predict import Predictor, SAME_POSE_RAD
+from model_gap.predict.predict import Predictor
 from model_gap.predict.ripple import transform_at
 from model_gap.predict.step_torque import compile_laws
+from model_gap.predict.thresholds import PREDICTION
 from model_gap.predict.torque_following import ArmChange, stacked
 from model_gap.predict.torque_spectra import sum_of_forces
 
 __all__ = [
-    'ROUGH_STEPS_PER_S',
-    'SAME_POSE_RAD',
-    'STEPS_PER_S',
+    'PREDICTION',
     'ArmChange',
     'Predictor',
     'compile_laws',

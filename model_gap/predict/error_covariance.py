@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import Complex, RecordSpectra
+from model_gap.predict.thresholds import PREDICTION
 
 Array = NDArray[np.float64]
-# Neighbouring bins over which the power of a torque's error is averaged, to either side.
-POWER_NEIGHBOURS = 6
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ def error_covariance(
     for response, error in zip(responses, errors, strict=True):
         scaled = response / np.sqrt(item.noise_power)
         size = np.sqrt(np.sum(np.abs(scaled) ** 2, axis=0))
-        window = np.ones(2 * POWER_NEIGHBOURS + 1)
+        window = np.ones(2 * PREDICTION.power_neighbours + 1)
         power = np.convolve(np.abs(error) ** 2, window, 'same')
         power /= np.convolve(np.ones(len(error)), window, 'same')
         growth = 1.0 + power * size**2

@@ -16,15 +16,11 @@ import scipy.fft
 from model_gap.campaign import HANN_POWER, RecordSpectra, smoothed
 from model_gap.cell import CellModel, PoseSystem
 from model_gap.laws import Follow
+from model_gap.predict.thresholds import PREDICTION
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-# Poles of the filter that parts what is predicted, below, from what is measured, above.
-PARTING_1_S = 2.0 * np.pi * np.array([2.8, 3.5, 4.4])
-# Below, a twist is not measured.
-LEAST_1_S = 2.0 * np.pi * 1.5
-# The record's end is faded out: what rings on after it is not there.
-FADE_S = 0.25
+PARTING_1_S = np.array(PREDICTION.parting_1_s)
 
 
 def predicted_share(s: Complex) -> Complex:
@@ -36,7 +32,7 @@ def measured_share(omega: Array, follow: Follow) -> Complex:
     """Return the share of the measured twist, (n,)."""
     if follow is Follow.PARTED:
         return 1.0 - predicted_share(np.asarray(1j * omega))
-    ratio = (omega / LEAST_1_S) ** 8
+    ratio = (omega / PREDICTION.least_1_s) ** 8
     return np.asarray(ratio / (1.0 + ratio) + 0j)
 
 
@@ -77,7 +73,7 @@ def free_torques(
     # In single precision, far finer than the noise.
     linear = scipy.fft.irfft(readings.astype(np.complex64), 2 * count)[:, :count]
     rest = (record.acceleration - record.acceleration.mean(axis=0)).T.astype(np.float32) - linear
-    fade = min(count, round(FADE_S * record.sample_rate_hz))
+    fade = min(count, round(PREDICTION.fade_s * record.sample_rate_hz))
     rest[:, count - fade :] *= 0.5 + 0.5 * np.cos(np.pi * np.arange(fade) / fade)
     measured = scipy.fft.rfft(rest, 2 * count)[:, : len(omega)]
     bins = item.omega[:, 1]

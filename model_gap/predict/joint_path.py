@@ -17,16 +17,11 @@ from model_gap.predict.followed import (
     parting_residues,
     predicted_share,
 )
+from model_gap.predict.thresholds import PREDICTION
 from structural_model import FlexibleJointModel
 
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]
-STEPS_PER_S = 1200.0
-# For numbers that are still far off.
-ROUGH_STEPS_PER_S = 600.0
-NOISE_SEED = 0
-# Faster poles follow a torque at once.
-SLOW_POLE_1_S = 2.0 * np.pi * 220.0
 
 
 @dataclass(frozen=True)
@@ -60,7 +55,7 @@ class JointPath:
     vector: Array
     stiffness: float
     static_twist: float
-    steps_per_s: float = STEPS_PER_S
+    steps_per_s: float = PREDICTION.steps_per_s
     noisy: tuple[Array, Array] | None = None
 
     def with_noise(self) -> 'JointPath':
@@ -83,7 +78,7 @@ def joint_path(
     vector = joint_vector(model, joint, system.dof_names)
     spring = joint_spring(model.spec, joint)
     residues = (vector @ system.shapes) * (system.drives @ vector)
-    quick = np.abs(system.poles) >= SLOW_POLE_1_S
+    quick = np.abs(system.poles) >= PREDICTION.slow_pole_1_s
     instant = float(np.sum((-residues / system.poles)[quick].real))
     instant += float(vector @ system.instant @ vector)
     places, count = system.one_of_pairs
@@ -99,7 +94,7 @@ def joint_path(
         twist = twist - give * torques[0] * share
         if follow is Follow.PARTED:
             # One sample; half of it falls behind the record.
-            normal = np.random.default_rng(NOISE_SEED).standard_normal((2, len(share)))
+            normal = np.random.default_rng(PREDICTION.noise_seed).standard_normal((2, len(share)))
             error = share * np.sqrt(noise[0]) * (normal[0] + 1j * normal[1])
             noisy = _with_rate(twist - give * error, item, steps_per_s)
             low = np.sum((residues / (-PARTING_1_S[:, None] - poles)).real, axis=1) + instant

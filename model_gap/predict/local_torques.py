@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from model_gap.campaign import Complex, hann, RecordSpectra
 from model_gap.cell import CellModel, JointForce, PoseSystem
 from model_gap.laws import Follow
-from model_gap.predict.joint_path import joint_path, JointPath, STEPS_PER_S
+from model_gap.predict.joint_path import joint_path, JointPath
 from model_gap.predict.step_torque import step_torque
+from model_gap.predict.thresholds import PREDICTION
 from model_gap.predict.torque_following import TorqueFollowing
 from model_gap.predict.torque_spectra import (
     force_spectra,
@@ -63,7 +64,7 @@ class LocalTorques:
 
     def followed(self, force: JointForce) -> Follow:
         """Return which twist a torque sees."""
-        first = self.steps_per_s < STEPS_PER_S
+        first = self.steps_per_s < PREDICTION.steps_per_s
         return force.law.sees_first if first else force.law.sees
 
     def bends(self, force: JointForce) -> bool:

@@ -3,35 +3,31 @@
 from collections.abc import Sequence
 import dataclasses
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import Channel
-from model_gap.campaign import hann, RecordSpectra, Rows, Weighting
+from model_gap.campaign import Complex, RecordSpectra, Rows, Weighting
 from model_gap.cell import (
     CellModel,
     HeldTorque,
-    joint_vector,
     pose_arm,
     pose_system,
     PoseArm,
     PoseSystem,
     with_channels,
 )
-from model_gap.predict.driven import driven_motion
-from model_gap.predict.error_covariance import error_covariance, ErrorCovariance, whitened
-from model_gap.predict.joint_path import STEPS_PER_S
+from model_gap.predict.arm_motion import arm_motion
 from model_gap.predict.local_torques import LocalTorques, Paths, Torques
+from model_gap.predict.posed_records import PosedRecords
 from model_gap.predict.prediction_cache import Identity, PredictionCache
-from model_gap.predict.ripple import ripple_force
-from model_gap.predict.solved import motion_of, RecordState, Solved
-from model_gap.predict.tone import best_motion, follow, rows_of, tone_motions
+from model_gap.predict.solved import motion_of, Solved
+from model_gap.predict.thresholds import PREDICTION
+from model_gap.predict.tone import follow, rows_of
+from model_gap.predict.whitening import Whitening
 from structural_model import FlexibleJointModel, ModelSpec
-
-Complex = NDArray[np.complex128]
-SAME_POSE_RAD = 2e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +50,7 @@ class Predictor:
 
     model: FlexibleJointModel
     records: Sequence[RecordSpectra]
-    steps_per_s: float = STEPS_PER_S
+    steps_per_s: float = PREDICTION.steps_per_s
     hanging: bool = True
     cache: PredictionCache = field(default_factory=PredictionCache, repr=False)
 
@@ -64,19 +60,19 @@ class Predictor:
         return Identity((self.model, *self.records)), self.steps_per_s, self.hanging
 
     @cached_property
+    def posed(self) -> PosedRecords:
+        """The records by pose."""
+        return PosedRecords(self.model, self.records)
+
+    @property
     def poses(self) -> list[NDArray[np.float64]]:
         """Different poses of the records [rad]."""
-        poses: list[NDArray[np.float64]] = []
-        for item in self.records:
-            if _pose_number(item.record.pose, poses) is None:
-                poses.append(item.record.pose)
-        return poses
+        return self.posed.poses
 
-    @cached_property
+    @property
     def groups(self) -> tuple[int, ...]:
-        """Number of the pose of every record: those of one pose share one linear system."""
-        numbers = (_pose_number(item.record.pose, self.poses) for item in self.records)
-        return tuple(number for number in numbers if number is not None)
+        """Number of the pose of every record."""
+        return self.posed.groups
 
     @cached_property
     def local_torques(self) -> LocalTorques:
@@ -131,49 +127,10 @@ class Predictor:
         def solve() -> Solved:
             systems = self.systems(cell.spec, cell.channels)
             (torques,) = self.torques([cell], systems)
-            return self._solve(cell, systems, torques)
+            return arm_motion(self.posed, cell, systems, torques)
 
         found = self.cache.motions.of((*self._basis, motion_of(cell)), solve)
         return dataclasses.replace(found, cell=cell)
-
-    def _solve(self, cell: CellModel, systems: list[PoseSystem], torques: Torques) -> Solved:
-        states = []
-        for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
-            omega = item.omega.ravel()
-            motion = driven_motion(item, cell)
-            system = systems[group]
-            force = system.force(motion.acceleration, motion.shift)
-            for ripple in cell.ripples:
-                force = force + ripple_force(ripple, item, self.model, cell.spec, system)
-            for torque in cell.held:
-                rows = [system.dof_names.index(name) for name in torque.dof_names]
-                force[rows] += torque.spectra[index]
-            if torques.forces:
-                force = force + torques.forces[index]
-            ringing = system.end_state(motion.tail, item.coarse_period_s)
-            deflection = system.deflection(omega, force, ringing * item.end_scale)
-            states.append(RecordState(omega, motion.acceleration, motion.shift, deflection))
-        patterns: list[NDArray[np.float64]] = []
-        if cell.tones:
-            states, patterns = self._with_tones(cell, systems, states)
-        return Solved(cell, systems, torques, states, self.readings(systems, states), patterns)
-
-    def _with_tones(
-        self, cell: CellModel, systems: Sequence[PoseSystem], states: Sequence[RecordState]
-    ) -> tuple[list[RecordState], list[NDArray[np.float64]]]:
-        """Add to every record the tones that fit what is left of it best."""
-        found, patterns = [], []
-        readings = self.outputs(cell, self.readings(systems, states))
-        for item, group, state, reading in zip(
-            self.records, self.groups, states, readings, strict=True
-        ):
-            seen = partial(_seen, cell, item, systems[group])
-            kinds = tone_motions(cell.tones, item, systems[group], self.model)
-            rest = item.measured - reading
-            motion, own = best_motion(cell.tones, kinds, item, seen, rest)
-            patterns.append(own)
-            found.append(dataclasses.replace(state, deflection=state.deflection + motion))
-        return found, patterns
 
     def seen_changes(self, solved: Solved, changes: Sequence[Complex]) -> list[Complex]:
         """Return changes of the readings as changes of the prediction.
@@ -183,8 +140,8 @@ class Predictor:
         Golub and Pereyra (1973), doi:10.1137/0710036, as simplified by Kaufman (1975),
         doi:10.1007/BF01932995: numbers that are free in every record are eliminated.
         """
-        seen = self.outputs(solved.cell, changes)
-        seen = self._whitened(self._error_covariances(solved, solved.cell), seen)
+        seen = self.posed.outputs(solved.cell, changes)
+        seen = Whitening.of(self.posed, solved, solved.cell).changes(seen)
         if not solved.patterns:
             return seen
         found = []
@@ -199,51 +156,6 @@ class Predictor:
     def torques(self, cells: Sequence[CellModel], systems: Sequence[PoseSystem]) -> list[Torques]:
         """Return the nonlinear torques of several cells with one arm and one motion."""
         return self.local_torques.of(cells, self.arm(cells[0].spec), systems)
-
-    def _error_covariances(self, solved: Solved, cell: CellModel) -> tuple[ErrorCovariance, ...]:
-        """Return that of every record; nothing where no torque sees a measured twist."""
-        systems = solved.systems
-        sources = (*(item.errors for item in cell.held), solved.torques.errors)
-        errors = {key: error for source in sources for key, error in source.items()}
-        if not errors:
-            return ()
-        places = {
-            joint: joint_vector(self.model, joint, systems[0].dof_names) for joint, _ in errors
-        }
-        found = []
-        for index, (item, group) in enumerate(zip(self.records, self.groups, strict=True)):
-            omega = item.omega[:, 1]
-            responses, samples = [], []
-            for joint, place in places.items():
-                responses.append(cell.seen(omega, systems[group].response(omega, place)))
-                samples.append(errors[joint, index])
-            found.append(error_covariance(responses, samples, item))
-        return tuple(found)
-
-    def _whitened(
-        self, covariances: Sequence[ErrorCovariance], changes: Sequence[Complex]
-    ) -> list[Complex]:
-        """Return changes of the readings, whitened as residuals are."""
-        if not covariances:
-            return list(changes)
-        count = sum(item.measured.size for item in self.records)
-        growth = np.exp(0.5 * sum(item.log_det for item in covariances) / count)
-        return [
-            growth * whitened(change, covariance, item)
-            for change, covariance, item in zip(changes, covariances, self.records, strict=True)
-        ]
-
-    def _with_whitened_rest(
-        self, covariances: Sequence[ErrorCovariance], readings: list[Complex]
-    ) -> list[Complex]:
-        """Return readings such that what is measured beyond them is the whitened residual."""
-        if not covariances:
-            return readings
-        measured = [item.measured for item in self.records]
-        rest = [one - two for one, two in zip(measured, readings, strict=True)]
-        return [
-            one - two for one, two in zip(measured, self._whitened(covariances, rest), strict=True)
-        ]
 
     def hold(self, cell: CellModel) -> CellModel:
         """Return a cell whose nonlinear torques stay as they are now, whatever changes."""
@@ -265,27 +177,8 @@ class Predictor:
             return [self.predict(item) for item in cells]
         systems = self.systems(first.spec, first.channels)
         return [
-            self._predicted(self._solve(cell, systems, torques), cell)
+            self._predicted(arm_motion(self.posed, cell, systems, torques), cell)
             for cell, torques in zip(cells, self.torques(cells, systems), strict=True)
-        ]
-
-    def readings(
-        self, systems: Sequence[PoseSystem], states: Sequence[RecordState]
-    ) -> list[Complex]:
-        """Return what the sensors read, Hann window, before the outputs' steps."""
-        found = []
-        for state, group in zip(states, self.groups, strict=True):
-            raw = systems[group].reading(
-                state.omega, state.deflection, state.acceleration, state.shift
-            )
-            found.append(hann(raw.reshape(len(raw), -1, 3)))
-        return found
-
-    def outputs(self, cell: CellModel, readings: Sequence[Complex]) -> list[Complex]:
-        """Apply the outputs' steps."""
-        return [
-            cell.seen(item.omega[:, 1], reading)
-            for item, reading in zip(self.records, readings, strict=True)
         ]
 
     def squares(self, cell: CellModel) -> list[NDArray[np.float64]]:
@@ -303,20 +196,5 @@ class Predictor:
         return self._predicted(self.solved(cell), cell)
 
     def _predicted(self, solved: Solved, cell: CellModel) -> list[Complex]:
-        return self._with_whitened_rest(
-            self._error_covariances(solved, cell), self.outputs(cell, solved.readings)
-        )
-
-
-def _pose_number(pose: NDArray[np.float64], poses: Sequence[NDArray[np.float64]]) -> int | None:
-    """Return which of some poses a pose is, the first one that is near; None for none."""
-    near = (n for n, other in enumerate(poses) if np.abs(other - pose).max() < SAME_POSE_RAD)
-    return next(near, None)
-
-
-def _seen(cell: CellModel, item: RecordSpectra, system: PoseSystem, motion: Complex) -> Complex:
-    """Return what the sensors read of a deflection while the motors stand still."""
-    omega = item.omega.ravel()
-    still = np.zeros((system.rigid.shape[1], len(omega)), dtype=complex)
-    raw = system.reading(omega, motion, still, still)
-    return cell.seen(item.omega[:, 1], hann(raw.reshape(len(raw), -1, 3)))
+        seen = self.posed.outputs(cell, solved.readings)
+        return Whitening.of(self.posed, solved, cell).prediction(seen)

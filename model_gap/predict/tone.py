@@ -8,15 +8,11 @@ from numpy.typing import NDArray
 from modal_core.channel import AXES, Channel
 from model_gap.campaign import RecordSpectra
 from model_gap.cell import joint_vector, PoseSystem, Tone
+from model_gap.predict.thresholds import PREDICTION
 from structural_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-# A machine whose speed wanders a little: neighbours in steps of one over the record's length.
-LINE_NEIGHBOURS = (-2, -1, 0, 1, 2)
-# Bins to either side of a line by which its kind is judged.
-LINE_BINS = 3.5
-RIDGE = 1e-9
 
 # (n_dof, 3 n_bins) deflections -> (n_channels, n_bins) readings
 Reading = Callable[[Complex], Complex]
@@ -41,7 +37,7 @@ def tone_motions(
             for push in pushes.T:
                 kinds[0] += _line(omega, push, item, system, length_s, at_rest=True)
                 kinds[1] += _line(omega, push, item, system, length_s)
-                for number in LINE_NEIGHBOURS:
+                for number in PREDICTION.line_neighbours:
                     near = omega + 2.0 * np.pi * number / length_s
                     kinds[2] += _line(near, push, item, system, length_s)
     return [np.array(kind) for kind in kinds]
@@ -58,7 +54,7 @@ def follow(patterns: Array, rest: Array) -> Array:
         Residual alike.
     """
     gram = patterns @ patterns.T
-    gram[np.diag_indices_from(gram)] += RIDGE * max(float(np.trace(gram)), 1e-300)
+    gram[np.diag_indices_from(gram)] += PREDICTION.line_ridge * max(float(np.trace(gram)), 1e-300)
     return np.asarray(np.linalg.solve(gram, patterns @ rest))
 
 
@@ -110,7 +106,7 @@ def near_lines(tones: Sequence[Tone], item: RecordSpectra) -> NDArray[np.bool_]:
     width = float(item.omega[0, 1] - item.omega[0, 0])
     lines = 2.0 * np.pi * np.array([line for tone in tones for line in tone.lines_hz])
     away = np.abs(item.omega[:, 1] - lines[:, None])
-    return np.asarray((away < LINE_BINS * width).any(axis=0))
+    return np.asarray((away < PREDICTION.line_bins * width).any(axis=0))
 
 
 def rows_of(spectra: Complex, item: RecordSpectra) -> Array:

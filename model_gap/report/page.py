@@ -10,7 +10,9 @@ from modal_reports import (
     Page,
     render,
 )
+from model_gap.calibration import calibration, calibration_words, mounts
 from model_gap.comparison import compare_model, ModelComparison, SensorBand
+from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import gap_mapping
 from model_gap.report.comparison_tables import (
@@ -21,7 +23,7 @@ from model_gap.report.comparison_tables import (
 )
 from model_gap.report.pictures import gap_bars, gap_map, gap_on_arm, spectra
 from model_gap.report.tables import candidates_table, where_table
-from model_gap.report.words import effect_words, headline
+from model_gap.report.words import effect_words, gravity_words, headline
 from model_gap.search import EVIDENCE_BETWEEN
 
 HERE = Path(__file__).parent
@@ -59,6 +61,8 @@ def render_report(result: GapResult, comparison: ModelComparison | None = None) 
         'first': pictures[0] if pictures else '',
         'pictures': pictures[1:],
         'capital': capital,
+        'gravity': gravity_words(result),
+        'calibration': calibration_words(calibration(result), mounts(result)),
         **_tables(result, comparison),
     }
     title = f'Model gap: {result.search.model.robot_name}'
@@ -74,7 +78,10 @@ def _tables(result: GapResult, comparison: ModelComparison) -> dict[str, object]
     return {
         'gap': gap,
         'candidates': candidates_table(
-            gap['candidates'], result.search.settings.worth_adding, EVIDENCE_BETWEEN
+            gap['candidates'],
+            result.search.settings.worth_adding,
+            EVIDENCE_BETWEEN,
+            result.decision.verdict is Verdict.UNEXPLAINED,
         ),
         'parts': where_table(gap['where'], ('joint', 'mode', 'band', 'level')),
         'records': where_table(gap['where'], ('sensor', 'pose', 'record')),

@@ -27,7 +27,6 @@ from model_gap.report.arm_picture import arm_picture, TIMES_THE_NOISE
 SMOOTHING_HZ = 0.3
 FINE_BINS = 1200
 PICTURES = 7
-WHOLE = {'payload': 'flange', 'base_compliance': 'base'}
 
 
 def gap_bars(result: GapResult) -> Markup:
@@ -49,7 +48,10 @@ def gap_on_arm(result: GapResult) -> Markup:
     """Draw where the gap is, and what it is put down to."""
     search = result.search
     left = {item.name: math.sqrt(item.before) for item in result.where if item.kind == 'sensor'}
-    places = tuple(item.location or WHOLE.get(item.type, '') for item in accepted_effects(result))
+    shown_at = {kind.type: kind.shown_at for kind in search.settings.catalogue}
+    places = tuple(
+        item.location or shown_at.get(item.type, '') for item in accepted_effects(result)
+    )
     pose = search.campaign.records[0].pose
     layout = search.campaign.layout
     return arm_picture(search.model, pose, layout, left, tuple(filter(None, places)))

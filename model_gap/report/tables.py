@@ -26,8 +26,10 @@ def parameter_words(parameters: Mapping[str, Found]) -> str:
     )
 
 
-def candidates_table(candidates: Sequence[Found], to_add: float, between: float) -> Table:
-    """Return the explanations that were tried, round by round."""
+def candidates_table(
+    candidates: Sequence[Found], to_add: float, between: float, rejected: bool = False
+) -> Table:
+    """Return the explanations that were tried, round by round; none stands out if all fell."""
     gains = [row['log_evidence_gain'] or 0.0 for row in candidates]
     best = max([*gains, 1.0])
     headings = (
@@ -50,12 +52,13 @@ def candidates_table(candidates: Sequence[Found], to_add: float, between: float)
             number(fixed(row['over_noise'], 2)),
             number(fixed(row['over_noise_heldout'], 2)),
         )
-        rows.append(Row(cells, 'best' if first and gain >= to_add else ''))
+        rows.append(Row(cells, 'best' if first and gain >= to_add and not rejected else ''))
     return Table(
         'explanations tried',
         headings,
         rows,
-        f'Gain of log evidence over the model without the effect ({to_add:g} are needed, '
+        ('All of these are rejected: none is an answer. ' if rejected else '')
+        + f'Gain of log evidence over the model without the effect ({to_add:g} are needed, '
         f'{between:g} between rivals), and what is left over on fitted and held-out recordings, '
         'times the noise.',
         'none: nothing was worth trying',

@@ -1,10 +1,12 @@
 """The verdict in words."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 import math
 
 from modal_reports import capital, percent, with_sigma
+from model_gap.calibration import calibration, calibration_words, mounts
 from model_gap.decide import Verdict
+from model_gap.effects import CATALOGUE, Effect
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects
 from structural_model.spec import KnownEffect
@@ -12,30 +14,6 @@ from structural_model.spec import KnownEffect
 NO_GAP = 'Model and robot agree: what differs is noise and known tolerance'
 TOO_LITTLE = 'No gap shows in what was recorded, which is too little to say that there is none'
 STRANGE = 'There is a gap, and nothing in the catalogue explains it'
-# What each effect says of the robot, in a plain sentence; {place} and the parameters by name.
-SENTENCES: Mapping[str, str] = {
-    'payload': '{place} carries {mass:+.3g} kg that the model does not have',
-    'joint_damping': '{place} is damped {factor:.3g} times as much as the model says',
-    'base_compliance': 'The base gives way: the robot rocks on its foundation',
-    'link_flexibility': '{place} bends, and the model has it stiff',
-    'rod_spring': 'A rod couples joints 2 and 3 that the model does not have',
-    'coulomb_friction': '{place} has dry friction of {torque:.3g} N m',
-    'backlash': '{place} has play: {half_gap:.2g} rad to either side',
-    'cubic_stiffness': 'The stiffness of {place} changes with its twist',
-    'speed_dependent_stiffness': 'The stiffness of {place} changes with its speed',
-    'transmission_error': 'The gear of {place} runs unevenly',
-    'tonal_disturbance': 'Something shakes {place} steadily at {frequency:.4g} Hz',
-    'servo_compliance': 'The drives give way: they do not hold their motors still',
-    'tuned_mass': 'A mass of {mass:.3g} kg swings on {place} at {frequency:.3g} Hz',
-    'command_delay': 'All sensors show the recorded motion {milliseconds:.3g} ms {late}',
-    'sensor_gain': '{place} reads {gain:.3g} times what is there',
-    'sensor_polarity': '{place} is connected the wrong way round',
-    'sensor_axis_swap': 'Two axes of {place} are exchanged',
-    'sensor_rotation': '{place} is mounted turned by {degrees:.3g}°',
-    'sensor_delay': '{place} is {milliseconds:.3g} ms {late}',
-    'sensor_mount_resonance': 'The mount of {place} is soft and resonates at {frequency:.3g} Hz',
-    'sensor_mass': '{place} weighs {mass:.3g} kg itself',
-}
 
 
 def headline(result: GapResult) -> str:
@@ -45,40 +23,19 @@ def headline(result: GapResult) -> str:
         return TOO_LITTLE if result.decision.reasons else NO_GAP
     if verdict is Verdict.UNEXPLAINED:
         return STRANGE
-    found = '; '.join(sentence(effect) for effect in accepted_effects(result))
+    catalogue = result.search.settings.catalogue
+    found = '; '.join(sentence(effect, catalogue) for effect in accepted_effects(result))
     if verdict is Verdict.NAMED:
         return found
     return f'Perhaps: {found[:1].lower()}{found[1:]}. This is not certain yet'
 
 
-def sentence(effect: KnownEffect) -> str:
-    """Return what an effect says of the robot."""
+def sentence(effect: KnownEffect, catalogue: Iterable[type[Effect]] = CATALOGUE) -> str:
+    """Return what an effect says of the robot, in its own class's words."""
+    # Gravity names what a narrower catalogue of a search may not have.
+    kind = {kind.type: kind for kind in (*CATALOGUE, *catalogue)}[effect.type]
     numbers = {item.name: item.value for item in effect.parameters}
-    turn = [value for name, value in numbers.items() if name.startswith('rotation_')]
-    delay = numbers.get('delay', math.nan)
-    place = place_words(effect)
-    if effect.type == 'joint_stiffness':
-        change = 100.0 * (numbers['factor'] - 1.0)
-        kind = 'softer' if change < 0.0 else 'stiffer'
-        text = f'{place} is {abs(change):.0f} % {kind} than the model says'
-    else:
-        text = SENTENCES.get(
-            effect.type, effect.type.replace('_', ' ') + ' at {place}'
-        ).format_map(
-            _Numbers(
-                numbers,
-                place=place,
-                milliseconds=1e3 * abs(delay),
-                late='early' if delay < 0.0 else 'late',
-                degrees=math.degrees(math.hypot(*turn)) if turn else math.nan,
-            )
-        )
-    return capital(text)
-
-
-class _Numbers(dict):  # type: ignore[type-arg]
-    def __missing__(self, name: str) -> float:
-        return math.nan
+    return capital(kind.in_words(place_words(effect), numbers))
 
 
 def place_words(effect: KnownEffect) -> str:
@@ -105,6 +62,15 @@ def effect_words(result: GapResult) -> list[str]:
     return lines
 
 
+def gravity_words(result: GapResult) -> list[str]:
+    """Return what gravity tells before any dynamics, and of which encoders it tells nothing."""
+    lines = [fault.words() for fault in result.faults_at_rest]
+    untold = [joint for joint, sigma in result.encoders_told.items() if not math.isfinite(sigma)]
+    if untold and lines:
+        lines.append(f'it does not tell the zero of {", ".join(untold)}')
+    return lines
+
+
 def summary_lines(result: GapResult) -> list[str]:
     """Return what the command line prints."""
     lines = [f'{result.decision.verdict.value}: {headline(result)}']
@@ -119,5 +85,7 @@ def summary_lines(result: GapResult) -> list[str]:
         f'gap, fitted poses: {percent(result.gap_before)} before, '
         f'{percent(result.gap_after)} after'
     )
+    lines += [f'gravity: {line}' for line in gravity_words(result)]
+    lines += calibration_words(calibration(result), mounts(result))
     lines += [f'note: {line}' for line in result.search.notes]
     return lines

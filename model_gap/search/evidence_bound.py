@@ -2,17 +2,13 @@
 
 import numpy as np
 
-from model_gap.fit import EFFECTIVE_DATA, Fit
-
-# Of what is left over, a further effect must take away this share.
-FURTHER_SHARE = 0.3
-# So many standard deviations less than expected is what tolerances cost by chance at least.
-LEAST_CHANCE = 2.0
+from model_gap.fit import FIT, Fit
+from model_gap.search.thresholds import SEARCH
 
 
 def evidence_bound(fitted: Fit) -> float:
     """Return the log evidence that bringing what is left over down to the noise would gain."""
-    return EFFECTIVE_DATA * float(np.log(max(fitted.misfit, 1.0)))
+    return FIT.effective_data * float(np.log(max(fitted.misfit, 1.0)))
 
 
 def tolerance_excess(fitted: Fit) -> float:
@@ -25,7 +21,9 @@ def tolerance_excess(fitted: Fit) -> float:
     size = len(values)
     found = np.eye(size) - np.linalg.inv(fitted.precision)[:size, :size]
     square = found @ found
-    expected = float(np.trace(square)) - LEAST_CHANCE * float(np.sqrt(2.0 * np.sum(square**2)))
+    expected = float(np.trace(square)) - SEARCH.least_chance * float(
+        np.sqrt(2.0 * np.sum(square**2))
+    )
     return max(0.5 * (float(values @ values) - max(expected, 0.0)), 0.0)
 
 
@@ -36,4 +34,4 @@ def least_further_gain(before: Fit) -> float:
     """
     if not before.hypothesis.effects:
         return 0.0
-    return FURTHER_SHARE * evidence_bound(before)
+    return SEARCH.further_share * evidence_bound(before)

@@ -28,8 +28,8 @@ class JointScreeningLimits:
 
     Parameters
     ----------
-    first_steps, further_steps : int
-        Of every start, and of those that go on.
+    further_steps : int
+        Of those that go on, after ``Effect.first_steps`` of every start.
     least_reach_share : float
         Only where a free force would explain this share of what one does at the best place: the
         right place explains all but what tolerances have to do with it.
@@ -37,7 +37,6 @@ class JointScreeningLimits:
         So many go on after the first steps, of one effect at most so many.
     """
 
-    first_steps: int = 2
     further_steps: int = 5
     least_reach_share: float = 0.4
     further: int = 20
@@ -108,7 +107,7 @@ def screen_jointly(
         effect = screened[number].effect
         values = (screened[number].values, *map(tuple, effect.few_starts(base.scene)))
         found = [
-            joint.descend(base.with_effect(effect, start), LIMITS.first_steps) for start in values
+            joint.descend(base.with_effect(effect, start), effect.first_steps) for start in values
         ]
         return sorted((item for item in found if item), key=lambda item: item[0])[
             : LIMITS.further_starts
@@ -121,9 +120,12 @@ def screen_jointly(
     standing = [(value, number, at) for number, best in begun for value, at in best]
     standing = sorted(standing, key=lambda item: item[0])[: LIMITS.further]
     starts = [with_numbers(base, numbers) for _, _, numbers in standing]
-    without = joint.descend(base, LIMITS.first_steps + LIMITS.further_steps)
+    # As often as each effect's own fit: what steps alone gain is no gain of an effect.
+    steps = {effect.first_steps for effect in linear}
+    bare = {count: joint.descend(base, count + LIMITS.further_steps) for count in steps}
     ends = side_by_side(go_on, starts)
     for (_, number, _), end in zip(standing, ends, strict=True):
+        without = bare[screened[number].effect.first_steps]
         if without is None or end is None:
             continue
         gain, at = without[0] - end[0], with_numbers(base, end[1])

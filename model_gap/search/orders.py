@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from model_gap.campaign import hann, RecordSpectra
 from model_gap.cell import axis_row, joint_spring, joint_vector, Ripple
-from model_gap.fit import EFFECTIVE_DATA
+from model_gap.fit import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor, transform_at
 from model_gap.search.reach import free_force
@@ -161,7 +161,7 @@ def _strongest(joint: str, tracks: Sequence[_Track], total: float, ratio: float)
             normals = [track.normal(order) for track in tracks]
             gram, pull = _common(normals, np.multiply.outer(orders[inside], middles))
             left[inside] -= np.sum(pull * _solved(gram, pull), axis=1)
-    gain = EFFECTIVE_DATA * np.log(total / np.maximum(left, 1e-9 * total))
+    gain = FIT.effective_data * np.log(total / np.maximum(left, 1e-9 * total))
     best = {int(np.argmax(gain)), int(np.argmax(gain[: max(len(usual), 1)]))}
     found: list[Ripple] = []
     for number in sorted(best):

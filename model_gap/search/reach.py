@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from model_gap.campaign import Complex
 from model_gap.cell import CellModel, force_vector
 from model_gap.effects import Effect
-from model_gap.fit import EFFECTIVE_DATA
+from model_gap.fit import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 
@@ -46,7 +46,7 @@ class Shares:
         """Return the rise of log evidence; noise alone makes none."""
         left = max(self.total - self.explained[place], 1e-9 * self.total)
         chi = left / max(self.count - self.free, 1)
-        return float(EFFECTIVE_DATA * np.log(self.total / self.count / chi))
+        return float(FIT.effective_data * np.log(self.total / self.count / chi))
 
 
 def joint_shares(hypothesis: Hypothesis, predictor: Predictor) -> Shares:
@@ -137,6 +137,7 @@ def within_reach(
         Of the gain of the best place.
     """
     kept: set[int] = set()
+    most: dict[int, tuple[float, float]] = {}
     for hypothesis in hypotheses:
         cell = hypothesis.cell()
         probes: dict[str, tuple[CellModel, str]] = {}
@@ -151,6 +152,7 @@ def within_reach(
         found = shares(hypothesis, predictor, probes)
         gains = {place: found.gain(place) for place in probes}
         least = max(least_gain, least_share * max(gains.values()))
+        most |= {number: (gains[place], least) for number, place in place_of.items()}
         kept |= {
             number
             for number in range(len(candidates))
@@ -158,5 +160,9 @@ def within_reach(
         }
     for number, effect in enumerate(candidates):
         if number not in kept:
-            log.debug('%r not tried: no force at its place could gain enough', effect)
+            log.debug(
+                '%r not tried: any force at its place gains %.3g of log evidence, %.3g needed',
+                effect,
+                *most[number],
+            )
     return [candidates[number] for number in sorted(kept)]

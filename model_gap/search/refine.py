@@ -58,7 +58,9 @@ class RefinementLimits:
 REFINEMENT = RefinementLimits()
 
 
-def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list[Fit]:
+def rough_fits(
+    current: Fit, trials: Sequence[Trial], coarse: Predictor, catalogue: Sequence[type[Effect]]
+) -> list[Fit]:
     """Fit what promised most on the coarse records; return those worth more, the best first.
 
     Parameters
@@ -69,12 +71,15 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
         Screened, the most promising first.
     coarse : Predictor
         Of the coarse records.
+    catalogue : sequence of Effect types
+        What stretched tolerances may stand for.
     """
     held = coarse.hold(current.hypothesis.cell()).held
     trials = chosen(trials)[: REFINEMENT.rough_after_torques if held else None]
     found: list[Fit | None] = []
     if current.misfit < REFINEMENT.mimicked_misfit:
-        starts = [replace(item, held=held) for item in instead_of_tolerances(current.hypothesis)]
+        instead = instead_of_tolerances(current.hypothesis, catalogue)
+        starts = [replace(item, held=held) for item in instead]
         found += fits(lambda start: fit(start, coarse, relinearise=3), starts)
     shared = Linearised.of(trials[0].base, coarse) if trials else None
 
@@ -91,7 +96,8 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
         ]
 
     def others_of(trial: Trial) -> Sequence[tuple[float, ...]]:
-        return trial.effect.other_starts(trial.values) if trial is trials[0] else ()
+        near = trial.gain >= REFINEMENT.settled_share * trials[0].gain
+        return trial.effect.other_starts(trial.values) if near else ()
 
     def may_wait(trial: Trial) -> bool:
         promises = trial.gain >= REFINEMENT.settled_share * trials[0].gain
@@ -103,11 +109,20 @@ def rough_fits(current: Fit, trials: Sequence[Trial], coarse: Predictor) -> list
     close = best_of_each(found)
     least = close[0].log_evidence - REFINEMENT.hopeless if close else 0.0
     for item in close[REFINEMENT.refined :]:
-        log.debug('%r dropped: others are closer', item.hypothesis.effects[-1])
+        log.debug(
+            '%r dropped: %d others are closer, the best by %.3g of log evidence',
+            item.hypothesis.effects[-1],
+            REFINEMENT.refined,
+            close[0].log_evidence - item.log_evidence,
+        )
     close = close[: REFINEMENT.refined]
     for item in close:
         if item.log_evidence <= least:
-            log.debug('%r dropped: hopelessly behind', item.hypothesis.effects[-1])
+            log.debug(
+                '%r dropped: hopelessly behind, by %.3g of log evidence',
+                item.hypothesis.effects[-1],
+                close[0].log_evidence - item.log_evidence,
+            )
     close = [item for item in close if item.log_evidence > least]
     if close and close[0].misfit > REFINEMENT.settled_misfit:
         close = with_details(close, coarse)
@@ -167,7 +182,9 @@ def chosen(trials: Sequence[Trial]) -> list[Trial]:
         elif not promising:
             log.debug('%r not fitted: promises only %.3g', trial.effect, trial.gain)
         else:
-            log.debug('%r not fitted: enough of its type and place are', trial.effect)
+            log.debug(
+                '%r not fitted: %d of its type and %d of its place are', trial.effect, alike, here
+            )
         if len(found) == REFINEMENT.rough:
             break
     return found

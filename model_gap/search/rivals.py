@@ -89,7 +89,12 @@ def rivals_of(
             if beside and final.log_evidence - beside.fit.log_evidence < EVIDENCE_BETWEEN:
                 found.append(RivalPair(replace(best, fit=final), beside))
     for pair in found:
-        log.debug('%r cannot be told from %r', pair.accepted.effect, pair.rival.effect)
+        log.debug(
+            '%r cannot be told from %r: %.3g of log evidence between them',
+            pair.accepted.effect,
+            pair.rival.effect,
+            pair.accepted.fit.log_evidence - pair.rival.fit.log_evidence,
+        )
     return tuple(found)
 
 

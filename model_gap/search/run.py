@@ -7,6 +7,7 @@ from model_gap.search.search import Search
 from model_gap.search.steps import (
     close_round,
     confirm_best,
+    fit_again_without,
     fit_finely,
     fit_roughly,
     fit_tolerances,
@@ -17,6 +18,7 @@ from model_gap.search.steps import (
     stop_or_go_on,
     take_out_second_order,
 )
+from model_gap.search.thresholds import SEARCH
 
 Step = Callable[[Search], Search]
 # Each with the share of the round's work that is done after it.
@@ -26,17 +28,13 @@ ROUND: tuple[tuple[Step, float], ...] = (
     (screen_again, 0.4),
     (fit_roughly, 0.65),
     (fit_finely, 0.85),
+    (fit_again_without, 0.85),
     (close_round, 0.85),
     (settle_best, 0.9),
     (take_out_second_order, 0.95),
     (confirm_best, 0.95),
     (stop_or_go_on, 1.0),
 )
-
-# Of the whole work, what is left before the first round, and of that after each: what is left
-# after a round is mostly less than it.
-LEFT_AT_FIRST = 0.9
-LEFT_AFTER = 0.4
 
 
 def run_search(search: Search, progress: Callable[[float], None] = lambda _: None) -> Search:
@@ -60,7 +58,9 @@ def run_search(search: Search, progress: Callable[[float], None] = lambda _: Non
 def run_round(search: Search, progress: Callable[[float], None]) -> Search:
     """Look for one more effect."""
     done = len(search.rounds)
-    begun, ends = (1.0 - LEFT_AT_FIRST * LEFT_AFTER**number for number in (done, done + 1))
+    begun, ends = (
+        1.0 - SEARCH.left_at_first * SEARCH.left_after**number for number in (done, done + 1)
+    )
     progress(begun)
     for step, share in ROUND:
         search = step(search)

@@ -7,6 +7,7 @@ exact for small effects and finds large ones on a grid of starting values.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import logging
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +16,17 @@ from modal_core.errors import ModelError
 from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Complex, Rows
 from model_gap.cell import CellModel
-from model_gap.effects import Effect
-from model_gap.fit import EFFECTIVE_DATA, free_numbers_cost
+from model_gap.effects import Effect, EffectParameter, Scene
+from model_gap.fit import FIT, free_numbers_cost
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
+from model_gap.search.thresholds import SEARCH
 
 Array = NDArray[np.float64]
 Start = tuple[float, ...]
-LARGEST_AMPLITUDE = 1.3
+# Objective, start, and how far the strongest start moves the prediction [sigma, rms].
+Tried = tuple[float, Start, float]
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -103,12 +107,12 @@ class Projection:
         chi = square / self.count
         best = (np.inf, 0.0)
         for _ in range(4):
-            weight = 2.0 * EFFECTIVE_DATA / (self.count * chi)
+            weight = 2.0 * FIT.effective_data / (self.count * chi)
             step = _clipped(weight * gram, prior, weight * pull - prior * centre, size)
             left = square - 2.0 * step @ pull + step @ gram @ step
             chi = max(float(left) / self.count, 0.3)
             moved = (centre + step)[:size]
-            value = EFFECTIVE_DATA * np.log(chi) + 0.5 * float(moved @ moved)
+            value = FIT.effective_data * np.log(chi) + 0.5 * float(moved @ moved)
             if value < best[0]:
                 best = (float(value), float(step[size]) if len(step) > size else 0.0)
         return best
@@ -119,9 +123,9 @@ def _clipped(gram: Array, prior: Array, pull: Array, size: int) -> Array:
     hessian = gram + np.diag(prior)
     hessian[np.diag_indices_from(hessian)] += 1e-12 * np.trace(hessian)
     step = np.linalg.solve(hessian, pull)
-    if len(step) == size or 0.0 <= step[size] <= LARGEST_AMPLITUDE:
+    if len(step) == size or 0.0 <= step[size] <= SEARCH.largest_amplitude:
         return np.asarray(step)
-    amplitude = float(np.clip(step[size], 0.0, LARGEST_AMPLITUDE))
+    amplitude = float(np.clip(step[size], 0.0, SEARCH.largest_amplitude))
     rest = np.linalg.solve(hessian[:size, :size], pull[:size] - hessian[:size, size] * amplitude)
     return np.asarray(np.r_[rest, amplitude])
 
@@ -140,7 +144,7 @@ def screen(
     predictor : Predictor
         Of the records to screen on.
     """
-    base, scene = projection.base, projection.base.scene
+    base = projection.base
     present = predictor.hold(base.cell())
     reference, _ = projection.value(None)
     together: dict[str, list[Effect]] = {}  # torques in one joint share its motion
@@ -148,29 +152,69 @@ def screen(
         place = effect.place if effect.amplitude_dependent else str(number)
         together.setdefault(place, []).append(effect)
 
-    def work(effects: Sequence[Effect]) -> dict[int, tuple[float, Start]]:
-        starts = [
-            (n, tuple(it)) for n, effect in enumerate(effects) for it in effect.starts(scene)
-        ]
-        cells = [effects[n].apply(present, values, scene) for n, values in starts]
-        best: dict[int, tuple[float, Start]] = {}
-        for (number, values), spectra in zip(starts, _predicted(cells, predictor), strict=True):
-            if spectra is None:
-                continue
-            direction = predictor.weighting.rows(spectra) - projection.rows
-            value, amplitude = projection.value(direction)
-            if np.isfinite(value) and (number not in best or value < best[number][0]):
-                best[number] = value, scaled(effects[number], values, amplitude, base)
-        return best
+    def work(effects: Sequence[Effect]) -> dict[int, Tried]:
+        return _tried(effects, present, projection, predictor)
 
     groups = list(together.values())
     found = []
     for effects, best in zip(groups, side_by_side(work, groups), strict=True):
-        for number, (value, values) in best.items():
+        for number, (value, values, moved) in best.items():
             effect = effects[number]
+            if moved < SEARCH.least_seen:
+                log.debug('%r cannot be seen here: at most %.2g of the noise', effect, moved)
+                continue
             cost = free_numbers_cost([effect], len(predictor.records))
             found.append(Trial(effect, values, reference - value - cost, base))
     return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _tried(
+    effects: Sequence[Effect], present: CellModel, projection: Projection, predictor: Predictor
+) -> dict[int, Tried]:
+    """Return the best start of every effect, by its number; those that do too little are grown."""
+    base, scene = projection.base, projection.base.scene
+    best: dict[int, Tried] = {}
+    starts = [(n, tuple(it)) for n, effect in enumerate(effects) for it in effect.starts(scene)]
+    for _ in range(SEARCH.most_grown):
+        weak = []
+        cells = [effects[n].apply(present, values, scene) for n, values in starts]
+        for (number, values), spectra in zip(starts, _predicted(cells, predictor), strict=True):
+            if spectra is None:
+                continue
+            direction = predictor.weighting.rows(spectra) - projection.rows
+            moved = float(np.sqrt(direction @ direction / projection.count))
+            value, amplitude = projection.value(direction)
+            least, at, most = best.get(number, (np.inf, values, 0.0))
+            if np.isfinite(value) and value < least:
+                least, at = value, scaled(effects[number], values, amplitude, base)
+            if np.isfinite(least):
+                best[number] = least, at, max(most, moved)
+            if moved < SEARCH.least_moved:
+                weak.append((number, values))
+        grown = [(n, values, larger(effects[n], values, scene)) for n, values in weak]
+        starts = list(dict.fromkeys((n, new) for n, old, new in grown if new != old))
+        if not starts:
+            break
+    return best
+
+
+def larger(effect: Effect, values: Start, scene: Scene) -> Start:
+    """Return a start with its size farther from neutral, as far as that is plausible.
+
+    The size is its first number and what has the same unit; one that is a factor is as it is: its
+    starts span what is plausible.
+    """
+    items = effect.parameters(scene)
+    if not items or items[0].log:
+        return values
+    return tuple(
+        item.value(SEARCH.growth * item.inner(value)) if _is_size(item, items[0]) else value
+        for item, value in zip(items, values, strict=True)
+    )
+
+
+def _is_size(item: EffectParameter, first: EffectParameter) -> bool:
+    return item is first or (item.unit == first.unit and not item.log and item.neutral == 0.0)
 
 
 def _predicted(cells: Sequence[CellModel], predictor: Predictor) -> list[list[Complex] | None]:

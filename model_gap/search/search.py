@@ -9,10 +9,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from model_gap.campaign import Band, Campaign, explicit_damping
-from model_gap.cell import CellModel, Nuisance, nuisances, Tolerances
+from model_gap.cell import CellModel, joint_vector, Nuisance, nuisances, Tolerances
 from model_gap.effects import CATALOGUE, Effect, Scene
 from model_gap.fit import Fit
 from model_gap.hypothesis import Hypothesis, with_known_effects
+from model_gap.predict import static_twist
 from model_gap.search.evidence_bound import least_further_gain
 from model_gap.search.lines import common_lines
 from model_gap.search.screen import Trial
@@ -172,12 +173,13 @@ class Search:
         cell = CellModel(explicit_damping(model.spec), campaign.layout.channels)
         names = tuple(sensor.name for sensor in campaign.layout)
         lines = common_lines(campaign.records, settings.band)
-        cell = with_known_effects(Scene(model, names, cell, lines))
+        scene = Scene(model, names, cell, lines, preload_rad=preloads(model, campaign))
+        cell = with_known_effects(scene, settings.catalogue)
         return cls(
             model,
             campaign,
             settings,
-            Scene(model, names, cell, lines),
+            replace(scene, cell=cell),
             nuisances(cell, links_with_mass(model), settings.tolerances),
             prepare_data(
                 campaign.records, model, settings.band, lines, None if simulated else cell
@@ -219,6 +221,17 @@ class Search:
         )
 
     @property
+    def usual_tolerances(self) -> tuple[Nuisance, ...]:
+        """What its tolerances would be were nothing stated."""
+        return nuisances(self.scene.cell, links_with_mass(self.model), Tolerances())
+
+    @property
+    def known_roughly(self) -> bool:
+        """Whether any tolerance is wider than usual."""
+        usual = {item.name: item.sigma for item in self.usual_tolerances}
+        return any(item.sigma > usual.get(item.name, item.sigma) for item in self.tolerances)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed, left out or limits the comparison."""
         linear = (
@@ -244,6 +257,17 @@ class Search:
         """Return this round's fits as candidates, the best first."""
         found = [self.candidate(item, self.fitted) for item in fits]
         return tuple(sorted(found, key=lambda item: -item.gain))
+
+
+def preloads(model: FlexibleJointModel, campaign: Campaign) -> dict[str, float]:
+    """Return the most that gravity twists each joint in the poses of a campaign [rad]."""
+    bare = Scene(model, (), CellModel(model.spec, ()))
+    vectors = {place: joint_vector(model, place, model.dof_names) for place in bare.joint_marks}
+    poses = np.unique([record.pose for record in campaign.records], axis=0)
+    return {
+        place: max(abs(static_twist(model, vector, pose)) for pose in poses)
+        for place, vector in vectors.items()
+    }
 
 
 def links_with_mass(model: FlexibleJointModel) -> tuple[str, ...]:

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from model_gap.campaign import Band, GapRecord, record_spectra, TARGET_BINS
+from model_gap.campaign import Band, CAMPAIGN, GapRecord, record_spectra
 from model_gap.cell import CellModel
-from model_gap.predict import linearised, Predictor, ROUGH_STEPS_PER_S, SAME_POSE_RAD, STEPS_PER_S
+from model_gap.predict import linearised, PREDICTION, Predictor
 from structural_model import FlexibleJointModel
 
 
@@ -88,7 +88,9 @@ def prepare_data(
     """
 
     def predictor(
-        chosen: Sequence[GapRecord], bins: int = TARGET_BINS, steps_per_s: float = STEPS_PER_S
+        chosen: Sequence[GapRecord],
+        bins: int = CAMPAIGN.target_bins,
+        steps_per_s: float = PREDICTION.steps_per_s,
     ) -> Predictor:
         n_channels = chosen[0].acceleration.shape[1] if chosen else 0
         # Many channels say the same with fewer bins.
@@ -106,9 +108,9 @@ def prepare_data(
     return SearchData(
         fitting=predictor(fitting),
         heldout=predictor([item for item in records if item.heldout]),
-        coarse=predictor(short, SIZES.screen_bins, ROUGH_STEPS_PER_S),
-        screening=predictor(few, SIZES.screen_bins, ROUGH_STEPS_PER_S),
-        loudest=predictor(loudest(few), SIZES.screen_bins, ROUGH_STEPS_PER_S),
+        coarse=predictor(short, SIZES.screen_bins, PREDICTION.rough_steps_per_s),
+        screening=predictor(few, SIZES.screen_bins, PREDICTION.rough_steps_per_s),
+        loudest=predictor(loudest(few), SIZES.screen_bins, PREDICTION.rough_steps_per_s),
     )
 
 
@@ -138,7 +140,7 @@ def of_first_poses(records: Sequence[GapRecord], count: int) -> list[GapRecord]:
     poses: list[np.ndarray] = []
     found = []
     for record in records:
-        known = any(np.abs(pose - record.pose).max() < SAME_POSE_RAD for pose in poses)
+        known = any(np.abs(pose - record.pose).max() < PREDICTION.same_pose_rad for pose in poses)
         if not known and len(poses) < count:
             poses.append(record.pose)
             known = True

@@ -40,6 +40,8 @@ class StepLimits:
         Of a misfit so small not all is resonance: hums stand out of it.
     first_linearisations : int
         Tolerances alone go far where an effect is missing: a fit that stopped short misleads.
+    rough_linearisations : int
+        The same where tolerances are wider than usual: the way to the right springs is long.
     linear_lead : float
         Log evidence by which a linear simulation must explain recordings better than a moving arm.
     """
@@ -53,6 +55,7 @@ class StepLimits:
     distorted_misfit: float = 4.0
     near_misfit: float = 30.0
     first_linearisations: int = 3
+    rough_linearisations: int = 12
     linear_lead: float = 3.0
 
 
@@ -62,7 +65,9 @@ LIMITS = StepLimits()
 def fit_tolerances(search: Search) -> Search:
     """Fit the model without any effect, before the first round."""
     fitting = search.data.fitting
-    first = fit(search.nominal, fitting, relinearise=LIMITS.first_linearisations)
+    wide = search.known_roughly
+    often = LIMITS.rough_linearisations if wide else LIMITS.first_linearisations
+    first = fit(search.nominal, fitting, relinearise=often)
     log.debug('tolerances alone: misfit %.3g', first.misfit)
     return take_out_second_order(replace(search, current=first))
 
@@ -127,7 +132,7 @@ def fit_roughly(search: Search) -> Search:
         best = [f'{trial.effect!r}: {trial.gain:.3g}' for trial in search.trials[:1]]
         log.debug('nothing promises enough (best %s)', *best or ['none'])
         return replace(search, fits=())
-    rough = rough_fits(current, search.trials, search.data.coarse)
+    rough = rough_fits(current, search.trials, search.data.coarse, search.settings.catalogue)
     if rough and current.misfit > LIMITS.distorted_misfit and not search.simulated:
         about = replace(rough[0].hypothesis, held=()).cell()
         search = search.with_data_about(about)
@@ -145,6 +150,23 @@ def _promising(search: Search) -> bool:
 def fit_finely(search: Search) -> Search:
     """Fit the closest on all records."""
     return replace(search, fits=tuple(fine_fits(search.fits, search.data)))
+
+
+def fit_again_without(search: Search) -> Search:
+    """Fit the hypothesis without a new effect once more, from where the best with one has come to.
+
+    What a candidate gains by tolerances that were fitted farther is no gain of its effect.
+    """
+    best = max(search.fits, key=lambda item: item.log_evidence, default=None)
+    current = search.fitted
+    if best is None or best.log_evidence - current.log_evidence < search.settings.worth_adding:
+        return search
+    without = best.hypothesis.without(len(best.hypothesis.effects) - 1)
+    again = fit(without, search.data.fitting, iterations=5)
+    if again.log_evidence <= current.log_evidence:
+        return search
+    log.debug('without: %.4g of log evidence more', again.log_evidence - current.log_evidence)
+    return replace(search, current=again.without_columns)
 
 
 def close_round(search: Search) -> Search:

@@ -1,0 +1,182 @@
+"""Calibration: what a campaign tells of a model's numbers within their tolerances."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_gap.cell import Nuisance, RELATIVE
+from model_gap.find_gap import GapResult
+from model_gap.fit import Fit
+from model_gap.hypothesis import STRETCHED
+
+Array = NDArray[np.float64]
+# Of the prior's deviation: the data then say at least as much as was known before.
+DETERMINED = math.sqrt(0.5)
+# A mount is told to be turned from here on: one of a thousand straight ones (χ² of 3).
+TURNED = 4.03
+
+# In new deviations: what is told in words to have moved, and how much of it.
+CLEARLY, MOST_TOLD = 3.0, 8
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """One number of the model as the campaign tells it.
+
+    Parameters
+    ----------
+    name : str
+        Which.
+    value, sigma : float
+        A factor, metres, or degrees; its standard deviation.
+    unit : str
+        ``1``, ``m`` or ``deg``.
+    deviations : float
+        From nominal, in tolerances.
+    determined : bool
+        The campaign tells at least as much of it as was known before.
+    """
+
+    name: str
+    value: float
+    sigma: float
+    unit: str
+    deviations: float
+    determined: bool
+
+    @property
+    def moved(self) -> float:
+        """How many of its new deviations it is away from nominal; 0 where it is not determined."""
+        away = math.log(self.value) * self.value if self.unit == RELATIVE else self.value
+        return abs(away) / self.sigma if self.determined else 0.0
+
+    @property
+    def stretched(self) -> bool:
+        """Whether it is farther off than ordinary imperfection is."""
+        return abs(self.deviations) > STRETCHED
+
+
+@dataclass(frozen=True)
+class Mount:
+    """How a sensor turned out to be turned.
+
+    Parameters
+    ----------
+    sensor : str
+        Its name.
+    angle_deg, sigma_deg : float [deg]
+        By how much, about whatever axis.
+    """
+
+    sensor: str
+    angle_deg: float
+    sigma_deg: float
+
+
+def calibration(result: GapResult) -> tuple[Calibrated, ...]:
+    """Return every number that has a tolerance; none where the model stays as it was given."""
+    fit = result.calibrated
+    if fit is None:
+        return ()
+    tolerances = fit.hypothesis.tolerances
+    deviations = np.sqrt(np.diag(_covariance(fit)))
+    return tuple(
+        _calibrated(item, float(moved), float(left))
+        for item, moved, left in zip(
+            tolerances, fit.hypothesis.tolerance_values, deviations, strict=True
+        )
+        if item.sigma > 0.0
+    )
+
+
+def _calibrated(item: Nuisance, moved: float, left: float) -> Calibrated:
+    amount, sigma = item.sigma * moved, item.sigma * left
+    unit = item.unit
+    if unit == RELATIVE:
+        amount = math.exp(amount)
+        sigma *= amount
+    elif unit == 'rad':
+        amount, sigma, unit = math.degrees(amount), math.degrees(sigma), 'deg'
+    return Calibrated(item.name, amount, sigma, unit, moved, left < DETERMINED)
+
+
+def mounts(result: GapResult) -> tuple[Mount, ...]:
+    """Return the sensors that are turned, however little that is, the most turned first."""
+    fit = result.calibrated
+    if fit is None:
+        return ()
+    covariance = _covariance(fit)
+    places: dict[str, list[int]] = {}
+    for number, item in enumerate(fit.hypothesis.tolerances):
+        if item.what == 'rotation':
+            places.setdefault(item.sensor, []).append(number)
+    found = []
+    for sensor, rows in places.items():
+        sizes = np.degrees([fit.hypothesis.tolerances[row].sigma for row in rows])
+        turned = fit.hypothesis.tolerance_values[rows] * sizes
+        spread = covariance[np.ix_(rows, rows)] * np.outer(sizes, sizes)
+        if turned @ np.linalg.solve(spread, turned) > TURNED**2:
+            angle = float(np.linalg.norm(turned))
+            along = turned / angle
+            found.append(Mount(sensor, angle, float(np.sqrt(along @ spread @ along))))
+    return tuple(sorted(found, key=lambda item: -item.angle_deg))
+
+
+def tolerances_left(result: GapResult) -> dict[str, float]:
+    """Return how roughly the calibrated model is known, by name, as a model file states it.
+
+    Of what was known worse than usual, and never better than usual: another day, another campaign.
+    """
+    fit = result.calibrated
+    if fit is None:
+        return {}
+    usual = {item.name: item.sigma for item in result.search.usual_tolerances}
+    covariance = _covariance(fit)
+    found = {}
+    for number, item in enumerate(fit.hypothesis.tolerances):
+        if item.sigma > usual.get(item.name, item.sigma):
+            left = item.sigma * float(np.sqrt(covariance[number, number]))
+            found[item.name] = item.stated(max(left, usual[item.name]))
+    return found
+
+
+def _covariance(fit: Fit) -> Array:
+    """Return that of the tolerances, in prior deviations."""
+    size = len(fit.hypothesis.tolerances)
+    return np.asarray(np.linalg.inv(fit.precision)[:size, :size])
+
+
+def calibration_words(items: Sequence[Calibrated], turned: Sequence[Mount]) -> list[str]:
+    """Return the calibration in a few lines: what moved, what stays open, what went too far."""
+    lines = []
+    moved = [item for item in items if item.moved > CLEARLY and 'rotation' not in item.name]
+    if moved:
+        moved = sorted(moved, key=lambda item: -item.moved)[:MOST_TOLD]
+        lines.append(f'calibrated: {", ".join(map(_words, moved))}')
+    if turned:
+        mounted = [f'{it.sensor} by {it.angle_deg:.2f} ± {it.sigma_deg:.2f}°' for it in turned]
+        lines.append(f'mounts turned, within tolerance: {", ".join(mounted)}')
+    open_ = [item.name for item in items if not item.determined and _is_spring(item)]
+    if open_:
+        lines.append(f'not determined by this campaign: {", ".join(open_)}')
+    lines += [
+        f'{item.name} is {abs(item.deviations):.1f} of its tolerances away'
+        for item in items
+        if item.stretched
+    ]
+    return lines
+
+
+def _is_spring(item: Calibrated) -> bool:
+    return item.name.startswith(('stiffness', 'base stiffness'))
+
+
+def _words(item: Calibrated) -> str:
+    if item.unit == RELATIVE:
+        return f'{item.name} {item.value:.3f} ± {item.sigma:.3f} times nominal'
+    if item.unit == 'm':
+        return f'{item.name} {1e3 * item.value:+.1f} ± {1e3 * item.sigma:.1f} mm'
+    return f'{item.name} {item.value:+.2f} ± {item.sigma:.2f}°'

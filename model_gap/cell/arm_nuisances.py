@@ -1,0 +1,148 @@
+"""Tolerances of an arm: springs, dampers, masses and where they are."""
+
+from collections.abc import Callable, Sequence
+import dataclasses
+import math
+
+from model_gap.cell.cell_model import CellModel
+from model_gap.cell.changes import change_drive, change_link, change_tilt, offset_joint
+from model_gap.cell.nuisance import Nuisance
+from structural_model.spec import JointSpec, LinkSpec, ModelSpec, Spring
+
+Change = Callable[[CellModel, float], CellModel]
+OfSpring = Callable[[Spring], Spring]
+
+
+def joint_nuisances(joint: JointSpec, stiffness: float, damping: float) -> list[Nuisance]:
+    """Return tolerances of a joint's drive and of what gives way across it."""
+    found = []
+    for what, sigma in (('stiffness', stiffness), ('damping', damping)):
+        if not joint.drive.spring.rigid:
+            change = _spring(what, _drive(joint.name))
+            name = f'{what} of {joint.name}'
+            found.append(Nuisance(name, 'spring', change, sigma, what=what, joint=joint.name))
+        for number, spring in enumerate(joint.tilts):
+            if not spring.rigid:
+                change = _spring(what, _tilt(joint.name, number))
+                name = f'{what} across {joint.name} ({number + 1})'
+                found.append(Nuisance(name, 'spring', change, sigma))
+    return found
+
+
+def encoder_nuisance(joint: str, sigma_deg: float) -> Nuisance:
+    """Return the tolerance of where a joint's encoder has its zero."""
+
+    def apply(cell: CellModel, amount: float) -> CellModel:
+        return cell.with_spec(offset_joint(cell.spec, joint, amount))
+
+    sigma = math.radians(sigma_deg)
+    return Nuisance(encoder_of(joint), 'pose', apply, sigma, 'rad', 'encoder', joint)
+
+
+def encoder_of(joint: str) -> str:
+    """Return the name of that tolerance."""
+    return f'encoder of {joint}'
+
+
+def base_nuisances(springs: Sequence[Spring], sigma: float) -> list[Nuisance]:
+    """Return tolerances of the springs under the base."""
+    return [
+        Nuisance(
+            f'base stiffness {number}',
+            'spring',
+            _spring('stiffness', _base(number)),
+            sigma,
+            what='base',
+        )
+        for number, spring in enumerate(springs)
+        if not spring.rigid
+    ]
+
+
+def _spring(what: str, of: Callable[[ModelSpec, OfSpring], ModelSpec]) -> Change:
+    def apply(cell: CellModel, amount: float) -> CellModel:
+        factor = math.exp(amount)
+
+        def change(spring: Spring) -> Spring:
+            if what == 'stiffness':
+                return Spring(spring.stiffness * factor, spring.damping)
+            return Spring(spring.stiffness, spring.damping * factor)
+
+        return cell.with_spec(of(cell.spec, change))
+
+    return apply
+
+
+def _drive(joint: str) -> Callable[[ModelSpec, OfSpring], ModelSpec]:
+    return lambda spec, change: change_drive(spec, joint, change)
+
+
+def _tilt(joint: str, number: int) -> Callable[[ModelSpec, OfSpring], ModelSpec]:
+    return lambda spec, change: change_tilt(spec, joint, number, change)
+
+
+def _base(number: int) -> Callable[[ModelSpec, OfSpring], ModelSpec]:
+    def of(spec: ModelSpec, change: OfSpring) -> ModelSpec:
+        springs = list(spec.base.springs)
+        springs[number] = change(springs[number])
+        base = dataclasses.replace(spec.base, springs=tuple(springs))  # type: ignore[arg-type]
+        return dataclasses.replace(spec, base=base)
+
+    return of
+
+
+def link_nuisances(
+    link: str, mass: float, inertia: float, centre_of_mass_m: float
+) -> list[Nuisance]:
+    """Return tolerances of a link's mass, of where it is, and of its inertia."""
+
+    def scaled(field: str) -> Change:
+        def apply(cell: CellModel, amount: float) -> CellModel:
+            def change(item: LinkSpec) -> LinkSpec:
+                value = getattr(item, field) * math.exp(amount)
+                return dataclasses.replace(item, **{field: value})
+
+            return cell.with_spec(change_link(cell.spec, link, change))
+
+        return apply
+
+    def shifted(axis: int) -> Change:
+        def apply(cell: CellModel, amount: float) -> CellModel:
+            def change(item: LinkSpec) -> LinkSpec:
+                place = list(item.com_shift_m)
+                place[axis] += amount
+                return dataclasses.replace(item, com_shift_m=(place[0], place[1], place[2]))
+
+            return cell.with_spec(change_link(cell.spec, link, change))
+
+        return apply
+
+    found = [
+        Nuisance(f'mass of {link}', 'spec', scaled('mass_factor'), mass),
+        Nuisance(f'inertia of {link}', 'spec', scaled('inertia_factor'), inertia),
+        *(
+            Nuisance(
+                f'centre of mass of {link} ({"xyz"[axis]})',
+                'spec',
+                shifted(axis),
+                centre_of_mass_m,
+                'm',
+            )
+            for axis in range(3)
+        ),
+    ]
+    return [dataclasses.replace(item, what='mass', link=link) for item in found]
+
+
+def mass_nuisance(name: str, sigma: float) -> Nuisance:
+    """Return the tolerance of a mass that is fixed to a link."""
+
+    def apply(cell: CellModel, amount: float) -> CellModel:
+        factor = math.exp(amount)
+        masses = tuple(
+            dataclasses.replace(item, mass_kg=item.mass_kg * factor) if item.name == name else item
+            for item in cell.spec.masses
+        )
+        return cell.with_spec(dataclasses.replace(cell.spec, masses=masses))
+
+    return Nuisance(f'mass of {name}', 'spec', apply, sigma)

@@ -1,0 +1,51 @@
+"""Part of a joint's stiffness slips: bolts, fits, a gear's hysteresis."""
+
+from collections.abc import Mapping, Sequence
+import dataclasses
+from typing import ClassVar
+
+from model_gap.cell import CellModel, JointForce
+from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.laws import HysteresisLaw
+
+
+class Hysteresis(Effect):
+    """A spring s·k beside the joint's own that slips at the twist x_y (Jenkin element)."""
+
+    type = 'hysteresis'
+    equation = "τ = s k z, z' = x' while |z| < x_y, else 0 outwards"
+    source = 'Iwan (1966), doi:10.1115/1.3625199; Bouc-Wen with a sharp knee'
+    signature = 'frequency falls as amplitude rises; damping is largest between, small beyond'
+    says = 'A part of {place}, {share:.2g} times its stiffness, slips at {limit:.2g} rad'
+    amplitude_dependent = True
+    confused_with: ClassVar[Mapping[str, str]] = {
+        'coulomb_friction': 'four levels: hysteresis is stiffer at the lowest, friction sticks',
+        'cubic_stiffness': 'four levels: a slipping spring damps most between',
+        'joint_stiffness': 'a third, larger level: what slips no longer stiffens',
+    }
+
+    @classmethod
+    def instances(cls, scene: Scene) -> Sequence[Effect]:
+        """Return one per flexible joint."""
+        return [cls(*place) for place in scene.joint_places]
+
+    def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
+        """Return how stiff it is and where it slips."""
+        return (
+            EffectParameter('share', '1', 0.3, 0.0, 5.0),
+            EffectParameter('limit', 'rad', 1.0, 1e-7, 5e-3, neutral=4e-5, log=True),
+        )
+
+    def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
+        """Add the torque."""
+        force = JointForce(self.place, HysteresisLaw, (values[0], values[1]))
+        return dataclasses.replace(cell, forces=(*cell.forces, force))
+
+    def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
+        """Return limits over three decades."""
+        return [(0.3, limit) for limit in (4e-7, 4e-6, 4e-5, 2e-4)]
+
+    def other_starts(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
+        """Return limits far from each other: what never slips is a spring, the rest friction."""
+        share, limit = values
+        return [(share, limit * factor) for factor in (0.3, 3.0)]

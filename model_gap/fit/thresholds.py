@@ -1,0 +1,34 @@
+"""When numbers fit, in one place, with source or measure."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class FitThresholds:
+    """Limits of fitting hypotheses to data."""
+
+    effective_data: float = 300.0
+    """Independent pieces that the data count as: errors of a model are alike over
+    neighbouring bins and sensors."""
+    trials: tuple[float, ...] = 1.0, 0.4, 0.12
+    """Parts of a step that are tried in turn. Chosen, not measured."""
+    little_gain: float = 1.0
+    """Derivatives are still good where a descent gained less log probability than this: 1.4
+    σ."""
+    tolerance_step: float = 0.05
+    """Of a tolerance, in its deviations, for derivatives: chosen, not measured."""
+    effect_step: float = 0.002
+    """Of a number of an effect, in its scale, for derivatives. Chosen, not measured."""
+    axis_steps: int = 3
+    """Steps of descent along every axis of a link, and"""
+    link_steps: int = 10
+    """along the best one of each link. Chosen, not measured."""
+    rounds: int = 4
+    """Rounds of the posterior predictive check. Chosen, not measured."""
+    heldout_share: float = 0.4
+    """Of the poses, held out. Chosen, not measured."""
+    least_poses: int = 3
+    """Poses from which on any is held out: two are left to fit."""
+
+
+FIT = FitThresholds()

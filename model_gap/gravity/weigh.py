@@ -1,0 +1,225 @@
+"""Find what makes gravity read wrong: one fault after the other, as long as the means demand it.
+
+The means are m = u(q + δ) + tolerances + noise.  With their tolerances as covariance,
+-log L = ½ eᵀ Σ⁻¹ e of what is left, e, says how much a fault explains.
+"""
+
+from collections.abc import Iterator, Sequence
+import dataclasses
+from dataclasses import dataclass
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+import scipy.linalg
+
+from model_gap.cell import Tolerances
+from model_gap.gravity.at_rest import AtRest, G_M_S2
+from model_gap.gravity.faults import COST, Fault, Kind
+from model_gap.gravity.usual import covariance, USUAL
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class GravityLimits:
+    """What counts as a fault.
+
+    Parameters
+    ----------
+    worth_naming : float
+        Log evidence, as of an effect.
+    between : float
+        Log evidence by which two explanations can be told apart.
+    most : int
+        Faults, at most.
+    poses : int
+        Tried, for one that tells two explanations apart.
+    open_deg : float [deg]
+        An encoder known to no better than that is not told by gravity.
+    """
+
+    worth_naming: float = 12.0
+    between: float = 8.0
+    most: int = 6
+    poses: int = 64
+    open_deg: float = 1.0
+
+
+LIMITS = GravityLimits()
+POSE_SEED = 0
+# All ways three axes can be plugged and mounted, but the right one.
+ORIENTATIONS = tuple(
+    np.eye(3)[list(order)] * np.array(signs)[:, None]
+    for order in permutations(range(3))
+    for signs in product((1.0, -1.0), repeat=3)
+    if not (order == (0, 1, 2) and signs == (1.0, 1.0, 1.0))
+)
+
+
+def weigh(rest: AtRest, tolerances: Tolerances) -> tuple[Fault, ...]:
+    """Return what gravity shows to be wrong, the most telling first; nothing on healthy data."""
+    found: list[Fault] = []
+    while rest.channels and len(found) < LIMITS.most:
+        state = _State.of(rest, found, tolerances)
+        tried = sorted(state.candidates(found), key=lambda fault: -fault.gain)
+        if not tried or tried[0].gain < LIMITS.worth_naming:
+            break
+        best = tried[0]
+        close = [it for it in tried[1:] if it.gain > best.gain - LIMITS.between]
+        other = [it for it in close if (it.kind, it.place) != (best.kind, best.place)]
+        if other:
+            telling = _telling(rest, found, best, other[0])
+            best = dataclasses.replace(best, rival=other[0], telling=telling)
+        found.append(best)
+    return tuple(found)
+
+
+def encoders_told(rest: AtRest, tolerances: Tolerances) -> dict[str, float]:
+    """Return to how many degrees gravity tells the zero of each encoder, by joint; inf: not."""
+    if not rest.channels:
+        return dict.fromkeys(rest.model.joint_names, np.inf)
+    state = _State.of(rest, (), tolerances)
+    found = {}
+    for joint, slope in zip(rest.model.joint_names, state.slopes, strict=True):
+        sigma = np.degrees(state.size_of(slope)[1]) if _seen(slope) else np.inf
+        found[joint] = float(sigma) if sigma < LIMITS.open_deg else np.inf
+    return found
+
+
+def _seen(slope: Array) -> bool:
+    """Return whether gravity tells of a joint at all: not about an upright axis."""
+    return bool(np.abs(slope).max() * USUAL.encoder_rad > USUAL.noise_m_s2 / 10.0)
+
+
+def _telling(rest: AtRest, known: Sequence[Fault], one: Fault, other: Fault) -> str:
+    """Return the pose in which two explanations differ most."""
+    limits, rng = rest.model.limits, np.random.default_rng(POSE_SEED)
+    low = np.maximum(limits.position_low, -np.pi)
+    high = np.minimum(limits.position_high, np.pi)
+    elsewhere = rest.in_poses(rng.uniform(low, high, (LIMITS.poses, len(low))))
+    means = [faulty(elsewhere, (*known, fault))[0] for fault in (one, other)]
+    apart = np.linalg.norm(means[0] - means[1], axis=1)
+    best = int(np.argmax(apart))
+    angles = ', '.join(f'{angle:.0f}' for angle in np.degrees(elsewhere.poses[best]))
+    return (
+        f'stand still at [{angles}] deg: the means of {one.words()} and of {other.words()} would '
+        f'differ by {apart[best]:.2f} m/s² there'
+    )
+
+
+def faulty(rest: AtRest, faults: Sequence[Fault]) -> tuple[Array, Array, Array]:
+    """Return what should be read with some faults, and its derivatives by offsets and tilts."""
+    offset = np.zeros(rest.poses.shape[1])
+    for fault in faults:
+        if fault.kind is Kind.ENCODER:
+            offset[fault.columns[0]] += fault.values[0]
+    tilts = rest.tilts(offset)
+    readings, slopes = rest.predicted(offset), np.concatenate([rest.slopes(offset), tilts])
+    for fault in faults:
+        if fault.kind is Kind.TILT:
+            readings = readings + np.tensordot(fault.values, tilts, 1)
+    for fault in faults:
+        readings = _applied(readings, fault)
+        if fault.kind is not Kind.ZERO:  # of a slope no zero offset is left
+            slopes = np.array([_applied(slope, fault) for slope in slopes])
+    return readings, slopes[:-2], slopes[-2:]
+
+
+def _applied(readings: Array, fault: Fault) -> Array:
+    """Return what would be read, (n_records, n_channels), with one more fault of a sensor."""
+    columns, wrong = list(fault.columns), readings.copy()
+    if fault.kind is Kind.ZERO:
+        wrong[:, columns] += fault.values[0]
+    elif fault.kind is Kind.UNIT:
+        wrong[:, columns] /= G_M_S2
+    elif fault.kind in (Kind.AXES, Kind.TURNED):
+        wrong[:, columns] = wrong[:, columns] @ fault.matrix.T
+    return wrong
+
+
+@dataclass(frozen=True)
+class _State:
+    """Means, and what the faults found so far leave of them."""
+
+    rest: AtRest
+    predicted: Array
+    slopes: Array
+    tilts: Array
+    factor: tuple[Array, bool]
+    cost: float
+
+    @classmethod
+    def of(cls, rest: AtRest, faults: Sequence[Fault], tolerances: Tolerances) -> '_State':
+        predicted, slopes, tilts = faulty(rest, faults)
+        factor = scipy.linalg.cho_factor(covariance(rest, predicted, slopes, tilts, tolerances))
+        state = cls(rest, predicted, slopes, tilts, factor, 0.0)
+        return dataclasses.replace(state, cost=state.cost_of(rest.measured - predicted))
+
+    def cost_of(self, left: Array) -> float:
+        """Return -log L of what is left over."""
+        flat = left.ravel()
+        return 0.5 * float(flat @ scipy.linalg.cho_solve(self.factor, flat))
+
+    def candidates(self, known: Sequence[Fault]) -> Iterator[Fault]:
+        """Return every fault that is not known yet, with what it gains."""
+        taken = {(fault.kind, fault.place) for fault in known}
+        mixed = {fault.place for fault in known if fault.kind in (Kind.AXES, Kind.TURNED)}
+        for fault in self._all():
+            oriented = fault.kind in (Kind.AXES, Kind.TURNED) and fault.place in mixed
+            if (fault.kind, fault.place) not in taken and not oriented:
+                yield fault
+
+    def _all(self) -> Iterator[Fault]:
+        for number, joint in enumerate(self.rest.model.joint_names):
+            if _seen(self.slopes[number]):
+                yield self._moved(Fault(Kind.ENCODER, joint, (number,)), self.slopes[[number]])
+        yield self._moved(Fault(Kind.TILT, 'base', ()), self.tilts)
+        for number, channel in enumerate(self.rest.channels):
+            value, sigma = self.size_of(np.eye(len(self.rest.channels))[number])
+            yield self._gaining(Fault(Kind.ZERO, channel.name, (number,), (value,), sigma))
+        for sensor, columns in self.rest.sensors.items():
+            yield self._gaining(Fault(Kind.UNIT, sensor, tuple(columns)))
+            if len(columns) == 3:
+                yield from self._oriented(sensor, tuple(columns))
+
+    def _gaining(self, fault: Fault) -> Fault:
+        cost = self.cost_of(self.rest.measured - _applied(self.predicted, fault))
+        return dataclasses.replace(fault, gain=self.cost - cost - COST[fault.kind])
+
+    def size_of(self, pattern: Array) -> tuple[float, float]:
+        """Return the size of a pattern of the means, and its deviation."""
+        wide = np.broadcast_to(pattern, self.predicted.shape).ravel()
+        weight = scipy.linalg.cho_solve(self.factor, wide)
+        power = float(wide @ weight)
+        if power <= 0.0:
+            return 0.0, np.inf
+        left = (self.rest.measured - self.predicted).ravel()
+        return float(weight @ left) / power, power**-0.5
+
+    def _moved(self, fault: Fault, patterns: Array) -> Fault:
+        """Return a fault that adds patterns to the means, at its size: least squares."""
+        rows = patterns.reshape(len(patterns), -1)
+        weight = scipy.linalg.cho_solve(self.factor, rows.T)
+        left = self.rest.measured - self.predicted
+        spread = np.linalg.pinv(rows @ weight)
+        values = spread @ (weight.T @ left.ravel())
+        cost = self.cost_of(left - np.tensordot(values, patterns, 1))
+        return dataclasses.replace(
+            fault,
+            values=tuple(values.tolist()),
+            sigma=float(np.sqrt(spread[0, 0])),
+            gain=self.cost - cost - COST[fault.kind],
+        )
+
+    def _oriented(self, sensor: str, columns: tuple[int, ...]) -> Iterator[Fault]:
+        tried = [
+            self._gaining(Fault(Kind.AXES, sensor, columns, tuple(matrix.ravel())))
+            for matrix in ORIENTATIONS
+        ]
+        yield max(tried, key=lambda fault: fault.gain)
+        own, read = self.predicted[:, columns], self.rest.measured[:, columns]
+        left, _, right = np.linalg.svd(read.T @ own)
+        proper = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
+        turned = tuple(float(value) for value in (left @ proper @ right).ravel())
+        yield self._gaining(Fault(Kind.TURNED, sensor, columns, turned))

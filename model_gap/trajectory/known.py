@@ -1,0 +1,63 @@
+"""What a model already contains of encoder campaigns: its springs, and effects found earlier."""
+
+from collections.abc import Sequence
+import dataclasses
+
+import numpy as np
+
+from model_gap.trajectory.catalogue import encoder_offsets, torque_terms, twist_terms
+from model_gap.trajectory.motion import Motion
+from model_gap.trajectory.rigid import rigid_of, rigid_torque
+from model_gap.trajectory.term import Array, Term, TORQUE, Track, TWIST
+from model_gap.trajectory.twist_terms import JointStiffness
+from structural_model import FlexibleJointModel
+from structural_model.spec import KnownEffect
+
+
+def known_terms(model: FlexibleJointModel, motions: Sequence[Motion]) -> list[tuple[Term, Array]]:
+    """Return the laws that the model lists among its effects, with their weights."""
+    rigid, encoders = rigid_of(model), motions[0].encoders
+    catalogue = [
+        *torque_terms(rigid, motions),
+        *twist_terms(rigid, encoders, {}),
+        *encoder_offsets(rigid, encoders),
+    ]
+    by_key = {term.key: term for term in catalogue}
+    return [
+        _with_numbers(by_key[effect.type, effect.location], effect)
+        for effect in model.spec.effects
+        if effect.kept_in == 'effects' and (effect.type, effect.location) in by_key
+    ]
+
+
+def known_keys(model: FlexibleJointModel) -> frozenset[tuple[str, str]]:
+    """Return type and place of every law that the model has, springs of gears included."""
+    springs = {
+        (JointStiffness.type, item.name)
+        for item in model.spec.joints
+        if not item.drive.spring.rigid
+    }
+    return frozenset(springs | {(item.type, item.location) for item in model.spec.effects})
+
+
+def _with_numbers(term: Term, effect: KnownEffect) -> tuple[Term, Array]:
+    numbers = {item.name: item.value for item in effect.parameters}
+    if term.shape_name:
+        term = dataclasses.replace(term, shape=numbers[term.shape_name])
+    return term, term.weights_of(numbers)
+
+
+def track_of(
+    model: FlexibleJointModel, motion: Motion, known: Sequence[tuple[Term, Array]]
+) -> Track:
+    """Return a recording as laws see it, with what the model predicts of it."""
+    rigid = rigid_torque(rigid_of(model), motion)
+    stiffness = np.array(
+        [model.spec.joints[joint].drive.spring.stiffness for joint in motion.encoders]
+    )
+    twist = rigid.load[:, list(motion.encoders)] / stiffness
+    track = Track(motion, rigid, rigid.load, {TORQUE: rigid.total, TWIST: twist})
+    predicted = dict(track.known)
+    for term, weights in known:
+        predicted[term.quantity] = predicted[term.quantity] + term.columns(track) @ weights
+    return dataclasses.replace(track, known=predicted)

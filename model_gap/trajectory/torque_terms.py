@@ -1,0 +1,307 @@
+"""Laws of the drives' torques: friction, counterbalance, payload, rotors.
+
+All are linear in their weights; what they are not linear in is tried on a grid.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from model_gap.trajectory.hysteresis import sliding
+from model_gap.trajectory.rigid import lower, NUMBERS, steiner
+from model_gap.trajectory.term import Array, Term, Track, Weight
+
+WHOLE_JOINT = 'whole joint'
+
+
+@dataclass(frozen=True)
+class OfFriction(Term):
+    """What resists an axis: scaled by the torque the axis needs."""
+
+    variant: ClassVar[str] = WHOLE_JOINT
+
+    size_nm: float = 100.0
+
+    def speed(self, track: Track) -> Array:
+        """Return the axis' speed at the recording's rate [rad/s]."""
+        return track.motion.path_rate[:, self.joint]
+
+    def slow(self, track: Track, values: Array) -> Array:
+        """Return a series as a column of this axis."""
+        return track.column(self.axis, track.motion.slow(values), track.n_joints)
+
+
+@dataclass(frozen=True)
+class CoulombFriction(OfFriction):
+    """Dry friction that gives way a little before it slides."""
+
+    type: ClassVar[str] = 'coulomb_friction'
+    one_way: ClassVar[bool] = True
+    equation: ClassVar[str] = 'τ = τ_c z, dz/dq = 1/w, -1 <= z <= 1'
+    says: ClassVar[str] = '{place} has dry friction of {torque:.3g} N m'
+    shape_name: ClassVar[str] = 'presliding_angle'
+    shape_unit: ClassVar[str] = 'rad'
+    shapes: ClassVar[tuple[float, ...]] = (3e-5, 1e-4, 3e-4, 1e-3, 3e-3)
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return the level."""
+        return (Weight('torque', 'N m', self.size_nm),)
+
+    def columns(self, track: Track) -> Array:
+        """Return the state of sliding."""
+        return self.slow(track, sliding(track.motion.path_rad[:, self.joint], self.shape)[0])
+
+
+@dataclass(frozen=True)
+class LoadFriction(OfFriction):
+    """Friction in proportion to what the gear carries."""
+
+    type: ClassVar[str] = 'load_friction'
+    one_way: ClassVar[bool] = True
+    equation: ClassVar[str] = 'τ = μ |load| tanh(v/v_0)'
+    says: ClassVar[str] = '{place} loses {share:.2g} of its load to friction'
+    experiment: ClassVar[str] = 'the same motion with a known mass at the flange'
+    shape_name: ClassVar[str] = 'transition_speed'
+    shape_unit: ClassVar[str] = 'rad/s'
+    shapes: ClassVar[tuple[float, ...]] = (3e-3, 1e-2)
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return the share."""
+        return (Weight('share', '1', 0.2),)
+
+    def columns(self, track: Track) -> Array:
+        """Return the load with the sign of motion."""
+        sign = track.motion.slow(np.tanh(self.speed(track) / self.shape))
+        values = sign * np.abs(track.load_nm[:, self.joint])
+        return track.column(self.axis, values, track.n_joints)
+
+
+@dataclass(frozen=True)
+class ViscousFriction(OfFriction):
+    """Friction in proportion to speed."""
+
+    type: ClassVar[str] = 'viscous_friction'
+    one_way: ClassVar[bool] = True
+    equation: ClassVar[str] = 'τ = d v'
+    says: ClassVar[str] = '{place} has viscous friction of {damping:.4g} N m s/rad'
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return the coefficient."""
+        return (Weight('damping', 'N m s/rad', 5.0 * self.size_nm),)
+
+    def columns(self, track: Track) -> Array:
+        """Return the speed."""
+        return self.slow(track, self.speed(track))
+
+
+@dataclass(frozen=True)
+class StribeckFriction(OfFriction):
+    """Friction that is higher (or lower) while a film of grease builds up."""
+
+    type: ClassVar[str] = 'stribeck_friction'
+    equation: ClassVar[str] = 'τ = τ_s exp(-|v|/v_s) tanh(v/(0.1 v_s))'
+    says: ClassVar[str] = '{place} changes its friction by {torque:.3g} N m at low speed'
+    experiment: ClassVar[str] = 'slow steady turns at five speeds between 0.001 and 0.1 rad/s'
+    shape_name: ClassVar[str] = 'stribeck_speed'
+    shape_unit: ClassVar[str] = 'rad/s'
+    shapes: ClassVar[tuple[float, ...]] = (0.01, 0.03, 0.1)
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return the level."""
+        return (Weight('torque', 'N m', self.size_nm),)
+
+    def columns(self, track: Track) -> Array:
+        """Return the bump at low speed."""
+        ratio = self.speed(track) / self.shape
+        return self.slow(track, np.exp(-np.abs(ratio)) * np.tanh(10.0 * ratio))
+
+
+@dataclass(frozen=True)
+class AsymmetricFriction(OfFriction):
+    """Friction that differs between the two directions: a constant torque beside it."""
+
+    type: ClassVar[str] = 'asymmetric_friction'
+    equation: ClassVar[str] = 'τ = τ_a'
+    says: ClassVar[str] = '{place} turns harder one way than the other, by {torque:.3g} N m'
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return half the difference."""
+        return (Weight('torque', 'N m', 0.5 * self.size_nm),)
+
+    def columns(self, track: Track) -> Array:
+        """Return a constant."""
+        return track.column(self.axis, np.ones(track.motion.count), track.n_joints)
+
+
+@dataclass(frozen=True)
+class HoseSpring(OfFriction):
+    """A hose or cable that pulls the axis back to where it was laid."""
+
+    type: ClassVar[str] = 'hose_spring'
+    equation: ClassVar[str] = 'τ = k (q - q_0)'
+    says: ClassVar[str] = '{place} is pulled by a spring of {stiffness:.3g} N m/rad'
+    experiment: ClassVar[str] = 'stand still at five angles of that axis, from both sides'
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return the stiffness; where it is neutral is part of the asymmetry."""
+        return (Weight('stiffness', 'N m/rad', self.size_nm),)
+
+    def columns(self, track: Track) -> Array:
+        """Return the angle since the start pose."""
+        return self.slow(track, track.motion.path_rad[:, self.joint])
+
+
+@dataclass(frozen=True)
+class RotorInertia(Term):
+    """The rotor of a motor is heavier or lighter than the model says."""
+
+    type: ClassVar[str] = 'rotor_inertia'
+    equation: ClassVar[str] = "τ = ΔJ N² q''"
+    says: ClassVar[str] = "the rotor of {place} differs from the model's by {change:.3g} kg m²"
+    kept_in: ClassVar[str] = 'model'
+
+    ratio: float = 1.0
+    nominal: float = 0.01
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return the change; as much as there is is plausible."""
+        return (Weight('change', 'kg m²', self.nominal),)
+
+    def columns(self, track: Track) -> Array:
+        """Return the acceleration behind the gear."""
+        motion = track.motion
+        speed = motion.path_rate[:, self.joint]
+        values = motion.slow(np.gradient(speed, 1.0 / motion.sample_rate_hz))
+        return track.column(self.axis, self.ratio**2 * values, track.n_joints)
+
+
+@dataclass(frozen=True)
+class GravityCompensator(Term):
+    """A counterbalance: spring, weight or gas cylinder between two links."""
+
+    type: ClassVar[str] = 'gravity_compensator'
+    carried: ClassVar[bool] = True
+    equation: ClassVar[str] = 'τ = κ sin(q - φ)'
+    says: ClassVar[str] = (
+        '{place} has a counterbalance of {strength:.4g} N m, neutral at {phase:.3g} rad'
+    )
+    experiment: ClassVar[str] = 'stand still at five angles of that axis over its whole range'
+    kept_in: ClassVar[str] = 'model'
+    # It is built to be neutral where what it balances stands upright: to about 10 degrees.
+    upright_rad: ClassVar[float] = 0.17
+
+    size_nm: float = 1000.0
+    upright: float = 0.0
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return what it does about the upright pose, and how far off that it is neutral."""
+        return (
+            Weight('along', 'N m', self.size_nm),
+            Weight('across', 'N m', self.upright_rad * self.size_nm),
+        )
+
+    def columns(self, track: Track) -> Array:
+        """Return sine and cosine of the angle from the upright pose."""
+        turn = track.motion.joint_rad[:, self.joint] - self.upright
+        values = np.column_stack([np.sin(turn), -np.cos(turn)])
+        return track.column(self.axis, values, track.n_joints)
+
+    def numbers(self, weights: Array, covariance: Array) -> dict[str, tuple[float, float, str]]:
+        """Return strength and phase."""
+        along, across = weights
+        strength = math.copysign(math.hypot(along, across), along)
+        slopes = np.array([[along, across], [-across, along]]) / np.array(
+            [[abs(strength)], [strength**2]]
+        )
+        spread = np.sqrt(np.maximum(np.diag(slopes @ covariance @ slopes.T), 0.0))
+        phase = self.upright + math.atan(across / along)
+        return {
+            'strength': (strength, float(spread[0]), 'N m'),
+            'phase': (phase, float(spread[1]), 'rad'),
+        }
+
+    def weights_of(self, numbers: Mapping[str, float]) -> Array:
+        """Return the weights of strength and phase."""
+        turn = numbers['phase'] - self.upright
+        return numbers['strength'] * np.array([math.cos(turn), math.sin(turn)])
+
+
+@dataclass(frozen=True)
+class Payload(Term):
+    """A mass at the last link that the model does not have."""
+
+    type: ClassVar[str] = 'payload'
+    carried: ClassVar[bool] = True
+    equation: ClassVar[str] = 'mass m at c of the last link'
+    says: ClassVar[str] = '{place} carries {mass:+.3g} kg that the model does not have'
+    experiment: ClassVar[str] = 'the same motion with a known mass at the flange'
+    kept_in: ClassVar[str] = 'model'
+
+    mass_kg: float = 10.0
+    reach_m: float = 0.15
+    flange: tuple[Array, Array] = (np.eye(3), np.zeros(3))
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def recentred(self, weights: Array) -> 'Payload':
+        """Return it linear about the centre of mass that was found."""
+        if weights[0] <= 0.0:
+            return self
+        found = self.numbers(weights, np.zeros((5, 5)))
+        # No farther at a time than plausible: a first guess may be wild.
+        x, y, z = (
+            float(np.clip(found[f'com_{axis}'][0], about - self.reach_m, about + self.reach_m))
+            for axis, about in zip('xyz', self.centre, strict=True)
+        )
+        return replace(self, centre=(x, y, z))
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return mass, mass times place, and inertia about its centre, alike about all axes."""
+        moment = self.mass_kg * self.reach_m
+        return (
+            Weight('mass', 'kg', self.mass_kg),
+            *(Weight(f'moment_{axis}', 'kg m', moment) for axis in 'xyz'),
+            Weight('inertia', 'kg m²', moment * self.reach_m),
+        )
+
+    def columns(self, track: Track) -> Array:
+        """Return what the inertial numbers of the last body do."""
+        return np.asarray(track.rigid.bodies[:, :, -1] @ self._about_joint())
+
+    def _about_joint(self) -> Array:
+        """Return the inertial numbers of the body per weight, to first order about ``centre``."""
+        turn = self.flange[0]
+        place = self.flange[1] + turn @ np.array(self.centre)
+        numbers = np.zeros((NUMBERS, 5))
+        numbers[0, 0] = 1.0
+        numbers[1:4, 0] = place
+        numbers[4:, 0] = steiner(place, place)
+        for axis in range(3):
+            numbers[1:4, 1 + axis] = turn[:, axis]
+            numbers[4:, 1 + axis] = 2.0 * steiner(place, turn[:, axis])
+        numbers[4:, 4] = lower(np.eye(3))
+        return numbers
+
+    def numbers(self, weights: Array, covariance: Array) -> dict[str, tuple[float, float, str]]:
+        """Return mass and centre of mass in the last link's frame, and its inertia."""
+        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        mass = weights[0]
+        found = {'mass': (float(mass), float(deviations[0]), 'kg')}
+        for place, axis in enumerate('xyz', start=1):
+            moved = weights[place] / mass
+            slope = np.zeros(len(weights))
+            slope[0], slope[place] = -moved / mass, 1.0 / mass
+            sigma = math.sqrt(max(float(slope @ covariance @ slope), 0.0))
+            found[f'com_{axis}'] = (float(self.centre[place - 1] + moved), sigma, 'm')
+        found['inertia'] = (float(weights[4]), float(deviations[4]), 'kg m²')
+        return found
+
+    def weights_of(self, numbers: Mapping[str, float]) -> Array:
+        """Return the weights of mass and centre of mass."""
+        place = [
+            numbers['mass'] * (numbers[f'com_{axis}'] - about)
+            for axis, about in zip('xyz', self.centre, strict=True)
+        ]
+        return np.array([numbers['mass'], *place, numbers['inertia']])
