@@ -1,0 +1,84 @@
+"""What the fit sees of each point that was hit: FRFs, weights, and what ends of segments add."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact_testing.frf import PointFrf
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PointData:
+    """FRFs of one point in the band.
+
+    Parameters
+    ----------
+    frf : PointFrf
+        Of the whole range.
+    lines : slice
+        Of the band.
+    course, level : (n_lines,), (n_channels,) array
+        Power of the noise of an FRF is course · level.
+    """
+
+    frf: PointFrf
+    lines: slice
+    course: Real
+    level: Real
+
+    @classmethod
+    def of(cls, frf: PointFrf, lines: slice, ends: Complex | None = None) -> 'PointData':
+        """Weigh the lines by the noise that the taps do not have in common."""
+        course, level = frf.noise(ends)
+        # Half of it is in the real, half in the imaginary part.
+        power = 0.5 * course / frf.force_power * frf.spectra.correlation
+        return cls(frf, lines, power[lines], level)
+
+    @property
+    def frequency_hz(self) -> Real:
+        """Lines of the band [Hz]."""
+        return self.frf.spectra.frequency_hz[self.lines]
+
+    @property
+    def target(self) -> Complex:
+        """FRFs of the band with noise of one, (n_lines, n_channels) array."""
+        scaled = self.frf.h1[self.lines] / np.sqrt(self.level)
+        return np.asarray(scaled / np.sqrt(self.course[:, None]))
+
+    def terms(self, pole: Complex) -> Complex:
+        """Return (1 + Σ_k F̄_k u_k / S_ff) / (jω - p), (n_lines, n_poles) array."""
+        spectra = self.frf.spectra
+        force = spectra.force[:, self.lines]
+        windowed = pole - spectra.decay_1_s
+        added = np.einsum('kl,kp->lp', force.conj(), spectra.ends(windowed))
+        whole = 1.0 + added / self.frf.force_power[self.lines, None]
+        return np.asarray(whole / (2j * np.pi * self.frequency_hz[:, None] - windowed))
+
+    def reweighted(self, pole: Complex, amplitude: Complex) -> 'PointData':
+        """Estimate the noise again, without what the ends of the segments explain.
+
+        Parameters
+        ----------
+        pole : (n_poles,) complex array [rad/s]
+        amplitude : (n_poles, n_channels) complex array
+            In accelerances.
+        """
+        spectra = self.frf.spectra
+        windowed = pole - spectra.decay_1_s
+        s = 2j * np.pi * spectra.frequency_hz
+        ends = np.zeros_like(spectra.motion)
+        for side, value in ((windowed, amplitude), (windowed.conj(), amplitude.conj())):
+            bell = 1.0 / (s[:, None] - side)
+            ends += np.einsum('kp,lp,pc->klc', spectra.ends(side), bell, value, optimize=True)
+        fresh = PointData.of(self.frf, self.lines, ends)
+        return replace(self, course=fresh.course, level=fresh.level)
+
+
+def band_lines(frequency_hz: Real, band_hz: tuple[float, float]) -> slice:
+    """Return the lines of a band."""
+    first, end = np.searchsorted(frequency_hz, band_hz)
+    return slice(int(first), int(end))

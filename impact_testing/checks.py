@@ -1,0 +1,91 @@
+"""What speaks for or against a tap test: driving points, reciprocity, synthesised FRFs."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact_testing.band_data import PointData
+from impact_testing.free_fit import FreePoint
+from impact_testing.places import Places
+from impact_testing.result import frac, ScaledMode, TestedPoint
+
+Complex = NDArray[np.complex128]
+MODEL_SHORT = 2.0
+"""Mean square misfit beyond which modes and noise do not explain the FRFs."""
+
+
+def driving_phases(
+    data: Sequence[PointData], free: Sequence[FreePoint], pole: Complex
+) -> dict[str, tuple[float, ...]]:
+    """Return the phase of 2jω_d R at each driving point [deg], by mode; 0 of a real mode.
+
+    Parameters
+    ----------
+    data, free : sequences, one entry per point
+    pole : (n_modes,) complex array [rad/s]
+        By frequency, as the amplitudes are.
+    """
+    found = {}
+    for each, point in zip(data, free, strict=True):
+        record = each.frf.spectra.record
+        if record.point in each.frf.spectra.names:
+            column = each.frf.spectra.names.index(record.point)
+            residue = point.amplitude[: len(pole), column] / pole**2
+            phase = np.degrees(np.angle(2j * pole.imag * residue))
+            found[record.point] = tuple(phase.tolist())
+    return found
+
+
+def reciprocity(points: Sequence[TestedPoint]) -> dict[str, float]:
+    """Return FRAC of the FRFs between two points, both of which were hit and have channels."""
+    found = {}
+    for number, first in enumerate(points):
+        for second in points[number + 1 :]:
+            p, q = first.hit.removeprefix('-'), second.hit.removeprefix('-')
+            names, others = first.data.frf.spectra.names, second.data.frf.spectra.names
+            if p != q and q in names and p in others:
+                one = first.measured[:, [names.index(q)]]
+                other = second.measured[:, [others.index(p)]]
+                found[f'{p} and {q}'] = float(frac(one, other)[0])
+    return found
+
+
+def remarks_on(
+    points: Sequence[TestedPoint], modes: Sequence[ScaledMode], places: Places, misfit: float
+) -> tuple[str, ...]:
+    """Return what should be known, each with a remedy."""
+    said = []
+    if not places.tied:
+        said.append(
+            'no driving point: masses are not known; put a sensor where the hammer strikes and'
+            ' name it (--at CHANNEL)'
+        )
+    if misfit > MODEL_SHORT:
+        said.append(
+            f'modes and noise leave {misfit:.1f} times the noise: the structure is not linear or'
+            ' not at rest, or modes are missing; standard deviations are widened by it'
+        )
+    bad = sum(not tap.good for point in points for tap in point.taps)
+    if bad:
+        said.append(f'{bad} of {sum(len(point.taps) for point in points)} taps left out')
+    few = [point.name for point in points if point.n_good < 3]
+    if few:
+        said.append(f'two good taps only ({", ".join(few[:3])}): coherence says little')
+    loose = [points[number].hit for number in sorted(places.loose)]
+    if loose:
+        said.append(
+            f'taps named {", ".join(loose)} did not hit the place of that channel in its'
+            ' direction: they have a place of their own; swap their sign (--at -CHANNEL) or name'
+            ' the place they hit'
+        )
+    without = [each.mode for each in modes if np.isnan(each.mode.frequency_std_hz)]
+    if without:
+        named = ', '.join(f'{mode.frequency_hz:.4g}' for mode in without)
+        said.append(
+            f'modes at {named} Hz lie within their half-widths: another pair may explain the FRFs'
+            ' as well, so these have no σ; points that show one of them alone tell'
+        )
+    if any(each.mode.frequency_std_hz > 0.5 * each.mode.frequency_hz for each in modes):
+        said.append('some modes are not determined by these taps')
+    return tuple(said)

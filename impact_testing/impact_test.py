@@ -1,0 +1,213 @@
+"""Taps in, modes with their masses out: read it from top to bottom."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact_testing.band_data import band_lines, PointData
+from impact_testing.checks import driving_phases, reciprocity, remarks_on
+from impact_testing.free_fit import free_fit
+from impact_testing.frf import PointFrf
+from impact_testing.judge import Fault, gaps, judge_taps, JudgedTap, usual_length, with_length
+from impact_testing.modal_model import ModalModel, synthesised
+from impact_testing.mode_search import fitted
+from impact_testing.modes import scaled_modes
+from impact_testing.record import ImpactRecord
+from impact_testing.result import ImpactResult, TestedPoint
+from impact_testing.spectra import PointSpectra
+from impact_testing.thresholds import IMPACT
+from modal_core.errors import IdentificationError, SettingsError
+from oma_identifier.one_thread import one_thread
+
+FEWEST_TAPS = 2
+"""Of one tap neither coherence nor noise is known."""
+HIGHEST_SHARE = 0.4
+"""Of the sample rate: filters of converters begin to fall there."""
+LEAST_DECAY = 0.05
+"""Decay over a segment below which a mode is a line of something else, its damping unknown."""
+FIRST_LINE = 2
+"""Lowest line of the band: drift and offsets are below."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImpactSettings:
+    """What may be asked of a tap test; None: from the data.
+
+    Parameters
+    ----------
+    min_frequency_hz, max_frequency_hz : float [Hz] or None
+        Band in which modes are looked for; else up to where the force has lost 20 dB.
+    segment_s : float [s] or None
+        Of each tap that is used.
+    window_end : float
+        Exponential window on force and responses falls to this share; the damping it adds is
+        taken out.  1: none, and none is needed.
+    """
+
+    min_frequency_hz: float | None = None
+    max_frequency_hz: float | None = None
+    segment_s: float | None = None
+    window_end: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range.
+
+        Raises
+        ------
+        SettingsError
+            Naming it.
+        """
+        for name in ('min_frequency_hz', 'max_frequency_hz', 'segment_s'):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < 1e6:
+                raise SettingsError('out of range', where=name, found=value, expected='> 0')
+        if not 1e-6 <= self.window_end <= 1.0:
+            raise SettingsError(
+                'out of range', where='window_end', found=self.window_end, expected='1e-6 to 1'
+            )
+
+
+def impact_modes(
+    records: Sequence[ImpactRecord], settings: ImpactSettings | None = None
+) -> ImpactResult:
+    """Identify the modes of a structure from taps.
+
+    Parameters
+    ----------
+    records : sequence of ImpactRecord
+        One per point hit (roving hammer) or set-up of sensors (roving accelerometers).
+    settings : ImpactSettings or None
+        None: everything from the data.
+
+    Raises
+    ------
+    IdentificationError
+        No taps, fewer than two good ones on a point, rates that differ, or no mode.
+    """
+    settings = settings or ImpactSettings()
+    _check_rates(records)
+    judged, length_s = judged_together(records, settings.segment_s)
+    decay = -np.log(settings.window_end) / length_s
+    spectra = [
+        _without_unlike(PointSpectra.of(record, taps, length_s, decay))
+        for record, taps in zip(records, judged, strict=True)
+    ]
+    frfs = [PointFrf(each) for each in spectra]
+    band_hz = analysed_band(frfs, settings)
+    lines = band_lines(frfs[0].spectra.frequency_hz, band_hz)
+    with one_thread():
+        data, model = fitted([PointData.of(each, lines) for each in frfs])
+        return _result(data, model, band_hz, length_s)
+
+
+def judged_together(
+    records: Sequence[ImpactRecord], segment_s: float | None = None
+) -> tuple[list[tuple[JudgedTap, ...]], float]:
+    """Judge the taps of all records, which have segments of one length."""
+    judged = [judge_taps(record) for record in records]
+    found = [
+        gap
+        for record, taps in zip(records, judged, strict=True)
+        for each, gap in zip(taps, gaps(record, taps), strict=True)
+        if each.good
+    ]
+    length_s = segment_s or usual_length(found)
+    judged = [
+        with_length(record, taps, length_s) for record, taps in zip(records, judged, strict=True)
+    ]
+    for record, taps in zip(records, judged, strict=True):
+        _check_taps(record, taps)
+    return judged, length_s
+
+
+def analysed_band(frfs: Sequence[PointFrf], settings: ImpactSettings) -> tuple[float, float]:
+    """Return where modes are looked for: up to where the force has lost 20 dB."""
+    spectra = frfs[0].spectra
+    power = sum((f.force_power / f.force_power.max() for f in frfs), np.zeros(1))
+    enough = power >= IMPACT.force_range * power.max()
+    lost = int(np.argmin(enough)) if not enough.all() else len(power) - 1
+    reach = min(float(spectra.frequency_hz[lost]), HIGHEST_SHARE * spectra.record.rate_hz)
+    low = settings.min_frequency_hz or float(spectra.frequency_hz[FIRST_LINE - 1])
+    high = min(settings.max_frequency_hz or reach, 0.5 * spectra.record.rate_hz)
+    if high - low < 16.0 / spectra.length_s:
+        raise IdentificationError(
+            'band too narrow',
+            found=f'{low:.4g} to {high:.4g} Hz, lines {1.0 / spectra.length_s:.3g} Hz apart',
+            advice='the force reaches no higher: a harder tip, or longer between taps',
+        )
+    return low, high
+
+
+def _result(
+    data: Sequence[PointData], model: ModalModel, band_hz: tuple[float, float], length_s: float
+) -> ImpactResult:
+    frequency = np.abs(model.pole) / (2.0 * np.pi)
+    damping = -model.pole.real / np.abs(model.pole)
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    inside &= (damping > 0.0) & (damping < IMPACT.most_damping)
+    inside &= -model.pole.real * length_s > LEAST_DECAY
+    reported = np.flatnonzero(inside)
+    reported = reported[np.argsort(frequency[reported])]
+    modes = scaled_modes(model, reported.tolist())
+    pole = np.concatenate([model.pole[reported], np.delete(model.pole, reported)])
+    places = model.places
+    points = tuple(
+        TestedPoint(
+            name=each.frf.spectra.record.name,
+            hit=each.frf.spectra.record.hit,
+            taps=each.frf.spectra.taps,
+            data=each,
+            synthesised=synthesised(each, model.pole, model.amplitude(number)),
+        )
+        for number, each in enumerate(data)
+    )
+    return ImpactResult(
+        scaled_modes=modes,
+        places=places.names[places.shown],
+        points=points,
+        band_hz=band_hz,
+        length_s=length_s,
+        misfit=model.misfit,
+        driving_phase_deg=driving_phases(data, free_fit(data, pole), pole[: len(reported)]),
+        reciprocity=reciprocity(points),
+        remarks=remarks_on(points, modes, places, misfit=model.misfit),
+    )
+
+
+def _without_unlike(spectra: PointSpectra) -> PointSpectra:
+    """Leave out taps whose answers are not those of the others, where three remain."""
+    unlike: NDArray[np.float64] = PointFrf(spectra).unlikeness()
+    worst = int(np.argmax(unlike))
+    if unlike[worst] <= IMPACT.unlike or spectra.n_taps <= FEWEST_TAPS + 1:
+        return spectra
+    good = [number for number, each in enumerate(spectra.taps) if each.good]
+    taps = list(spectra.taps)
+    how = f'its answer differs {unlike[worst]:.0f} times as much'
+    taps[good[worst]] = taps[good[worst]].with_fault(Fault.UNLIKE, how)
+    fresh = PointSpectra.of(spectra.record, taps, spectra.length_s, spectra.decay_1_s)
+    return _without_unlike(fresh)
+
+
+def _check_rates(records: Sequence[ImpactRecord]) -> None:
+    if not records:
+        raise IdentificationError('no recording of taps')
+    rates = {record.rate_hz for record in records}
+    if max(rates) - min(rates) > 1e-6 * max(rates):
+        raise IdentificationError(
+            'sample rates differ', found=', '.join(f'{rate:g} Hz' for rate in sorted(rates))
+        )
+
+
+def _check_taps(record: ImpactRecord, taps: Sequence[JudgedTap]) -> None:
+    good = sum(each.good for each in taps)
+    if good >= FEWEST_TAPS:
+        return
+    why = '; '.join(f'tap {number}: {t.words}' for number, t in enumerate(taps, 1) if not t.good)
+    raise IdentificationError(
+        'too few good taps',
+        where=record.name,
+        found=f'{good} of {len(taps)}' + (f' ({why})' if why else ''),
+        expected=f'{FEWEST_TAPS} at least, for coherence and standard deviations; 5 are better',
+    )

@@ -1,0 +1,153 @@
+"""Which taps are good, and why the others are not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact_testing.record import ImpactRecord
+from impact_testing.taps import find_taps, Tap
+from impact_testing.thresholds import IMPACT
+
+Real = NDArray[np.float64]
+FILTER_SAMPLES = 40
+"""A segment begins, and the window of the force ends, so many samples beside the pulse: the filter
+of a sigma-delta converter rings as long before and behind, and what is cut off there is missing at
+the upper end of the band."""
+LEAST_SHARE = 0.5
+"""Of the usual time between taps."""
+BEHIND_S = 0.25
+"""The largest response comes so soon behind a tap."""
+LONGEST_S = 16.0
+"""Of a segment, where nobody says otherwise: 1/(ζω) of 1 Hz with 1 %."""
+
+
+class Fault(StrEnum):
+    """What makes a tap useless."""
+
+    DOUBLE_HIT = 'double hit'
+    FORCE_CLIPPED = 'force clipped'
+    RESPONSE_CLIPPED = 'response clipped'
+    WEAK = 'too weak'
+    TOO_CLOSE = 'too close'
+    RECORD_ENDS = 'record ends'
+    UNLIKE = 'unlike the other taps'
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedTap:
+    """A tap with what is wrong with it.
+
+    Parameters
+    ----------
+    tap : Tap
+        Where it is.
+    faults : tuple of (Fault, str)
+        What, and by how much; empty: a good tap.
+    """
+
+    tap: Tap
+    faults: tuple[tuple[Fault, str], ...] = ()
+
+    @property
+    def good(self) -> bool:
+        """Whether it takes part."""
+        return not self.faults
+
+    @property
+    def words(self) -> str:
+        """What is wrong, for people."""
+        return '; '.join(f'{fault}: {how}' for fault, how in self.faults) or 'good'
+
+    def with_fault(self, fault: Fault, how: str) -> 'JudgedTap':
+        """Return the tap with one more fault."""
+        return JudgedTap(self.tap, (*self.faults, (fault, how)))
+
+
+def judge_taps(record: ImpactRecord) -> tuple[JudgedTap, ...]:
+    """Find the taps of a record and judge each by itself; how long they ring comes later."""
+    taps = find_taps(record.force_n, record.rate_hz)
+    usual = float(np.median([tap.peak_n for tap in taps])) if taps else 0.0
+    return tuple(JudgedTap(tap, tuple(_faults(record, tap, usual))) for tap in taps)
+
+
+def usual_length(gaps_s: Sequence[float]) -> float:
+    """Return the longest segments for which no tap is lost that has half the usual time.
+
+    How long they are matters little: what the ends leave out is known.
+
+    Parameters
+    ----------
+    gaps_s : sequence of float [s]
+        From each good tap to what ends its segment.
+    """
+    lengths = np.minimum(np.asarray(gaps_s, dtype=float), LONGEST_S)
+    if not lengths.size:
+        return 0.0
+    return float(lengths[lengths >= LEAST_SHARE * np.median(lengths)].min())
+
+
+def gaps(record: ImpactRecord, taps: Sequence[JudgedTap]) -> list[float]:
+    """Return the time from the begin of each tap to the next one, or the end of the record."""
+    begins = [begin_of(record, each.tap) for each in taps] + [len(record.force_n)]
+    return [float(step) / record.rate_hz for step in np.diff(begins)]
+
+
+def begin_of(record: ImpactRecord, tap: Tap) -> int:
+    """Return the first row of a tap's segment."""
+    return max(0, tap.first - FILTER_SAMPLES)
+
+
+def with_length(
+    record: ImpactRecord, taps: Sequence[JudgedTap], length_s: float
+) -> tuple[JudgedTap, ...]:
+    """Turn down taps whose segment is cut short."""
+    said = []
+    for number, (each, gap) in enumerate(zip(taps, gaps(record, taps), strict=True)):
+        if gap < length_s - 0.5 / record.rate_hz:
+            fault = Fault.TOO_CLOSE if number < len(taps) - 1 else Fault.RECORD_ENDS
+            each = each.with_fault(fault, f'the next {gap:.2g} s later, {length_s:.3g} s needed')
+        said.append(each)
+    return tuple(said)
+
+
+def _faults(record: ImpactRecord, tap: Tap, usual_n: float) -> list[tuple[Fault, str]]:
+    said = []
+    if tap.rebound_share:
+        said.append((Fault.DOUBLE_HIT, f'the second of {100 * tap.rebound_share:.0f} %'))
+    if is_clipped(record.force_n[tap.first : tap.last + 1]):
+        said.append((Fault.FORCE_CLIPPED, f'at {tap.peak_n:.3g} N'))
+    if tap.peak_n < IMPACT.weak_share * usual_n:
+        said.append((Fault.WEAK, f'{tap.peak_n:.2g} N of usually {usual_n:.2g} N'))
+    behind = slice(tap.first, tap.first + round(BEHIND_S * record.rate_hz))
+    rows = record.responses.widened(behind)
+    names = record.responses.channel_names
+    clipped = [name for name, column in zip(names, rows.T, strict=True) if is_clipped(column)]
+    if clipped:
+        more = f' and {len(clipped) - 3} more' if len(clipped) > 3 else ''
+        said.append((Fault.RESPONSE_CLIPPED, ', '.join(clipped[:3]) + more))
+    return said
+
+
+def is_clipped(values: Real) -> bool:
+    """Tell a top cut off from a round one that a converter shows as a few equal samples.
+
+    A round top with three equal samples falls by less than four steps of the converter to its
+    neighbours; one that is cut falls by the slope of the signal.
+    """
+    steps = np.abs(np.diff(values))
+    step = float(steps[steps > 0.0].min(initial=np.inf))
+    return any(_is_cut(side, step) for side in (values, -values))
+
+
+def _is_cut(values: Real, step: float) -> bool:
+    top = values.max(initial=-np.inf)
+    at = values >= top
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        beside = [values[row] for row in (first - 1, end) if 0 <= row < len(values)]
+        if end - first >= 3 and len(beside) == 2:
+            return bool(top - max(beside) > IMPACT.steps_of_top * step)
+    return False

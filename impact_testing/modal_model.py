@@ -1,0 +1,264 @@
+"""Maximum likelihood of poles and shapes together: residues that are products of one shape.
+
+The accelerance of channel o to a force at i is Σ_r [ψ_ro ψ_ri / (jω - p_r) + conjugates] and
+residual terms that are free for each FRF.  What a structure with symmetric matrices moves at o
+when struck at i it moves at i when struck at o, so that a mode has one value per place instead of
+one per FRF: modes whose bands overlap come apart by their shapes.
+
+References
+----------
+El-Kafafy, De Troyer, Peeters and Guillaume (2013), Fast maximum-likelihood identification of modal
+parameters with uncertainty intervals: a modal model-based formulation,
+doi:10.1016/j.ymssp.2013.01.003.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact_testing.arrow import Arrow
+from impact_testing.band_data import PointData
+from impact_testing.basis import apart, derivatives, functions, N_RESIDUAL, residual_terms
+from impact_testing.places import Places
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+MOST_STEPS = 60
+SETTLED = 1e-2
+"""A step that promises so little of the sum of squares is none: a tenth of a deviation."""
+LONGEST_STEP = 0.5
+"""In half-widths of the bells: they keep their sign and their place."""
+RIDGE = 1e-12
+"""Relative: scales that no FRF ties are left where they are."""
+PINNED = 1e8
+
+
+@dataclass(frozen=True, slots=True)
+class ModalModel:
+    """Poles and shapes with the likelihood's derivatives.
+
+    Parameters
+    ----------
+    places : Places
+    pole : (n_poles,) complex array [rad/s]
+    shape : (n_poles, n_places) complex array
+        ψ = p φ, whose products are the amplitudes of accelerances.
+    information : Arrow
+        Real and imaginary parts of all poles' shapes in turn, a slot per place, then the poles.
+    score : (n_places + 1, 2 n_poles) array
+    cost : tuple of float
+        Sums of squares that are left, in units of the noise, by point.
+    misfit : float
+        The whole over its degrees of freedom: 1 where model and noise are right.
+    """
+
+    places: Places
+    pole: Complex
+    shape: Complex
+    information: Arrow
+    score: Real
+    cost: tuple[float, ...]
+    misfit: float
+
+    @property
+    def scale(self) -> Real:
+        """Sizes of the unknowns: a shape's largest entry, the half-widths of poles."""
+        largest = np.repeat(np.abs(self.shape).max(axis=1), 2)
+        return np.vstack([np.tile(largest, (self.places.n, 1)), np.repeat(-self.pole.real, 2)])
+
+    def moved(self, step: Real) -> tuple[Complex, Complex]:
+        """Return poles and shapes a step from here."""
+        both = step.reshape(self.places.n + 1, len(self.pole), 2)
+        change = both[..., 0] + 1j * both[..., 1]
+        return self.pole + change[-1], self.shape + change[:-1].T
+
+    def amplitude(self, point: int) -> Complex:
+        """Return amplitudes of accelerances of a point, (n_poles, n_channels) array."""
+        hit = self.shape[:, [self.places.into[point]]]
+        return np.asarray(self.shape[:, self.places.out[point]] * hit)
+
+    def covariances(self) -> list[Real]:
+        """Return that of each mode's shape by place, then its pole; real and imaginary in turn.
+
+        A misfit above 1 widens it.  Where no driving point ties the scales of channels and points
+        hit, the largest channel is held.
+        """
+        scale = self.scale
+        lift = RIDGE * (self.information.diagonal() * scale**2)
+        if not self.places.tied:
+            for mode, shape in enumerate(self.shape[:, : self.places.n_channels]):
+                lift[int(np.argmax(np.abs(shape))), 2 * mode : 2 * mode + 2] *= PINNED / RIDGE
+        factored = self.information.factored(scale, lift)
+        wider = max(1.0, self.misfit)
+        return [
+            wider * factored.inverse_of(slice(2 * mode, 2 * mode + 2))
+            for mode in range(len(self.pole))
+        ]
+
+    def strength(self) -> Real:
+        """Return the sum of squares that each mode explains over the misfit, (n_poles,) array.
+
+        By Wald's test of a shape that vanishes; amplitudes are products, so that they follow the
+        shape twice as fast.
+        """
+        found = np.zeros(len(self.pole))
+        for mode, covariance in enumerate(self.covariances()):
+            parts = np.stack([self.shape[mode].real, self.shape[mode].imag], axis=1).ravel()
+            own = np.linalg.pinv(covariance[:-2, :-2], hermitian=True)
+            found[mode] = 0.25 * float(parts @ own @ parts)
+        return found
+
+
+def evaluate(
+    data: Sequence[PointData], places: Places, pole: Complex, shape: Complex
+) -> ModalModel:
+    """Return cost and derivatives at poles and shapes; residual terms are solved for."""
+    information = Arrow(places.n + 1, 2 * len(pole), places.apart)
+    score = np.zeros((places.n + 1, 2 * len(pole)))
+    cost = []
+    for each, into, out in zip(data, places.into, places.out, strict=True):
+        part = _Part.of(each, pole, shape[:, out], shape[:, [into]])
+        part.add_to(information, score, into, out)
+        cost.append(part.cost)
+    values = sum(2 * len(each.course) * len(each.level) for each in data)
+    unknown = score.size + sum(N_RESIDUAL * len(each.level) for each in data)
+    misfit = sum(cost) / max(1, values - unknown)
+    return ModalModel(places, pole, shape, information, score, tuple(cost), misfit)
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What one point says.
+
+    Parameters
+    ----------
+    gram : (2, n_poles, 2, 2, n_poles, 2) array
+        Products of basis functions, then of their derivatives by the poles.
+    seen : (2, n_poles, 2, n_channels) array
+        Products of those with what is left.
+    by_channel, by_hit, by_pole : (n_poles, n_channels, 2, 2) array
+        How amplitudes move with the shape at the channel, that at the point hit, and the pole.
+    cost : float
+        Sum of squares that is left.
+    """
+
+    gram: Real
+    seen: Real
+    by_channel: Real
+    by_hit: Real
+    by_pole: Real
+    cost: float
+
+    @classmethod
+    def of(cls, data: PointData, pole: Complex, there: Complex, hit: Complex) -> '_Part':
+        """Solve for the residual terms."""
+        left, functions_of, _ = remainder(data, pole, there * hit)
+        n, unit = len(pole), 1.0 / np.sqrt(data.level)
+        return cls(
+            gram=(functions_of.T @ functions_of).reshape(2, n, 2, 2, n, 2),
+            seen=(functions_of.T @ left).reshape(2, n, 2, -1),
+            by_channel=_form(hit * unit),
+            by_hit=_form(there * unit),
+            by_pole=_form(there * hit * unit),
+            cost=float(np.sum(left**2)),
+        )
+
+    def add_to(self, information: Arrow, score: Real, into: int, out: NDArray[np.int64]) -> None:
+        """Add information and score; a block of a slot with itself is added in halves."""
+        size, poles = score.shape[1], len(score) - 1
+        basis, mixed, own = self.gram[0, :, :, 0], self.gram[0, :, :, 1], self.gram[1, :, :, 1]
+
+        def each(first: Real, gram: Real, second: Real) -> Real:
+            found = np.einsum('nora,nrms,mosb->onamb', first, gram, second, optimize=True)
+            return np.asarray(found.reshape(-1, size, size))
+
+        channel, hit, pole = self.by_channel, self.by_hit, self.by_pole
+        blocks = (
+            each(channel, basis, channel),
+            each(channel, basis, hit),
+            each(channel, mixed, pole),
+        )
+        for place, alone, with_hit, with_pole in zip(out, *blocks, strict=True):
+            information.add(place, place, 0.5 * alone)
+            information.add(place, into, with_hit)
+            information.add(place, poles, with_pole)
+        information.add(into, into, 0.5 * each(hit, basis, hit).sum(axis=0))
+        information.add(into, poles, each(hit, mixed, pole).sum(axis=0))
+        information.add(poles, poles, 0.5 * each(pole, own, pole).sum(axis=0))
+        score[out] += np.einsum('nora,nro->ona', channel, self.seen[0]).reshape(-1, size)
+        score[into] += np.einsum('nora,nro->na', hit, self.seen[0]).ravel()
+        score[poles] += np.einsum('nora,nro->na', pole, self.seen[1]).ravel()
+
+
+def remainder(data: PointData, pole: Complex, amplitude: Complex) -> tuple[Real, Real, Real]:
+    """Return what is left of a point, the poles' functions, and directions of residual terms.
+
+    Parameters
+    ----------
+    amplitude : (n_poles, n_channels) complex array
+        Of accelerances.
+
+    Returns
+    -------
+    left : (2 n_lines, n_channels) array
+    functions : (2 n_lines, 4 n_poles) array
+        Basis functions and their derivatives, both without what residual terms explain.
+    directions : (2 n_lines, 3) array
+    """
+    basis = functions(data, pole)
+    directions = np.linalg.qr(basis[:, -N_RESIDUAL:])[0]
+    both = np.concatenate([basis[:, :-N_RESIDUAL], derivatives(data, pole)], axis=1)
+    both = both - directions @ (directions.T @ both)
+    parts = _parts(amplitude / np.sqrt(data.level))
+    left = apart(data.target)
+    left = left - directions @ (directions.T @ left) - both[:, : len(parts)] @ parts
+    return np.asarray(left), np.asarray(both), directions
+
+
+def climb(data: Sequence[PointData], places: Places, pole: Complex, shape: Complex) -> ModalModel:
+    """Climb to the maximum of the likelihood (Levenberg and Marquardt)."""
+    now, damping = evaluate(data, places, pole, shape), 1e-3
+    for _ in range(MOST_STEPS if len(pole) else 0):
+        scale = now.scale
+        diagonal = now.information.diagonal() * scale**2
+        lift = damping * diagonal + RIDGE * diagonal.max()
+        step = now.information.factored(scale, lift).solve(now.score)
+        longest = float(np.abs(step[-1] / scale[-1]).max())
+        step = step * (LONGEST_STEP / max(LONGEST_STEP, longest))
+        there = evaluate(data, places, *now.moved(step))
+        if sum(there.cost) > sum(now.cost):
+            damping *= 10.0
+        else:
+            now, damping = there, max(0.1 * damping, 1e-9)
+        if float(np.sum(step * now.score)) < SETTLED or damping > 1e8:
+            break
+    return now
+
+
+def synthesised(data: PointData, pole: Complex, amplitude: Complex) -> Complex:
+    """Return the model's FRFs in the band [m/s²/N], (n_lines, n_channels) array.
+
+    Without what the ends of segments add: what endless segments would show.
+    """
+    s = 2j * np.pi * data.frequency_hz
+    found = (1.0 / (s[:, None] - pole)) @ amplitude
+    found = found + (1.0 / (s[:, None] - pole.conj())) @ amplitude.conj()
+    basis = functions(data, pole)
+    parts = _parts(amplitude / np.sqrt(data.level))
+    left = apart(data.target) - basis[:, :-N_RESIDUAL] @ parts
+    coefficients = np.linalg.lstsq(basis[:, -N_RESIDUAL:], left, rcond=None)[0]
+    return np.asarray(found + residual_terms(data) @ coefficients * np.sqrt(data.level))
+
+
+def _parts(values: Complex) -> Real:
+    """Return real and imaginary parts of rows in turn."""
+    return np.stack([values.real, values.imag], axis=1).reshape(2 * len(values), -1)
+
+
+def _form(values: Complex) -> Real:
+    """Return multiplication by complex numbers as real 2 by 2 matrices, in the last two axes."""
+    return np.stack(
+        [np.stack([values.real, -values.imag], -1), np.stack([values.imag, values.real], -1)], -2
+    )

@@ -1,0 +1,88 @@
+"""Which modes there are: some to begin with, more as long as they explain what chance does not."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from impact_testing.band_data import PointData
+from impact_testing.first_shapes import first_shapes
+from impact_testing.free_fit import free_fit
+from impact_testing.further_mode import chance_gain, further_mode, trial_poles
+from impact_testing.modal_model import climb, evaluate, ModalModel
+from impact_testing.places import Places
+from impact_testing.start_poles import start_poles
+from impact_testing.ties import loose_points
+from modal_core.errors import IdentificationError
+
+MOST_ADDED = 20
+"""In one round: where the model does not hold, no number of modes does."""
+ACCURACY = 1e-3
+"""Of accelerometers, force sensors and their filters none is known better (0.1 %)."""
+ROUNDS = 2
+"""Weights settle when what ends of segments explain is taken out of the noise twice."""
+
+
+def fitted(data: Sequence[PointData]) -> tuple[list[PointData], ModalModel]:
+    """Fit poles and shapes; a point that is not where it is named has a place of its own."""
+    now = list(data)
+    weight = sum((1.0 / each.course for each in now), np.zeros(1))
+    pole = start_poles(now[0].frequency_hz, [each.frf.h1[each.lines] for each in now], weight)
+    places = Places.of(now, loose_points(now))
+    model = climb(now, places, pole, first_shapes(free_fit(now, pole), places))
+    for _ in range(ROUNDS):
+        # What former taps left looks like noise until the modes are known.
+        now = [
+            each.reweighted(model.pole, model.amplitude(point)) for point, each in enumerate(now)
+        ]
+        model = climb(now, places, model.pole, model.shape)
+        model = _pruned(now, _completed(now, model))
+    if not len(model.pole):
+        raise IdentificationError('no mode stands out of the noise')
+    return now, model
+
+
+def _completed(data: Sequence[PointData], model: ModalModel) -> ModalModel:
+    """Add modes one by one, as long as one explains more than chance."""
+    for _ in range(MOST_ADDED):
+        more = further_mode(data, model)
+        if more is None:
+            break
+        pole, shape = np.append(model.pole, more[0]), np.vstack([model.shape, more[1]])
+        model = climb(data, model.places, pole, shape)
+    return model
+
+
+def _pruned(data: Sequence[PointData], model: ModalModel) -> ModalModel:
+    """Leave out the weakest as long as it explains what chance, or the measuring chain, does."""
+    chance = chance_gain(data, len(trial_poles(data[0].frequency_hz)))
+    while len(model.pole):
+        strength = model.strength()
+        weakest = int(np.argmin(strength))
+        if strength[weakest] > chance:
+            break
+        less = _without(data, model, weakest)
+        # Strength is told by curvature: the sum of squares decides.
+        least = max(1.0, model.misfit) * chance + _inaccuracy(data, complex(model.pole[weakest]))
+        if sum(less.cost) - sum(model.cost) > least:
+            break
+        model = less
+    return model
+
+
+def _inaccuracy(data: Sequence[PointData], pole: complex) -> float:
+    """Return the sum of squares by which FRFs may be wrong within a pole's half-power band."""
+    total = 0.0
+    for each in data:
+        near = np.abs(2.0 * np.pi * each.frequency_hz - pole.imag) < -pole.real
+        total += float(np.sum(np.abs(each.target[near]) ** 2))
+    return ACCURACY**2 * total
+
+
+def _without(data: Sequence[PointData], model: ModalModel, mode: int) -> ModalModel:
+    """Climb without a mode, from its neighbours as they are or from what the poles tell alone."""
+    places, pole = model.places, np.delete(model.pole, mode)
+    starts = [np.delete(model.shape, mode, axis=0)]
+    if len(pole):
+        starts.append(first_shapes(free_fit(data, pole), places))
+    costs = [sum(evaluate(data, places, pole, each).cost) for each in starts]
+    return climb(data, places, pole, starts[int(np.argmin(costs))])

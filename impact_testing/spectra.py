@@ -1,0 +1,168 @@
+"""Spectra of taps on one point, with what their finite length leaves out.
+
+A segment holds a tap's response until the segment ends, and what former taps left.  At the lines
+of its Fourier transform both are terms of the structure's own poles: a mode with pole p answers a
+force F with a (F(ω) + u) / (jω - p), where
+
+    u = -exp(pT) ∫ f exp(-pt) dt + (1 - exp(pT)) Σ of former taps f exp(-pt) dt,  t from the begin,
+
+is known once the pole is.  So no window is needed, and none biases the damping.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import rfft, rfftfreq
+
+from impact_testing.judge import begin_of, FILTER_SAMPLES, JudgedTap
+from impact_testing.record import ImpactRecord
+from impact_testing.taps import ForceLevel, Tap
+from modal_core.units import TIMES_DERIVED
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """Force of one tap.
+
+    Parameters
+    ----------
+    first : int
+        Row.
+    force_n : (n,) array [N]
+        From there on.
+    """
+
+    first: int
+    force_n: Real
+
+    def transform(self, pole: Complex, begin: int, rate_hz: float) -> Complex:
+        """Return ∫ f exp(-pt) dt of some poles, the time from a row on; (n_poles,) array [N s]."""
+        time_s = (np.arange(len(self.force_n)) + self.first - begin) / rate_hz
+        return np.asarray(np.exp(-pole[:, None] * time_s) @ self.force_n / rate_hz)
+
+
+@dataclass(frozen=True, slots=True)
+class PointSpectra:
+    """Spectra of the good taps of one record.
+
+    Parameters
+    ----------
+    record : ImpactRecord
+        They are of.
+    taps : tuple of JudgedTap
+        All taps of the record; the good ones take part.
+    pulses : tuple of Pulse
+        Their force.
+    length_s : float [s]
+        Of the segments.
+    decay_1_s : float [1/s]
+        Of an exponential window on force and responses; 0: none.
+    frequency_hz : (n_lines,) array [Hz]
+        Lines, without the one at zero.
+    force : (n_taps, n_lines) complex array [N s]
+        Spectra of the force.
+    motion : (n_taps, n_lines, n_channels) complex array [m/s]
+        Spectra of the responses, differentiated or integrated to accelerations.
+    """
+
+    record: ImpactRecord
+    taps: tuple[JudgedTap, ...]
+    pulses: tuple[Pulse, ...]
+    length_s: float
+    decay_1_s: float
+    frequency_hz: Real
+    force: Complex
+    motion: Complex
+
+    @classmethod
+    def of(
+        cls,
+        record: ImpactRecord,
+        taps: Sequence[JudgedTap],
+        length_s: float,
+        decay_1_s: float = 0.0,
+    ) -> 'PointSpectra':
+        """Transform the segments of the good taps."""
+        rest_n = ForceLevel.of(record.force_n).rest_n
+        pulses = tuple(pulse_of(record, each.tap, rest_n) for each in taps)
+        rate_hz, n_rows = record.rate_hz, round(length_s * record.rate_hz)
+        window = np.exp(-decay_1_s * np.arange(n_rows) / rate_hz)
+        frequency = rfftfreq(n_rows, 1.0 / rate_hz)[1:]
+        forces, motions = [], []
+        for each, pulse in zip(taps, pulses, strict=True):
+            if not each.good:
+                continue
+            begin = pulse.first
+            alone = np.zeros(n_rows)
+            alone[: len(pulse.force_n)] = pulse.force_n
+            rows = record.responses.widened(slice(begin, begin + n_rows))
+            rows = rows - _rest(record, begin, rows)
+            forces.append(rfft(alone * window)[1:] / rate_hz)
+            motions.append(rfft(rows * window[:, None], axis=0)[1:] / rate_hz)
+        times = [2 - TIMES_DERIVED[channel.unit] for channel in record.responses.channels]
+        to_acceleration = (2j * np.pi * frequency[:, None]) ** np.array(times)
+        return cls(
+            record=record,
+            taps=tuple(taps),
+            pulses=pulses,
+            length_s=n_rows / rate_hz,
+            decay_1_s=decay_1_s,
+            frequency_hz=frequency,
+            force=np.asarray(forces),
+            motion=np.asarray(motions) * to_acceleration,
+        )
+
+    @property
+    def n_taps(self) -> int:
+        """How many taps take part."""
+        return len(self.force)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Channels."""
+        return self.record.responses.channel_names
+
+    @property
+    def correlation(self) -> float:
+        """By how much an exponential window widens variances: its lines are not independent."""
+        if not self.decay_1_s:
+            return 1.0
+        spent = self.decay_1_s * self.length_s
+        fourth = (1.0 - np.exp(-4.0 * spent)) / (4.0 * spent)
+        return float(fourth / ((1.0 - np.exp(-2.0 * spent)) / (2.0 * spent)) ** 2)
+
+    def ends(self, pole: Complex) -> Complex:
+        """Return u of every tap and windowed pole, (n_taps, n_poles) array [N s]."""
+        rate_hz, pulses = self.record.rate_hz, self.pulses
+        true = pole + self.decay_1_s
+        left = np.exp(pole * self.length_s)
+        found = []
+        for number, each in enumerate(self.taps):
+            if not each.good:
+                continue
+            begin = pulses[number].first
+            # e^{-pt} of a windowed force is that of the force with the true pole.
+            own = pulses[number].transform(true, begin, rate_hz)
+            former = sum(
+                (pulse.transform(true, begin, rate_hz) for pulse in pulses[:number]),
+                np.zeros(len(pole), complex),
+            )
+            found.append((1.0 - left) * former - left * own)
+        return np.asarray(found)
+
+
+def pulse_of(record: ImpactRecord, tap: Tap, rest_n: float) -> Pulse:
+    """Return the force of a tap without what it reads at rest: the window of the force."""
+    first, last = begin_of(record, tap), min(len(record.force_n), tap.last + FILTER_SAMPLES + 1)
+    return Pulse(first, record.sign * (record.force_n[first:last] - rest_n))
+
+
+def _rest(record: ImpactRecord, begin: int, rows: Real) -> Real:
+    """Return what the channels read before the tap: gravity and offsets."""
+    before = record.responses.widened(slice(max(0, begin - round(0.25 * record.rate_hz)), begin))
+    return np.asarray((before if len(before) > 8 else rows).mean(axis=0))

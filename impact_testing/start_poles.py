@@ -1,0 +1,111 @@
+"""Poles to begin with: poly-reference least squares over many orders, clustered."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact_testing.thresholds import IMPACT
+from oma_identifier.methods import HalfSpectra, NormalEquations
+from oma_identifier.selection import BandPoles, cluster_poles
+from oma_identifier.subspace import RawPoles
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+TWO_PI = 2.0 * np.pi
+MARGIN = 1.25
+"""A part of the band is solved with so much more on either side."""
+MOST_REFERENCES = 4
+HIGHEST_DEGREE = 24
+LEAST_SHARE = 0.3
+"""Of the orders that must show a pole: the likelihood decides later, so few are missed here."""
+BEYOND = 1.1
+"""Modes beyond the end of the band bend it, and are looked for."""
+
+
+def start_poles(frequency_hz: Real, responses: Sequence[Complex], weight: Real) -> Complex:
+    """Return poles that several polynomial orders agree on, part of the band by part.
+
+    Parameters
+    ----------
+    frequency_hz : (n_lines,) array [Hz]
+        Of the band, equidistant.
+    responses : sequence of (n_lines, n_channels) complex array
+        One per point that was hit; channels may differ where set-ups rove.
+    weight : (n_lines,) array
+        Of squares: one over the power of the noise.
+
+    Returns
+    -------
+    (n_poles,) complex array [rad/s]
+    """
+    value = _table(responses)
+    edges = _edges(float(frequency_hz[0]), float(frequency_hz[-1]), value.shape[2], frequency_hz)
+    found = [np.empty(0, dtype=complex)]
+    for low, high in pairwise(edges):
+        seen = (frequency_hz >= low / MARGIN) & (frequency_hz <= high * MARGIN)
+        poles = _of_part(frequency_hz[seen], value[seen], weight[seen])
+        above = high if high < edges[-1] else high * BEYOND
+        found.append(poles[(np.abs(poles) / TWO_PI >= low) & (np.abs(poles) / TWO_PI < above)])
+    together = np.concatenate(found)
+    return np.asarray(together[np.argsort(np.abs(together))])
+
+
+def _edges(low: float, high: float, n_references: int, frequency_hz: Real) -> list[float]:
+    """Return ends of parts, each twice the last or as wide as the lines it takes."""
+    least = 8 * n_references * float(frequency_hz[1] - frequency_hz[0])
+    edges = [high]
+    while edges[-1] / 2.0 > low and edges[-1] / 2.0 > least:
+        edges.append(edges[-1] / 2.0)
+    return [low, *edges[-2::-1], high] if len(edges) > 1 else [low, high]
+
+
+def _of_part(frequency_hz: Real, value: Complex, weight: Real) -> Complex:
+    n_references = value.shape[2]
+    top = float(frequency_hz[-1]) * BEYOND
+    spectra = HalfSpectra(np.pi * frequency_hz / top, value, 0.0)
+    # Each order has as many poles as references; no more coefficients than a third of the lines.
+    highest = max(4, min(HIGHEST_DEGREE, len(frequency_hz) // (3 * n_references)))
+    equations = NormalEquations(spectra, highest, weight / weight.mean())
+    found = [equations.solve(order) for order in range(max(2, highest // 3), highest + 1, 2)]
+    poles = _together(found, top)
+    eligible = np.flatnonzero(
+        (poles.damping_ratio > 0.0)
+        & (poles.damping_ratio < IMPACT.most_damping)
+        & np.isfinite(poles.pole)
+    )
+    clusters = cluster_poles(poles, eligible)
+    kept = [each for each in clusters if len(each) >= LEAST_SHARE * len(found)]
+    return np.asarray(poles.pole[[each.centre for each in kept]])
+
+
+def _table(responses: Sequence[Complex]) -> Complex:
+    """Return FRFs as (n_lines, n_outputs, n_references), references few."""
+    n_lines = len(responses[0])
+    if len({each.shape[1] for each in responses}) > 1 or len(responses) == 1:
+        columns = np.concatenate([each / _size(each) for each in responses], axis=1)
+        return columns[:, :, None]
+    value = np.stack(responses, axis=2)
+    value = value / np.sqrt(np.mean(np.abs(value) ** 2, axis=(0, 2)))[None, :, None]
+    flat = value.reshape(-1, value.shape[2])
+    if value.shape[2] > MOST_REFERENCES:
+        # The points hit, mixed into the few that tell most.
+        power = np.real(flat.conj().T @ flat)
+        mix = np.linalg.eigh(power)[1][:, -MOST_REFERENCES:]
+        value = value @ mix
+    return np.asarray(value.reshape(n_lines, value.shape[1], -1))
+
+
+def _size(columns: Complex) -> NDArray[np.float64]:
+    return np.asarray(np.sqrt(np.mean(np.abs(columns) ** 2, axis=0)) + 1e-300)
+
+
+def _together(found: Sequence[RawPoles], top_hz: float) -> BandPoles:
+    eigenvalue = np.concatenate([each.eigenvalue for each in found])
+    return BandPoles(
+        model_order=np.concatenate([each.model_order for each in found]),
+        eigenvalue=eigenvalue,
+        pole=2.0 * top_hz * np.log(eigenvalue),
+        shape=np.concatenate([each.shape for each in found], axis=1),
+    )
