@@ -1,0 +1,332 @@
+"""From measured poses to what the arm has and its model lacks, at any pose.
+
+Gauss-Newton on the most probable functions: linearise every pose about its present state, regress
+on all rows at once, take the new functions' values at the poses, until nothing moves.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workspace_map.arm import Arm, ArmAtPose, frequency_slopes, local_modes, LocalModes, State
+from workspace_map.linearised import Block, damping_block, Pairs, stacked, structure_block
+from workspace_map.measured_pose import MeasuredPose
+from workspace_map.pairing import alike, pair
+from workspace_map.prior import (
+    damping_scales,
+    FREQUENCY,
+    SPREAD,
+    state_of,
+    structure_of,
+    structure_parts,
+    structure_scales,
+)
+from workspace_map.regression import (
+    deviation_factor,
+    evidence_of,
+    most_probable_scales,
+    Posterior,
+    posterior,
+    Rows,
+    Scales,
+)
+
+Array = NDArray[np.float64]
+Before = Callable[[Array], State]
+MOST_STEPS, SCALES_AT = 30, {3: 0, 6: 2, 10: 0}
+"""Steps of a fit; before which of them scales are sought anew, with how many further starts."""
+SMALL_STEP, LARGEST_STEP = 1e-3, 0.7
+"""Of a state: where a fit has come to rest, and how far it goes at once."""
+SLOW, LEAST_PART = 0.8, 0.1
+"""A step that is more than this part of the last one is halved, down to this part."""
+FAR = 0.1
+"""What a step of one in the farthest spring does to log f: half, times a share of the energy."""
+MOST_NEAR = 3
+BEYOND_BAND = 1.5
+"""Modes that the model has above the band may be below it in truth."""
+DRAWS, WIDTHS, SHARES, LOOKED_AT, ROUGH_STD = 500, (0.3, 1.0, 3.0), (0.03, 0.2, 1.0), 5, 0.05
+"""Beginnings that are tried, how far apart, in which share of the members of a part, at how many
+poses, and what is near in log f."""
+WORTH = 5.0
+"""What a mode that is explained adds to the log likelihood; what an arm has for it takes away."""
+FEWEST_POSES = 2
+"""From which on scales are sought: one pose cannot tell what varies from what does not."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What the measured poses say.
+
+    Parameters
+    ----------
+    structure, dampers : Posterior
+        Of springs, couplings and masses; of dampers.
+    centres : Centres
+        What the rows were linearised about.
+    factors : (2,) tuple of float
+        On the standard deviations of structure and dampers, from poses left out in turn.
+    misfit : float
+        Mean square of what is left over of the frequencies and shapes, over its expectation.
+    """
+
+    structure: Posterior
+    dampers: Posterior
+    centres: 'Centres'
+    factors: tuple[float, float] = (1.0, 1.0)
+    misfit: float = 0.0
+
+
+@dataclass(frozen=True)
+class Centres:
+    """What rows are linearised about; with the scales it gives the same fit again.
+
+    Parameters
+    ----------
+    states : tuple of State
+        At the measured poses.
+    pairs : tuple of Pairs
+        Measured modes and which of the expected they are, per pose.
+    """
+
+    states: tuple[State, ...] = ()
+    pairs: tuple[Pairs, ...] = ()
+
+
+def fit(
+    arm: Arm,
+    measured: Sequence[MeasuredPose],
+    highest_hz: float,
+    before: Before,
+    scales: tuple[Scales, Scales] | None = None,
+    prior: tuple[Scales, Scales] | None = None,
+    centres: Centres | None = None,
+) -> Fitted:
+    """Return the most probable functions, given measured poses.
+
+    Parameters
+    ----------
+    arm : Arm
+        The robot, its sensors and tool.
+    measured : sequence of MeasuredPose
+        What was found.
+    highest_hz : float [Hz]
+        Modes below it count.
+    before : callable
+        What is known beforehand of the arm at a pose: a `State`.
+    scales : tuple of Scales, optional
+        Of structure and dampers, of an earlier fit: kept.
+    prior : tuple of Scales, optional
+        Medians; by default those of arms in general.
+    centres : Centres, optional
+        Of an earlier fit to the same poses: not sought anew.
+    """
+    q = np.array([each.q for each in measured]).reshape(-1, arm.model.n_joints)
+    places = [arm.at(row) for row in q]
+    known = [before(row) for row in q]
+    medians = prior or (structure_scales(q.shape[1]), damping_scales(q.shape[1]))
+    beyond_hz = BEYOND_BAND * highest_hz
+    problem = _Problem(arm, tuple(measured), tuple(places), q, tuple(known), beyond_hz)
+    if scales is not None and centres is not None:
+        system = _System.about(problem, centres.states, centres.pairs)
+        return system.calibrated(system.solved(scales))
+    return _descend(problem, medians, scales)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What stays the same during a fit."""
+
+    arm: Arm
+    measured: tuple[MeasuredPose, ...]
+    places: tuple[ArmAtPose, ...]
+    q: Array
+    known: tuple[State, ...]
+    highest_hz: float
+
+    def modes(self, states: Sequence[State]) -> list[LocalModes]:
+        each = zip(self.places, self.known, states, strict=True)
+        return [local_modes(place, a.plus(b), self.highest_hz) for place, a, b in each]
+
+    def aimed(self, found: Fitted) -> list[State]:
+        return [
+            state_of(self.arm, found.structure.functions(row), found.dampers.functions(row))
+            for row in self.q
+        ]
+
+
+def _descend(
+    problem: _Problem, prior: tuple[Scales, Scales], kept: tuple[Scales, Scales] | None
+) -> Fitted:
+    scales = kept or prior
+    found = _nothing(problem.arm, scales)
+    states = [most_alike(problem, scales[0])] * len(problem.measured)
+    part, moved = 1.0, np.inf
+    for step in range(MOST_STEPS if states else 0):
+        system = _System.about(problem, states, _paired(problem, states, found, moved))
+        if kept is None and step in SCALES_AT and len(states) >= FEWEST_POSES:
+            scales = (
+                _scales(system.structure, prior[0], scales[0], SCALES_AT[step]),
+                _scales(system.dampers, prior[1], scales[1], SCALES_AT[step]),
+            )
+        found = system.solved(scales)
+        before, aimed = moved, problem.aimed(found)
+        moved = _farthest(states, aimed)
+        # Where poses pull to and fro the way is shortened until they agree.
+        part = max(LEAST_PART, 0.5 * part) if moved > SLOW * before else min(1.0, 1.5 * part)
+        reach = min(part, LARGEST_STEP / max(moved, SMALL_STEP))
+        states = [a.towards(b, reach) for a, b in zip(states, aimed, strict=True)]
+        if moved < SMALL_STEP and (kept is not None or step > max(SCALES_AT)):
+            break
+    return system.calibrated(found) if states else found
+
+
+Linear = tuple[Rows, Array, Array]
+
+
+@dataclass(frozen=True)
+class _System:
+    """All poses linearised: rows, residuals from no departure, and their deviations."""
+
+    structure: Linear
+    dampers: Linear
+    centres: Centres
+
+    @classmethod
+    def about(
+        cls, problem: _Problem, states: Sequence[State], pairs: Sequence[Pairs]
+    ) -> '_System':
+        arm, near = problem.arm, near_tool(problem.arm)
+        structure, dampers = [], []
+        each = zip(problem.modes(states), problem.measured, states, pairs, strict=True)
+        for modes, measured, state, same in each:
+            block = structure_block(arm, modes, measured, same, near)
+            structure.append(_from_nothing(block, structure_of(arm, state)))
+            block = damping_block(arm, modes, measured, same)
+            own = state.damper[~arm.is_base], state.damper[arm.is_base]
+            dampers.append(_from_nothing(block, own))
+        linear = stacked(structure, problem.q), stacked(dampers, problem.q)
+        return cls(*linear, Centres(tuple(states), tuple(pairs)))
+
+    def solved(self, scales: tuple[Scales, Scales]) -> Fitted:
+        structure, dampers = (
+            posterior(*linear, scale)
+            for linear, scale in zip((self.structure, self.dampers), scales, strict=True)
+        )
+        residual = self.structure[1]
+        misfit = float(residual @ structure.weight) / max(len(residual), 1)
+        return Fitted(structure, dampers, self.centres, misfit=misfit)
+
+    def calibrated(self, found: Fitted) -> Fitted:
+        structure, dampers = (
+            deviation_factor(each, *linear[1:], FREQUENCY)
+            for each, linear in (
+                (found.structure, self.structure),
+                (found.dampers, self.dampers),
+            )
+        )
+        return replace(found, factors=(structure, dampers))
+
+
+def _paired(
+    problem: _Problem, states: Sequence[State], found: Fitted, moved: float
+) -> list[Pairs]:
+    """Return which measured mode is which; less strictly while the states still move."""
+    rough = min(FAR * moved, ROUGH_STD)
+    return [
+        pair(measured, modes, np.hypot(frequency_std(problem.arm, modes, found.structure), rough))
+        for measured, modes in zip(problem.measured, problem.modes(states), strict=True)
+    ]
+
+
+def most_alike(problem: _Problem, scales: Scales) -> State:
+    """Return a state, the same at all poses, whose modes look much like the measured ones.
+
+    A search by chance, from no departure on, in one part of what an arm may have at a time: modes
+    far from the model's are then paired with the right ones. A pairing wrong at first stays so.
+    """
+    arm, generator = problem.arm, np.random.default_rng(0)
+    none = State.none(arm.n_dof, arm.n_masses)
+    dampers = none.damper[~arm.is_base], none.damper[arm.is_base]
+    chosen = range(0, len(problem.measured), max(1, len(problem.measured) // LOOKED_AT))
+    best, most = structure_of(arm, none), -np.inf
+    for number in range(DRAWS):
+        drawn = list(best)
+        part = number % len(drawn)
+        count = len(drawn[part])
+        size = scales.constant[part] * generator.choice(WIDTHS)
+        some = generator.random(count) < generator.choice(SHARES)
+        if number:
+            drawn[part] = drawn[part] + size * some * generator.standard_normal(count)
+        state = state_of(arm, tuple(drawn), dampers)
+        like = WORTH * sum(_likeness(problem, each, state) for each in chosen)
+        for members, scale in zip(drawn, scales.constant, strict=True):
+            like -= 0.5 * np.sum((members / (WIDTHS[-1] * scale)) ** 2)
+        if like > most:
+            best, most = tuple(drawn), like
+    return state_of(arm, best, dampers)
+
+
+def _likeness(problem: _Problem, number: int, state: State) -> float:
+    whole = problem.known[number].plus(state)
+    modes = local_modes(problem.places[number], whole, problem.highest_hz)
+    return alike(problem.measured[number], modes, np.full(modes.n, ROUGH_STD))
+
+
+def frequency_std(arm: Arm, modes: LocalModes, found: Posterior) -> Array:
+    """Return how sure the frequencies of modes at a pose are, relative, (n_modes,)."""
+    rows = rows_at(structure_parts(arm, frequency_slopes(modes)), modes.arm.q)
+    own = np.diag(found.covariance(rows, rows)) + found.scales.white[FREQUENCY] ** 2
+    return np.asarray(np.sqrt(np.maximum(own, 0.0)))
+
+
+def rows_at(parts: tuple[Array, ...], q: Array, kind: int = FREQUENCY) -> Rows:
+    """Return rows of one kind at one pose."""
+    count = len(parts[0])
+    return Rows(parts, q[None], np.zeros(count, dtype=np.intp), np.full(count, kind))
+
+
+def near_tool(arm: Arm) -> NDArray[np.intp]:
+    """Return the channels nearest the tool: on its link, or on the last link that has any."""
+    names = arm.model.link_names
+    places = np.array([names.index(channel.frame_id) for channel in arm.channels])
+    own = names.index(arm.tool.link)
+    at = own if own in places else places.max()
+    return np.flatnonzero(places == at)[:MOST_NEAR]
+
+
+def _nothing(arm: Arm, scales: tuple[Scales, Scales]) -> Fitted:
+    """Return what is known before anything is measured."""
+    none = State.none(arm.n_dof, arm.n_masses)
+    members = structure_of(arm, none), (none.damper[~arm.is_base], none.damper[arm.is_base])
+    empty = (
+        Rows(
+            tuple(np.zeros((0, len(part))) for part in parts),
+            np.zeros((0, arm.model.n_joints)),
+            np.zeros(0, dtype=np.intp),
+            np.zeros(0, dtype=np.intp),
+        )
+        for parts in members
+    )
+    nothing = np.zeros(0)
+    structure, dampers = (
+        posterior(rows, nothing, nothing, scale) for rows, scale in zip(empty, scales, strict=True)
+    )
+    return Fitted(structure, dampers, Centres())
+
+
+def _from_nothing(block: Block, members: tuple[Array, ...]) -> Block:
+    """Return a block about a state as one about no departure: rows times the state added."""
+    there = sum(part @ own for part, own in zip(block.parts, members, strict=True))
+    return replace(block, residual=block.residual + there)
+
+
+def _scales(linear: Linear, prior: Scales, start: Scales, restarts: int) -> Scales:
+    return most_probable_scales(evidence_of(*linear, prior, SPREAD), start, restarts)
+
+
+def _farthest(states: Sequence[State], aimed: Sequence[State]) -> float:
+    """Return how far the farthest spring is from its aim."""
+    each = zip(states, aimed, strict=True)
+    return float(max(np.max(np.abs(b.spring - a.spring)) for a, b in each))
