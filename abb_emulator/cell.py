@@ -20,6 +20,7 @@ from abb_emulator.mechanics import (
     with_effects,
     with_tolerances,
 )
+from abb_emulator.process import ProcessSettings, SpindleProcess
 from abb_emulator.sensing import DelayLine, SensorArray, SensorErrors, SensorSettings
 from modal_core.channel import Channel
 from modal_core.errors import SettingsError
@@ -34,6 +35,7 @@ PARTS: dict[str, type[Any]] = {
     'gears': GearSettings,
     'sensors': SensorSettings,
     'controller': ControllerSettings,
+    'process': ProcessSettings,
 }
 """Settings of the parts, by field of :class:`CellSettings`."""
 
@@ -59,7 +61,7 @@ class CellSettings:
         Of those.
     uptime_s : float [s]
         How long the arm has been switched on at the beginning.
-    controller, servo, gears, sensors
+    controller, servo, gears, sensors, process
         Settings of the parts.
     """
 
@@ -76,6 +78,7 @@ class CellSettings:
     servo: ServoSettings = field(default_factory=ServoSettings)
     gears: GearSettings = field(default_factory=GearSettings)
     sensors: SensorSettings = field(default_factory=SensorSettings)
+    process: ProcessSettings = field(default_factory=ProcessSettings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +143,7 @@ class MotorSide:
             Serial motor-side motion at the samples that fall into the cycle.
         """
         controller = self.controller
-        before = controller.planned_deg
+        before = controller.axes.planned_deg
         after = controller.tick()
         begin_s = self._n_cycles * self._cycle_s
         self._n_cycles += 1
@@ -150,7 +153,7 @@ class MotorSide:
         part = ((times - begin_s) / self._cycle_s)[:, None]
         motion = self._servo.advance(before + part * (after - before))
         late_s = self._n_cycles * self._cycle_s - n_end / self.true_rate_hz
-        controller.measured_deg = self._servo.measured_deg(late_s)
+        controller.axes.measured_deg = self._servo.measured_deg(late_s)
         controller.report()
         return (
             np.radians(motion.position_deg) @ self._to_serial,
@@ -197,6 +200,7 @@ class ArmSide:
             settings.gears,
             effects,
             settings.uptime_s,
+            SpindleProcess(settings.process, 1.0 / rate_hz) if settings.process.active else None,
         )
         self._delay = _command_delay(effects, rate_hz, pose)
         self._errors = SensorErrors(effects, channels, rate_hz, self._gain * self.arm.at_rest())

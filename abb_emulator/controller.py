@@ -6,23 +6,35 @@ to guide or to stop.  Failures the program can handle are thrown into it as :cla
 
 from collections.abc import Generator
 from dataclasses import replace
-import math
 import time
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.controller_settings import ControllerSettings, RapidError
-from abb_emulator.drives import JointMove, Motion, MoveLimits, Stop, Supervision
+from abb_emulator.commanded_axes import CommandedAxes
+from abb_emulator.controller_settings import ControllerSettings, names_in, RapidError
+from abb_emulator.drives import CommandedMotion, MoveLimits, Stop
 from abb_emulator.egm import EgmSession, GuidanceLaw, GuidanceSettings, Phase, Status, UdpClient
+from abb_emulator.event_log import (
+    AUTOMATIC,
+    EMERGENCY_STOP,
+    ERROR,
+    EventLog,
+    INFORMATION,
+    MANUAL,
+    MOTORS_OFF,
+    MOTORS_ON,
+    POINTER_RESET,
+    PROGRAM_STARTED,
+    PROGRAM_STOPPED,
+    USER_EVENT,
+)
 from modal_core.errors import BridgeError
 from robot_bridge.egm import RAPID_RUNNING, RAPID_STOPPED, RAPID_UNDEFINED
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
 Program = Generator[None, None, None]
-AT_TARGET_DEG = 1e-6
-STANDING_DEG = 0.005
 
 
 class Controller:
@@ -52,9 +64,7 @@ class Controller:
     ) -> None:
         self.model, self.client = model, client
         self.settings = settings or ControllerSettings()
-        self.planned_deg = np.array(start_deg, float)
-        self.planned_speed_deg_s = np.zeros_like(self.planned_deg)
-        self.measured_deg = self.planned_deg.copy()
+        self.axes = CommandedAxes(model, start_deg, self.settings)
         self.time_s = time.time() if start_time_s is None else start_time_s
         self.motors_on = True
         self.e_stopped = False
@@ -62,19 +72,14 @@ class Controller:
         self.speed_ratio = 1.0
         self.rapid_undefined = False
         self.clock_skew = 0.0
-        self.events: list[str] = []
+        self.log = EventLog()
+        self.external = self.settings.external
+        self.signals = dict.fromkeys(names_in(self.settings.signals), 0.0)
         self.session: EgmSession | None = None
-        self.motion: Motion | None = None
         self._program: Program | None = None
         self._running = False
         self._pending: RapidError | None = None
         self._cycles = 0
-        self._supervision = Supervision(
-            model,
-            self.settings.cycle_s,
-            self.settings.speed_slack,
-            self.settings.following_error_deg,
-        )
 
     # -- operator ------------------------------------------------------------------------------
 
@@ -88,6 +93,7 @@ class Controller:
         if not self.motors_on or self._running:
             return False
         self._program, self._running, self._pending = program, True, None
+        self.note('program started', PROGRAM_STARTED)
         return True
 
     def resume(self) -> bool:
@@ -95,6 +101,7 @@ class Controller:
         if self._program is None or self._running or not self.motors_on:
             return False
         self._running = True
+        self.note('program started again', PROGRAM_STARTED)
         return True
 
     def reset_program(self) -> bool:
@@ -102,6 +109,7 @@ class Controller:
         if self._running:
             return False
         self._program, self._pending = None, None
+        self.note('program pointer reset', POINTER_RESET)
         return True
 
     @property
@@ -115,9 +123,13 @@ class Controller:
             self.stop('operating mode changed')
         self._key_automatic = automatic
         self.automatic = self.automatic and automatic
+        if not automatic:
+            self.note('manual mode', MANUAL)
 
     def confirm_automatic(self) -> bool:
         """Confirm automatic mode; False when the key is not there."""
+        if self._key_automatic and not self.automatic:
+            self.note('automatic mode', AUTOMATIC)
         self.automatic = self._key_automatic
         return self.automatic
 
@@ -130,7 +142,7 @@ class Controller:
 
     def collide(self) -> None:
         """Stop as motion supervision does on a collision; no program resumes by itself."""
-        self.note('motion supervision: collision')
+        self.note('motion supervision: collision', kind=ERROR)
         self.stop('collision')
         if self.session is not None:
             self.session.phase = Phase.ERROR
@@ -142,28 +154,31 @@ class Controller:
 
     def stop(self, reason: str = 'stop') -> None:
         """Stop the program and bring the axes to standstill."""
-        self.note(f'program stopped: {reason}')
+        self.note(f'program stopped: {reason}', PROGRAM_STOPPED)
         self._running = False
-        self._halt()
+        self.axes.halt()
         if self.session is not None and self.session.phase == Phase.RUNNING:
             self.session.phase = Phase.STOPPED
 
     def emergency_stop(self, reason: str = 'e-stop') -> None:
         """Motors off; only an operator brings them back, and no program resumes by itself."""
         self.e_stopped = True
+        self.note('emergency stop', EMERGENCY_STOP, ERROR)
         self.motors_off(reason)
 
     def motors_off(self, reason: str = 'motors off') -> None:
         """Switch the motors off; the brakes hold."""
         self.stop(reason)
         # The brakes hold at once; no ramp is left to go on with when the motors come back.
-        self.motors_on, self.motion = False, None
+        self.motors_on, self.axes.motion = False, None
+        self.note('motors off', MOTORS_OFF)
 
     def switch_motors_on(self) -> bool:
         """Switch the motors on; False while the e-stop is latched."""
         if self.e_stopped:
             return False
         self.motors_on = True
+        self.note('motors on', MOTORS_ON)
         return True
 
     def release_emergency_stop(self) -> None:
@@ -171,27 +186,30 @@ class Controller:
         self.e_stopped = False
         self._program = None
 
-    def note(self, event: str) -> None:
+    def note(self, event: str, code: int = USER_EVENT, kind: int = INFORMATION) -> None:
         """Write into the event log."""
-        self.events.append(event)
-        del self.events[:-200]
+        self.log.add(self.time_s, event, code, kind)
+
+    @property
+    def events(self) -> list[str]:
+        """What stands in the event log, oldest first."""
+        return self.log.titles
 
     # -- what programs ask for -----------------------------------------------------------------
 
     @property
-    def moving(self) -> bool:
-        """The commanded position moves."""
-        return self.motion is not None
+    def measured_deg(self) -> Array:
+        """Where the motors are, (6,) array [deg]."""
+        return self.axes.measured_deg
 
     @property
-    def standing(self) -> bool:
-        """The motors are where they are commanded."""
-        away = float(np.max(np.abs(self.measured_deg - self.planned_deg)))
-        return self.motion is None and away < STANDING_DEG
+    def motion(self) -> CommandedMotion | None:
+        """What moves the axes; one that is set begins where they are commanded."""
+        return self.axes.motion
 
-    def at(self, target_deg: Array) -> bool:
-        """Tell whether the commanded position is the target."""
-        return bool(np.max(np.abs(self.planned_deg - target_deg)) < AT_TARGET_DEG)
+    @motion.setter
+    def motion(self, motion: CommandedMotion | None) -> None:
+        self.axes.motion = motion
 
     def move(self, target_deg: Array, limits: MoveLimits) -> None:
         """Begin a move from where the axes are commanded (MoveAbsJ).
@@ -201,21 +219,13 @@ class Controller:
         BridgeError
             The target is out of range; nothing moves.
         """
-        outside = self._supervision.outside(target_deg)
-        if outside:
-            raise BridgeError(f'target out of range: {outside}')
-        tool_mm_s = limits.tool_speed_mm_s
-        if not self.automatic:
-            tool_mm_s = min(tool_mm_s, 1e3 * self.settings.manual_speed_m_s)
-        limits = replace(limits, tool_speed_mm_s=tool_mm_s, speed_ratio=self.speed_ratio)
-        self.motion = JointMove(
-            self.model, self.planned_deg, target_deg, limits, self.settings.cycle_s
-        )
+        limits = replace(limits, speed_ratio=self.speed_ratio)
+        self.axes.move(target_deg, limits, self.automatic)
 
     def stop_move(self) -> None:
         """Bring the axes to standstill (StopMove)."""
-        if not isinstance(self.motion, Stop):
-            self._halt()
+        if not isinstance(self.axes.motion, Stop):
+            self.axes.halt()
 
     def set_up(self, settings: GuidanceSettings) -> EgmSession:
         """Set an EGM session up (EGMSetupUC)."""
@@ -231,14 +241,14 @@ class Controller:
         self.session.settings = settings
         self.session.sending, self.session.phase = True, Phase.RUNNING
         self.session.silence_s = 0.0
-        law = GuidanceLaw(settings, self.planned_deg, self.settings.cycle_s)
-        self.motion = law
+        law = GuidanceLaw(settings, self.axes.planned_deg, self.settings.cycle_s)
+        self.axes.motion = law
         return law
 
     def reset_session(self) -> None:
         """End the session (EGMReset)."""
-        if isinstance(self.motion, GuidanceLaw):
-            self._halt()
+        if isinstance(self.axes.motion, GuidanceLaw):
+            self.axes.halt()
         self.session = None
 
     # -- one cycle -----------------------------------------------------------------------------
@@ -250,7 +260,7 @@ class Controller:
         self._move()
         self.time_s += self.settings.cycle_s * (1.0 + self.clock_skew)
         self._cycles += 1
-        return self.planned_deg
+        return self.axes.planned_deg
 
     def report(self) -> None:
         """Send this cycle's message, after the motors have moved."""
@@ -262,21 +272,16 @@ class Controller:
 
     def _status(self) -> Status:
         rapid = RAPID_RUNNING if self._running else RAPID_STOPPED
-        law = self.motion if isinstance(self.motion, GuidanceLaw) else None
+        law = self.axes.motion if isinstance(self.axes.motion, GuidanceLaw) else None
         return Status(
-            measured_deg=self.measured_deg,
-            planned_deg=self.planned_deg,
+            measured_deg=self.axes.measured_deg,
+            planned_deg=self.axes.planned_deg,
             time_s=self.time_s,
             motors_on=self.motors_on,
             converged=law.converged if law is not None else False,
             rapid_state=RAPID_UNDEFINED if self.rapid_undefined else rapid,
-            utilization=self._utilization(),
+            utilization=self.axes.utilization,
         )
-
-    def _utilization(self) -> float:
-        """Return the largest part of any axis' speed limit in use [%]."""
-        part = np.abs(self.planned_speed_deg_s) / self._supervision.top_speed_deg_s
-        return 100.0 * float(np.max(part))
 
     def _hear(self) -> None:
         session = self.session
@@ -284,7 +289,7 @@ class Controller:
             return
         datagram = self.client.receive(self.time_s)
         command = session.hear(datagram) if datagram is not None else None
-        law = self.motion
+        law = self.axes.motion
         if command is not None and isinstance(law, GuidanceLaw):
             law.refer(
                 None if command.position_deg is None else np.array(command.position_deg),
@@ -294,7 +299,7 @@ class Controller:
             session.silence_s += self.settings.cycle_s
         if session.phase == Phase.RUNNING and isinstance(law, GuidanceLaw):
             if session.silence_s > session.settings.comm_timeout_s:
-                self.note('EGM: no message within CommTimeout')
+                self.note('EGM: no message within CommTimeout', kind=ERROR)
                 self._lose_session('ERR_UDPUC_COMM')
             elif law.finished:
                 session.phase = Phase.STOPPED
@@ -302,7 +307,7 @@ class Controller:
     def _lose_session(self, code: str) -> None:
         if self.session is not None:
             self.session.phase = Phase.ERROR
-        self._halt()
+        self.axes.halt()
         self._pending = RapidError(code)
 
     def _run_program(self) -> None:
@@ -325,43 +330,10 @@ class Controller:
             self.stop(str(error))
 
     def _move(self) -> None:
-        cycle_s = self.settings.cycle_s
-        source = self.motion
-        if source is None or not self.motors_on:
-            still = Stop(self.planned_deg, self.planned_speed_deg_s, cycle_s, cycle_s)
-            target = still.step()
-        else:
-            target = source.step()
-            if source.finished:
-                self.motion = None
-        speed = (target - self.planned_deg) / cycle_s
-        fault = '' if source is None or isinstance(source, Stop) else self._supervise(target)
+        fault = self.axes.step(self.motors_on, self.automatic)
         if fault:
-            self.note(f'motion supervision: {fault}')
+            self.note(f'motion supervision: {fault}', kind=ERROR)
             self.stop(fault)
             if self.session is not None:
                 self.session.phase = Phase.ERROR
-            target = self.motion.step() if self.motion is not None else self.planned_deg
-            speed = (target - self.planned_deg) / cycle_s
-        self.planned_deg, self.planned_speed_deg_s = target, speed
-
-    def _halt(self) -> None:
-        if np.any(self.planned_speed_deg_s):
-            self.motion = Stop(
-                self.planned_deg,
-                self.planned_speed_deg_s,
-                self.settings.stop_s,
-                self.settings.cycle_s,
-            )
-        else:
-            self.motion = None
-
-    def _supervise(self, target: Array) -> str:
-        """Return what is wrong with the next position; empty when nothing is."""
-        tool_m_s = math.inf if self.automatic else self.settings.manual_speed_m_s
-        check = self._supervision
-        return (
-            check.range_fault(self.planned_deg, target)
-            or check.speed_fault(self.planned_deg, target, tool_m_s)
-            or check.following_fault(target, self.measured_deg)
-        )
+            self.axes.give_way()

@@ -8,6 +8,13 @@ CYCLE_S = 0.004032
 """EGM cycle of real controllers; virtual ones have about 4 ms."""
 ERROR_NUMBERS = {'ERR_UDPUC_COMM': 1001, 'ERR_OUTOFBND': 1002, 'ERR_ARGVALERR': 1003}
 
+OPTIONS = EGM_OPTION, COLLISION_OPTION = (
+    '689-1 Externally Guided Motion',
+    '613-1 Collision Detection',
+)
+NOT_CONNECTED = 9e9
+"""RAPID's value of an external axis that is not there."""
+
 
 class RapidError(Exception):
     """An error a RAPID program's ERROR handler sees.
@@ -46,6 +53,16 @@ class ControllerSettings:
         Factor on the speed limits before supervision stops.
     fine_latency_s : (2,) tuple [s]
         Least and most time a program takes to go on after a fine point.
+    external : (6,) tuple [mm] or [deg]
+        Places of the external axes a to f; 9E9 is one that is not there.
+    signals : str
+        Digital outputs of the configuration, separated by commas.
+    system_data : str
+        Tools, work objects and loads that other modules declare, separated by commas.
+    unit, device : str
+        Mechanical unit and UDPUC device of the configuration.
+    guided_motion, collision_detection : bool
+        Options 689-1 and 613-1: without them no module with their instructions loads.
     """
 
     cycle_s: float = setting(CYCLE_S, 'EGM cycle [s]; 0.004 on virtual controllers', 0.001, 0.1)
@@ -60,3 +77,23 @@ class ControllerSettings:
     fine_latency_s: tuple[float, ...] = setting(
         (0.02, 0.06), 'least and most time to go on after a fine point [s]', 0.0, 100.0
     )
+    external: tuple[float, ...] = setting(
+        (NOT_CONNECTED,) * 6, 'places of the external axes a to f; 9e9: not there'
+    )
+    signals: str = setting('doAmaRun', 'digital outputs, separated by commas')
+    system_data: str = setting('tool0,wobj0,load0', 'tools, work objects, loads of other modules')
+    unit: str = setting('ROB_1', 'mechanical unit')
+    device: str = setting('UCdevice', 'UDPUC device')
+    guided_motion: bool = setting(True, 'option 689-1, Externally Guided Motion')
+    collision_detection: bool = setting(True, 'option 613-1, Collision Detection')
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Names of the options there are."""
+        there = (self.guided_motion, self.collision_detection)
+        return tuple(name for name, has in zip(OPTIONS, there, strict=True) if has)
+
+
+def names_in(text: str) -> tuple[str, ...]:
+    """Return names separated by commas."""
+    return tuple(name.strip() for name in text.split(',') if name.strip())

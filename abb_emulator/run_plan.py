@@ -16,6 +16,7 @@ from abb_emulator.cell import ArmSide, CellSettings, MotorSide, PARTS
 from abb_emulator.controller import Controller, Program
 from abb_emulator.egm import GuidanceLaw, GuidanceSettings
 from abb_emulator.mechanics import ArmEffect, read_effects
+from abb_emulator.process import speed_message
 from abb_emulator.rapid import ProgramTask
 from abb_emulator.recorder import Recorder
 from excitation_planner.plan import ExcitationPlan
@@ -80,7 +81,7 @@ class ArmOptions:
 
         ``robot``, ``sensors_file``, ``rest_s``; ``sample_rate_hz``, ``block_samples``, ``seed``,
         ``tolerance``, ``tolerance_seed``, ``uptime_s``; ``effects`` as a list; ``servo``,
-        ``gears``, ``sensors``, ``controller`` and ``guidance`` as mappings.
+        ``gears``, ``sensors``, ``controller``, ``process`` and ``guidance`` as mappings.
 
         Raises
         ------
@@ -169,6 +170,8 @@ def run_plan(
         for item in first:
             writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
         for duration_s, messages in cell.seconds():
+            for item in cell.spindle(duration_s):
+                writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
             for topic, measurement in messages:
                 for item in encode(measurement, topic):
                     writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
@@ -231,6 +234,14 @@ class _Cell:
             self._task.load(rapid_module(plan, model))
         self._plan = plan
 
+    def spindle(self, time_s: float) -> list[RawMessage]:
+        """Return the spindle's speed, where one turns."""
+        process = self._arm.arm.process
+        if process is None:
+            return []
+        now_ns = START_NS + round(time_s * NANOSECONDS_PER_SECOND)
+        return [speed_message(float(process.speed_rpm(time_s)), now_ns)]
+
     def seconds(self) -> Iterator[tuple[float, list[tuple[str, Measurement]]]]:
         """Yield the time and what was measured since, in order of time."""
         rest = round(self._options.rest_s / self._cycle_s)
@@ -255,7 +266,7 @@ class _Cell:
         angles, blocks = [], []
         for _ in range(n_cycles):
             blocks += self._arm.take(self._motors.cycle())
-            angles.append(self.controller.measured_deg)
+            angles.append(self.controller.axes.measured_deg)
             if stop_early and not self.controller.running:
                 break
         first = self._n_cycles
@@ -288,9 +299,9 @@ def _played(
 ) -> Program:
     """Play a plan by guidance, then wait for the motors."""
     path = PlanPath.from_trajectory(plan.plan_hash, plan.trajectory, model.to_controller)
-    player = PlanPlayer(path, controller.planned_deg, PlayerSettings())
+    player = PlanPlayer(path, controller.axes.planned_deg, PlayerSettings())
     cycle_s = controller.settings.cycle_s
-    law = GuidanceLaw(options.guidance, controller.planned_deg, cycle_s)
-    controller.motion = PlayedPlan(player, law, cycle_s)
-    while controller.moving or not controller.standing:
+    law = GuidanceLaw(options.guidance, controller.axes.planned_deg, cycle_s)
+    controller.axes.motion = PlayedPlan(player, law, cycle_s)
+    while controller.axes.moving or not controller.axes.standing:
         yield

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-class Motion(Protocol):
+class CommandedMotion(Protocol):
     """A source of commanded positions."""
 
     def step(self) -> Array:

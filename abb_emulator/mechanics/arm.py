@@ -21,6 +21,7 @@ from abb_emulator.mechanics.gear_springs import GearSprings
 from abb_emulator.mechanics.linear_step import LinearStep
 from abb_emulator.mechanics.sensor_readings import SensorReadings
 from abb_emulator.mechanics.whole_arm import WholeArm
+from abb_emulator.process import SpindleProcess
 from modal_core.channel import Channel
 from modal_core.units import ANGULAR_VELOCITY
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -67,6 +68,8 @@ class Arm:
         Further torques in the gears; those of structure and sensors do nothing here.
     uptime_s : float [s]
         How long the arm has been switched on.
+    process : SpindleProcess or None
+        A spindle at work at the tool.
     """
 
     def __init__(
@@ -78,9 +81,11 @@ class Arm:
         gears: GearSettings | None = None,
         effects: Sequence[ArmEffect] = (),
         uptime_s: float = 0.0,
+        process: SpindleProcess | None = None,
     ) -> None:
         self.model, self.channels = model, tuple(channels)
         settings = gears_with_effects(gears or GearSettings(), effects, model.joint_names)
+        self.process = process
         self._place = drive_places(model)
         self._springs, self._friction = GearSprings(settings, model), GearFriction(settings)
         self._disturbance = GearDisturbance(effects, model, self._place)
@@ -92,6 +97,7 @@ class Arm:
         self._rise = self._last_rise = np.zeros(model.n_dof)
         self._push = np.zeros(model.n_dof)
         self._state = self._settle(np.asarray(pose, float))
+        self._still = self._state[: model.n_dof].copy()
         self._linearise(np.asarray(pose, float))
 
     @property
@@ -132,12 +138,16 @@ class Arm:
         time_s: Array = self._time_s + self._step_s * np.arange(1.0, len(q) + 1)
         self._time_s = float(time_s[-1])
         factor = self._springs.factor(qd @ self.model.axes.matrix.T, time_s)
+        angle = q @ self.model.axes.matrix.T
         extra = self._disturbance.load(q, qd, time_s)
+        if self.process is not None:
+            self.process.prepare(len(q))
         motor = self._whole.motor_side(q, qd, qdd)
         parts, begin = [], 0
         while begin < len(q):
             end = self._near(q, begin)
-            parts.append(self._run(motor[begin:end], extra[begin:end], factor[begin:end]))
+            here = slice(begin, end)
+            parts.append(self._run(motor[here], extra[here], factor[here], angle[here]))
             begin = end
         return ArmMotion(
             np.concatenate([part.readings for part in parts]),
@@ -153,7 +163,7 @@ class Arm:
         # At least one sample, should the arm jump.
         return begin + max(_first(away), 1)
 
-    def _run(self, motor: Array, extra: Array, factor: Array) -> ArmMotion:
+    def _run(self, motor: Array, extra: Array, factor: Array, angle: Array) -> ArmMotion:
         """Take some samples about one pose."""
         linear, n_dof, step_s = self._linear, self.model.n_dof, self._step_s
         states, missed = np.empty((2, len(extra), 2 * n_dof))
@@ -167,9 +177,12 @@ class Arm:
             next_speed = speed + (0.5 * step_s) * (rise + next_rise)
             foreseen = np.concatenate([next_x, next_speed])
             force = extra[index] + self._whole.unbalanced(motor[index], foreseen, next_rise)
+            if self.process is not None:
+                force += self._at_tool(self.process, x, next_x)
             self._whole.motion(motion[index])
             push = next_rise + linear.inverse_mass @ force - linear.rise @ foreseen
-            state, last_rise = self._step(state, push, next_x, factor[index]), rise
+            state = self._step(state, push, next_x, factor[index], angle[index])
+            last_rise = rise
             rise = self._push + linear.rise @ state
             if self._friction.active:
                 rise -= linear.gear_rise @ self._friction.torque
@@ -182,12 +195,19 @@ class Arm:
         late[:, self._gyro] = missed[:, n_dof:] @ linear.jacobian[self._gyro].T
         return ArmMotion(readings + late, states[:, :n_dof])
 
-    def _step(self, state: Array, push: Array, next_x: Array, factor: Array) -> Array:
+    def _at_tool(self, process: SpindleProcess, x: Array, next_x: Array) -> Array:
+        """Return the load of the process at the end of a step, (n_dof,)."""
+        begin, end = self._tool @ (x - self._still), self._tool @ (next_x - self._still)
+        return np.asarray(process.step(begin, end) @ self._tool)
+
+    def _step(
+        self, state: Array, push: Array, next_x: Array, factor: Array, angle: Array
+    ) -> Array:
         """Return the state at the end of a sample; ``push`` is u there without the gears."""
         linear, n_dof, place = self._linear, self.model.n_dof, self._place
         if self._springs.active:
             twist = next_x @ place
-            torque, slope = self._springs.torque(twist, factor)
+            torque, slope = self._springs.torque(twist, factor, angle)
             push = push - linear.gear_rise @ torque
             found = linear.advance @ np.concatenate([state, self._push, push])
             # Where the twist was foreseen wrongly, each spring follows its slope.
@@ -199,7 +219,7 @@ class Arm:
         if self._friction.active:
             found -= linear.held @ self._friction.solve(found[n_dof:] @ place, self._response)
         if self._springs.active:
-            self._springs.arrive(found[:n_dof] @ place)
+            self._springs.arrive(found[:n_dof] @ place, angle)
         self._push = push
         return np.asarray(found)
 
@@ -210,6 +230,7 @@ class Arm:
         """
         n_dof, place = self.model.n_dof, self._place
         stiffness, still = self.model.matrices(pose).K, np.zeros((1, self.model.n_joints))
+        angle = self.model.to_controller(pose)
         softest = -SOFTEST * self._springs.stiffness
         factor = self._springs.factor(still, np.array([self._time_s]))[0]
         state, last = np.zeros(2 * n_dof), np.inf
@@ -218,8 +239,8 @@ class Arm:
         for _ in range(MOST_SETTLING_STEPS):
             motor = self._whole.motor_side(pose[None, :], still, still)[0]
             force = self._whole.unbalanced(motor, state, np.zeros(n_dof))
-            self._springs.rest(state[:n_dof] @ place)
-            torque, slope = self._springs.torque(state[:n_dof] @ place, factor)
+            self._springs.rest(state[:n_dof] @ place, angle)
+            torque, slope = self._springs.torque(state[:n_dof] @ place, factor, angle)
             force -= place @ torque
             # Work it could do: forces and torques in one measure.
             size = float(force @ np.linalg.solve(stiffness, force))
@@ -241,6 +262,8 @@ class Arm:
             self.model, pose, self.channels, self._step_s, self._place
         )
         self._response = self._place.T @ linear.held[self.model.n_dof :]
+        if self.process is not None:
+            self._tool = self.model.sensor_jacobian(pose, self.process.channels)
         self._give = np.diag(self._place.T @ linear.rising[: self.model.n_dof])
         self._push = self._rise - linear.rise @ self._state
         self._push += linear.gear_rise @ self._friction.torque

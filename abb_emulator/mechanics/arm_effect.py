@@ -91,6 +91,11 @@ KINDS: Mapping[str, EffectKind] = MappingProxyType(
             'a further share of the spring that slips (Dahl) at a twist [rad]', 'joint',
             share=NEEDED, limit=NEEDED,
         ),
+        'presliding': _kind(
+            'friction of the joint that sticks: a further share of the spring over angle of axis'
+            ' and twist together, slips (Dahl) at a travel [rad]', 'joint',
+            share=NEEDED, limit=NEEDED,
+        ),
         'thermal_drift': _kind(
             'k (1 + change (1 - exp(-t / time_constant [s])))', 'joint',
             change=NEEDED, time_constant=NEEDED,

@@ -30,6 +30,9 @@ class GearSettings:
         β of k (1 + β |speed of the axis|).
     slip_share, slip_limit_rad : (6,) tuple, (6,) tuple [rad]
         A further spring of this share that slips at this twist (Dahl).
+    stick_share, stick_limit_rad : (6,) tuple, (6,) tuple [rad]
+        The same over the angle of the axis and the twist together: friction between links, which
+        sticks while the joint stands and slides while it runs.
     drift_change, drift_time_s : (6,) tuple, (6,) tuple [s]
         k (1 + change (1 - exp(-t / time))) since the arm was switched on.
     """
@@ -53,6 +56,12 @@ class GearSettings:
     slip_limit_rad: tuple[float, ...] = setting(
         (1e-4,) * N_AXES, 'twist at which it slips [rad]', 1e-12, 1.0
     )
+    stick_share: tuple[float, ...] = setting(
+        NONE, 'share of the stiffness of a spring that a standing joint adds', 0.0, 100.0
+    )
+    stick_limit_rad: tuple[float, ...] = setting(
+        (1e-3,) * N_AXES, 'travel of the joint at which that slips [rad]', 1e-12, 1.0
+    )
     drift_change: tuple[float, ...] = setting(
         NONE, 'change of k (1 + change (1 - exp(-t / time))) since switched on', -1.0, 100.0
     )
@@ -68,10 +77,12 @@ ADDED = {
     'cubic_stiffness': {'alpha': 'hardening_1_rad2'},
     'speed_dependent_stiffness': {'beta': 'speed_stiffness_s_rad'},
     'hysteresis': {'share': 'slip_share'},
+    'presliding': {'share': 'stick_share'},
     'thermal_drift': {'change': 'drift_change'},
 }
 REPLACED = {
     'hysteresis': {'limit': 'slip_limit_rad'},
+    'presliding': {'limit': 'stick_limit_rad'},
     'thermal_drift': {'time_constant': 'drift_time_s'},
 }
 

@@ -12,6 +12,9 @@ Array = NDArray[np.float64]
 class GearSprings:
     """k [(1 + c) (w + α w³) - y] + k s z: w is the twist y beyond the play, z the slipping part.
 
+    There are two of the last: one that slips with the twist, and the friction of the joint, which
+    slips with the angle of the axis and the twist together.
+
     Parameters
     ----------
     settings : GearSettings
@@ -34,14 +37,15 @@ class GearSprings:
         self._beta = np.array(settings.speed_stiffness_s_rad)
         self._drift = np.array(settings.drift_change)
         self._drift_s = np.array(settings.drift_time_s)
-        share = np.array(settings.slip_share)
-        self._slip_stiffness = share * self.stiffness
-        self._limit = np.array(settings.slip_limit_rad)
-        self._slips = bool(share.any())
+        self._slip = SlippingSpring(
+            np.array(settings.slip_share) * self.stiffness, np.array(settings.slip_limit_rad)
+        )
+        self._stick = SlippingSpring(
+            np.array(settings.stick_share) * self.stiffness, np.array(settings.stick_limit_rad)
+        )
         self._varies = bool(self._beta.any() or self._drift.any())
         self._bends = self._varies or bool(self._play.any() or self._alpha.any())
-        self.active = self._slips or self._bends
-        self._wound = self._twist = np.zeros(N_AXES)
+        self.active = self._slip.active or self._stick.active or self._bends
 
     def factor(self, speed: Array, time_s: Array) -> Array:
         """Return 1 + c, the factor on each spring, (n_samples, 6).
@@ -58,7 +62,7 @@ class GearSprings:
         warmth = 1.0 - np.exp(-time_s[:, None] / self._drift_s)
         return np.asarray(1.0 + self._beta * np.abs(speed) + self._drift * warmth)
 
-    def torque(self, twist: Array, factor: Array) -> tuple[Array, Array]:
+    def torque(self, twist: Array, factor: Array, angle: Array) -> tuple[Array, Array]:
         """Return the torques and their slopes over the twist, (6,) each.
 
         Parameters
@@ -67,6 +71,8 @@ class GearSprings:
             Of the controller axes.
         factor : (6,) array
             One row of :meth:`factor`.
+        angle : (6,) array [rad]
+            Of the controller axes.
         """
         torque = slope = np.zeros(N_AXES)
         if self._bends:
@@ -75,28 +81,57 @@ class GearSprings:
             torque = self.stiffness * (factor * (1.0 + square) * wound - twist)
             engaged = (wound != 0.0) | self._tight
             slope = self.stiffness * (engaged * factor * (1.0 + 3.0 * square) - 1.0)
-        if self._slips:
-            wound, steep = self._slip(twist)
-            torque = torque + self._slip_stiffness * wound
-            slope = slope + self._slip_stiffness * steep
+        for spring, place in ((self._slip, twist), (self._stick, twist + angle)):
+            if spring.active:
+                more, steep = spring.torque(place)
+                torque, slope = torque + more, slope + steep
         return torque, slope
 
-    def rest(self, twist: Array) -> None:
+    def rest(self, twist: Array, angle: Array) -> None:
         """Let slipping springs be slack at a twist."""
-        self._twist, self._wound = twist, np.zeros(N_AXES)
+        self._slip.rest(twist)
+        self._stick.rest(twist + angle)
 
-    def arrive(self, twist: Array) -> None:
+    def arrive(self, twist: Array, angle: Array) -> None:
         """Remember the twist at the end of a step."""
-        if self._slips:
-            self._wound = self._slip(twist)[0]
-            self._twist = twist
+        self._slip.arrive(twist)
+        self._stick.arrive(twist + angle)
 
-    def _slip(self, twist: Array) -> tuple[Array, Array]:
-        """Return how far the slipping springs are wound, and the slope of that over the twist.
 
-        dz/dy = 1 - sign(y') z / z_max, solved exactly for a twist that goes one way in a step.
-        """
-        way = twist - self._twist
+class SlippingSpring:
+    """k z with dz/dx = 1 - sign(x') z / z_max (Dahl).
+
+    Parameters
+    ----------
+    stiffness : (6,) array [N m/rad]
+        k, 0 where there is none.
+    limit : (6,) array [rad]
+        z_max.
+    """
+
+    def __init__(self, stiffness: Array, limit: Array) -> None:
+        self._stiffness, self._limit = stiffness, limit
+        self.active = bool(stiffness.any())
+        self._wound = self._place = np.zeros(N_AXES)
+
+    def torque(self, place: Array) -> tuple[Array, Array]:
+        """Return the torque at a place x, and its slope."""
+        wound, steep = self._moved(place)
+        return self._stiffness * wound, self._stiffness * steep
+
+    def rest(self, place: Array) -> None:
+        """Be slack at a place."""
+        self._place, self._wound = place, np.zeros(N_AXES)
+
+    def arrive(self, place: Array) -> None:
+        """Remember the place at the end of a step."""
+        if self.active:
+            self._wound = self._moved(place)[0]
+            self._place = place
+
+    def _moved(self, place: Array) -> tuple[Array, Array]:
+        """Return z, solved exactly for a way that does not turn in a step, and its slope."""
+        way = place - self._place
         sign = np.sign(way)
         end = sign * self._limit
         wound = end - (end - self._wound) * np.exp(-np.abs(way) / self._limit)

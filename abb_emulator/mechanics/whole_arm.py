@@ -45,7 +45,8 @@ class WholeArm:
             if name in model.dof_names:
                 place = int(assembly.drives[model.joint_names.index(item.joint)])
                 row = model.dof_names.index(name)
-                self._compensators.append((row, place, item.strength_nm, item.phase_rad))
+                neutral = model.dynamics.neutral(item)
+                self._compensators.append((row, place, item.strength_nm, neutral))
         # These arrays are windows into pinocchio's memory: what the last run left there.
         self._windows = [
             window

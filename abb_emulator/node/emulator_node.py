@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from abb_emulator.cell import ArmSide, MotorSide, SensorBlock
@@ -34,21 +35,22 @@ from abb_emulator.rapid import ProgramTask
 from abb_emulator.recorder import Recorder
 from abb_emulator.rws import RwsServer, Station
 from modal_core.errors import BridgeError, SettingsError
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.real_time import ask_for_real_time
 from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
 from modal_recordings.encode import encode
 from oma_msgs.msg import AccelerationBlock, ModalParameters
 from oma_msgs.srv import InjectFault
-from robot_bridge.egm import ask_for_real_time
 from structural_model.robot_files import load_layout, load_robot
 
-NANOSECONDS = 1_000_000_000
 RCLError = rclpy_implementation.RCLError
 BLOCKS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
 SAMPLES = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
-BLOCK_TOPIC = 'acceleration_block'
+BLOCK_TOPIC, SPEED_TOPIC = 'acceleration_block', 'spindle_speed_rpm'
 POSE_MOVED_RAD = 2e-3
 CATCH_UP_S = 0.002
+CONTROLLER_PRIORITY = 30
 LATEST_S = 1.0
 
 
@@ -90,7 +92,11 @@ class EmulatorNode(Node):
         )
         self.start_ns = time.time_ns()
         self.motors = MotorSide(
-            self.model, start_deg, self.client, self.settings, self.start_ns / NANOSECONDS
+            self.model,
+            start_deg,
+            self.client,
+            self.settings,
+            self.start_ns / NANOSECONDS_PER_SECOND,
         )
         self.recorder = Recorder.of(self.layout)
         self.names = [channel.name for channel in self.recorder.channels]
@@ -121,12 +127,18 @@ class EmulatorNode(Node):
             self.rws = RwsServer(
                 Station(controller, self.task, self._lock), values['rws.address'],
                 values['rws.port'], values['rws.user'], values['rws.password'],
+                values['rws.version'],
             )  # fmt: skip
+            if self.rws.fingerprint:
+                self.get_logger().info(f'rws_certificate: {self.rws.fingerprint}')
 
     def _make_interfaces(self) -> None:
         self._topics = {BLOCK_TOPIC: self.create_publisher(AccelerationBlock, BLOCK_TOPIC, BLOCKS)}
         for port in self.recorder.imus:
             self._topics[port.topic] = self.create_publisher(Imu, port.topic, SAMPLES)
+        self.spindle = None
+        if self.settings.process.active:
+            self.spindle = self.create_publisher(Float64, SPEED_TOPIC, BLOCKS)
         self.truth = self.create_publisher(ModalParameters, '~/true_modes', LATCHED)
         self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         for name, action in (
@@ -163,7 +175,7 @@ class EmulatorNode(Node):
 
     def _run_motors(self) -> None:
         """Run the controller's cycles at their times; when late, run faster, never skip."""
-        ask_for_real_time(30)
+        ask_for_real_time(CONTROLLER_PRIORITY)
         cycle_s = self.settings.controller.cycle_s
         due_s = time.perf_counter()
         while not self._closing.is_set():
@@ -196,6 +208,10 @@ class EmulatorNode(Node):
                 self._publish_block(block)
 
     def _publish_block(self, block: SensorBlock) -> None:
+        process = self.arm.arm.process
+        if self.spindle is not None and process is not None:
+            time_s = block.first_index / self.settings.sample_rate_hz
+            self._publish(self.spindle, Float64(data=float(process.speed_rpm(time_s))))
         # Serialised here: a fifth of what rclpy takes for a message of its own.
         for topic, measurement in self.recorder.measurements(
             BLOCK_TOPIC,

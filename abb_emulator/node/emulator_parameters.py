@@ -33,6 +33,7 @@ OWN = (
     _P('automatic', 'operating mode at the beginning; else manual', True),
     _P('faults', 'at the beginning: name[:value[:duration_s[:target]]]', ('',)),
     _P('rws.port', 'TCP port of Robot Web Services; 0 has none', 0, 0, 65535),
+    _P('rws.version', '1: HTTP of RobotWare 6; 2: HTTPS of RobotWare 7', 1, 1, 2),
     _P('rws.address', 'interface it listens on', '127.0.0.1'),
     _P('rws.user', 'account', 'Default User'),
     _P('rws.password', 'of the account', 'robotics'),

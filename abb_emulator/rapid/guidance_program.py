@@ -15,7 +15,7 @@ def guide(controller: Controller, settings: GuidanceSettings) -> Generator[None,
     law = controller.guide(settings)
     while not law.finished:
         yield
-        if controller.motion is None and not law.finished:
+        if controller.axes.motion is None and not law.finished:
             law = controller.guide(settings)
 
 

@@ -1,5 +1,7 @@
 """The task T_ROB1: which program is loaded, and where its pointer stands."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +9,12 @@ import numpy as np
 from abb_emulator.controller import Controller, Program
 from abb_emulator.egm import GuidanceSettings
 from abb_emulator.rapid.guidance_program import guidance_program
+from abb_emulator.rapid.rapid_check import check_configuration
+from abb_emulator.rapid.rapid_declarations import value_from
+from abb_emulator.rapid.rapid_memory import rapid_text
 from abb_emulator.rapid.rapid_parser import parse_module
 from abb_emulator.rapid.rapid_program import RapidProgram
-from abb_emulator.rapid.rapid_syntax import Module
+from abb_emulator.rapid.rapid_syntax import Datum, Module
 from modal_core.errors import BridgeError
 
 LARGEST_BYTES = 8_000_000
@@ -63,7 +68,9 @@ class ProgramTask:
         """
         if self.running:
             raise BridgeError('a program is running', where='T_ROB1', advice='stop it first')
-        self.module = parse_module(text)
+        module = parse_module(text)
+        check_configuration(module, self._controller.settings)
+        self.module = module
         name = self.module.name
         kept = [other for other in self._beside if other.casefold() != name.casefold()]
         self._beside = [*kept, name] if beside else []
@@ -124,6 +131,39 @@ class ProgramTask:
         if self.module is None or lost or len(self.texts) != 1:
             return None
         return self.module.name, 'main'
+
+    # -- data ----------------------------------------------------------------------------------
+
+    @property
+    def data(self) -> Mapping[str, Datum]:
+        """Every datum of the loaded module by its name in lower case."""
+        return self.module.data if self.module is not None else {}
+
+    def data_text(self, name: str) -> str | None:
+        """Return what a datum holds as RAPID writes it; None when there is none."""
+        datum = self.data.get(name.lower())
+        if datum is None:
+            return None
+        made = self._made
+        return rapid_text(made.memory.held(name.lower()) if made is not None else datum.value)
+
+    def set_data(self, name: str, text: str) -> None:
+        """Set a variable or persistent of the loaded module.
+
+        Raises
+        ------
+        BridgeError
+            A constant, or a value of another type.
+        """
+        datum = self.data[name.lower()]
+        if datum.constant:
+            raise BridgeError('is a constant', found=name)
+        value = value_from(text, datum)
+        if self._made is not None:
+            self._made.memory.set_held(name.lower(), value)
+        if self.module is not None and (self._made is None or datum.storage == 'pers'):
+            data = {**self.module.data, name.lower(): replace(datum, value=value)}
+            self.module = replace(self.module, data=data)
 
     def stop(self, reason: str = 'operator') -> None:
         """Stop the program; it can be started again."""

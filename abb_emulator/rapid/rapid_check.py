@@ -2,7 +2,23 @@
 
 from collections.abc import Iterator, Mapping
 
-from abb_emulator.rapid.rapid_instructions import FUNCTIONS, INSTRUCTIONS, SWITCH, WORDS
+from abb_emulator.controller_settings import (
+    COLLISION_OPTION,
+    ControllerSettings,
+    EGM_OPTION,
+    names_in,
+)
+from abb_emulator.rapid.rapid_instructions import (
+    CONFIGURED,
+    FUNCTIONS,
+    INSTRUCTIONS,
+    SIGNAL,
+    Signature,
+    SWITCH,
+    SYSTEM_DATA,
+    UNIT,
+    WORDS,
+)
 from abb_emulator.rapid.rapid_syntax import (
     Assignment,
     BOOL,
@@ -11,6 +27,7 @@ from abb_emulator.rapid.rapid_syntax import (
     Constant,
     Datum,
     Function,
+    IDENT,
     JOINT_ROW,
     Loop,
     MIN_MAX,
@@ -32,9 +49,11 @@ FIELDS: Mapping[tuple[str, str], str] = {
     (TARGET, 'robax'): JOINT_ROW,
     (TARGET, 'extax'): JOINT_ROW,
     **{(JOINT_ROW, f'rax_{axis}'): NUM for axis in range(1, 7)},
+    **{(JOINT_ROW, f'eax_{letter}'): NUM for letter in 'abcdef'},
     **{(SPEED, name): NUM for name in SPEED_FIELDS},
 }
 LITERALS = {6: JOINT_ROW, 4: SPEED, 2: MIN_MAX}
+EGM_KINDS = (IDENT, MIN_MAX)
 ERROR_WORDS = ('retry', 'trynext', 'raise')
 
 
@@ -50,6 +69,56 @@ def check_module(module: Module) -> None:
     for procedure in module.procedures.values():
         _Checker(module, set(), False).statements(procedure.body)
         _Checker(module, set(), True).statements(procedure.handler)
+
+
+def check_configuration(module: Module, settings: ControllerSettings) -> None:
+    """Refuse what this controller does not have: options, signals, data of other modules.
+
+    A real one finds it when the module is loaded, too: names it does not know are errors of
+    reference, and no task with one starts.
+
+    Raises
+    ------
+    BridgeError
+        With the line, and what is missing.
+    """
+    for datum in module.data.values():
+        if datum.kind in EGM_KINDS:
+            _require_option('type', datum.kind, datum.line, EGM_OPTION, settings)
+    for procedure in module.procedures.values():
+        for call in _calls((*procedure.body, *procedure.handler)):
+            if call.name.startswith('egm'):
+                _require_option('instruction', call.name, call.line, EGM_OPTION, settings)
+            if call.name == 'motionsup':
+                _require_option('instruction', call.name, call.line, COLLISION_OPTION, settings)
+            _check_names(call, settings)
+
+
+def _require_option(
+    what: str, name: str, line: int, option: str, settings: ControllerSettings
+) -> None:
+    if option not in settings.options:
+        raise refuse(f'unknown {what}', line, name, f'option {option}')
+
+
+def _check_names(call: Call, settings: ControllerSettings) -> None:
+    """Refuse names that neither the configuration nor another module knows."""
+    signature = INSTRUCTIONS.get(call.name, Signature())
+    known = {
+        SIGNAL: names_in(settings.signals),
+        UNIT: (settings.unit,),
+        **dict.fromkeys(SYSTEM_DATA, names_in(settings.system_data)),
+    }
+    pairs = [
+        *zip(call.arguments, signature.arguments, strict=False),
+        *((value, signature.options.get(name, '')) for name, value in call.options.items()),
+    ]
+    for value, kind in pairs:
+        if kind not in known or not isinstance(value, Reference):
+            continue
+        names = [name.lower() for name in known[kind]]
+        if value.name not in names:
+            raise refuse(f'unknown {kind}', call.line, value.name, ', '.join(known[kind]))
 
 
 def _check_calls(module: Module, name: str, callers: tuple[str, ...]) -> None:
@@ -135,10 +204,14 @@ class _Checker:
             if (wanted == SWITCH) != (option is None):
                 raise refuse(f'{call.name}: wrong use of option', call.line, f'\\{name}')
             if option is not None:
-                self._expect(option, wanted, call.line)
+                self._argument(option, wanted, call.line)
 
     def _argument(self, value: Value, kind: str, line: int) -> None:
-        if kind not in WORDS:
+        if kind in CONFIGURED:
+            # Whether it is known there is asked when the module is loaded into a controller.
+            if not (isinstance(value, Reference) and value == Reference(value.name)):
+                raise refuse('not a name', line, expected=kind)
+        elif kind not in WORDS:
             self._expect(value, kind, line)
         elif value not in [Reference(word) for word in WORDS[kind]]:
             found = value.name if isinstance(value, Reference) else 'a value'

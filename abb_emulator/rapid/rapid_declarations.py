@@ -9,7 +9,7 @@ from abb_emulator.rapid.rapid_syntax import (
     SPEED_NAMES,
     STRING,
 )
-from abb_emulator.rapid.rapid_tokens import refuse, Token
+from abb_emulator.rapid.rapid_tokens import refuse, Token, tokens_of
 from abb_emulator.rapid.rapid_values import ValueParser
 
 
@@ -19,6 +19,13 @@ class DeclarationParser(ValueParser):
     def __init__(self, tokens: list[Token]) -> None:
         super().__init__(tokens)
         self._data: dict[str, Datum] = {}
+
+    def literal_alone(self) -> Literal:
+        """Read one value and nothing behind it."""
+        value = self._literal()
+        if self._peek().kind != 'end':
+            raise refuse('text after a value', 1, self._peek().text)
+        return value
 
     def _declaration(self) -> None:
         storage = self._next()
@@ -35,11 +42,12 @@ class DeclarationParser(ValueParser):
         elif storage.text.lower() == 'const':
             raise refuse('constant without a value', name.line, name.text)
         self._sign(';')
-        constant = storage.text.lower() == 'const'
         kind_name = kind.text.lower()
         if value is None:
             value = _empty(kind_name, rows)
-        self._data[name.text.lower()] = Datum(name.line, kind_name, rows, value, constant)
+        self._data[name.text.lower()] = Datum(
+            name.line, kind_name, rows, value, storage.text.lower()
+        )
 
     def _rows(self) -> int:
         if not self._accept('{'):
@@ -68,6 +76,22 @@ class DeclarationParser(ValueParser):
             wanted = f'{rows} x {kind}' if rows else kind
             raise refuse('wrong value', token.line, expected=wanted)
         return value
+
+
+def value_from(text: str, datum: Datum) -> Literal:
+    """Return a value out of its text, of a datum's type.
+
+    Raises
+    ------
+    BridgeError
+        It is of another type.
+    """
+    parser = DeclarationParser(tokens_of(text))
+    value = parser.literal_alone()
+    shape = _shape(datum.kind)
+    if not _fits(value, (datum.rows, *shape) if datum.rows else shape, datum.kind):
+        raise refuse('wrong value', 1, text[:40], datum.kind)
+    return value
 
 
 def _shape(kind: str) -> tuple[int, ...]:

@@ -51,6 +51,9 @@ class EgmInstructions:
         self._controller.reset_session()
 
     def _set_up(self, call: Call) -> None:
+        device = str(self._memory.value(call.arguments[3]))
+        if device != self._controller.settings.device:
+            raise RapidError('ERR_UDPUC_COMM')
         timeout_s = self._memory.option(call, 'commtimeout', GuidanceSettings().comm_timeout_s)
         defaults = GuidanceSettings(gain_1_s=self._base.gain_1_s, comm_timeout_s=timeout_s)
         self._settings = defaults

@@ -11,10 +11,13 @@ FUNCTIONS = MappingProxyType({'abs': ((NUM,), NUM), 'cjointt': ((), TARGET)})
 AXES = tuple(f'j{number}' for number in range(1, 7))
 WORDS = {
     'fine': ('fine',),
-    'tool': ('tool0',),
-    'unit': ('rob_1',),
     'ending': ('egm_stop_hold', 'egm_stop_ramp_down'),
 }
+# Names that the configuration or other modules of the controller must know.
+SIGNAL, UNIT = 'signal', 'mechanical unit'
+SYSTEM_DATA = ('tooldata', 'wobjdata', 'loaddata')
+TOOL, WORK_OBJECT, LOAD = SYSTEM_DATA
+CONFIGURED = (SIGNAL, UNIT, *SYSTEM_DATA)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +42,18 @@ def _takes(*arguments: str, **options: str) -> Signature:
 
 INSTRUCTIONS = MappingProxyType(
     {
-        'moveabsj': _takes(TARGET, SPEED, 'fine', 'tool', noeoffs=SWITCH, t=NUM, v=NUM),
+        'moveabsj': _takes(
+            TARGET,
+            SPEED,
+            'fine',
+            TOOL,
+            noeoffs=SWITCH,
+            t=NUM,
+            v=NUM,
+            wobj=WORK_OBJECT,
+            tload=LOAD,
+        ),
+        'setdo': _takes(SIGNAL, NUM),
         'waittime': _takes(NUM, inpos=SWITCH),
         'accset': _takes(NUM, NUM),
         'velset': _takes(NUM, NUM),
@@ -56,7 +70,7 @@ INSTRUCTIONS = MappingProxyType(
         'raise': _takes(),
         'egmreset': _takes(IDENT),
         'egmgetid': _takes(IDENT),
-        'egmsetupuc': _takes('unit', IDENT, STRING, STRING, joint=SWITCH, commtimeout=NUM),
+        'egmsetupuc': _takes(UNIT, IDENT, STRING, STRING, joint=SWITCH, commtimeout=NUM),
         'egmstreamstart': _takes(IDENT, samplerate=NUM),
         'egmstreamstop': _takes(IDENT),
         'egmactjoint': _takes(

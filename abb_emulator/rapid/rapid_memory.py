@@ -20,9 +20,12 @@ from abb_emulator.rapid.rapid_syntax import (
 )
 from abb_emulator.rapid.rapid_tokens import refuse
 
-NOT_CONNECTED = 9e9
-"""RAPID's value of an external axis that is not there."""
-RECORDS = (SPEED_FIELDS, ('robax', 'extax'), tuple(f'rax_{axis}' for axis in range(1, 7)))
+RECORDS = (
+    SPEED_FIELDS,
+    ('robax', 'extax'),
+    tuple(f'rax_{axis}' for axis in range(1, 7)),
+    tuple(f'eax_{letter}' for letter in 'abcdef'),
+)
 OPERATORS: Mapping[str, Callable[[float, float], float | bool]] = {
     '+': operator.add, '-': operator.sub, '<': operator.lt, '<=': operator.le,
     '>': operator.gt, '>=': operator.ge, '=': operator.eq, '<>': operator.ne,
@@ -55,6 +58,14 @@ class RapidMemory:
 
     def set_number(self, name: str, value: float) -> None:
         """Set a variable to a number: a loop's."""
+        self._values[name] = value
+
+    def held(self, name: str) -> Literal:
+        """Return what a datum holds."""
+        return self._values[name]
+
+    def set_held(self, name: str, value: Literal) -> None:
+        """Set a datum from outside the program."""
         self._values[name] = value
 
     def value(self, value: Value) -> Literal:
@@ -96,8 +107,8 @@ class RapidMemory:
     def _function(self, value: Function) -> Literal:
         if value.name == 'abs':
             return abs(self.number(value.arguments[0]))
-        angles = tuple(self._controller.measured_deg.tolist())
-        return (angles, (NOT_CONNECTED,) * len(angles))
+        angles = tuple(self._controller.axes.measured_deg.tolist())
+        return (angles, self._controller.external)
 
     def number(self, value: Value) -> float:
         """Return what an expression says, which must be a number."""
@@ -125,6 +136,16 @@ class RapidMemory:
 def _place(field: str) -> int:
     """Return where a component stands in its record."""
     return next(names.index(field) for names in RECORDS if field in names)
+
+
+def rapid_text(value: Literal) -> str:
+    """Return a value as RAPID writes it."""
+    if isinstance(value, tuple):
+        return f'[{",".join(map(rapid_text, value))}]'
+    if isinstance(value, str):
+        doubled = value.replace('"', '""')
+        return f'"{doubled}"'
+    return f'{value:.9g}'.upper()
 
 
 def rows_of(value: Literal) -> tuple[Literal, ...]:

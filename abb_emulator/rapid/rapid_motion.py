@@ -3,15 +3,20 @@
 from collections.abc import Callable, Generator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abb_emulator.controller import Controller
+from abb_emulator.controller_settings import NOT_CONNECTED
 from abb_emulator.drives import MoveLimits
 from abb_emulator.rapid.rapid_memory import numbers_of, RapidMemory, rows_of
 from abb_emulator.rapid.rapid_syntax import Call
+from modal_core.errors import BridgeError
 
+Array = NDArray[np.float64]
 Steps = Generator[None, None, None]
 Action = Callable[[Call], Steps | None]
 LEAST_ACCELERATION, LEAST_RAMP, LARGEST_PERCENT = 20.0, 10.0, 100.0
+STANDING_EXTERNAL = 1e-3
 CYCLES_STANDING = 2
 """In a row, that are standstill: one alone may be the turning point of a motion."""
 
@@ -42,17 +47,29 @@ class MotionInstructions:
             'velset': self._set_speed,
             'tpwrite': self._write,
             'stopmove': self._stop_move,
+            'setdo': self._set_output,
         }
 
     def _move(self, call: Call) -> Steps:
-        target = np.array(numbers_of(rows_of(self._memory.value(call.arguments[0]))[0]))
+        robot, external = rows_of(self._memory.value(call.arguments[0]))
+        target = np.array(numbers_of(robot))
+        self._check_external(np.array(numbers_of(external)))
         limits = self._limits(call)
         # A stopped move goes on from where the axes stand when the program is started again.
-        while not self._controller.at(target):
+        while not self._controller.axes.at(target):
             self._controller.move(target, limits)
-            while self._controller.moving:
+            while self._controller.axes.moving:
                 yield
         yield from self._stand_still()
+
+    def _check_external(self, target: Array) -> None:
+        """Refuse a target without a place for an axis that is there, or with another place."""
+        places = np.array(self._controller.external)
+        there = places != NOT_CONNECTED
+        if np.any(target[there] == NOT_CONNECTED):
+            raise BridgeError('no value for an external axis in the target')
+        if np.any(np.abs(target - places)[there] > STANDING_EXTERNAL):
+            raise BridgeError('external axes do not move in the emulator')
 
     def _limits(self, call: Call) -> MoveLimits:
         duration_s = self._memory.option(call, 't', 0.0)
@@ -74,7 +91,7 @@ class MotionInstructions:
         """Wait for the motors at a fine point, then for the program to go on."""
         standing = 0
         while standing < CYCLES_STANDING:
-            standing = standing + 1 if self._controller.standing else 0
+            standing = standing + 1 if self._controller.axes.standing else 0
             yield
         low, high = self._controller.settings.fine_latency_s
         yield from self._pause(self._random.uniform(low, high))
@@ -101,6 +118,12 @@ class MotionInstructions:
         if 'num' in call.options:
             text += f'{self._memory.option(call, "num", 0.0):g}'
         self._controller.note(f'TPWrite: {text}')
+
+    def _set_output(self, call: Call) -> None:
+        signal = getattr(call.arguments[0], 'name', '')
+        names = {name.lower(): name for name in self._controller.signals}
+        value = 1.0 if self._memory.number(call.arguments[1]) else 0.0
+        self._controller.signals[names[signal]] = value
 
     def _stop_move(self, _: Call) -> None:
         self._controller.stop_move()

@@ -46,6 +46,8 @@ class RapidProgram:
 
     Attributes
     ----------
+    memory : RapidMemory
+        What its data hold.
     exited : bool
         EXIT took the program pointer away: only a pointer moved to main starts it again.
     """
@@ -60,7 +62,7 @@ class RapidProgram:
     ) -> None:
         self.exited, self._again = False, again
         self._module, self._controller = module, controller
-        self._memory = RapidMemory(module, controller)
+        self.memory = self._memory = RapidMemory(module, controller)
         self._handler: tuple[Statement, ...] = ()
         self._actions: dict[str, Action] = {
             **MotionInstructions(controller, self._memory, random).actions,

@@ -200,15 +200,20 @@ class Datum:
         Elements; 0 is no array.
     value : nested tuple, number, string
         At the start of the program.
-    constant : bool
-        CONST.
+    storage : str
+        ``const``, ``var`` or ``pers``.
     """
 
     line: int
     kind: str
     rows: int
     value: Literal
-    constant: bool
+    storage: str
+
+    @property
+    def constant(self) -> bool:
+        """No program may assign to it."""
+        return self.storage == 'const'
 
 
 @dataclass(frozen=True, slots=True)

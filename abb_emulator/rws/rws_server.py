@@ -1,31 +1,52 @@
-"""Robot Web Services 1.0, the few resources a client needs to load and run a program.
-
-HTTP with digest authentication and session cookies; answers in XHTML, or in JSON with ``?json=1``.
+"""Robot Web Services over HTTP (1.0) or HTTPS (2.0), the resources a client needs to run programs.
 
 References
 ----------
-ABB Robot Web Services 1.0 for RobotWare 6.
+ABB, Application manual Robot Web Services, 3HAC050973-001 (1.0, RobotWare 6) and
+3HAC073675-001 (2.0, RobotWare 7).
 """
 
-import asyncio
-from collections import OrderedDict
 from collections.abc import Awaitable, Callable
-from html import escape
-import secrets
-import threading
+from contextvars import ContextVar
+import ssl
+from typing import Any
 
 from aiohttp import web
 
 from abb_emulator.rapid import LARGEST_BYTES
-from abb_emulator.rws.http_digest import Digest
-from abb_emulator.rws.rws_station import Resource, Station
+from abb_emulator.rws.http_login import Basic, Digest, Login
+from abb_emulator.rws.rws_dialect import (
+    action_path_1,
+    action_path_2,
+    check_headers_2,
+    shown_path_1,
+)
+from abb_emulator.rws.rws_events import Subscriptions
+from abb_emulator.rws.rws_pages import (
+    HAL,
+    JSON,
+    json_1,
+    json_2,
+    linked_page,
+    page,
+    refusal_json,
+    refusal_page,
+    XHTML,
+    XHTML_2,
+)
+from abb_emulator.rws.rws_refusal import NO_RESOURCE, RwsRefusalError
+from abb_emulator.rws.rws_resources import Shown
+from abb_emulator.rws.rws_sessions import COOKIE, SECOND_COOKIE, Session, Sessions
+from abb_emulator.rws.rws_station import Station
+from abb_emulator.rws.self_signed import server_context
 from modal_core.errors import BridgeError
+from modal_core.threaded_server import ThreadedServer
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
-COOKIE = '-http-session-'
-MOST_SESSIONS = 70
-ERROR_CODE = -1073442809
+PROTOCOLS = {1: 'robapi2_subscription', 2: 'rws_subscription'}
 START_S = 5.0
+_SESSION: ContextVar[Session] = ContextVar('session')
+"""Of the request that is being answered."""
 
 
 class RwsServer:
@@ -41,176 +62,204 @@ class RwsServer:
         TCP port; 0 takes a free one.
     user, password : str
         The one account; the defaults of the node are the controller's own.
+    version : int
+        1: HTTP and digest authentication; 2: HTTPS with a certificate made for the purpose.
+
+    Attributes
+    ----------
+    fingerprint : str
+        SHA-256 of the certificate, in hexadecimal; empty without one.
+    n_credentials : int
+        Requests that came with user and password.
 
     Raises
     ------
     BridgeError
-        The port cannot be used.
+        The port cannot be used, or no certificate can be made.
     """
 
     def __init__(
-        self, station: Station, address: str, port: int, user: str, password: str
+        self,
+        station: Station,
+        address: str,
+        port: int,
+        user: str,
+        password: str,
+        version: int = 1,
     ) -> None:
-        self.port = port
+        self.port, self._modern = port, version == 2
         self._station, self._address = station, address
-        self._digest = Digest(user, password)
-        self._sessions: OrderedDict[str, None] = OrderedDict()
-        self._loop = asyncio.new_event_loop()
-        self._failure: OSError | None = None
-        self._ready = threading.Event()
-        self._thread = threading.Thread(target=self._serve, name='rws', daemon=True)
-        self._thread.start()
-        self._ready.wait(START_S)
-        if self._failure is not None:
+        self._login: Login = (Basic if self._modern else Digest)(user, password)
+        self._context: ssl.SSLContext | None = None
+        self.fingerprint, self.n_credentials = '', 0
+        if self._modern:
+            self._context, self.fingerprint = server_context(address)
+        self._sessions = Sessions()
+        self._subscriptions = Subscriptions(self._shown_at, PROTOCOLS[version])
+        try:
+            self._server = ThreadedServer(self._runner(), self._listen, 'rws', START_S)
+        except OSError as error:
             raise BridgeError(
-                'port cannot be used', where=f'{address}:{port}', found=self._failure.strerror
-            ) from self._failure
+                'port cannot be used', where=f'{address}:{port}', found=error.strerror
+            ) from error
 
     def close(self) -> None:
         """Stop serving."""
-        if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._loop.stop)
-            self._thread.join(START_S)
+        self._server.close()
 
     # -- serving -------------------------------------------------------------------------------
 
-    def _serve(self) -> None:
-        asyncio.set_event_loop(self._loop)
+    def _runner(self) -> web.AppRunner:
         app = web.Application(client_max_size=LARGEST_BYTES, middlewares=[self._guarded])
-        app.router.add_put('/fileservice/{path:.+}', self._put_file)
-        app.router.add_get('/fileservice/{path:.+}', self._get_file)
-        app.router.add_post('/rw/rapid/tasks/T_ROB1', self._load)
-        app.router.add_post('/rw/rapid/execution', self._execute)
-        app.router.add_post('/rw/panel/{what:ctrlstate|speedratio}', self._set_panel)
-        app.router.add_post('/rw/mastership{domain:(/.*)?}', self._mastership)
-        app.router.add_get('/{path:.*}', self._show)
-        runner = web.AppRunner(app, access_log=None)
-        try:
-            self._loop.run_until_complete(runner.setup())
-            site = web.TCPSite(runner, self._address, self.port)
-            self._loop.run_until_complete(site.start())
-            self.port = runner.addresses[0][1]
-        except OSError as error:
-            self._failure = error
-            self._ready.set()
-        else:
-            self._ready.set()
-            self._loop.run_forever()
-        self._loop.run_until_complete(runner.cleanup())
-        self._loop.close()
+        for method, path, handler in (
+            ('GET', '/fileservice/{path:.+}', self._get_file),
+            ('PUT', '/fileservice/{path:.+}', self._put_file),
+            ('DELETE', '/fileservice/{path:.+}', self._delete_file),
+            ('POST', '/subscription', self._subscribe),
+            ('DELETE', r'/subscription/{number:\d+}', self._unsubscribe),
+            ('GET', r'/poll/{number:\d+}', self._poll),
+            ('GET', '/logout', self._log_out),
+            ('GET', '/{path:.*}', self._show),
+            ('POST', '/{path:.*}', self._act),
+        ):
+            app.router.add_route(method, path, handler)
+        return web.AppRunner(app, access_log=None, shutdown_timeout=0.1)
+
+    async def _listen(self, runner: web.AppRunner) -> None:
+        await web.TCPSite(runner, self._address, self.port, ssl_context=self._context).start()
+        self.port = runner.addresses[0][1]
 
     @web.middleware
     async def _guarded(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        """Let in who has a session or the password; one line for every refusal."""
-        session = request.cookies.get(COOKIE, '')
-        header = request.headers.get('Authorization', '')
-        known = session in self._sessions
-        if not known and not self._digest.accepts(header, request.method, request.raw_path):
-            challenge = {'WWW-Authenticate': self._digest.challenge()}
-            return web.Response(status=401, text='Unauthorized', headers=challenge)
+        """Let in who has a session or the password; one answer for every refusal."""
+        session = self._sessions.find(request.cookies.get(COOKIE, ''))
+        known = session is not None
         try:
+            if session is None:
+                session = self._welcome(request)
+            if session is None:
+                challenge = {'WWW-Authenticate': self._login.challenge()}
+                return web.Response(status=401, text='Unauthorized', headers=challenge)
+            _SESSION.set(session)
+            if self._modern:
+                check_headers_2(request.method, request.path, request.headers)
             response = await handler(request)
-        except BridgeError as error:
-            response = _refusal(request, str(error), 400)
+        except RwsRefusalError as refusal:
+            response = self._refusal(request, refusal)
         except web.HTTPException as error:
-            response = _refusal(request, error.reason, error.status)
-        if not known:
-            self._remember(response)
+            found = RwsRefusalError(error.reason, error.status, NO_RESOURCE)
+            response = self._refusal(request, found)
+        if session is not None and not known and not response.prepared:
+            self._set_cookies(response, session)
         return response
 
-    def _remember(self, response: web.StreamResponse) -> None:
-        session = secrets.token_hex(16)
-        self._sessions[session] = None
-        while len(self._sessions) > MOST_SESSIONS:
-            self._sessions.popitem(last=False)
-        response.set_cookie(COOKIE, session, path='/', httponly=True, samesite='Strict')
+    def _welcome(self, request: web.Request) -> Session | None:
+        """Return a session of who knows the password."""
+        header = request.headers.get('Authorization', '')
+        self.n_credentials += bool(header)
+        if not self._login.accepts(header, request.method, request.raw_path):
+            return None
+        # A websocket may come with the second cookie alone.
+        number = request.cookies.get(SECOND_COOKIE, '')
+        return self._sessions.numbered(number) or self._sessions.make()
+
+    def _set_cookies(self, response: web.StreamResponse, session: Session) -> None:
+        for name, value in ((COOKIE, session.key), (SECOND_COOKIE, str(session.number))):
+            response.set_cookie(
+                name, value, path='/', httponly=True, samesite='Strict', secure=self._modern
+            )
 
     # -- requests ------------------------------------------------------------------------------
 
     async def _show(self, request: web.Request) -> web.StreamResponse:
-        found = self._station.resource(request.path)
-        if found is None:
-            raise web.HTTPNotFound
-        return _answer(request, found)
+        path = request.path if self._modern else shown_path_1(request.path, request.query)
+        return self._page(request, self._station.shown(path.rstrip('/'), self._modern))
 
-    async def _put_file(self, request: web.Request) -> web.StreamResponse:
-        new = self._station.store(request.match_info['path'], await request.read())
-        return web.Response(status=201 if new else 200)
+    async def _act(self, request: web.Request) -> web.StreamResponse:
+        form = dict(await _posted(request))
+        form |= {name: request.query[name] for name in ('mastership',) if name in request.query}
+        path_of = action_path_2 if self._modern else action_path_1
+        shown = self._station.act(
+            path_of(request.path, request.query), form, _SESSION.get(), self._sessions,
+            self._modern,
+        )  # fmt: skip
+        return web.Response(status=204) if shown is None else self._page(request, shown)
 
     async def _get_file(self, request: web.Request) -> web.StreamResponse:
-        data = self._station.read(request.match_info['path'])
-        if data is None:
-            raise web.HTTPNotFound
-        return web.Response(body=data)
+        found = self._station.file(request.match_info['path'].rstrip('/'))
+        if isinstance(found, Shown):
+            return self._page(request, found)
+        return web.Response(body=found, content_type='application/octet-stream')
 
-    async def _load(self, request: web.Request) -> web.StreamResponse:
-        form = await request.post()
-        action = request.query.get('action', '')
-        if action == 'unloadmod':
-            self._station.unload(str(form.get('module', '')))
-        elif action == 'loadmod':
-            self._station.load(str(form.get('modulepath', '')))
-        else:
-            raise BridgeError('unknown action', found=action[:40])
+    async def _put_file(self, request: web.Request) -> web.StreamResponse:
+        new = self._station.files.store(request.match_info['path'], await request.read())
+        return self._written(linked_page({'self': request.path}), 201 if new else 200)
+
+    async def _delete_file(self, request: web.Request) -> web.StreamResponse:
+        self._station.files.remove(request.match_info['path'])
+        return web.Response(status=204)
+
+    async def _subscribe(self, request: web.Request) -> web.StreamResponse:
+        posted = await _posted(request)
+        resources = [value for name, value in posted if name == 'resources']
+        number = self._subscriptions.add(dict(posted), resources)
+        scheme = 'wss' if self._modern else 'ws'
+        place = f'{scheme}://{request.host}/poll/{number}'
+        links = {'group': f'subscription/{number}', 'self': place}
+        response = self._written(linked_page(links), 201)
+        response.headers['Location'] = place
+        return response
+
+    async def _unsubscribe(self, request: web.Request) -> web.StreamResponse:
+        self._subscriptions.remove(int(request.match_info['number']))
         return web.Response(status=200)
 
-    async def _execute(self, request: web.Request) -> web.StreamResponse:
-        form = await request.post()
-        cycle = str(form.get('cycle', 'asis'))
-        self._station.execute(request.query.get('action', ''), cycle)
-        return web.Response(status=204)
+    async def _poll(self, request: web.Request) -> web.StreamResponse:
+        return await self._subscriptions.tell(int(request.match_info['number']), request)
 
-    async def _set_panel(self, request: web.Request) -> web.StreamResponse:
-        form, what = await request.post(), request.match_info['what']
-        if request.query.get('action') != f'set{what}':
-            raise BridgeError('unknown action', found=request.query.get('action', '')[:40])
-        if what == 'ctrlstate':
-            self._station.set_motors(str(form.get('ctrl-state', '')))
-        else:
-            self._station.set_speed_ratio(str(form.get('speed-ratio', '')))
-        return web.Response(status=204)
+    async def _log_out(self, _: web.Request) -> web.StreamResponse:
+        self._sessions.end(_SESSION.get())
+        return self._written(linked_page({}), 200)
 
-    async def _mastership(self, request: web.Request) -> web.StreamResponse:
-        """Grant it to everybody: there is one client."""
-        await request.post()
-        return web.Response(status=204)
+    def _shown_at(self, path: str) -> Shown:
+        found = path if self._modern else shown_path_1(path, {})
+        return self._station.shown(found, self._modern)
 
+    # -- answers -------------------------------------------------------------------------------
 
-def _answer(request: web.Request, found: tuple[Resource, ...]) -> web.Response:
-    folder = request.path.rsplit('/', 1)[0]
-    base = f'http://{request.host}{folder}/'
-    if request.query.get('json') == '1':
-        states = [{'_type': one.kind, '_title': one.title, **one.fields} for one in found]
-        return web.json_response(
-            {'_links': {'base': {'href': base}}, '_embedded': {'_state': states}}
-        )
-    items = ''.join(
-        f'<li class="{one.kind}" title="{one.title}">{_spans(one)}</li>' for one in found
-    )
-    return _page(base, f'<div class="state"><ul>{items}</ul></div>', 200)
+    def _page(self, request: web.Request, shown: Shown) -> web.Response:
+        base = f'{request.url.origin()}{request.path.rsplit("/", 1)[0]}/'
+        if self._wants_json(request):
+            return self._json((json_2 if self._modern else json_1)(base, shown), 200)
+        return self._written(page(base, shown), 200)
 
+    def _refusal(self, request: web.Request, refusal: RwsRefusalError) -> web.Response:
+        if self._wants_json(request):
+            return self._json(refusal_json(refusal, self._modern), refusal.status)
+        return self._written(refusal_page(refusal), refusal.status)
 
-def _spans(one: Resource) -> str:
-    return ''.join(
-        f'<span class="{name}">{escape(value)}</span>' for name, value in one.fields.items()
-    )
+    def _wants_json(self, request: web.Request) -> bool:
+        if self._modern:
+            return 'json' in request.headers.get('Accept', '')
+        return request.query.get('json') == '1'
+
+    def _json(self, text: str, status: int) -> web.Response:
+        return _response(text, status, HAL if self._modern else JSON)
+
+    def _written(self, text: str, status: int) -> web.Response:
+        return _response(text, status, XHTML_2 if self._modern else XHTML)
 
 
-def _refusal(request: web.Request, reason: str, status: int) -> web.Response:
-    if request.query.get('json') == '1':
-        message = {'code': ERROR_CODE, 'msg': reason}
-        return web.json_response({'_embedded': {'status': message}}, status=status)
-    text = (
-        f'<div class="status"><span class="code">{ERROR_CODE}</span>'
-        f'<span class="msg">{escape(reason)}</span></div>'
-    )
-    return _page('', text, status)
+async def _posted(request: web.Request) -> list[tuple[str, str]]:
+    """Return the fields of the form of a request, as they come: a name may come again."""
+    try:
+        return [(name, str(value)) for name, value in (await request.post()).items()]
+    except (ValueError, LookupError) as error:
+        # Bytes that are no text, parts without their boundary, a charset nobody knows.
+        raise RwsRefusalError('the body is not a form') from error
 
 
-def _page(base: str, content: str, status: int) -> web.Response:
-    text = (
-        '<?xml version="1.0" encoding="UTF-8"?><html xmlns="http://www.w3.org/1999/xhtml">'
-        f'<head><title>control</title><base href="{escape(base)}"/></head>'
-        f'<body>{content}</body></html>'
-    )
-    return web.Response(text=text, status=status, content_type='application/xhtml+xml')
+def _response(text: str, status: int, media: str) -> web.Response:
+    """Return an answer whose media type is exactly this: clients compare it whole."""
+    headers: dict[str, Any] = {'Content-Type': media}
+    return web.Response(body=text.encode(), status=status, headers=headers)
