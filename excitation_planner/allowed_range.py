@@ -125,6 +125,25 @@ def largest_change(
     return np.asarray(np.max(np.abs(changes), axis=0))
 
 
+def is_allowed(
+    change: FrequencyChange, q: Array, half_range: Array, tolerance: float, limits: RobotLimits
+) -> bool:
+    """Return whether a box keeps the tolerance and the joint ranges, at corners and face centres.
+
+    Parameters
+    ----------
+    change, q, tolerance, limits
+        As for :func:`allowed_range`.
+    half_range : (n_joints,) array [rad]
+        Of the controller axes.
+    """
+    if _room(q, half_range, limits) < 1.0:
+        return False
+    centre = limits.axes.to_controller(q)
+    changes = largest_change(change, q, centre - half_range, centre + half_range, limits)
+    return not changes.size or float(np.max(changes)) <= tolerance
+
+
 def _room(q: Array, weights: Array, limits: RobotLimits) -> float:
     """Return the radius at which the worst corner of the box meets a joint range."""
     room = np.inf

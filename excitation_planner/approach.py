@@ -27,7 +27,11 @@ SHORTEST_WAY_RAD = 1e-4
 
 
 def plan_approach(
-    start: Array, target: Array, limits: PlanLimits, sample_period_s: float
+    start: Array,
+    target: Array,
+    limits: PlanLimits,
+    sample_period_s: float,
+    axis_speed: float = math.inf,
 ) -> ExcitationPlan:
     """Plan the move from one pose to another and seal it.
 
@@ -39,6 +43,8 @@ def plan_approach(
         What it must keep.
     sample_period_s : float [s]
         Of the trajectory.
+    axis_speed : float [rad/s]
+        No axis is faster.
 
     Raises
     ------
@@ -48,7 +54,7 @@ def plan_approach(
     way = target - start
     if np.max(np.abs(way)) < SHORTEST_WAY_RAD:
         raise PlanError('the arm is there already', where='approach_from')
-    shape = _slow_shape(start, way, limits)
+    shape = _slow_shape(start, way, limits, axis_speed)
     n_samples = math.ceil(shape.duration_s / sample_period_s) + 3
     pulse = Pulse(sample_period_s, way, shape)
     velocity = pulse_velocity((pulse,), n_samples, sample_period_s)
@@ -56,7 +62,7 @@ def plan_approach(
     return _sealed_plan(trajectory, limits.model, check_limits(trajectory, limits), shape)
 
 
-def _slow_shape(start: Array, way: Array, limits: PlanLimits) -> PulseShape:
+def _slow_shape(start: Array, way: Array, limits: PlanLimits, axis_speed: float) -> PulseShape:
     """Return the time course: slow everywhere on the way, and as gentle as AccSet goes."""
     model, axis_limits = limits.model, limits.model.limits
     part = np.linspace(0.0, 1.0, POSES_ON_THE_WAY)[:, None]
@@ -68,7 +74,7 @@ def _slow_shape(start: Array, way: Array, limits: PlanLimits) -> PulseShape:
         float(np.min(axis_limits.velocity / along)),
     )
     return quickest_shape(
-        PART_OF_SPEED * speed,
+        min(PART_OF_SPEED * speed, axis_speed / float(np.max(along))),
         LEAST_ACCELERATION * float(np.min(axis_limits.acceleration / along)),
         LEAST_JERK * float(np.min(axis_limits.jerk / along)),
     )

@@ -12,7 +12,7 @@ import numpy as np
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
-from excitation_planner.signals import BAND_LIMITED_NOISE
+from excitation_planner.signals import NOISES
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError
 from modal_core.mode import Mode, ModeSet
@@ -141,7 +141,7 @@ def _following(
         'seed': request.seed + 1,
         'duration_s': _longer(request, max(finite), targets),
     }
-    if request.signal == BAND_LIMITED_NOISE:
+    if request.signal in NOISES:
         frequency_hz, gain = _shape(request, modes, finite)
         changes |= {'shape_frequency_hz': frequency_hz, 'shape_gain': gain}
     else:

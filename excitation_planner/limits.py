@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from excitation_planner.self_collision import proven_clearance
 from excitation_planner.signals import HIGHEST_PATH_HZ
-from excitation_planner.trajectory import Motion, Trajectory
+from excitation_planner.trajectory import MotionOnGrid, Trajectory
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.limits import RobotLimits
 
 Array = NDArray[np.float64]
 FINER = 10
@@ -171,15 +170,15 @@ def check_limits(trajectory: Trajectory, limits: PlanLimits) -> Envelope:
     return Envelope(tuple(uses.values()), uses['point speed'].value, clearance_m, *peaks)
 
 
-def _quantities(motion: Motion, limits: PlanLimits) -> Iterator[Quantity]:
+def _quantities(motion: MotionOnGrid, limits: PlanLimits) -> Iterator[Quantity]:
     axis_limits = limits.model.limits
-    names = axis_limits.joint_names
+    names = axis_limits.axis_names
     to_axis = axis_limits.axes.to_controller
-    for name, value, low, high in (
-        ('axis range', to_axis(motion.position), *_range(axis_limits, controller=True)),
-        ('coupled range', motion.position, *_range(axis_limits, controller=False)),
-    ):
-        yield Quantity(name, 'deg', names, _outward(value), low, high)
+    axis, joint = to_axis(motion.position), motion.position
+    low, high = axis_limits.controller_low, axis_limits.controller_high
+    yield Quantity('axis range', 'deg', names, _outward(axis), low, high)
+    low, high = axis_limits.position_low, axis_limits.position_high
+    yield Quantity('coupled range', 'deg', axis_limits.joint_names, _outward(joint), low, high)
     for name, value, unit, high in (
         ('velocity', motion.velocity, 'deg/s', axis_limits.velocity),
         ('acceleration', motion.acceleration, 'deg/s²', axis_limits.acceleration),
@@ -194,13 +193,7 @@ def _quantities(motion: Motion, limits: PlanLimits) -> Iterator[Quantity]:
     yield _point_speed(motion, limits)
 
 
-def _range(limits: RobotLimits, *, controller: bool) -> tuple[Array, Array]:
-    if controller:
-        return limits.controller_low, limits.controller_high
-    return limits.position_low, limits.position_high
-
-
-def _point_speed(motion: Motion, limits: PlanLimits) -> Quantity:
+def _point_speed(motion: MotionOnGrid, limits: PlanLimits) -> Quantity:
     fastest = limits.model.geometry.fastest_point(motion.position, motion.velocity)
     speed = _outward(fastest.speed_m_s[:, None])
     high = np.array([limits.point_speed_m_s])
@@ -208,7 +201,7 @@ def _point_speed(motion: Motion, limits: PlanLimits) -> Quantity:
     return Quantity('point speed', 'm/s', (link,), speed, -high, high)
 
 
-def _check_box(motion: Motion, limits: PlanLimits, speed_m_s: float) -> None:
+def _check_box(motion: MotionOnGrid, limits: PlanLimits, speed_m_s: float) -> None:
     """Refuse a motion that leaves the Cartesian box; time by halving."""
     assert limits.box_m is not None  # noqa: S101 - narrowed by the caller
     # Between two grid points nothing goes farther than half a step at the highest speed.
@@ -237,7 +230,7 @@ def _check_box(motion: Motion, limits: PlanLimits, speed_m_s: float) -> None:
     )
 
 
-def _check_clearance(motion: Motion, limits: PlanLimits) -> float:
+def _check_clearance(motion: MotionOnGrid, limits: PlanLimits) -> float:
     closest = proven_clearance(limits.model, motion.position, limits.clearance_m)
     if closest is None:
         return float('inf')
@@ -292,7 +285,13 @@ def _refusal(use: LimitUse) -> PlanError:
     return PlanError(
         f'{use.name} of {use.owner} breaks its limit',
         where=f'plan at {use.time_s:.3f} s',
-        found=f'{value:.4g} {use.unit}',
+        found=f'{_apart(value, limit)} {use.unit}',
         expected=f'{"<=" if value > limit else ">="} {limit:.4g} {use.unit}',
         advice='lower the amplitude, slow the moves or choose another pose',
     )
+
+
+def _apart(value: float, limit: float) -> str:
+    """Return a value with as many digits as tell it from a limit, four at least."""
+    texts = (f'{value:.{digits}g}' for digits in range(4, 17))
+    return next((text for text in texts if float(text) != float(f'{limit:.4g}')), repr(value))

@@ -12,20 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation_planner.drawing import draw_motion, find_allowed_range
 from excitation_planner.limits import check_limits
 from excitation_planner.participation import ModeForecast
-from excitation_planner.planner import (
-    bring_together,
-    draw_trajectory,
-    find_allowed_range,
-    forecast_modes,
-    plan_excitation,
-    plan_limits,
-    Setting,
-)
+from excitation_planner.planner import forecast_modes, plan_excitation, plan_limits, projection_of
 from excitation_planner.request import PlanRequest
+from excitation_planner.setting import bring_together, Setting
 from excitation_planner.signals import BAND_LIMITED_NOISE, RANDOM_PULSES
 from excitation_planner.spectrum import predicted_spectrum
+from excitation_planner.torque_projection import require_full_rank
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -64,10 +59,12 @@ class Optimised:
 
 
 def uniform_intervals(request: PlanRequest) -> PlanRequest:
-    """Return the request with the paper's pulses: one shape, pauses uniform in 0 to 1 s."""
+    """Return the request with the paper's pulses: one shape, pauses of 0 to 1 s, axes alike."""
     return replace(
         request,
         signal=RANDOM_PULSES,
+        joint_weights=request.joint_weights or (1.0,),
+        require_full_rank=False,
         interval_low_s=0.0,
         interval_high_s=1.0,
         acceleration_low=request.acceleration_high,
@@ -143,7 +140,9 @@ def optimise(
         raise PlanError(
             'no request keeps every limit', where='optimise', found=f'{n_trials} tried'
         )
-    chosen = replace(best.request, enforce_tolerance=request.enforce_tolerance)
+    chosen = replace(
+        best.request, enforce_tolerance=request.enforce_tolerance, signal=request.signal
+    )
     plan_excitation(model, layout, chosen)
     return Optimised(
         request=chosen,
@@ -175,7 +174,7 @@ def _tried(
     setting = bring_together(model, layout, request)
     refused = _Trial(request, float('inf'), float('nan'))
     try:
-        trajectory = draw_trajectory(setting)
+        trajectory = draw_motion(setting).trajectory
     except PlanError:
         return refused
     acceleration = model.to_controller(trajectory.acceleration)
@@ -185,6 +184,8 @@ def _tried(
     if natural_std(mode) >= to_beat:
         return _Trial(request, natural_std(mode), mode.frequency_hz)
     try:
+        if request.require_full_rank:
+            require_full_rank(projection_of(setting, trajectory, spectrum))
         check_limits(trajectory, plan_limits(model, request))
     except PlanError:
         return refused
@@ -194,8 +195,9 @@ def _tried(
 def _with_range(setting: Setting) -> PlanRequest:
     """Settle the range of pulses once: finding it is the slow part of a plan."""
     request = setting.request
-    if request.signal == BAND_LIMITED_NOISE:
-        return request
+    if request.signal != RANDOM_PULSES:
+        # Sweeps change no mode's signal to noise: the winner is planned with them.
+        return replace(request, signal=BAND_LIMITED_NOISE)
     if request.half_range == 0.0:
         half_range = float(np.max(find_allowed_range(setting).half_range))
         request = replace(request, half_range=half_range)
@@ -209,7 +211,7 @@ def _n_numbers(setting: Setting) -> int:
 
 
 def _guided(setting: Setting) -> bool:
-    return setting.request.signal == BAND_LIMITED_NOISE
+    return setting.request.signal != RANDOM_PULSES
 
 
 def _propose(
@@ -225,8 +227,8 @@ def _propose(
 def _request_at(setting: Setting, fixed: PlanRequest, point: Array) -> PlanRequest:
     """Turn a point of the unit cube into a request."""
     moving = np.flatnonzero(setting.weights)
-    names = tuple(setting.model.joint_names[joint] for joint in moving)
-    weights = 0.3 + 0.7 * point[: len(moving)]
+    names = tuple(setting.model.axis_names[joint] for joint in moving)
+    weights = setting.weights[moving] * (0.3 + 0.7 * point[: len(moving)])
     common = {
         'joints': names,
         'joint_weights': tuple(float(w) for w in np.round(weights / np.max(weights), 4)),

@@ -48,8 +48,8 @@ class ExcitationPlan:
     torque_projection_rank : int
         Rank of D(τ), Eq. (20).
     mode_frequency_hz, mode_frequency_sensitivity, mode_signal_to_noise_db : (n_modes,) array
-        Predicted modes in the band; largest relative change of each over the range; predicted
-        signal to noise at its best sensor.
+        Predicted modes up to the highest frequency of interest; largest relative change of each
+        over the range; predicted signal to noise at its best sensor.
     sample_period_s : float [s]
         Of the trajectory.
     position, velocity : (n_samples, n_joints) array [rad], [rad/s]

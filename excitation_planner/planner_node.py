@@ -12,8 +12,9 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from excitation_planner.closed_loop import next_step, plan_next, Targets
+from excitation_planner.latest_joints_node import LatestJoints
 from excitation_planner.plan import ExcitationPlan
-from excitation_planner.planner import plan_excitation
+from excitation_planner.planner import plan_excitation, plan_limits
 from excitation_planner.planner_parameters import PARAMETERS, REQUEST
 from excitation_planner.request import PlanRequest
 from excitation_planner.ros_messages import (
@@ -21,7 +22,8 @@ from excitation_planner.ros_messages import (
     plan_to_message,
     trajectory_message,
 )
-from modal_core.errors import ModalAnalysisError
+from excitation_planner.way_back import is_there, plan_way_back
+from modal_core.errors import ModalAnalysisError, PlanError
 from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
 from modal_core.schema import from_parameters
@@ -34,7 +36,10 @@ DIAGNOSTICS_PERIOD_S = 1.0
 
 
 class PlannerNode(Node):
-    """Plans on start, on request (``~/plan``) and, in closed loop, after each window."""
+    """Plans on start, on request (``~/plan``) and, in closed loop, after each window.
+
+    ``~/plan_way_back`` plans the way back to the start of its plan, from where the arm stands.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__('excitation_planner', **options)
@@ -54,6 +59,8 @@ class PlannerNode(Node):
         self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         group = MutuallyExclusiveCallbackGroup()
         self.create_service(Trigger, '~/plan', self._on_plan, callback_group=group)
+        self.create_service(Trigger, '~/plan_way_back', self._on_way_back, callback_group=group)
+        self._joints = LatestJoints(self, self.model.joint_names)
         self.create_subscription(
             ModalParameters,
             'oma_identifier/modal_parameters',
@@ -94,6 +101,26 @@ class PlannerNode(Node):
         response.message = plan.plan_hash if plan is not None else self.last_error
         return response
 
+    def _on_way_back(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Publish the way back to the start of the plan; where the arm is there, the plan."""
+        try:
+            found = self._way_back()
+            self._publish(found)
+            response.success, response.message = True, found.plan_hash
+        except ModalAnalysisError as error:
+            response.message = str(error)
+            self.get_logger().warning(response.message)
+        return response
+
+    def _way_back(self) -> ExcitationPlan:
+        plan = self.plan
+        if plan is None:
+            raise PlanError('no plan to go back to the start of', where='way back')
+        here = self._joints.position()
+        if is_there(here, plan):
+            return plan
+        return plan_way_back(here, plan, plan_limits(self.model, self.request))
+
     def _on_modes(self, message: ModalParameters) -> None:
         """Plan the next window, if the loop is closed and not yet at its end."""
         if not self.get_parameter('closed_loop').value or self.finished or self.plan is None:
@@ -127,15 +154,18 @@ class PlannerNode(Node):
             return None
         self.plan, self.last_error = plan, ''
         self.n_plans += 1
+        self._publish(plan)
+        for notice in plan.prediction.notices if plan.prediction else ():
+            self.get_logger().warning(notice)
+        return plan
+
+    def _publish(self, plan: ExcitationPlan) -> None:
         stamp = self.get_clock().now().to_msg()
         message, trajectory = plan_to_message(plan), trajectory_message(plan)
         message.header.stamp = trajectory.header.stamp = stamp
         self.plans.publish(message)
         self.trajectories.publish(trajectory)
         self.get_logger().info(f'plan {plan.plan_hash[:12]} of {plan.duration_s:g} s published')
-        for notice in plan.prediction.notices if plan.prediction else ():
-            self.get_logger().warning(notice)
-        return plan
 
     def _publish_diagnostics(self) -> None:
         array = DiagnosticArray()

@@ -21,11 +21,13 @@ class PlanPrediction:
     flatness_db : float [dB]
         Largest over smallest density in the excited band.
     projection : TorqueProjection
-        D(τ) at the start pose.
+        D(τ) of the torques on the structure, where on the path it is weakest.
     modes : tuple of ModeForecast
         Every model mode up to the asked frequency, also those that would be missed.
     envelope : Envelope
         Largest use of every limit.
+    sliding_share : tuple of float
+        Part of the time each controller axis slides: has gone through presliding since it turned.
     notices : tuple of str
         What a person should know before releasing the plan.
     """
@@ -36,6 +38,7 @@ class PlanPrediction:
     projection: TorqueProjection
     modes: tuple[ModeForecast, ...]
     envelope: Envelope
+    sliding_share: tuple[float, ...] = ()
     notices: tuple[str, ...] = ()
 
     @property

@@ -62,23 +62,6 @@ class PulseShape:
         pair = 2.0 * np.sin(np.pi * frequency_hz * delay_s)
         return np.asarray(np.abs(self.peak_velocity * box * pair))
 
-    def notches_hz(self, highest_hz: float) -> Array:
-        """Return the frequencies up to ``highest_hz`` that this pulse cannot excite.
-
-        The zeros of :meth:`spectrum`: multiples of 1/ramp, 1/plateau and 1/delay.
-        """
-        spacings = (
-            self.ramp_s,
-            self.acceleration_s - self.ramp_s,
-            self.duration_s - self.acceleration_s,
-        )
-        zeros = [
-            np.arange(1, int(highest_hz * spacing) + 1) / spacing
-            for spacing in spacings
-            if spacing > 0.0
-        ]
-        return np.unique(np.round(np.concatenate(zeros), 9))
-
     def _rise(self, time_s: Array) -> Array:
         """Integrate one accelerating part of unit plateau."""
         plateau_s = self.acceleration_s - self.ramp_s

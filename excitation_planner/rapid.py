@@ -10,6 +10,10 @@ where that move begins, and ends without moving when they differ: it may have be
 hand, from anywhere, at any line.  It ends by ``EXIT``, so that run mode continuous does not begin
 it anew.
 
+External axes keep the places they have when it begins, and it ends likewise when one has left its
+place since.  A module needs no more options than it has instructions of: without the stream none
+of EGM, without motion supervision none of Collision Detection.
+
 The modules use this subset of RAPID and no more; one statement a line, ``!`` starts a comment::
 
     module      = "MODULE" name { data } proc { proc } "ENDMODULE"
@@ -26,19 +30,21 @@ The modules use this subset of RAPID and no more; one statement a line, ``!`` st
     proc        = [ "LOCAL" ] "PROC" name "()" { statement } [ "ERROR" { statement } ] "ENDPROC"
     statement   = "FOR" name "FROM" value "TO" value "DO" { statement } "ENDFOR"
                 | "IF" away { "OR" away } "THEN" { statement } "ENDIF"
-                | name [ "." field ] ":=" value ";"                   field: robax
+                | name [ "." field ] ":=" value ";"                   field: robax, extax
                 | name ";"                                            a procedure of the module
                 | "MotionSup" "\On" ";"
                 | "AccSet" value "," value ";"
-                | "MoveAbsJ" name "\NoEOffs" "," name "\T" ":=" value "," "fine" "," "tool0" ";"
+                | "MoveAbsJ" name "\NoEOffs" "," name "\T" ":=" value "," "fine" ","
+                  name { option } ";"
+                | "SetDO" name "," value ";"
                 | "WaitTime" value ";"
                 | "EGMReset" name ";"  | "EGMGetId" name ";"
-                | "EGMSetupUC" "ROB_1" "," name "," string "," string { option } ";"
+                | "EGMSetupUC" name "," name "," string "," string { option } ";"
                 | "EGMStreamStart" name { option } ";"  | "EGMStreamStop" name ";"
                 | "EGMActJoint" name { option } ";"
                 | "EGMRunJoint" name "," "EGM_STOP_HOLD" { option } ";"
                 | "TPWrite" string { option } ";"  | "StopMove" ";"  | "EXIT" ";"
-    away        = "Abs(" name "." field "-" name "." field ")>" name
+    away        = "Abs(" name "." field "." field "-" name "." field [ "." field ] ")>" name
     option      = "\" name [ ":=" value ]
     value       = number | name | name "{" value "}" | name "." field | "CJointT()" | "ERRNO"
 
@@ -49,16 +55,14 @@ tool speed says nothing of an arm that turns about its tool.  ``AccSet`` scales 
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.plan import check_plan, ExcitationPlan
 from excitation_planner.programmed_move import programmed_moves
-from excitation_planner.signals import APPROACH, BAND_LIMITED_NOISE
-from modal_core.atomic_file import write_text
+from excitation_planner.rapid_options import RapidOptions
+from excitation_planner.signals import APPROACH, NOISES
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 
@@ -68,6 +72,8 @@ SESSION_SPARE_S = 30.0
 # How near to the beginning of a move an axis must stand [deg]: at most this, and a twentieth of
 # the plan's own range, but not less than what encoders and a hand at the pendant can tell apart.
 NEAR_DEG, NEAREST_DEG, PART_OF_RANGE = 0.05, 0.02, 0.05
+# A place of an external axis [mm or deg]: what a hand on a pendant moves is more.
+NEAR_EXTERNAL = 0.5
 LONGEST_LINE = 100
 LONGEST_NAME = 32
 HASH_DIGITS = 8
@@ -75,28 +81,6 @@ SAFETY = (
     'This program moves the robot.  Read it, run it slowly first, keep everybody out of reach.',
     'A software stop is not a safety function (ISO 10218): guards and e-stop stay in charge.',
 )
-
-
-@dataclass(frozen=True, slots=True)
-class RapidOptions:
-    """How the module is written.
-
-    Parameters
-    ----------
-    module_name : str
-        What the module's name begins with; the plan's hash follows.
-    stream : bool
-        Random pulses only: also stream time-stamped joint positions by EGM.
-    device : str
-        Name of the UDP device in the controller's configuration.
-    low_pass_hz : float [Hz]
-        EGM guidance only: filter on the speed reference.
-    """
-
-    module_name: str = 'AmaExcitation'
-    stream: bool = True
-    device: str = 'UCdevice'
-    low_pass_hz: float = 100.0
 
 
 def rapid_module(
@@ -107,10 +91,12 @@ def rapid_module(
     Raises
     ------
     PlanError
-        The plan contradicts itself, is for another robot, or the robot has not six axes.
+        The plan contradicts itself, is for another robot, the robot has not six axes, or a name
+        is none of RAPID.
     """
     check_plan(plan)
     chosen = options or RapidOptions()
+    chosen.check()
     name = module_name(plan, chosen)
     if len(plan.joint_names) != 6 or len(name) > LONGEST_NAME or not name.isidentifier():
         raise PlanError(
@@ -118,7 +104,7 @@ def rapid_module(
             where='rapid',
             found=f'{len(plan.joint_names)} axes, {name}',
         )
-    body = _guidance_module if plan.signal == BAND_LIMITED_NOISE else _pulse_module
+    body = _guidance_module if plan.signal in NOISES else _pulse_module
     lines = [f'MODULE {name}', *_header(plan), *body(plan, model, chosen)]
     return '\n'.join([*lines, 'ENDMODULE', ''])
 
@@ -137,16 +123,6 @@ def start_tolerance_deg(plan: ExcitationPlan) -> float:
 def session_s(duration_s: float) -> float:
     """Return how long an exported guidance session waits for its motion [s]: its CondTime."""
     return float(round(duration_s + SESSION_SPARE_S))
-
-
-def write_rapid(
-    path: Path,
-    plan: ExcitationPlan,
-    model: FlexibleJointModel,
-    options: RapidOptions | None = None,
-) -> None:
-    """Write the RAPID module of a plan to a file, whole or not at all."""
-    write_text(path, rapid_module(plan, model, options))
 
 
 def _header(plan: ExcitationPlan) -> list[str]:
@@ -183,30 +159,29 @@ def _pulse_module(
         *_column('aPause', [move.pause_s for move in moves], 3),
         '  ! Holds where \\T should not: slow in turning too.',
         '  LOCAL CONST speeddata vSlow:=[5,1,5,1];',
-        '  LOCAL VAR jointtarget jNext:=jStart;',
         *(['  LOCAL VAR egmident egmStream;'] if options.stream else []),
     ]
     start = [
-        '    EGMReset egmStream;',
-        '    EGMGetId egmStream;',
-        f'    EGMSetupUC ROB_1,egmStream,"default","{options.device}"\\Joint'
-        f'\\CommTimeout:={COMM_TIMEOUT_S};',
+        *_session('egmStream', options),
         '    EGMStreamStart egmStream\\SampleRate:=4;',
     ]
     loop = [
         '    WaitTime 1;',
+        *options.mark(1),
         '    FOR i FROM 1 TO nMoves DO',
         '      CheckPlace;',
         '      AccSet aAcc{i},aRamp{i};',
         '      jNext.robax:=aTarget{i};',
-        '      MoveAbsJ jNext\\NoEOffs,vSlow\\T:=aTime{i},fine,tool0;',
+        f'      MoveAbsJ jNext\\NoEOffs,vSlow\\T:=aTime{{i}},fine,{options.moving};',
         '      rHere:=aTarget{i};',
         '      WaitTime aPause{i};',
         '    ENDFOR',
+        *options.mark(0),
     ]
     reset = ['    EGMReset egmStream;'] if options.stream else []
     stop = ['    EGMStreamStop egmStream;', *reset] if options.stream else []
-    return [*data, *_procedures([*(start if options.stream else []), *loop, *stop], reset)]
+    steps = [*(start if options.stream else []), *loop, *stop]
+    return [*data, *_procedures(options, steps, reset)]
 
 
 def _guidance_module(
@@ -225,18 +200,25 @@ def _guidance_module(
         '  LOCAL VAR egmident egmGuide;',
     ]
     steps = [
-        '    EGMReset egmGuide;',
-        '    EGMGetId egmGuide;',
-        f'    EGMSetupUC ROB_1,egmGuide,"default","{options.device}"\\Joint'
-        f'\\CommTimeout:={COMM_TIMEOUT_S};',
+        *_session('egmGuide', options),
         f'    EGMActJoint egmGuide{axes}\\LpFilter:={options.low_pass_hz:g}\\SampleRate:=4'
         f'\\MaxPosDeviation:={deviation:.3f}\\MaxSpeedDeviation:={max(1.0, 1.5 * speed):.2f};',
         '    CheckPlace;',
+        *options.mark(1),
         f'    EGMRunJoint egmGuide,EGM_STOP_HOLD{selected}\\CondTime:={longest_s:g}'
         '\\RampInTime:=0.5\\RampOutTime:=0.5;',
     ]
     reset = ['    EGMReset egmGuide;']
-    return [*data, *_procedures([*steps, *reset], reset)]
+    return [*data, *_procedures(options, [*steps, *options.mark(0), *reset], reset)]
+
+
+def _session(name: str, options: RapidOptions) -> list[str]:
+    return [
+        f'    EGMReset {name};',
+        f'    EGMGetId {name};',
+        f'    EGMSetupUC {options.mechanical_unit},{name},"default","{options.udp_device}"'
+        f'\\Joint\\CommTimeout:={COMM_TIMEOUT_S};',
+    ]
 
 
 def _start_data(plan: ExcitationPlan, model: FlexibleJointModel) -> list[str]:
@@ -245,27 +227,35 @@ def _start_data(plan: ExcitationPlan, model: FlexibleJointModel) -> list[str]:
         f'  LOCAL CONST jointtarget jStart:=[{start},[9E9,9E9,9E9,9E9,9E9,9E9]];',
         '  ! Nothing moves unless every axis is this near to where the next move begins [deg].',
         f'  LOCAL CONST num nNear:={start_tolerance_deg(plan):.3f};',
+        '  ! Nor unless every external axis is this near to where it was at the beginning.',
+        f'  LOCAL CONST num nNearExternal:={NEAR_EXTERNAL:g};',
         f'  LOCAL VAR robjoint rHere:={start};',
         '  LOCAL VAR jointtarget jNow:=jStart;',
+        '  LOCAL VAR jointtarget jNext:=jStart;',
     ]
 
 
-def _procedures(steps: list[str], reset: list[str]) -> list[str]:
-    apart = [f'Abs(jNow.robax.rax_{axis}-rHere.rax_{axis})>nNear' for axis in range(1, 7)]
+def _procedures(options: RapidOptions, steps: list[str], reset: list[str]) -> list[str]:
+    apart = [
+        *(f'Abs(jNow.robax.rax_{axis}-rHere.rax_{axis})>nNear' for axis in range(1, 7)),
+        *(f'Abs(jNow.extax.eax_{x}-jNext.extax.eax_{x})>nNearExternal' for x in 'abcdef'),
+    ]
+    ending = [*options.mark(0), *reset, '    AccSet 100,100;', '    EXIT;']
     return [
         '  PROC main()',
+        *options.mark(0),
         '    rHere:=jStart.robax;',
+        '    jNow:=CJointT();',
+        '    jNext.extax:=jNow.extax;',
         '    CheckPlace;',
-        '    MotionSup\\On;',
+        *(['    MotionSup\\On;'] if options.collision_detection else []),
         *steps,
         '    AccSet 100,100;',
         '    EXIT;',
         '  ERROR',
         '    StopMove;',
         '    TPWrite "Self-excitation stopped, error "\\Num:=ERRNO;',
-        *reset,
-        '    AccSet 100,100;',
-        '    EXIT;',
+        *ending,
         '  ENDPROC',
         '  LOCAL PROC CheckPlace()',
         '    jNow:=CJointT();',
@@ -273,9 +263,7 @@ def _procedures(steps: list[str], reset: list[str]) -> list[str]:
         *(f'      OR {item}' for item in apart[1:-1]),
         f'      OR {apart[-1]} THEN',
         '      TPWrite "An axis is away from where the plan goes on: nothing moves.";',
-        *(f'  {line}' for line in reset),
-        '      AccSet 100,100;',
-        '      EXIT;',
+        *(f'  {line}' for line in ending),
         '    ENDIF',
         '  ENDPROC',
     ]

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 from excitation_planner.signals import (
     APPROACH,
-    BAND_LIMITED_NOISE,
+    AUTOMATIC,
     HIGHEST_PATH_HZ,
     LONGEST_S,
     MOST_SAMPLES,
+    RANDOM_PULSES,
     SIGNALS,
 )
 from modal_core.errors import SettingsError
@@ -27,10 +28,14 @@ class PlanRequest:
 
     seed: int = setting(1, 'seed of all random numbers', 0, 2**63 - 1)
     signal: str = setting(
-        BAND_LIMITED_NOISE,
-        'kind of motion: random_pulses, band_limited_noise, or approach, one slow move',
+        AUTOMATIC,
+        'kind of motion: sliding_noise (on sweeps that keep joints sliding), band_limited_noise,'
+        ' random_pulses, or approach, one slow move; automatic: sliding_noise where the allowed'
+        ' range is wide enough, else band_limited_noise',
     )
-    joints: tuple[str, ...] = setting((), 'joints that move; empty: all')
+    joints: tuple[str, ...] = setting(
+        (), 'controller axes that move, axis_1 or, for the same, joint_1, ...; empty: all'
+    )
     start_position: tuple[float, ...] = setting(
         (), 'serial joint angles the plan starts at [rad]; empty: the first named pose'
     )
@@ -38,14 +43,16 @@ class PlanRequest:
         (), 'approach: serial joint angles where the arm is now [rad]; it ends at start_position'
     )
     joint_weights: tuple[float, ...] = setting(
-        (), 'relative amplitude of each moving joint, 0..1; empty: all 1'
+        (),
+        'relative amplitude of each moving axis, 0..1, or one for all; empty: what modes and'
+        ' torques need, all 1 without require_full_rank',
     )
     duration_s: float = setting(30.0, 'length of the trajectory [s]', 2.0, LONGEST_S)
     sample_period_s: float = setting(0.004, 'spacing of the trajectory [s]', 0.001, 0.02)
     band_low_hz: float = setting(5.0, 'lowest frequency of interest [Hz]', 0.5, 100.0)
     band_high_hz: float = setting(60.0, 'highest frequency of interest [Hz]', 1.0, 500.0)
     acceleration_rms: float = setting(
-        1.2, 'of each joint, band-limited noise [rad/s²]; times its weight', 0.0, 50.0
+        1.2, 'of each axis, noise [rad/s²]; times its weight; of sliding noise at most', 0.0, 50.0
     )
     fade_s: float = setting(1.0, 'fade at each end of band-limited noise [s]', 0.1, 30.0)
     shape_frequency_hz: tuple[float, ...] = setting(
@@ -53,10 +60,16 @@ class PlanRequest:
     )
     shape_gain: tuple[float, ...] = setting((), 'relative amplitude over frequency; empty: flat')
     half_range: float = setting(
-        0.0, 'random pulses stay within this of the start [rad]; 0: what is allowed', 0.0, 0.6
+        0.0, 'pulses and sweeps stay within this of the start [rad]; 0: what is allowed', 0.0, 0.6
     )
     frequency_tolerance: float = setting(
         0.02, 'largest relative change of a natural frequency over the motion', 0.0, 1.0
+    )
+    presliding_rad: float = setting(
+        1e-3, 'travel after a turn before a joint slides, assumed [rad]', 1e-6, 0.1
+    )
+    sliding_share: float = setting(
+        0.9, 'part of the time sweeps shall keep joints sliding', 0.5, 0.99
     )
     enforce_tolerance: bool = setting(True, 'refuse a motion whose range breaks the tolerance')
     interval_low_s: float = setting(0.02, 'shortest pause between pulses [s]', 0.0, 10.0)
@@ -83,9 +96,10 @@ class PlanRequest:
     def __post_init__(self) -> None:
         """Check every field against its range and against the others."""
         check_settings(self)
-        if self.signal not in SIGNALS:
+        known = (AUTOMATIC, *SIGNALS)
+        if self.signal not in known:
             raise SettingsError(
-                'unknown signal', where='signal', found=self.signal, expected=' or '.join(SIGNALS)
+                'unknown signal', where='signal', found=self.signal, expected=' or '.join(known)
             )
         if (self.signal == APPROACH) != bool(self.approach_from):
             raise SettingsError(
@@ -185,7 +199,7 @@ class PlanRequest:
     @property
     def jerk_limited(self) -> bool:
         """False when pulses step their acceleration, as in the paper."""
-        return self.signal in (BAND_LIMITED_NOISE, APPROACH) or self.ramp_low_s > 0.0
+        return self.signal != RANDOM_PULSES or self.ramp_low_s > 0.0
 
     @classmethod
     def from_mapping(cls, data: Mapping[str, object], where: str = '') -> 'PlanRequest':

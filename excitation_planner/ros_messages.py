@@ -125,7 +125,7 @@ def modes_from_message(message: ModalParameters) -> ModeSet:
     modes = []
     for index, mode in enumerate(message.modes):
         where = f'ModalParameters.modes[{index}]'
-        values = {key: getattr(mode, key) for key in MODE_KEYS}
+        values = {key: getattr(mode, key) for key in MODE_KEYS if hasattr(mode, key)}
         try:
             found = Mode.from_values(values, len(message.channel_names))
         except ValueError as error:

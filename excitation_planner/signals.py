@@ -2,9 +2,15 @@
 
 RANDOM_PULSES = 'random_pulses'
 BAND_LIMITED_NOISE = 'band_limited_noise'
+# Band-limited noise on slow sweeps that keep the joints sliding.
+SLIDING_NOISE = 'sliding_noise'
 # One slow move to where an excitation starts.
 APPROACH = 'approach'
-SIGNALS = (RANDOM_PULSES, BAND_LIMITED_NOISE, APPROACH)
+SIGNALS = (RANDOM_PULSES, BAND_LIMITED_NOISE, SLIDING_NOISE, APPROACH)
+# Asked for: sliding noise where the allowed range is wide enough, else band-limited noise.
+AUTOMATIC = 'automatic'
+# Sent as speed references.
+NOISES = (BAND_LIMITED_NOISE, SLIDING_NOISE, AUTOMATIC)
 # Of point-to-point moves, which a program of the controller can make.
 MOVES = (RANDOM_PULSES, APPROACH)
 # Servo, filter and 4 ms cycle of the controller leave nothing above this.

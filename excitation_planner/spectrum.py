@@ -37,18 +37,29 @@ class PredictedSpectrum:
             return np.zeros(len(self.frequency_hz))
         return np.asarray(np.mean(self.density[:, moving] / power[moving], axis=1))
 
+    def rms(self, band_hz: tuple[float, float]) -> Array:
+        """Return the acceleration of every axis in a band, (n_joints,) [rad/s²]."""
+        step_hz = self.frequency_hz[1] - self.frequency_hz[0]
+        return np.asarray(np.sqrt(np.sum(self.density[self._inside(band_hz)], axis=0) * step_hz))
+
     def at(self, frequency_hz: Array) -> Array:
         """Interpolate the density, (n_wanted, n_joints) [(rad/s²)²/Hz]."""
         columns = [np.interp(frequency_hz, self.frequency_hz, d) for d in self.density.T]
         return np.column_stack(columns)
 
-    def excited_band_hz(self) -> tuple[float, float]:
-        """Return the band around the strongest frequency that stays within 10 dB of it."""
+    def excited_band_hz(
+        self, wanted_hz: tuple[float, float] = (0.0, np.inf)
+    ) -> tuple[float, float]:
+        """Return the band around the strongest wanted frequency that stays within 10 dB of it.
+
+        Slow sweeps below the wanted frequencies may be stronger than all of them.
+        """
         density = self.mean_density
-        if not np.any(density > 0.0):
+        wanted = np.where(self._inside(wanted_hz), density, 0.0)
+        if not np.any(wanted > 0.0):
             return 0.0, 0.0
-        excited = density >= np.max(density) * 10.0 ** (EXCITED_DB / 10.0)
-        peak = int(np.argmax(density))
+        excited = density >= np.max(wanted) * 10.0 ** (EXCITED_DB / 10.0)
+        peak = int(np.argmax(wanted))
         low = peak - int(np.argmin(np.append(excited[peak::-1], False))) + 1
         high = peak + int(np.argmin(np.append(excited[peak:], False))) - 1
         return float(self.frequency_hz[low]), float(self.frequency_hz[high])
@@ -103,6 +114,22 @@ def predicted_spectrum(
     segment = min(len(acceleration), round(rate_hz / resolution_hz))
     frequency_hz, density = welch(acceleration, fs=rate_hz, nperseg=segment, axis=0, detrend=False)
     return PredictedSpectrum(np.asarray(frequency_hz), np.asarray(density))
+
+
+def flat_spectrum(acceleration_rms: Array, band_hz: tuple[float, float]) -> PredictedSpectrum:
+    """Return the spectrum of white acceleration in a band.
+
+    Parameters
+    ----------
+    acceleration_rms : (n_joints,) array [rad/s²]
+        Of the controller axes.
+    band_hz : (2,) tuple [Hz]
+        Nothing outside.
+    """
+    low, high = band_hz
+    edges = np.array([0.0, low * (1 - 1e-9), low, high, high * (1 + 1e-9), 2.0 * high])
+    inside = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
+    return PredictedSpectrum(edges, np.outer(inside, acceleration_rms**2 / (high - low)))
 
 
 def whiteness(signal: Array, sample_period_s: float, band_hz: tuple[float, float]) -> Whiteness:

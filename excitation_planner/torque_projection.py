@@ -1,8 +1,8 @@
-"""Whether the plan pushes in every direction: the torque projection matrix D(τ), Eqs. (12)-(20).
+"""Whether the plan pushes in every direction: the torque projection matrix D(τ), Eqs. (17)-(20).
 
 Row j is the torque of joint j as a vector in the base frame: its axis, right-handed, times the
-share the plan uses of it.  Rank 3 means the torques span space.  Jiao et al. (2025),
-doi:10.1038/s41598-025-95339-6.
+torque (rms) that it exerts on the structure, which is that of the links it turns without its own
+rotor.  Rank 3 means the torques span space.  Jiao et al. (2025), doi:10.1038/s41598-025-95339-6.
 """
 
 from collections.abc import Sequence
@@ -12,13 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import PlanError
+from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
-# A direction with less than this part of the strongest one's torque counts as not excited:
-# 40 dB down it drowns in sensor noise.
-RANK_TOLERANCE = 0.01
+# A direction with less than this part of the strongest one's torque (26 dB down) counts as not
+# excited: what it excites drowns in what the others do at the same frequencies (assumed).
+LEAST_RATIO = 0.05
 # A joint adds the missing direction when its axis has at least this component along it.
 HELPFUL_COMPONENT = 0.3
+# Power of the norm that stands for the largest singular value.
+SMOOTH = 8
+# Poses looked at along a path.
+N_POSES = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +39,12 @@ class TorqueProjection:
     directions : (3, 3) array
         Rows: the directions in the base frame that belong to the singular values.
     rank : int
-        Singular values above 1 % of the largest.
+        Singular values of at least 5 % of the largest.
     missing : tuple of (3,) tuple
-        Unit directions in the base frame that get no torque.
+        Unit directions in the base frame that get no torque, or too little.
     helpful_joints : tuple of str
-        Resting joints whose axis has a component along a missing direction.
+        Resting joints whose axis has a component along a missing direction; where there are none,
+        those that move with too little torque.
     """
 
     matrix: Array
@@ -49,10 +55,10 @@ class TorqueProjection:
     helpful_joints: tuple[str, ...]
 
     @property
-    def condition_number(self) -> float:
-        """Largest over smallest singular value; infinite when a direction is missing."""
-        smallest = self.singular_values[-1]
-        return float(self.singular_values[0] / smallest) if smallest > 0.0 else float('inf')
+    def ratio(self) -> float:
+        """Smallest over largest singular value."""
+        largest = self.singular_values[0]
+        return float(self.singular_values[-1] / largest) if largest > 0.0 else 0.0
 
     @property
     def reason(self) -> str:
@@ -65,6 +71,84 @@ class TorqueProjection:
         return f'no torque about {directions}; {advice}'
 
 
+@dataclass(frozen=True, slots=True)
+class DirectionRatio:
+    """How evenly torques spread over the directions.
+
+    Parameters
+    ----------
+    smallest : float
+        Smallest over largest singular value of D(τ).
+    balance : float
+        Its logarithm, but smooth where two directions are about as strong.
+    needed : float
+        What a plan needs of ``smallest``.
+    """
+
+    smallest: float
+    balance: float
+    needed: float = LEAST_RATIO
+
+
+def direction_ratio(axes: Array, torque: Array) -> DirectionRatio:
+    """Return how evenly torques about axes spread over the directions."""
+    values = np.linalg.svd(axes * torque[:, None], compute_uv=False)
+    smallest = values[2] if len(values) == 3 else 0.0
+    largest = float(np.sum(values**SMOOTH) ** (1.0 / SMOOTH)) + 1e-300
+    return DirectionRatio(
+        smallest=float(smallest / max(values[0], 1e-300)),
+        balance=float(np.log(smallest / largest + 1e-12)),
+    )
+
+
+def structure_torque(inertia: Array, acceleration_rms: Array) -> Array:
+    """Return the torque (rms) of every axis on the structure; none of one that rests.
+
+    Parameters
+    ----------
+    inertia : (n_joints, n_joints) array [kg m²]
+        See ``FlexibleJointModel.link_inertia``.
+    acceleration_rms : (n_joints,) array [rad/s²]
+        Of the controller axes, which move independently.
+    """
+    torque = np.sqrt((inertia**2) @ acceleration_rms**2)
+    return np.where(acceleration_rms > 0.0, torque, 0.0)
+
+
+def projection_along(
+    model: FlexibleJointModel, position: Array, acceleration_rms: Array
+) -> TorqueProjection:
+    """Return the projection where on a path its weakest direction is weakest.
+
+    Parameters
+    ----------
+    model : FlexibleJointModel
+        The robot.
+    position : (n_samples, n_joints) array [rad]
+        The path, serial joints.
+    acceleration_rms : (n_joints,) array [rad/s²]
+        Of the controller axes, in the band of interest.
+    """
+    rows = np.unique(np.linspace(0, len(position) - 1, N_POSES).astype(int))
+    found = [
+        torque_projection(
+            joint_axes(model, q),
+            structure_torque(model.link_inertia(q), acceleration_rms),
+            model.axis_names,
+        )
+        for q in position[rows]
+    ]
+    return min(found, key=lambda projection: projection.ratio)
+
+
+def joint_axes(model: FlexibleJointModel, q: Array) -> Array:
+    """Return the joint axes in the base frame, (n_joints, 3); zero for a prismatic joint."""
+    rotation = model.kinematics.motion(q).rotation[0, 1:]
+    axes = np.array([joint.axis for joint in model.robot.joints])
+    turns = np.array([not joint.prismatic for joint in model.robot.joints])
+    return np.asarray(np.einsum('jab,jb->ja', rotation, axes) * turns[:, None])
+
+
 def torque_projection(axes: Array, torque: Array, joint_names: Sequence[str]) -> TorqueProjection:
     """Project the joint torques on the base frame.
 
@@ -72,8 +156,8 @@ def torque_projection(axes: Array, torque: Array, joint_names: Sequence[str]) ->
     ----------
     axes : (n_joints, 3) array
         Unit joint axes in the base frame at the pose.
-    torque : (n_joints,) array
-        Share or amplitude of each joint's torque; 0 for a joint at rest.
+    torque : (n_joints,) array [N m]
+        Each joint's torque; 0 for a joint at rest.
     joint_names : sequence of str
         For the reason.
     """
@@ -82,22 +166,18 @@ def torque_projection(axes: Array, torque: Array, joint_names: Sequence[str]) ->
     values = np.zeros(3)
     values[: len(left_out.S)] = left_out.S
     directions = left_out.Vh
-    rank = int(np.sum(values > RANK_TOLERANCE * values[0])) if values[0] > 0.0 else 0
+    rank = int(np.sum(values >= LEAST_RATIO * values[0])) if values[0] > 0.0 else 0
     lacking = directions[rank:]
     component = np.max(np.abs(axes @ lacking.T), axis=1) if len(lacking) else np.zeros(len(axes))
-    order = np.argsort(-component, kind='stable')
-    helpful = [
-        joint_names[joint]
-        for joint in order
-        if torque[joint] == 0.0 and component[joint] > HELPFUL_COMPONENT
-    ]
+    order = [j for j in np.argsort(-component, kind='stable') if component[j] > HELPFUL_COMPONENT]
+    resting = [joint for joint in order if torque[joint] == 0.0]
     return TorqueProjection(
         matrix=matrix,
         singular_values=values,
         directions=directions,
         rank=rank,
         missing=tuple(_unit(direction) for direction in lacking),
-        helpful_joints=tuple(helpful),
+        helpful_joints=tuple(joint_names[joint] for joint in resting or order),
     )
 
 
@@ -111,10 +191,10 @@ def require_full_rank(projection: TorqueProjection) -> None:
     """
     if projection.rank < 3:
         raise PlanError(
-            'the torques do not span space',
+            'the torques on the structure do not span space',
             where='torque projection matrix',
-            found=f'rank {projection.rank}',
-            expected='rank 3',
+            found=f'rank {projection.rank}, weakest direction {projection.ratio:.2g} of strongest',
+            expected=f'rank 3, >= {LEAST_RATIO:g}',
             advice=projection.reason,
         )
 

@@ -21,7 +21,7 @@ DECIMALS = 13
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class MotionOnGrid:
     """A motion evaluated on a grid of times.
 
     Parameters
@@ -108,7 +108,7 @@ class Trajectory:
         """Acceleration at the samples, (n_samples, n_joints) [rad/s²]."""
         return np.asarray(self.velocity_spline.derivative()(self.time_s))
 
-    def at(self, time_s: Array) -> Motion:
+    def at(self, time_s: Array) -> MotionOnGrid:
         """Evaluate the motion at any times within it.
 
         Parameters
@@ -117,7 +117,7 @@ class Trajectory:
             From 0 to :attr:`duration_s`.
         """
         spline = self.velocity_spline
-        return Motion(
+        return MotionOnGrid(
             time_s=time_s,
             position=np.asarray(self.position_spline(time_s)),
             velocity=np.asarray(spline(time_s)),
@@ -125,12 +125,12 @@ class Trajectory:
             jerk=np.asarray(spline.derivative(2)(time_s)),
         )
 
-    def finer(self, times: int) -> Motion:
+    def finer(self, times: int) -> MotionOnGrid:
         """Evaluate the motion on a grid that is ``times`` as fine as the samples'."""
         n_fine = (self.n_samples - 1) * times + 1
         return self.at(np.linspace(0.0, self.duration_s, n_fine))
 
-    def pieces(self, times: int, rows: int) -> Iterator[Motion]:
+    def pieces(self, times: int, rows: int) -> Iterator[MotionOnGrid]:
         """Yield the finer grid in stretches of ``rows`` samples that overlap by two samples."""
         step_s = self.sample_period_s / times
         for first in range(0, max(self.n_samples - 2, 1), rows):

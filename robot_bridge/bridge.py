@@ -14,6 +14,7 @@ from robot_bridge.egm import EgmLink, Judgement, Packet, RobotFeedback, SessionC
 from robot_bridge.operator import FlowState
 from robot_bridge.player import PlanPath, Reference
 from robot_bridge.recording import PacketLog
+from robot_bridge.trajectory import JointLink, TrajectoryLink
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 SPEED_SLACK = 1.2
@@ -37,6 +38,8 @@ class Bridge:
         Given every accepted feedback and the host time of its receipt [ns].
     on_change : callable
         Told every state and the reason for it; called in the thread that enters it.
+    robot : TrajectoryLink or None
+        A robot under ros2_control; None is one that EGM speaks of.
 
     Raises
     ------
@@ -50,26 +53,18 @@ class Bridge:
         model: FlexibleJointModel,
         hear: Hear,
         on_change: Callable[[FlowState, str], None],
+        robot: TrajectoryLink | None = None,
     ) -> None:
         self.settings, self.model = settings, model
         self._hear, self._on_change = hear, on_change
-        self.backend = make_backend(settings.backend, model)
+        self.backend = make_backend(settings.backend, model, robot)
         self.flow = self.backend.flow
         self.flow.set_speed_override(settings.speed_override)
         self.flow.deactivate()
         self.flow.mute()
         self.flow.on_change = self._changed
         self.log: PacketLog | None = None
-        self.link = EgmLink(
-            settings.bind_address,
-            settings.port,
-            SessionCheck(self._session_limits()),
-            self._answer,
-            self.backend.abort,
-            self.flow.poll,
-            log=self._add_to_log,
-            stale_s=self.flow.settings.link_timeout_s,
-        )
+        self.link = self._egm_link() if robot is None else self._joint_link(robot)
         try:
             if settings.packet_log is not None:
                 self.log = PacketLog(settings.packet_log, settings.packet_log_bytes)
@@ -77,6 +72,22 @@ class Bridge:
         except BaseException:
             self.link.close()
             raise
+
+    def _egm_link(self) -> EgmLink | JointLink:
+        return EgmLink(
+            self.settings.bind_address,
+            self.settings.port,
+            SessionCheck(self._session_limits()),
+            self._answer,
+            self.backend.abort,
+            self.flow.poll,
+            log=self._add_to_log,
+            stale_s=self.flow.settings.link_timeout_s,
+        )
+
+    def _joint_link(self, robot: TrajectoryLink) -> EgmLink | JointLink:
+        cycle_s = self.flow.settings.cycle_s
+        return robot.connect(self.model, cycle_s, self._answer, self.flow.poll)
 
     def take(self, plan: ExcitationPlan) -> str:
         """Take a plan in hand, checked as a whole before anything moves.

@@ -6,16 +6,18 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
 
+from excitation_planner.rapid_options import RapidOptions
 from modal_core.errors import BridgeError
 from modal_core.node_parameter import NodeParameter, parameters_of
 from modal_core.schema import from_parameters
-from robot_bridge.backends import BACKENDS, BackendSettings, is_real
+from robot_bridge.backends import BACKENDS, BackendSettings, is_real, ROS2_CONTROL
 from robot_bridge.operator import FlowSettings
 from robot_bridge.player import PlayerSettings
 from robot_bridge.web_password import web_password
 
 MEGABYTE = 1_000_000
-# An emulated controller shares this machine's processors with everything else.
+# An emulated controller shares this machine's processors with everything else, and while it stands
+# still so does its arm.
 EMULATED_LINK_TIMEOUT_S = 0.25
 REAL_LINK_CYCLES = 3
 MOST_MISSED_OF_REAL = 25
@@ -42,9 +44,16 @@ OWN = (
     ),
     _P(
         'link_timeout_s',
-        'silence that counts as a lost link [s]; 0: three cycles, 0.25 s for the emulator',
+        'silence that counts as a lost link [s]; 0: three cycles, or emulator_link_timeout_s',
         0.0,
         0.0,
+        10.0,
+    ),
+    _P(
+        'emulator_link_timeout_s',
+        'the same of an emulator on this machine [s]; never of a real arm',
+        EMULATED_LINK_TIMEOUT_S,
+        0.001,
         10.0,
     ),
     _P(
@@ -53,11 +62,17 @@ OWN = (
         '',
     ),
     _P('packet_log_mb', 'room for the packet logs of one run [MB]', 500.0, 1.0, 1e6),
+    _P(
+        'move_emulator',
+        'even in a dry run an emulator on this machine is moved; a real arm never is',
+        False,
+    ),
     _P('speed_override', '0..1, live: scales the motion', 1.0, 0.0, 1.0),
 )
 PARAMETERS = (
     *OWN,
     *parameters_of(BackendSettings),
+    *parameters_of(RapidOptions, 'rapid.'),
     *parameters_of(FlowSettings),
     *parameters_of(PlayerSettings),
 )
@@ -125,8 +140,15 @@ def settings_from(values: Mapping[str, Any], log_file: Path) -> BridgeSettings:
         packet_log=named or (log_file if is_real(backend) else None),
         packet_log_bytes=round(values['packet_log_mb'] * MEGABYTE),
         speed_override=values['speed_override'],
-        controller=values['controller_name'] or f'{values["controller_address"]}:{values["port"]}',
+        controller=values['controller_name'] or _own_name(values),
     )
+
+
+def _own_name(values: Mapping[str, Any]) -> str:
+    """Return what a controller without a name is called."""
+    if values['backend'] == ROS2_CONTROL:
+        return str(values['trajectory_action'])
+    return f'{values["controller_address"]}:{values["port"]}'
 
 
 def _backend(values: Mapping[str, Any]) -> BackendSettings:
@@ -135,17 +157,22 @@ def _backend(values: Mapping[str, Any]) -> BackendSettings:
     # An unknown backend is refused by name later on.
     if chosen.name in BACKENDS and is_real(chosen) and not values['dry_run']:
         _check_watchdogs(values)
+    if values['move_emulator'] and not is_real(chosen):
+        values = {**values, 'dry_run': False}
     link_timeout_s = values['link_timeout_s']
     if link_timeout_s == 0.0:
         real_s = REAL_LINK_CYCLES * values['cycle_s']
-        link_timeout_s = real_s if is_real(chosen) else EMULATED_LINK_TIMEOUT_S
+        # Joint states come through an executor and a middleware, not in a controller's cycle.
+        punctual = is_real(chosen) and chosen.name != ROS2_CONTROL
+        link_timeout_s = real_s if punctual else values['emulator_link_timeout_s']
     flow = FlowSettings(
         link_timeout_s=link_timeout_s,
         player=PlayerSettings(**from_parameters(PlayerSettings, values)),
         **from_parameters(FlowSettings, values),
     )
     password = web_password(values['rws_password_file']) if chosen.rws_address else ''
-    return replace(chosen, flow=flow, rws_password=password)
+    rapid = RapidOptions(**from_parameters(RapidOptions, values, 'rapid.'))
+    return replace(chosen, flow=flow, rapid=rapid, rws_password=password)
 
 
 def _check_watchdogs(values: Mapping[str, Any]) -> None:

@@ -3,6 +3,12 @@
 In come plans and packets; out go replies, modules and what the operator should know.
 """
 
-from robot_bridge.backends.backends import BACKENDS, BackendSettings, is_real, make_backend
+from robot_bridge.backends.backends import (
+    BACKENDS,
+    BackendSettings,
+    is_real,
+    make_backend,
+    ROS2_CONTROL,
+)
 
-__all__ = ['BACKENDS', 'BackendSettings', 'is_real', 'make_backend']
+__all__ = ['BACKENDS', 'ROS2_CONTROL', 'BackendSettings', 'is_real', 'make_backend']

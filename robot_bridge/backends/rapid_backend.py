@@ -5,16 +5,20 @@ import time
 
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.rapid import module_name, rapid_module, start_tolerance_deg
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.signals import MOVES
 from modal_core.atomic_file import write_text
 from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backends.backend import Backend
+from robot_bridge.backends.released_plans import ReleasedPlans
 from robot_bridge.egm import Judgement, RobotFeedback
 from robot_bridge.operator import FlowState, StreamFlow
 from robot_bridge.player import PlanPath, Reference
 from robot_bridge.rws import ProgramControl, ReleasedProgram
 from structural_model.flexible_joint_model import FlexibleJointModel
 
+# Between stops while a start is under way: what a program may go on for at the most. A stop itself
+# takes about 0.1 s to standstill (docs/reference/abb.md), so that more often would gain nothing.
 STOP_AGAIN_S = 0.1
 
 
@@ -36,6 +40,13 @@ class RapidBackend(Backend):
         File the module is written to, whole or not at all.
     control : ProgramControl or None
         Loads, starts and stops the program; None leaves that to a person.
+    options : RapidOptions or None
+        How the module is written.
+
+    Raises
+    ------
+    BridgeError
+        The program would not stream.
     """
 
     def __init__(
@@ -45,10 +56,18 @@ class RapidBackend(Backend):
         model: FlexibleJointModel,
         path: Path,
         control: ProgramControl | None = None,
+        options: RapidOptions | None = None,
     ) -> None:
         super().__init__(name, flow)
         self._model, self._path, self._control = model, path, control
-        self._programs: dict[str, ReleasedProgram] = {}
+        self._options = options or RapidOptions()
+        self._options.check()
+        if not self._options.stream:
+            raise BridgeError(
+                'the bridge follows a program by its stream', where='rapid.stream', found='false',
+                advice='without option 689-1 use ama plan --rapid --no-stream, without the bridge',
+            )  # fmt: skip
+        self._programs: ReleasedPlans[ReleasedProgram] = ReleasedPlans()
         self._being_started = False
         if control is not None and not flow.settings.dry_run:
             flow.stop_program = self._stop
@@ -63,15 +82,12 @@ class RapidBackend(Backend):
                 advice='plan random_pulses, or use EGM guidance',
             )
         program = ReleasedProgram(
-            name=module_name(plan),
-            text=rapid_module(plan, self._model),
+            name=module_name(plan, self._options),
+            text=rapid_module(plan, self._model, self._options),
             start_deg=tuple(path.start_deg.tolist()),
             tolerance_deg=start_tolerance_deg(plan),
         )
-        # Kept by hash: what is started is what was armed, whatever arrives in between.
-        kept = self.flow.path.plan_hash if self.flow.path is not None else ''
-        self._programs = {key: self._programs[key] for key in self._programs if key == kept}
-        self._programs[plan.plan_hash] = program
+        self._programs.keep(self.flow.path, plan.plan_hash, program)
         self.flow.offer(path)
         write_text(self._path, program.text)
         return f'plan {plan.plan_hash[:12]} checked and written to {self._path}'
@@ -91,8 +107,7 @@ class RapidBackend(Backend):
             Not armed, not the token of the release, no heartbeat, or the controller refuses.
         """
         control = None if self.flow.settings.dry_run else self._control
-        armed = self.flow.path.plan_hash if self.flow.path is not None else ''
-        program = self._programs.get(armed)
+        program = self._programs.of(self.flow.path)
         if control is None or program is None:
             self.flow.start(now_s, token)
             return

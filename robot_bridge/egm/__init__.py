@@ -6,7 +6,7 @@ jumps) and the replies. The messages are those of ABB's egm.proto.
 
 from robot_bridge.egm.egm_command import decode_sensor, SensorCommand
 from robot_bridge.egm.egm_feedback import RobotFeedback
-from robot_bridge.egm.egm_link import ask_for_real_time, EgmLink, Packet
+from robot_bridge.egm.egm_link import Answer, EgmLink, Packet
 from robot_bridge.egm.egm_messages import (
     EgmRobot,
     file_descriptor,
@@ -19,6 +19,7 @@ from robot_bridge.egm.egm_messages import (
     RAPID_STOPPED,
     RAPID_UNDEFINED,
 )
+from robot_bridge.egm.reply_latency import ReplyLatency
 from robot_bridge.egm.session_check import Judgement, SessionCheck, SessionLimits, Verdict
 
 __all__ = [
@@ -30,16 +31,17 @@ __all__ = [
     'RAPID_RUNNING',
     'RAPID_STOPPED',
     'RAPID_UNDEFINED',
+    'Answer',
     'EgmLink',
     'EgmRobot',
     'Judgement',
     'Packet',
+    'ReplyLatency',
     'RobotFeedback',
     'SensorCommand',
     'SessionCheck',
     'SessionLimits',
     'Verdict',
-    'ask_for_real_time',
     'decode_sensor',
     'file_descriptor',
 ]

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-import math
 
 from google.protobuf.message import DecodeError
 
 from modal_core.errors import MessageError
+from robot_bridge.egm.egm_feedback import LARGEST_ANGLE_DEG
 from robot_bridge.egm.egm_messages import EgmSensor, MAX_JOINTS, MESSAGE_TYPE_CORRECTION
 
 Joints = tuple[float, ...]
@@ -83,6 +83,7 @@ def _joints(values: Sequence[float], field: str) -> Joints | None:
         raise MessageError(
             'wrong number of joints', where=f'EgmSensor.{field}', found=len(joints), expected=6
         )
-    if not all(math.isfinite(value) for value in joints):
-        raise MessageError('not finite', where=f'EgmSensor.{field}', found=joints)
+    # Neither NaN nor infinite, nor what overflows in a control law.
+    if not all(abs(value) <= LARGEST_ANGLE_DEG for value in joints):
+        raise MessageError('not finite or too large', where=f'EgmSensor.{field}', found=joints)
     return joints

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 import errno
 import math
-import os
 import select
 import socket
 import struct
@@ -18,6 +17,8 @@ import threading
 import time
 
 from modal_core.errors import BridgeError, MessageError
+from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.real_time import ask_for_real_time
 from robot_bridge.egm.egm_command import encode_sensor
 from robot_bridge.egm.egm_feedback import decode_robot, RobotFeedback
 from robot_bridge.egm.reply_latency import ReplyLatency
@@ -28,7 +29,6 @@ Address = tuple[str, int]
 SO_TIMESTAMPNS = 35  # Linux; Python has no name for it
 TIMESPEC = struct.Struct('@ll')
 LARGEST_BYTES = 2048
-NANOSECONDS = 1_000_000_000
 REAL_TIME_PRIORITY = 20
 
 
@@ -168,7 +168,7 @@ class EgmLink:
                 self._reply(reference, feedback.tm_ms, address, receipt_ns)
 
     def _is_stale(self, receipt_ns: int) -> bool:
-        old = (time.time_ns() - receipt_ns) / NANOSECONDS > self._stale_s
+        old = (time.time_ns() - receipt_ns) / NANOSECONDS_PER_SECOND > self._stale_s
         return old and bool(self._newer.poll(0))
 
     def _reply(self, reference: Reference, tm_ms: int, address: Address, receipt_ns: int) -> None:
@@ -184,18 +184,9 @@ class EgmLink:
         sent_ns = time.time_ns()
         self._seqno += 1
         self.n_sent += 1
-        self.latency.add((sent_ns - receipt_ns) / NANOSECONDS)
+        self.latency.add((sent_ns - receipt_ns) / NANOSECONDS_PER_SECOND)
         if self._log is not None:
             self._log(Packet(True, sent_ns, data, 'accept'))
-
-
-def ask_for_real_time(priority: int) -> bool:
-    """Ask the scheduler to run this thread first; return whether it agreed."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-    except (OSError, AttributeError):
-        return False
-    return True
 
 
 def bound_socket(bind_address: str, port: int) -> socket.socket:
@@ -222,5 +213,5 @@ def receipt_ns(ancillary: list[tuple[int, int, bytes]]) -> int:
     for level, kind, data in ancillary:
         if level == socket.SOL_SOCKET and kind == SO_TIMESTAMPNS:
             seconds, nanoseconds = TIMESPEC.unpack_from(data)
-            return int(seconds * NANOSECONDS + nanoseconds)
+            return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
     return time.time_ns()

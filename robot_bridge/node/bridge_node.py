@@ -19,11 +19,12 @@ from rclpy.logging import get_logging_directory
 from rclpy.parameter import Parameter
 
 from excitation_planner.ros_messages import plan_from_message
-from modal_core.errors import ModalAnalysisError
+from modal_core.errors import BridgeError, ModalAnalysisError
 from modal_core.ros_messages import declare_parameters, LATCHED, parameter_mapping
 from modal_core.run_node import RCLError, run_node
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
+from robot_bridge.backends import ROS2_CONTROL
 from robot_bridge.bridge import Bridge
 from robot_bridge.bridge_settings import LIVE, PARAMETERS, settings_from
 from robot_bridge.egm import RobotFeedback
@@ -51,6 +52,7 @@ class BridgeNode(LifecycleNode):
         self.condition, self.plan_error = 'not configured', ''
         self.configure_error: ModalAnalysisError | None = None
         self.bridge: Bridge | None = None
+        self.robot: Any = None
         self._plan: PlanMessage | None = None
         self._waiting_plan: PlanMessage | None = None
         self._clash, self._to_activate = '', False
@@ -59,15 +61,15 @@ class BridgeNode(LifecycleNode):
         self.states = self.create_publisher(BridgeState, '~/state', STATE_QOS)
         self.diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         quick, plans = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
+        # Whatever /clock says or does not say: the arm moves in the time of this machine.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.desk = OperatorDesk(
-            self, lambda: self.bridge, self._look_around, self._publish_state, quick
+            self, lambda: self.bridge, self._look_around, self._publish_state, quick, steady
         )
         topic = 'excitation_planner/excitation_plan'
         self.create_subscription(PlanMessage, topic, self._on_plan, LATCHED, callback_group=plans)
         watch = MutuallyExclusiveCallbackGroup()
         self.names = NameWatch(self, quick)
-        # Whatever /clock says or does not say: the arm moves in the time of this machine.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
         for period_s, action, group in (
             (1.0, self._take_plan, plans),
             (WATCH_S, self._watch_names, watch),
@@ -177,14 +179,31 @@ class BridgeNode(LifecycleNode):
         log_file = Path(get_logging_directory()) / time.strftime('egm_%Y%m%d_%H%M%S.mcap')
         settings = settings_from(parameter_mapping(self, PARAMETERS), log_file)
         model = load_robot(settings.robot)
-        self.joints.start(model)
-        self.bridge = Bridge(settings, model, self._hear, self.joints.tell)
+        if settings.backend.name == ROS2_CONTROL:
+            self.robot = self._trajectory_robot(settings.backend.trajectory_action)
+        # The robot tells its own joint states.
+        self.joints.start(model, publish_states=self.robot is None)
+        self.bridge = Bridge(settings, model, self._hear, self.joints.tell, self.robot)
+        self.bridge.flow.hear = self.desk.hear
         if self.bridge.log is not None:
-            self.get_logger().info(f'every EGM packet goes to {self.bridge.log.path}')
+            self.get_logger().info(f'packets and states go to {self.bridge.log.path}')
+
+    def _trajectory_robot(self, action: str) -> Any:
+        try:
+            from robot_bridge.node.trajectory_robot_node import TrajectoryRobot
+        except ImportError as error:
+            raise BridgeError(
+                'control_msgs is not installed', where=ROS2_CONTROL, found=error,
+                advice='install ros-jazzy-control-msgs; without ROS pip install ./control_msgs',
+            ) from error  # fmt: skip
+        return TrajectoryRobot(self, action)
 
     def _close(self) -> None:
         if self.bridge is not None:
             self.bridge.close()
+        if self.robot is not None:
+            self.robot.close()
+        self.robot = None
         self.joints.stop()
         self.bridge = None
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.measurements import NANOSECONDS_PER_SECOND
 from robot_bridge.egm import RobotFeedback
 from robot_bridge.node.clock_map import ClockMap
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
-NANOSECONDS = 1_000_000_000
 LONGEST_QUEUE = 4096
 
 
@@ -66,9 +66,9 @@ class JointFeed:
             position = self._serial(np.asarray(feedback.joints_deg))
             last, self._last = self._last, (stamp_ns, position)
             velocity = None
-            if last is not None and 0 < stamp_ns - last[0] < NANOSECONDS:
+            if last is not None and 0 < stamp_ns - last[0] < NANOSECONDS_PER_SECOND:
                 # EGM reports no speed: the difference of the angles, half a cycle late.
-                velocity = (position - last[1]) / ((stamp_ns - last[0]) / NANOSECONDS)
+                velocity = (position - last[1]) / ((stamp_ns - last[0]) / NANOSECONDS_PER_SECOND)
             reference = None if reference_deg is None else self._serial(reference_deg)
             yield JointSample(stamp_ns, position, velocity, reference)
 

@@ -35,11 +35,13 @@ class JointPublisher:
         self._references = node.create_publisher(JointState, '~/reference', RELIABLE)
         self._changes: queue.SimpleQueue[tuple[FlowState, str]] = queue.SimpleQueue()
         self._closing = threading.Event()
+        self._publish_states = True
         self._feed: JointFeed | None = None
         self._thread: threading.Thread | None = None
 
-    def start(self, model: FlexibleJointModel) -> None:
-        """Begin to publish the joints of a robot."""
+    def start(self, model: FlexibleJointModel, publish_states: bool = True) -> None:
+        """Begin to publish the joints of a robot, or what is asked of them alone."""
+        self._publish_states = publish_states
         self._feed = JointFeed(model)
         self._closing.clear()
         arguments = (self._feed, list(model.joint_names))
@@ -71,7 +73,8 @@ class JointPublisher:
                 for sample in feed.samples():
                     stamp_ns = sample.stamp_ns
                     message = joint_state(names, stamp_ns, sample.position, sample.velocity)
-                    self._states.publish(message)
+                    if self._publish_states:
+                        self._states.publish(message)
                     if sample.reference is not None:
                         self._references.publish(joint_state(names, stamp_ns, sample.reference))
             self._log_changes()

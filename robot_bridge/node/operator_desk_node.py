@@ -1,20 +1,31 @@
 """What an operator may ask of the bridge, as services: arm, start, abort, reset, heartbeat."""
 
 from collections.abc import Callable
+import contextlib
 import time
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
 from modal_core.errors import BridgeError, ModalAnalysisError
+from modal_core.polled_group_node import PolledGroup
+from modal_core.ros_messages import heard_s
+from modal_core.run_node import InvalidHandleError, RCLError
 from oma_msgs.msg import Heartbeat
 from oma_msgs.srv import ArmPlan, StartPlan
 from robot_bridge.bridge import Bridge
 
-HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+# Deep enough for two senders of one token to be told apart.
+HEARTBEAT = QoSProfile(depth=32, reliability=ReliabilityPolicy.BEST_EFFORT)
+HEAR_S = 0.05
+
+
+def no_callback(_: Heartbeat) -> None:
+    """Do nothing: beats are taken, not delivered."""
 
 
 class OperatorDesk:
@@ -32,6 +43,8 @@ class OperatorDesk:
         Called after every request that may have changed the state.
     quick : CallbackGroup
         Group of what must not wait for anything.
+    steady : Clock
+        Time of this machine.
     """
 
     def __init__(
@@ -41,13 +54,17 @@ class OperatorDesk:
         look: Callable[[], None],
         answered: Callable[[], None],
         quick: CallbackGroup,
+        steady: Clock,
     ) -> None:
         self._node, self._bridge = node, bridge
         self._look, self._answered = look, answered
         slow, abort = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
-        node.create_subscription(
-            Heartbeat, '~/heartbeat', self._on_heartbeat, HEARTBEAT, callback_group=quick
+        # A beat must wait for no other work of this process: whoever is about to call the
+        # operator silent looks itself.  The timer is for when nobody is.
+        self._beats = node.create_subscription(
+            Heartbeat, '~/heartbeat', no_callback, HEARTBEAT, callback_group=PolledGroup()
         )
+        node.create_timer(HEAR_S, self._listen, callback_group=quick, clock=steady)
         node.create_service(ArmPlan, '~/arm', self._on_arm, callback_group=slow)
         node.create_service(StartPlan, '~/start', self._on_start, callback_group=slow)
         for name, action, group in (
@@ -59,11 +76,21 @@ class OperatorDesk:
                 Trigger, f'~/{name}', self._trigger(name, action), callback_group=group
             )
 
-    def _on_heartbeat(self, beat: Heartbeat, info: dict[str, Any]) -> None:
+    def hear(self) -> None:
+        """Take the beats that have come, each for when it came; the flow calls it."""
+        bridge = self._bridge()
+        if bridge is None:
+            return
+        with contextlib.suppress(RCLError, InvalidHandleError), self._beats.handle:
+            while taken := self._beats.handle.take_message(Heartbeat, False):
+                beat, info = taken
+                number = info['publication_sequence_number']
+                bridge.flow.heartbeat(heard_s(info), beat.token, number)
+
+    def _listen(self) -> None:
         bridge = self._bridge()
         if bridge is not None:
-            number = info['publication_sequence_number']
-            bridge.flow.heartbeat(time.monotonic(), beat.token, number)
+            bridge.flow.listen()
 
     def _on_arm(self, request: ArmPlan.Request, response: ArmPlan.Response) -> ArmPlan.Response:
         try:

@@ -47,12 +47,13 @@ def state_message(bridge: Bridge | None, name: str, condition: str) -> BridgeSta
         )
     flow, link = bridge.flow, bridge.link
     latency, feedback, path = link.latency.summary(), flow.feedback, flow.path
+    reasons = (condition, flow.reason, _refused(bridge), flow.away)
     return BridgeState(
         backend=name,
         controller=bridge.settings.controller,
         state=int(flow.state),
         dry_run=flow.settings.dry_run,
-        reason='; '.join(part for part in (condition, flow.reason, _refused(bridge)) if part),
+        reason='; '.join(part for part in reasons if part),
         plan_hash=path.plan_hash if path else '',
         progress=flow.progress,
         speed_override=flow.speed_override,

@@ -14,6 +14,8 @@ from robot_bridge.operator.release import Release
 from robot_bridge.player import PlanPath, PlanPlayer
 
 Array = NDArray[np.float64]
+AWAY = 'away from the start of the plan'
+"""Begins what a bridge says of an arm that stands elsewhere."""
 
 
 class FlowBase:
@@ -26,6 +28,9 @@ class FlowBase:
 
     Attributes
     ----------
+    hear : callable
+        Takes the beats that have come and tells them to :meth:`heartbeat`; called with the lock,
+        so that they come in their order.
     on_change : callable
         Told every state that is entered and why; called in the thread that enters it.
     """
@@ -39,6 +44,7 @@ class FlowBase:
         self.active, self.muted = True, False
         self.clash = ''
         self.release = Release()
+        self.hear: Callable[[], None] = lambda: None
         self.on_change: Callable[[FlowState, str], None] = lambda *_: None
         self._lock = threading.RLock()
         self._player: PlanPlayer | None = None
@@ -82,6 +88,11 @@ class FlowBase:
     def settle(self) -> None:
         """Wait until an abort has done everything it does beside the cycle."""
 
+    def listen(self) -> None:
+        """Take the beats that have come."""
+        with self._lock:
+            self.hear()
+
     def heartbeat(self, now_s: float, token: str, number: int | None = None) -> None:
         """Note that the operator who has this token holds to run; see :meth:`Release.beat`."""
         with self._lock:
@@ -118,6 +129,18 @@ class FlowBase:
     def connected(self) -> bool:
         """The controller is heard."""
         return self.feedback is not None and self._heard_s > -math.inf
+
+    @property
+    def away(self) -> str:
+        """Why the plan in hand could not begin where the arm stands; empty when it could."""
+        path, feedback = self.path, self.feedback
+        if path is None or feedback is None or self.busy:
+            return ''
+        distance = np.abs(np.array(feedback.joints_deg) - path.start_deg)
+        axis, allowed_deg = int(np.argmax(distance)), self.settings.start_tolerance_deg
+        if distance[axis] <= allowed_deg:
+            return ''
+        return f'{AWAY}: axis {axis + 1} by {distance[axis]:.2f} deg, {allowed_deg:g} allowed'
 
     @property
     def moving(self) -> bool:

@@ -230,6 +230,7 @@ class OperatorFlow(FlowBase):
         return self.state in (FlowState.IDLE, FlowState.HOLDING, FlowState.ARMED)
 
     def _heartbeat_lost(self, now_s: float) -> bool:
+        self.hear()
         return self.release.silent(now_s, self.settings.heartbeat_timeout_s)
 
     def _check_released(self, now_s: float, token: str) -> None:

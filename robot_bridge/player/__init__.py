@@ -5,6 +5,6 @@ standstill.
 """
 
 from robot_bridge.player.plan_path import PlanPath
-from robot_bridge.player.plan_player import PlanPlayer, PlayerSettings, ramp_in_s, Reference
+from robot_bridge.player.plan_player import PlanPlayer, PlayerSettings, Reference
 
-__all__ = ['PlanPath', 'PlanPlayer', 'PlayerSettings', 'Reference', 'ramp_in_s']
+__all__ = ['PlanPath', 'PlanPlayer', 'PlayerSettings', 'Reference']

@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 # Of the path's own peak speed, what a change of the amplitude may add on any axis.
 GAIN_SHARE = 0.05
 STEEPEST_STEP = 1.875  # of smooth_step, in the middle
+TINY = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,14 +22,14 @@ class PlayerSettings:
     Parameters
     ----------
     ramp_in_s : float [s]
-        Time over which the amplitude grows from nothing.
+        Time over which the amplitude, or the speed of a path of moves, grows from nothing.
     stop_ramp_s : float [s]
         Time over which the motion slows down to standstill when it is stopped.
     override_rate_per_s : float [1/s]
         Fastest change of the speed override.
 
-    A path that goes far slowly takes longer for both: the speed of a change of the amplitude is
-    the distance from the start times the rate of the change.
+    A path that goes far slowly takes longer for a change of the override: its speed is the
+    distance from the start times the rate of the change.
     """
 
     ramp_in_s: float = setting(1.0, 'time over which the amplitude grows [s]', 0.01, 60.0)
@@ -57,8 +58,9 @@ class PlanPlayer:
 
     The amplitude about the start pose is path x gain: the gain is the ramp-in times the speed
     override, so that at half override every speed and acceleration is half and the spectrum keeps
-    its shape.  Stopping slows the time along the path down to nothing, so the axes come to rest
-    where they are and are not sent back.
+    its shape.  A path that goes far within the ramp-in, as moves do, would be faster for a growing
+    gain: there the time along the path speeds up from nothing instead.  Stopping slows that time
+    down to nothing, so the axes come to rest where they are and are not sent back.
 
     Parameters
     ----------
@@ -82,10 +84,12 @@ class PlanPlayer:
         self._path = path
         gain_rate = GAIN_SHARE * path.quickest_1_s
         self._override_rate = min(settings.override_rate_per_s, gain_rate)
-        self._ramp_in_s = ramp_in_s(path, settings)
+        self._grows = _ramps_gently(path, settings.ramp_in_s)
+        self._ramp_in_s = settings.ramp_in_s if self._grows else ramp_of_time_s(path, settings)
         self._stop_ramp_s = settings.stop_ramp_s
         self._offset = np.asarray(hold_deg, float) - path.start_deg
         self._time_s = 0.0
+        self._ramp = 0.0
         self._played_s = 0.0
         self._pace = 1.0
         self._override = self.override_target = override
@@ -126,19 +130,42 @@ class PlanPlayer:
             change = self._override_rate * cycle_s
             target = min(max(self.override_target, 0.0), 1.0)
             self._override += min(max(target - self._override, -change), change)
-        self._time_s = min(self._time_s + self._pace * cycle_s, self._path.duration_s)
         self._played_s += self._pace * cycle_s
+        self._ramp = smooth_step(self._played_s / self._ramp_in_s)
+        pace = self._pace if self._grows else self._pace * self._ramp
+        self._time_s = min(self._time_s + pace * cycle_s, self._path.duration_s)
 
     def _blend(self) -> Array:
-        ramp = smooth_step(self._played_s / self._ramp_in_s)
         start = self._path.start_deg
         moved = self._path.position(self._time_s) - start
-        return np.asarray(start + (1.0 - ramp) * self._offset + ramp * self._override * moved)
+        gain = self._override * (self._ramp if self._grows else 1.0)
+        return np.asarray(start + (1.0 - self._ramp) * self._offset + gain * moved)
 
 
-def ramp_in_s(path: PlanPath, settings: PlayerSettings) -> float:
-    """Return how long the amplitude of a path grows [s]: no shorter than its reach allows."""
-    return max(settings.ramp_in_s, STEEPEST_STEP / (GAIN_SHARE * path.quickest_1_s))
+def ramp_of_time_s(path: PlanPath, settings: PlayerSettings) -> float:
+    """Return how long the time along a path speeds up [s]: at most 5 % more acceleration for it.
+
+    Speeding up adds the path's speed times its rate to the acceleration of an axis.
+    """
+    moved = path.coefficients[-1] - path.start_deg
+    speed, acceleration = (_peak(moved, order) / path.sample_period_s**order for order in (1, 2))
+    needed = STEEPEST_STEP * speed / (GAIN_SHARE * np.maximum(acceleration, TINY))
+    return max(settings.ramp_in_s, float(np.max(needed)))
+
+
+def _ramps_gently(path: PlanPath, ramp_s: float) -> bool:
+    """Return whether growing over this time adds at most 5 % to peak speed and acceleration."""
+    moved = path.coefficients[-1] - path.start_deg
+    time_s = np.arange(len(moved)) * path.sample_period_s
+    grown = np.array([smooth_step(time / ramp_s) for time in time_s])[:, None] * moved
+    return all(
+        np.all(_peak(grown, order) <= (1.0 + GAIN_SHARE) * _peak(moved, order)) for order in (1, 2)
+    )
+
+
+def _peak(moved: Array, order: int) -> Array:
+    """Return the largest difference of an order on each axis."""
+    return np.asarray(np.max(np.abs(np.diff(moved, order, axis=0)), axis=0, initial=0.0))
 
 
 def smooth_step(u: float) -> float:

@@ -6,5 +6,6 @@ the release says.
 
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.rws_client import ProgramControl, RwsClient
+from robot_bridge.rws.web_services import RwsAccess
 
-__all__ = ['ProgramControl', 'ReleasedProgram', 'RwsClient']
+__all__ = ['ProgramControl', 'ReleasedProgram', 'RwsAccess', 'RwsClient']

@@ -8,8 +8,6 @@ from modal_core.errors import BridgeError
 
 # Written in front of a module by some controllers.
 FILE_HEADER = re.compile(r'\A\s*%%%.*?%%%', re.DOTALL)
-# What stands for an axis that is not there.
-NOT_CONNECTED = 1e8
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +33,13 @@ class ReleasedProgram:
         """Tell whether a text is this module, letter for letter but for case and spaces."""
         return _letters(found) == _letters(self.text)
 
-    def check_place(self, axes_deg: Sequence[float], external: Sequence[float]) -> None:
+    def check_place(self, axes_deg: Sequence[float]) -> None:
         """Refuse an arm that stands elsewhere.
 
         Raises
         ------
         BridgeError
-            An axis away from the start of the plan, or an external axis it says nothing of.
+            An axis away from the start of the plan.
         """
         for number, (found, start) in enumerate(zip(axes_deg, self.start_deg, strict=True), 1):
             # Written so that NaN is refused too.
@@ -52,15 +50,6 @@ class ReleasedProgram:
                     found=f'{found:.3f} deg',
                     expected=f'{start:.3f} +- {self.tolerance_deg:g} deg',
                     advice='jog there, or release and run an approach plan',
-                )
-        for letter, place in zip('abcdef', external, strict=True):
-            if not abs(place) > NOT_CONNECTED:
-                raise BridgeError(
-                    f'there is an external axis {letter}, of which the plan says nothing',
-                    where='jointtarget',
-                    found=f'{place:g}',
-                    expected='none',
-                    advice='deactivate it, or load and start the module at the pendant',
                 )
 
 

@@ -3,34 +3,31 @@
 Every check refuses in one line; what the controller does not tell counts as not so.
 """
 
-from urllib.parse import quote, unquote
+from urllib.parse import unquote
 
 from modal_core.errors import BridgeError
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.web_services import WebServices
 
-TASK = 'T_ROB1'
-EXECUTION, TASKS, MODULES = '/rw/rapid/execution', '/rw/rapid/tasks', '/rw/rapid/modules'
-JOINT_TARGET = '/rw/motionsystem/mechunits/ROB_1/jointtarget'
 # Single cycle, not yet begun and already over.
 ONCE = ('once', 'oncedone')
 
 
 def check_automatic(web: WebServices) -> None:
     """Refuse any mode but automatic."""
-    web.expect('/rw/panel/opmode', 'opmode', 'AUTO')
+    web.expect('mode', 'opmode', 'AUTO')
 
 
 def check_ready(web: WebServices) -> None:
     """Refuse a controller that is not in automatic mode, with motors on, at rest, alone."""
     check_automatic(web)
-    web.expect('/rw/panel/ctrlstate', 'ctrlstate', 'motoron')
-    web.expect(EXECUTION, 'ctrlexecstate', 'stopped')
-    tasks = {state.get('name', ''): state for state in web.states(TASKS)}
-    if _is_on(tasks.get(TASK, {}).get('active', '')):
-        tasks.pop(TASK)
+    web.expect('motors', 'ctrlstate', 'motoron')
+    web.expect('execution', 'ctrlexecstate', 'stopped')
+    tasks = {state.get('name', ''): state for state in web.states('tasks')}
+    if _is_on(tasks.get(web.task, {}).get('active', '')):
+        tasks.pop(web.task)
     else:
-        raise BridgeError('the task is not active', where=TASK, advice='see the task panel')
+        raise BridgeError('the task is not active', where=web.task, advice='see the task panel')
     for name, state in tasks.items():
         moves = state.get('motiontask', '').lower() == 'true'
         normal = state.get('type', '').lower().startswith('norm')
@@ -39,7 +36,7 @@ def check_ready(web: WebServices) -> None:
                 'another task would be started too',
                 where='task panel',
                 found=name,
-                expected=f'{TASK} alone',
+                expected=f'{web.task} alone',
                 advice='deselect it in the task panel',
             )
 
@@ -53,7 +50,7 @@ def check_loaded(web: WebServices, program: ReleasedProgram) -> None:
             where=program.name,
             advice='load and compare it at the pendant',
         )
-    states = web.states(f'{TASKS}/{TASK}/pcp')
+    states = web.states('pointer')
     pointer = next((item for item in states if item.get('_title') == 'progpointer'), {})
     # The resource itself spells it so.
     module = pointer.get('modulemame', pointer.get('modulename', ''))
@@ -61,7 +58,7 @@ def check_loaded(web: WebServices, program: ReleasedProgram) -> None:
     if place != (program.name.casefold(), 'main'):
         raise BridgeError(
             'the program pointer is not at main of the released module',
-            where=TASK,
+            where=web.task,
             found='/'.join(place),
             expected=f'{program.name}/main',
         )
@@ -70,19 +67,18 @@ def check_loaded(web: WebServices, program: ReleasedProgram) -> None:
 def check_place(web: WebServices, program: ReleasedProgram) -> None:
     """Refuse an arm that stands elsewhere than at the start of the plan."""
     try:
-        state = web.states(JOINT_TARGET)[0]
+        state = web.states('joints')[0]
         axes = [float(state[f'rax_{number}']) for number in range(1, 7)]
-        external = [float(state.get(f'eax_{letter}', '9E9')) for letter in 'abcdef']
     except (LookupError, ValueError) as error:
         raise BridgeError(
-            'the controller does not tell where the arm stands', where=JOINT_TARGET
+            'the controller does not tell where the arm stands', where='jointtarget'
         ) from error
-    program.check_place(axes, external)
+    program.check_place(axes)
 
 
 def check_once(web: WebServices) -> None:
     """Refuse a run mode that begins anew at the end of the program."""
-    cycle = web.value(EXECUTION, 'cycle')
+    cycle = web.value('execution', 'cycle')
     if cycle not in ONCE:
         raise BridgeError(
             'the program would begin anew at its end',
@@ -95,7 +91,7 @@ def check_once(web: WebServices) -> None:
 def names_like(web: WebServices, name: str) -> list[str]:
     """Return the other loaded modules that carry another plan's hash."""
     stem = name.rpartition('_')[0].casefold()
-    loaded = [state.get('name', '') for state in web.states(MODULES, task=TASK)]
+    loaded = [state.get('name', '') for state in web.states('modules')]
     return [
         other
         for other in loaded
@@ -107,13 +103,12 @@ def names_like(web: WebServices, name: str) -> list[str]:
 
 def _module_text(web: WebServices, name: str) -> str:
     """Return a loaded module as the controller holds it."""
-    path = f'{MODULES}/{quote(name)}'
-    states = web.states(path, resource='module-text', task=TASK)
+    states = web.states('text', name)
     state = states[0] if states else {}
     file = state.get('file-path', '').strip('"')
     # A long module is not answered but written to a file.
     if 'module-text' not in state and file.startswith('$'):
-        return web.ask('GET', f'/fileservice/{quote(file, safe="/$")}').decode(errors='replace')
+        return web.file(file).decode(errors='replace')
     return state.get('module-text', '')
 
 

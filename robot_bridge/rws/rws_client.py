@@ -1,9 +1,8 @@
-"""Robot Web Services 1.0: load a program into the controller, start it, stop it."""
+"""Robot Web Services: load a program into the controller, start it, stop it."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
-from urllib.parse import quote
 
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.rws_checks import (
@@ -12,12 +11,9 @@ from robot_bridge.rws.rws_checks import (
     check_once,
     check_place,
     check_ready,
-    EXECUTION,
     names_like,
-    TASK,
-    TASKS,
 )
-from robot_bridge.rws.web_services import WebServices
+from robot_bridge.rws.web_services import RwsAccess, WebServices
 
 # Once, and without a way back to a path that was left before.
 START = {
@@ -55,16 +51,12 @@ class RwsClient:
 
     Parameters
     ----------
-    address : str
-        Host, or host:port.
-    user, password : str
-        Account on the controller.
-    timeout_s : float [s]
-        Longest wait for an answer.
+    access : RwsAccess
+        Where they are, and who asks.
     """
 
-    def __init__(self, address: str, user: str, password: str, timeout_s: float = 3.0) -> None:
-        self._web = WebServices(address, user, password, timeout_s)
+    def __init__(self, access: RwsAccess) -> None:
+        self._web = WebServices(access)
 
     def check_automatic(self) -> None:
         """Refuse any mode but automatic.
@@ -99,12 +91,11 @@ class RwsClient:
         self.check(program)
         path = f'$HOME/{program.name}.mod'
         with self._mastership():
-            self._web.ask('PUT', f'/fileservice/{quote(path, safe="/$")}', program.text.encode())
+            self._web.put_file(path, program.text.encode())
             for older in names_like(self._web, program.name):
-                self._web.post(f'{TASKS}/{TASK}?action=unloadmod', {'module': older})
-            load = {'modulepath': path, 'replace': 'true'}
-            self._web.post(f'{TASKS}/{TASK}?action=loadmod', load)
-            self._web.post(f'{EXECUTION}?action=resetpp', {})
+                self._web.post('unload', {'module': older})
+            self._web.post('load', {'modulepath': path, 'replace': 'true'})
+            self._web.post('reset')
 
     def run(
         self, program: ReleasedProgram, check_wanted: Callable[[], None] = lambda: None
@@ -127,8 +118,12 @@ class RwsClient:
             check_ready(self._web)
             check_loaded(self._web, program)
             check_place(self._web, program)
+            if self._web.words.starts_as_master:
+                check_wanted()
+                self._web.post('start', START)
+        if not self._web.words.starts_as_master:
             check_wanted()
-            self._web.post(f'{EXECUTION}?action=start', START)
+            self._web.post('start', START)
         check_once(self._web)
 
     def stop(self) -> None:
@@ -139,13 +134,13 @@ class RwsClient:
         BridgeError
             The controller refuses or cannot be reached.
         """
-        self._web.post(f'{EXECUTION}?action=stop', STOP)
+        self._web.post('stop', STOP)
 
     @contextmanager
     def _mastership(self) -> Iterator[None]:
         """Let nobody else change the program meanwhile."""
-        self._web.post('/rw/mastership/rapid?action=request', {})
+        self._web.post('request')
         try:
             yield
         finally:
-            self._web.post('/rw/mastership/rapid?action=release', {})
+            self._web.post('release')
