@@ -20,6 +20,7 @@ FLAG_WORDS = {
     'rigid_motion_mismatch': "does not fit the robot's motion: check polarity, axes and place",
     'not_synchronous': 'sampled later or earlier than the other sensors',
     'rigid_motion_removed': 'rigid motion of the arm taken out',
+    'known_motion': "modes marked so were estimated with the joints' known motion",
     'drive_lines': 'lines of the drives taken out',
     'gross_motion': 'the robot moved far',
     'line_or_mode': 'a harmonic may be a mode of light damping: a record four times as long tells',

@@ -1,10 +1,10 @@
-"""Marks of modes in tables that call for a second look, and what they mean."""
+"""Marks of modes in tables: what calls for a second look, how a mode was estimated."""
 
 import math
 
 from modal_core.mode import Mode, SCATTERED_MPD_RAD
 
-HARMONIC, SCATTERED = 'harmonic', 'phases scatter'
+HARMONIC, SCATTERED, KNOWN = 'harmonic', 'phases scatter', 'known motion'
 SCATTERED_MEANS = (
     f'MPD above {math.degrees(SCATTERED_MPD_RAD):.0f}°. Two modes close together, a sensor with a'
     ' late clock, a pose that changed, or little signal'
@@ -12,7 +12,8 @@ SCATTERED_MEANS = (
 
 
 def mark(mode: Mode) -> str:
-    """Return the mark of a mode; empty for most."""
+    """Return the marks of a mode; empty for most."""
     if mode.harmonic:
         return HARMONIC
-    return SCATTERED if mode.phases_scatter else ''
+    marks = {SCATTERED: mode.phases_scatter, KNOWN: mode.known_motion}
+    return ', '.join(word for word, holds in marks.items() if holds)

@@ -1,7 +1,7 @@
 """The page every report is: one HTML file that needs nothing else to open."""
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 import hashlib
 import json
@@ -16,11 +16,15 @@ HERE = Path(__file__).parent
 SCRIPTS = (
     'vendor/uPlot.iife.min.js',
     'static/common.js',
+    'static/gif.js',
     'static/stabilisation.js',
     'static/mode_shapes.js',
     'static/tracks.js',
+    'static/channel_spectra.js',
     'static/page.js',
 )
+REPORT = HERE / 'static/report.js'
+"""Draws the charts of a page that holds its data."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +44,8 @@ class Page:
         For the template.
     charts : mapping of str to object
         Data of the charts that move, by the name in their element's ``data-chart``:
-        ``stabilisation``, ``mode_shapes``, ``tracks``.  Without any the page has no script.
+        ``stabilisation``, ``mode_shapes``, ``tracks``, ``channel_spectra``.  Without any the page
+        has no script.
     styles : tuple of Path
         Style sheets of this report alone.
     """
@@ -67,8 +72,8 @@ def render(page: Page) -> str:
         HTML without any reference to a network; its content security policy admits only the
         scripts and styles inside, by their hashes.
     """
-    script = _script() if page.charts else ''
-    style = _style(page)
+    script = kit_script([REPORT]) if page.charts else ''
+    style = kit_style(page.styles, moves=bool(page.charts))
     environment = Environment(
         loader=FileSystemLoader([page.template.parent, HERE / 'templates']),
         autoescape=True,
@@ -96,14 +101,25 @@ def embedded_json(value: object) -> str:
     return text
 
 
-def _script() -> str:
+def kit_script(own: Iterable[Path] = ()) -> str:
+    """Return the script of all charts, and behind it the page's own files."""
     licence = _text(HERE / 'vendor/uPlot-LICENSE.txt').replace('*/', '* /')
-    return '\n'.join((f'/* uPlot:\n{licence}\n*/', *(_text(HERE / name) for name in SCRIPTS)))
+    kit = [_text(HERE / name) for name in SCRIPTS]
+    return '\n'.join((f'/* uPlot:\n{licence}\n*/', *kit, *map(_text, own)))
 
 
-def _style(page: Page) -> str:
-    vendor = [HERE / 'vendor/uPlot.min.css'] if page.charts else []
-    files = [*vendor, HERE / 'static/page.css', HERE / 'static/charts.css', *page.styles]
+def kit_style(own: Iterable[Path] = (), *, moves: bool = True) -> str:
+    """Return the style sheet of all pages, and behind it the page's own files.
+
+    Parameters
+    ----------
+    own : iterable of Path
+        Of this page alone.
+    moves : bool
+        With what charts that move need.
+    """
+    vendor = [HERE / 'vendor/uPlot.min.css'] if moves else []
+    files = [*vendor, HERE / 'static/page.css', HERE / 'static/charts.css', *own]
     return '\n'.join((palette.style_sheet(), *map(_text, files)))
 
 

@@ -43,9 +43,19 @@ HEAT = (
     ('#b10026', '#f9bd4b'),
 )
 HEAT_INK = ('#0b1218', '#ffffff')
-# Curves of pictures drawn with matplotlib, on white.
-SERIES = ('#2a6f97', '#c1121f', '#588157', '#e09f3e', '#6a4c93', '#7f5539', '#457b9d')
-SERIES_GREY, SERIES_PALE, SERIES_GRID = '#8d99ae', '#cbd5e1', '#e5e7eb'
+# What matplotlib draws where it is told no colour.
+BLACK = '#000000'
+# Curves of pictures of which no one has a role, (light, dark); the first three are told apart by
+# everyone.
+SERIES = (
+    ('#1c5d99', '#6aaee6'),
+    ('#c2410c', '#fb923c'),
+    ('#0f766e', '#2dd4bf'),
+    ('#a06414', '#dba04a'),
+    ('#8a4fa3', '#c08ad8'),
+    ('#7f5539', '#c8a27c'),
+    ('#5a6875', '#9aa7b4'),
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,4 +105,4 @@ def tags(*words: tuple[str, str]) -> Cell:
     made = (
         Markup('<span class="tag {}">{}</span>').format(kind, said) for said, kind in words if said
     )
-    return Cell(Markup(' ').join(made))
+    return Cell(Markup(' ').join(made), 'tags')

@@ -6,6 +6,10 @@ that moves (zoom, hover, turn) out goes the data that the script of its name in 
 
 from modal_reports.charts import svg
 from modal_reports.charts.bars import Bar, bar_chart
+from modal_reports.charts.channel_spectra import channel_spectra_data, ChannelSpectra
+from modal_reports.charts.complexity import complexity_plot
+from modal_reports.charts.courses import course_plot, Mark
+from modal_reports.charts.damping_plane import damping_plane, PlacedMode
 from modal_reports.charts.geometry import (
     Geometry,
     interpolate_displacements,
@@ -15,17 +19,32 @@ from modal_reports.charts.heat import heat_map
 from modal_reports.charts.lines import LARGE, SMALL, spectrum_plot
 from modal_reports.charts.marks import error_mark, meter
 from modal_reports.charts.mode_shapes import mode_shapes_data
-from modal_reports.charts.stabilisation import pooled, Spectrum, stabilisation_data
+from modal_reports.charts.stabilisation import (
+    pooled,
+    Spectrum,
+    stabilisation_data,
+    STATUS_WORDS,
+)
+from modal_reports.charts.traces import Trace, trace_plot
 from modal_reports.charts.tracks import Strip, tracks_data
 
 __all__ = [
     'LARGE',
     'SMALL',
+    'STATUS_WORDS',
     'Bar',
+    'ChannelSpectra',
     'Geometry',
+    'Mark',
+    'PlacedMode',
     'Spectrum',
     'Strip',
+    'Trace',
     'bar_chart',
+    'channel_spectra_data',
+    'complexity_plot',
+    'course_plot',
+    'damping_plane',
     'error_mark',
     'heat_map',
     'interpolate_displacements',
@@ -36,5 +55,6 @@ __all__ = [
     'spectrum_plot',
     'stabilisation_data',
     'svg',
+    'trace_plot',
     'tracks_data',
 ]

@@ -81,7 +81,7 @@ class _Axes:
             y = self.y(10.0**decade)
             parts.append(svg.line('grid', (LEFT, y), (right, y)))
             parts.append(svg.text(LEFT - 5, y + 4, f'1e{decade}', anchor='end'))
-        step = _step(self._last - self._first)
+        step = round_step(self._last - self._first)
         first = np.ceil(self._first / step) * step
         for tick in np.arange(first, self._last + 1e-9 * step, step).tolist():
             parts.append(svg.text(self.x(tick), self._height - 12, f'{tick:g}', anchor='middle'))
@@ -89,7 +89,7 @@ class _Axes:
         return parts
 
 
-def _step(span: float) -> float:
+def round_step(span: float) -> float:
     """Return a round distance between the numbers of an axis, about six of them."""
     decade = 10.0 ** np.floor(np.log10(span / 6.0)) if span > 0.0 else 1.0
     return float(next(decade * step for step in (1, 2, 5, 10) if span / (decade * step) <= 10.0))

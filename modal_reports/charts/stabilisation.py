@@ -1,6 +1,6 @@
 """Stabilisation diagram: poles over the model order, on the singular-value spectrum."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 import itertools
 
@@ -77,7 +77,10 @@ class Spectrum:
 
 
 def stabilisation_data(
-    poles: PoleTable | None, spectrum: Spectrum | None, lines: Iterable[Mode]
+    poles: PoleTable | None,
+    spectrum: Spectrum | None,
+    lines: Iterable[Mode],
+    pick: Mapping[str, str] | None = None,
 ) -> dict[str, object]:
     """Return what the stabilisation diagram draws.
 
@@ -89,8 +92,11 @@ def stabilisation_data(
         Behind them; pooled to what a screen shows.
     lines : iterable of Mode
         Modes and harmonics to mark by a line.
+    pick : mapping of str to str or None
+        Poles can be picked, and are saved in a file that says this too.
     """
     return {
+        'pick': None if pick is None else dict(pick),
         'poles': _poles(poles),
         'spectrum': _spectrum(spectrum),
         'groups': [

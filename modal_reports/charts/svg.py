@@ -62,3 +62,9 @@ def polyline(kind: str, points: Iterable[tuple[float, float]]) -> str:
     """Return a line through points."""
     places = ' '.join(f'{x:.1f},{y:.1f}' for x, y in points)
     return f'<polyline class="{escape(kind)}" points="{places}"/>'
+
+
+def polygon(kind: str, points: Iterable[tuple[float, float]]) -> str:
+    """Return a filled figure."""
+    places = ' '.join(f'{x:.1f},{y:.1f}' for x, y in points)
+    return f'<polygon class="{escape(kind)}" points="{places}"/>'

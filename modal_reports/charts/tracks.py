@@ -3,32 +3,12 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import math
-from typing import Protocol
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.mode import Mode, ModeSet
+from modal_core.mode import Mode
+from modal_core.window import ModesOfWindow
 from modal_reports.charts.plain_numbers import number
 from modal_reports.quantities import DAMPING, FREQUENCY
-
-
-class ModesOfWindow(Protocol):
-    """Modes found in a stretch of time."""
-
-    @property
-    def index(self) -> int:
-        """Counts windows."""
-
-    @property
-    def start_ns(self) -> int:
-        """Time of the first sample [ns]."""
-
-    @property
-    def end_ns(self) -> int:
-        """Time just after the last sample [ns]."""
-
-    @property
-    def modes(self) -> ModeSet:
-        """With ids tracked over windows."""
 
 
 @dataclass(frozen=True, slots=True)

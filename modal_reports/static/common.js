@@ -14,10 +14,16 @@
     return made;
   };
 
-  /* Charts redraw themselves when the theme, the width or the medium changes. */
-  const redraws = [];
-  modal.onRedraw = (redraw) => redraws.push(redraw);
-  modal.redraw = () => redraws.forEach((redraw) => redraw());
+  /* Charts redraw themselves when the theme, the width or the medium changes, as long as their element is on the page. */
+  let charts = [];
+  modal.onRedraw = (host, redraw, end) => {
+    charts = charts.filter((chart) => {
+      if (!chart.host.isConnected && chart.end) chart.end();
+      return chart.host.isConnected;
+    });
+    charts.push({ host, redraw, end });
+  };
+  modal.redraw = () => charts.forEach((chart) => { if (chart.host.isConnected) chart.redraw(); });
 
   /* Give a canvas as many pixels as it covers on screen; return its context in CSS pixels. */
   modal.context = (canvas) => {

@@ -2,9 +2,12 @@
 (function (modal) {
   'use strict';
 
-  const PERIOD_MS = 1800;
+  const PERIOD_MS = 1800, FRAMES = 30;
   const EXAGGERATION = 0.22;   /* largest motion over the size of the arm */
   const view = { yaw: -0.75, pitch: 0.32 };
+  let wanted = !window.matchMedia('(prefers-reduced-motion: reduce)').matches;   /* whether shapes move */
+  let phase = 0;
+  const enlarged = new Set();   /* ids: a page that is drawn anew with newer shapes shows them as before */
 
   function frame(points) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
@@ -122,18 +125,21 @@
         mode.scale = EXAGGERATION * box.radius / largest;
         turnable(canvas);
       }
+      const drawn = (phase) => (solid ? drawArm(canvas, geometry, box, mode, phase) : drawBars(canvas, data.channel_names, mode, phase));
+      caption.append(modal.element('span', 'spacer'), ...enlarging(card, canvas, mode, drawn));
       return { canvas, draw: (phase) => (solid ? drawArm(canvas, geometry, box, mode, phase) : drawBars(canvas, data.channel_names, mode, phase)) };
     });
 
-    let phase = 0, playing = false, request = 0, before = 0;
+    let playing = false, request = 0, before = 0;
     const paint = (all) => cards.forEach((card) => { if (all || shown.has(card.canvas)) card.draw(phase); });
     const step = (now) => {
+      if (!host.isConnected) return;
       phase += 2 * Math.PI * Math.min(now - before, 100) / PERIOD_MS;
       before = now;
       paint(false);
       request = requestAnimationFrame(step);
     };
-    const play = (wanted) => {
+    const play = () => {
       playing = wanted;
       button.textContent = playing ? 'Pause' : 'Play';
       button.setAttribute('aria-pressed', String(playing));
@@ -142,7 +148,7 @@
     };
     const button = modal.element('button');
     button.type = 'button'; button.id = 'play';
-    button.addEventListener('click', () => play(!playing));
+    button.addEventListener('click', () => { wanted = !wanted; play(); });
     tools.append(button);
 
     const observer = new IntersectionObserver((entries) => {
@@ -150,7 +156,41 @@
       if (!playing) paint(false);
     });
     cards.forEach((card) => observer.observe(card.canvas));
-    modal.onRedraw(() => { if (modal.printing) { phase = 0; } paint(true); });
+    modal.onRedraw(host, () => { if (modal.printing) { phase = 0; } paint(true); }, () => observer.disconnect());
+
+    /* One shape as wide as the page, and its motion as a file. */
+    function enlarging(card, canvas, mode, drawn) {
+      const larger = modal.element('button', 'small', 'Enlarge'), save = modal.element('button', 'small', 'Save GIF');
+      larger.type = save.type = 'button'; save.hidden = true;
+      const show = () => {
+        const large = enlarged.has(mode.id);
+        card.classList.toggle('large', large);
+        larger.textContent = large ? 'Reduce' : 'Enlarge';
+        save.hidden = !large;
+      };
+      larger.addEventListener('click', () => {
+        if (!enlarged.delete(mode.id)) enlarged.add(mode.id);
+        show();
+        drawn(phase);
+      });
+      show();
+      save.addEventListener('click', () => { modal.save(film(canvas, drawn), 'mode_' + (mode.id || mode.frequency.split(' ')[0]) + '.gif'); drawn(phase); });
+      return [save, larger];
+    }
+
+    function film(canvas, drawn) {
+      const frames = [];
+      for (let i = 0; i < FRAMES; i++) {
+        drawn(2 * Math.PI * i / FRAMES);
+        const still = document.createElement('canvas'), context = still.getContext('2d', { willReadFrequently: true });
+        still.width = canvas.clientWidth; still.height = canvas.clientHeight;
+        context.fillStyle = modal.colour('paper');
+        context.fillRect(0, 0, still.width, still.height);
+        context.drawImage(canvas, 0, 0, still.width, still.height);
+        frames.push(context.getImageData(0, 0, still.width, still.height).data);
+      }
+      return modal.gif(frames, canvas.clientWidth, canvas.clientHeight, Math.round(PERIOD_MS / 10 / FRAMES));
+    }
 
     function turnable(canvas) {
       canvas.tabIndex = 0;
@@ -171,6 +211,6 @@
     }
 
     paint(true);
-    play(!window.matchMedia('(prefers-reduced-motion: reduce)').matches);
+    play();
   };
 })(window.modal);

@@ -1,15 +1,12 @@
-/* Put the charts into the page. */
+/* Theme, width and paper: charts follow them. */
 (function (modal) {
   'use strict';
   const at = (id) => document.getElementById(id);
   const root = document.documentElement;
-  const data = JSON.parse(at('report-data').textContent);
   const prefersDark = window.matchMedia('(prefers-color-scheme: dark)');
   const asked = /^#theme=(light|dark)$/.exec(window.location.hash);
   const isDark = () => (root.dataset.theme ? root.dataset.theme === 'dark' : prefersDark.matches);
   if (asked) root.dataset.theme = asked[1];
-
-  document.querySelectorAll('[data-chart]').forEach((host) => modal.charts[host.dataset.chart](host, data[host.dataset.chart]));
 
   const button = at('theme');
   const label = () => { button.textContent = isDark() ? 'Light' : 'Dark'; };

@@ -32,13 +32,61 @@
     return [Math.min(Math.pow(10, Math.floor(Math.log10(low))), top / 10), top];
   }
 
-  modal.charts.stabilisation = function (host, data) {
+  /* Which poles a person picked: to begin with one of each mode; the file says which. */
+  function pickPoles(data, redraw) {
+    const poles = data.poles, picked = new Set();
+    const bar = modal.element('div', 'picker');
+    const say = modal.element('span', 'note');
+    say.setAttribute('role', 'status');
+    const save = modal.element('button', '', 'Save the choice'), again = modal.element('button', '', 'Automatic choice'), none = modal.element('button', '', 'None');
+    [save, again, none].forEach((button) => { button.type = 'button'; });
+    const ofMode = (id) => [...picked].filter((i) => poles.mode_id[i] === id);
+    const begin = () => {
+      picked.clear();
+      data.lines.forEach((line) => {
+        let best = -1;
+        for (let i = 0; i < poles.mode_id.length; i++) {
+          if (poles.frequency_hz[i] === null || line.harmonic) continue;
+          const away = Math.abs(poles.frequency_hz[i] - line.frequency_hz);
+          /* A mode picked by hand has no poles of its own: its pole has its very frequency. */
+          const own = poles.mode_id[i] ? poles.mode_id[i] === line.id : away < 1e-5 * line.frequency_hz;
+          if (own && (best < 0 || away < Math.abs(poles.frequency_hz[best] - line.frequency_hz))) best = i;
+        }
+        if (best >= 0) picked.add(best);
+      });
+    };
+    const tell = () => {
+      const kept = new Set([...picked].map((i) => poles.mode_id[i]).filter(Boolean)).size;
+      const single = [...picked].filter((i) => !poles.mode_id[i]).length;
+      say.textContent = kept + ' of the modes and ' + single + ' single poles are picked';
+      redraw();
+    };
+    const toggle = (i) => {
+      const same = poles.mode_id[i] ? ofMode(poles.mode_id[i]) : picked.has(i) ? [i] : [];
+      if (same.length) same.forEach((each) => picked.delete(each)); else picked.add(i);
+      tell();
+    };
+    const text = () => JSON.stringify({ ...data.pick, poles: [...picked].map((i) => ({
+      model_order: poles.model_order[i], frequency_hz: poles.frequency_hz[i], damping_ratio: poles.damping_ratio[i],
+    })).sort((a, b) => a.frequency_hz - b.frequency_hz) }, null, 1) + '\n';
+    save.addEventListener('click', () => modal.save(new Blob([text()], { type: 'application/json' }), 'poles.json'));
+    again.addEventListener('click', () => { begin(); tell(); });
+    none.addEventListener('click', () => { picked.clear(); tell(); });
+    bar.append(say, modal.element('span', 'spacer'), none, again, save);
+    begin();
+    say.textContent = picked.size + ' modes are picked';
+    return { bar, picked, toggle, text };
+  }
+
+  /* `kept` holds what a reader chose, for the same chart with newer data. */
+  modal.charts.stabilisation = function (host, data, kept = {}) {
     const poles = data.poles, spectrum = data.spectrum;
     if (!poles && !spectrum) { host.append(modal.element('p', 'note', 'No spectrum and no poles were recorded.')); return; }
     const columns = spectrum ? spectrum.singular_value : [];
     const groupOf = [];
     data.groups.forEach((group) => group.status.forEach((status) => { groupOf[status] = group.key; }));
-    const visible = { kept: true, harmonic: true, candidate: true, unstable: true, unphysical: false };
+    const visible = kept.visible = kept.visible || { kept: true, harmonic: true, candidate: true, unstable: true, unphysical: false };
+    const chosen = kept.x;
     const count = poles ? poles.frequency_hz.length : 0;
     let xMax = 0;
     if (spectrum) xMax = spectrum.frequency_hz[spectrum.frequency_hz.length - 1];
@@ -89,18 +137,29 @@
             u.valToPos(poles.model_order[i], 'order', true), 2.9 * ratio);
         }
       });
+      if (picker) picker.picked.forEach((i) => {
+        context.globalAlpha = 1; context.lineWidth = 2 * ratio; context.strokeStyle = modal.colour('ink');
+        context.beginPath();
+        context.arc(u.valToPos(poles.frequency_hz[i], 'x', true), u.valToPos(poles.model_order[i], 'order', true), 6 * ratio, 0, 2 * Math.PI);
+        context.stroke();
+      });
       context.restore();
     }
 
-    function hover(u) {
-      const { left, top } = u.cursor;
-      if (left === undefined || left < 0 || top < 0) { modal.tooltip.hide(); return; }
+    function poleAt(u, left, top) {
       let best = -1, nearest = HOVER_PX * HOVER_PX;
       for (let i = 0; i < count; i++) {
         if (!visible[groupOf[poles.status[i]]] || poles.frequency_hz[i] === null) continue;
         const dx = u.valToPos(poles.frequency_hz[i], 'x') - left, dy = u.valToPos(poles.model_order[i], 'order') - top;
         if (dx * dx + dy * dy < nearest) { nearest = dx * dx + dy * dy; best = i; }
       }
+      return best;
+    }
+
+    function hover(u) {
+      const { left, top } = u.cursor;
+      if (left === undefined || left < 0 || top < 0) { modal.tooltip.hide(); return; }
+      const best = poleAt(u, left, top);
       if (best < 0) { modal.tooltip.hide(); return; }
       const lines = [modal.significant(poles.frequency_hz[best], 5) + ' Hz', 'damping ' +
         modal.significant(100 * poles.damping_ratio[best], 3) + ' %', 'order ' + poles.model_order[best],
@@ -109,6 +168,8 @@
       const box = u.over.getBoundingClientRect();
       modal.tooltip.show(lines.join('\n'), box.left + left, box.top + top);
     }
+
+    const picker = data.pick && count ? pickPoles(data, () => plot.redraw(false)) : null;
 
     const narrow = () => host.clientWidth < 560;
     const options = {
@@ -133,7 +194,9 @@
       hooks: {
         draw: [drawPoles], setCursor: [hover],
         setScale: [(u, key) => {
-          if (key === 'x') reset.hidden = Math.abs(u.scales.x.min - xMin) + Math.abs(u.scales.x.max - xMax) < 1e-9 * xMax;
+          if (key !== 'x') return;
+          reset.hidden = Math.abs(u.scales.x.min - xMin) + Math.abs(u.scales.x.max - xMax) < 1e-9 * xMax;
+          kept.x = reset.hidden ? null : { min: u.scales.x.min, max: u.scales.x.max };
         }],
       },
     };
@@ -154,8 +217,22 @@
     plot.over.addEventListener('mouseleave', modal.tooltip.hide);
     const full = () => plot.setScale('x', { min: xMin, max: xMax });
     full();
+    if (chosen) plot.setScale('x', chosen);
     reset.addEventListener('click', full);
     plot.over.addEventListener('dblclick', full);
+
+    if (picker) {
+      let down = null;
+      plot.over.addEventListener('mousedown', (event) => { down = [event.clientX, event.clientY]; });
+      plot.over.addEventListener('click', (event) => {
+        /* A drag zooms. */
+        if (!down || Math.hypot(event.clientX - down[0], event.clientY - down[1]) > 3) return;
+        const box = plot.over.getBoundingClientRect();
+        const best = poleAt(plot, event.clientX - box.left, event.clientY - box.top);
+        if (best >= 0) picker.toggle(best);
+      });
+      host.append(picker.bar);
+    }
 
     const swatches = [];
     data.groups.forEach((group) => {
@@ -184,6 +261,6 @@
       mark(context, key, width / 2, height / 2, 3.6);
     });
     paintSwatches();
-    modal.onRedraw(() => { plot.setSize({ width: host.clientWidth, height: modal.printing ? 320 : HEIGHT }); plot.redraw(false, true); paintSwatches(); });
+    modal.onRedraw(host, () => { plot.setSize({ width: host.clientWidth, height: modal.printing ? 320 : HEIGHT }); plot.redraw(false, true); paintSwatches(); }, () => plot.destroy());
   };
 })(window.modal);

@@ -99,7 +99,7 @@
     plot.over.addEventListener('mouseleave', modal.tooltip.hide);
     plot.root.setAttribute('role', 'img');
     plot.root.setAttribute('aria-label', 'Frequencies over ' + windows.length + ' windows');
-    modal.onRedraw(() => { plot.setSize({ width: host.clientWidth, height: HEIGHT }); plot.redraw(false, true); });
+    modal.onRedraw(host, () => { plot.setSize({ width: host.clientWidth, height: HEIGHT }); plot.redraw(false, true); }, () => plot.destroy());
   }
 
   function drawStrip(canvas, strip) {
@@ -158,7 +158,7 @@
     });
     const paint = () => drawn.forEach((draw) => draw());
     paint();
-    modal.onRedraw(paint);
+    modal.onRedraw(host, paint);
   }
 
   modal.charts.tracks = function (host, data) {
