@@ -7,13 +7,18 @@ ROOMS = (
     'abb_emulator',
     'autonomous_modal_analysis',
     'excitation_planner',
+    'impact_testing',
+    'machining',
     'modal_core',
+    'modal_dashboard',
+    'modal_history',
     'modal_recordings',
     'modal_reports',
     'model_gap',
     'oma_identifier',
     'robot_bridge',
     'structural_model',
+    'workspace_map',
 )
 # The message definitions a recording is read with, copied into the wheel from their one source.
 DEFINITIONS = 'modal_recordings.oma_msgs_definitions'
@@ -63,6 +68,7 @@ setup(
         'numpy>=1.26',
         'pin>=3.2',
         'protobuf>=4.25',
+        'pyuff>=2.5',
         'pyyaml>=6.0',
         'rich>=13.7',
         'rosbags>=0.11',
@@ -76,13 +82,29 @@ setup(
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         # Tables and pictures of the Python API.
         'tables': ['pandas>=2.0'],
+        'parquet': ['pandas>=2.0', 'pyarrow>=15'],
         'plots': ['matplotlib>=3.8'],
+        # ama batch; its workers on this machine take work from who has a certificate.
+        'batch': ['cryptography>=42', 'distributed>=2024.5'],
+        # Recordings of other programs; npTDMS and asammdf are LGPL, so never required.
+        'hdf': ['h5py>=3.10'],
+        'tdms': ['npTDMS>=1.7'],
+        'mdf': ['asammdf>=7.4'],
         'test': [
+            # Clients that others wrote: the emulator is held against them.
+            'abb-robot-client>=0.4',
+            'ABBRobotEGM>=1.0.7',
+            'rwsuis>=0.2',
+            'rwswrap>=0.1',
+            'cryptography>=42',
+            'distributed>=2024.5',
             'h5py>=3.10',
             'hypothesis>=6.100',
             'matplotlib>=3.8',
             'mypy>=1.13',
+            'npTDMS>=1.7',
             'pandas>=2.0',
+            'pyarrow>=15',
             'pytest>=8.0',
             'pytest-cov>=5.0',
             'pytest-timeout>=2.3',
@@ -92,7 +114,14 @@ setup(
             'types-protobuf',
             'types-defusedxml',
         ],
-        'bench': ['h5py>=3.10', 'koma-python>=1.3', 'pyOMA-2>=1.4', 'strid>=0.4'],
+        'bench': [
+            'h5py>=3.10',
+            'koma-python>=1.3',
+            'pyOMA-2>=1.4',
+            'scikit-learn>=1.4',
+            'strid>=0.4',
+            'sdypy-EMA>=0.31',
+        ],
         # The pages of docs/ and their pictures: make docs, make reproduce.
         'docs': [
             'furo>=2024.8',
@@ -113,7 +142,10 @@ setup(
         'console_scripts': [
             'ama = autonomous_modal_analysis.__main__:main',
             'abb_emulator = autonomous_modal_analysis.executables:abb_emulator',
+            'arm_state = autonomous_modal_analysis.executables:arm_state',
             'excitation_planner = autonomous_modal_analysis.executables:excitation_planner',
+            'modal_dashboard = autonomous_modal_analysis.executables:modal_dashboard',
+            'modal_history = autonomous_modal_analysis.executables:modal_history',
             'oma_identifier = autonomous_modal_analysis.executables:oma_identifier',
             'robot_bridge = autonomous_modal_analysis.executables:robot_bridge',
             'replay = autonomous_modal_analysis.executables:replay',

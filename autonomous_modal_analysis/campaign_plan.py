@@ -10,6 +10,7 @@ from autonomous_modal_analysis.campaign_poses import choose_poses
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import BAND_LIMITED_NOISE, SLIDING_NOISE
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError, SettingsError
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -21,8 +22,22 @@ DEFAULTS: Mapping[str, object] = {
     'band_high_hz': 60.0,
     'duration_s': 32.0,
     'acceleration_rms': 1.2,
+    # A motion whose every axis is known needs neither directions nor modes to be even.
+    'signal': BAND_LIMITED_NOISE,
+    'require_full_rank': False,
 }
 LEVELS = (1.0, 0.35)
+# What is asked of the planner when the same pose is recorded standing and running.
+STATE_DEFAULTS: Mapping[str, object] = {
+    'band_high_hz': 60.0,
+    'duration_s': 60.0,
+    'sliding_share': 0.95,
+    'frequency_tolerance': 0.04,
+}
+STANDING, RUNNING = 'standing', 'running'
+# Of the presliding travel, what noise about a standing joint may use at its peaks (5 %: a Dahl
+# friction is then within 3 % of its stiffness at rest), and the peaks over the rms.
+STANDING_PART, PEAK = 0.05, 4.0
 POSES = 9
 SMALLEST_LEVEL, MOST_POSES = 0.02, 100
 
@@ -56,7 +71,7 @@ class PlannedRecording:
         """Return file, pose in controller angles, and amplitude, for people."""
         angles = ', '.join(f'{angle:.1f}' for angle in np.degrees(model.to_controller(self.pose)))
         size = f'{self.request.acceleration_rms:.3g} rad/s²'
-        return f'{self.file}: {angles} deg, {self.request.duration_s:g} s, {size}'
+        return f'{self.file}: axes at {angles} deg, {self.request.duration_s:g} s, {size}'
 
 
 @dataclass(frozen=True)
@@ -70,7 +85,9 @@ class CampaignWish:
     n_poses : int
         How many are chosen.
     levels : tuple of float
-        Amplitudes, parts of the full one.
+        Amplitudes, parts of the full one; do not count where states are given.
+    states : tuple of str
+        ``standing`` (noise that leaves the joints stuck), ``running`` (noise on sweeps).
     request : PlanRequest
         Band, length, full amplitude and seed; where the arm starts is overwritten.
     """
@@ -78,6 +95,7 @@ class CampaignWish:
     poses: Sequence[Array] = ()
     n_poses: int = POSES
     levels: tuple[float, ...] = LEVELS
+    states: tuple[str, ...] = ()
     request: PlanRequest = field(default_factory=lambda: PlanRequest.from_mapping(DEFAULTS))
 
     def __post_init__(self) -> None:
@@ -85,6 +103,13 @@ class CampaignWish:
         if not 1 <= self.n_poses <= MOST_POSES:
             raise SettingsError(
                 'bad number of poses', where='poses', found=self.n_poses, expected='1..100'
+            )
+        if not set(self.states) <= {STANDING, RUNNING} or len(set(self.states)) < len(self.states):
+            raise SettingsError(
+                'unknown state, or one named twice',
+                where='states',
+                found=', '.join(self.states),
+                expected=f'{STANDING}, {RUNNING}',
             )
         bad = [level for level in self.levels if not SMALLEST_LEVEL <= level <= 1.0]
         if not self.levels or bad or len(set(self.levels)) != len(self.levels):
@@ -112,16 +137,34 @@ def planned_recordings(
     poses = list(wish.poses) or choose_poses(model, layout, wish.n_poses, request)
     found = []
     for number, pose in enumerate(poses):
-        for level in sorted(wish.levels, reverse=True):
-            own = replace(
-                request,
-                start_position=tuple(float(angle) for angle in pose),
-                seed=request.seed + number,
-                acceleration_rms=request.acceleration_rms * level,
-            )
-            file = f'pose_{number + 1:02d}_level_{level:g}.mcap'
+        start = tuple(float(angle) for angle in pose)
+        there = replace(request, start_position=start, seed=request.seed + number)
+        name = f'pose_{number + 1:02d}'
+        for state in wish.states:
+            own = in_state(there, state)
+            level = own.acceleration_rms / request.acceleration_rms
+            found.append(PlannedRecording(f'{name}_{state}.mcap', np.asarray(pose), level, own))
+        for level in sorted(wish.levels, reverse=True) if not wish.states else ():
+            own = replace(there, acceleration_rms=request.acceleration_rms * level)
+            file = f'{name}_level_{level:g}.mcap'
             found.append(PlannedRecording(file, np.asarray(pose), level, own))
     return found
+
+
+def in_state(request: PlanRequest, state: str) -> PlanRequest:
+    """Return a request that leaves joints standing, or lets them run.
+
+    Standing, noise is so weak that it stays inside a small part of the presliding travel: the
+    position of white acceleration between f₁ and f₂ has the mean square
+    a² (f₁⁻³ - f₂⁻³) / (3 (2π)⁴ (f₂ - f₁)).
+    """
+    if state == RUNNING:
+        return replace(request, signal=SLIDING_NOISE)
+    low, high = request.band_low_hz, request.band_high_hz
+    square = (low**-3 - high**-3) / (3.0 * (2.0 * np.pi) ** 4 * (high - low))
+    most = STANDING_PART * request.presliding_rad / (PEAK * np.sqrt(square))
+    rms = min(request.acceleration_rms, float(np.round(most, 6)))
+    return replace(request, signal=BAND_LIMITED_NOISE, acceleration_rms=rms)
 
 
 def check_all(
@@ -137,7 +180,7 @@ def check_all(
     PlanError
         The limit that would be broken, and at which pose.
     """
-    loudest = {item.pose.tobytes(): item for item in reversed(planned)}
+    loudest = {(item.pose.tobytes(), item.request.signal): item for item in reversed(planned)}
     for number, item in enumerate(loudest.values()):
         try:
             item.plan(model, layout)

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.participation import forecast
-from excitation_planner.planner import mode_participation
+from excitation_planner.participation import forecast, mode_participation
 from excitation_planner.request import PlanRequest
 from excitation_planner.spectrum import PredictedSpectrum
 from modal_core.channel import SensorLayout
@@ -107,7 +106,7 @@ def _candidates(
     poses, places, weakest, frequencies = [], [], [], []
     for angles in drawn:
         q = model.to_serial(angles)
-        if not _possible(model, q, request):
+        if not is_possible(model, q, request):
             continue
         modes = mode_participation(model, q, layout.channels, request.band_high_hz)
         density = request.acceleration_rms**2 / (request.band_high_hz - request.band_low_hz)
@@ -131,7 +130,8 @@ def _candidates(
     )
 
 
-def _possible(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bool:
+def is_possible(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bool:
+    """Return whether a pose keeps ranges, box and distances from the floor and the arm."""
     try:
         model.check_pose(q)
     except ModelError:

@@ -15,7 +15,16 @@ NODES = (
     ('robot_bridge', 'robot_bridge.node.bridge_node', 'bridge.yaml'),
     ('excitation_planner', 'excitation_planner.planner_node', 'planner.yaml'),
     ('oma_identifier', 'oma_identifier.node.identifier_node', 'identifier.yaml'),
+    ('arm_state', 'robot_bridge.node.arm_state_node', 'arm_state.yaml'),
+    ('modal_dashboard', 'modal_dashboard.dashboard_node', 'dashboard.yaml'),
+    ('modal_history', 'modal_history.history_node', 'history.yaml'),
 )
+# Left out where a folder of parameter files has none for them: they must not show another robot.
+FOR_VIEWERS = ('arm_state', 'modal_dashboard')
+# Left out where nothing says which file it keeps results in.
+KEEPER = 'modal_history'
+# Of a bridge beside an emulator; they say nothing of a real arm, whatever its parameter file says.
+BESIDE_EMULATOR = {'move_emulator': True, 'emulator_link_timeout_s': 2.0}
 
 
 def cell_commands(
@@ -40,7 +49,16 @@ def cell_commands(
         An unknown node or parameter, or a parameter file that is not there.
     """
     names = tuple(name for name, _, _ in NODES)
-    given = parameters or {}
+    if config is not None:
+        files = {name: file for name, _, file in NODES}
+        lacking = (name for name in FOR_VIEWERS if not (config / files[name]).is_file())
+        without = (*without, *lacking)
+    given = dict(parameters or {})
+    asked = config is not None and (config / 'history.yaml').is_file()
+    if not asked and not given.get(KEEPER, {}).get('history'):
+        without = (*without, KEEPER)
+    if 'abb_emulator' not in without:
+        given['robot_bridge'] = _beside_emulator(given.get('robot_bridge', {}))
     refuse_unknown((*without, *given), names, 'unknown node')
     made = {name: checked(name, values, f'node {name}') for name, values in given.items()}
     commands = tuple(
@@ -51,6 +69,37 @@ def cell_commands(
     for command in commands:
         check_file(command.name, parameter_file(command.name, config))
     return commands
+
+
+def of_robot(robot: str) -> dict[str, dict[str, object]]:
+    """Return the parameters, by node, of a cell with another robot.
+
+    Parameters
+    ----------
+    robot : str
+        Of config/robots by name, or its folder.
+
+    Raises
+    ------
+    ModelError
+        There is none.
+    """
+    # With the library of rigid bodies, some 50 MB.
+    from structural_model.robot_files import robot_folder
+
+    folder = robot_folder(robot).resolve()
+    found: dict[str, dict[str, object]] = {
+        name: {'robot': str(folder)}
+        for name in ('abb_emulator', 'robot_bridge', 'excitation_planner', *FOR_VIEWERS, KEEPER)
+    }
+    return {**found, 'oma_identifier': {'layout_file': str(folder / 'sensors.yaml')}}
+
+
+def _beside_emulator(values: Mapping[str, object]) -> Mapping[str, object]:
+    """Return the bridge's parameters in a cell with an emulator; a dry run asked for stays one."""
+    if 'dry_run' in values:
+        return {**BESIDE_EMULATOR, 'move_emulator': False, **values}
+    return {**BESIDE_EMULATOR, **values}
 
 
 def parameter_file(name: str, config: Path | None = None) -> Path:

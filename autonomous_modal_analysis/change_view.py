@@ -6,57 +6,60 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
+from autonomous_modal_analysis.report import ComparedState, headline
 from autonomous_modal_analysis.results import mode_json, plain
 from autonomous_modal_analysis.terminal import OUTPUT
 from modal_core.mode import Mode
 from modal_reports import DAMPING, fixed, FREQUENCY, percent
-from oma_identifier.compare import Comparison, ModeChange
+from oma_identifier.compare import ModeChange, ModeComparison
 
 HEADINGS = (
     'first Hz',
     'second Hz',
-    'change',
+    'Δ %',
     '/σ',
     'first %',
     'second %',
     '/σ',
     'MAC',
-    'by chance ≥',
     '',
+    'by chance ≥',
 )
+WIDE = 92
+"""Columns of a terminal that shows, beside the MAC, what it is at least by chance."""
 
 
-def show_changes(comparison: Comparison, first: str, second: str) -> None:
+def show_changes(comparison: ModeComparison, first: str, second: str) -> None:
     """Print one row per pair of modes, and the modes of one side alone."""
     table = Table(
         title=escape(f'natural frequency and damping ratio: {first}, then {second}'),
         title_justify='left',
         box=SIMPLE_HEAD,
         padding=(0, 0),
+        show_edge=False,
     )
-    for heading in HEADINGS:
+    shown = len(HEADINGS) if OUTPUT.width >= WIDE else len(HEADINGS) - 1
+    for heading in HEADINGS[:shown]:
         table.add_column(heading, justify='right', no_wrap=True)
     for change in comparison.changes:
-        table.add_row(*_row(change))
+        table.add_row(*_row(change)[:shown])
     OUTPUT.print(table)
     for name, alone in ((first, comparison.only_first), (second, comparison.only_second)):
         if alone:
             OUTPUT.print(f'{name} alone: {_listed(alone)}', soft_wrap=True, markup=False)
-    changed = sum(change.is_significant for change in comparison.changes)
-    OUTPUT.print(
-        f'{changed} of {len(comparison.changes)} modes changed (*): by more than three standard'
-        ' deviations, in frequency or damping',
-        soft_wrap=True,
-    )
-    turned = sum(change.is_shape_changed for change in comparison.changes)
-    OUTPUT.print(
-        f'{turned} changed in shape (~): a lower MAC than their uncertainty explains',
-        soft_wrap=True,
-    )
+    OUTPUT.print(f'{headline(comparison)} (* and ~)', soft_wrap=True)
 
 
-def changes_json(comparison: Comparison) -> dict[str, object]:
-    """Return the comparison as plain values."""
+def changes_json(first: str, states: Sequence[ComparedState]) -> dict[str, object]:
+    """Return what changed from the first as plain values; of one other without a list."""
+    found = [
+        {'first_name': first, 'second_name': state.name, **_changes(state.found)}
+        for state in states
+    ]
+    return found[0] if len(found) == 1 else {'comparisons': found}
+
+
+def _changes(comparison: ModeComparison) -> dict[str, object]:
     return {
         'changes': [
             {
@@ -84,14 +87,14 @@ def _row(change: ModeChange) -> tuple[str, ...]:
     return (
         FREQUENCY.number(first.frequency_hz, first.frequency_std_hz),
         FREQUENCY.number(second.frequency_hz, second.frequency_std_hz),
-        percent(change.frequency_change, 2, sign=True),
+        percent(change.frequency_change, 2, sign=True).removesuffix(' %'),
         fixed(change.frequency_surprise, 1, sign=True),
         DAMPING.number(first.damping_ratio, first.damping_ratio_std),
         DAMPING.number(second.damping_ratio, second.damping_ratio_std),
         fixed(change.damping_surprise, 1, sign=True),
         fixed(change.mac, 3),
-        fixed(change.expected_mac.least, 3),
         '*' * change.is_significant + '~' * change.is_shape_changed,
+        fixed(change.expected_mac.least, 3),
     )
 
 

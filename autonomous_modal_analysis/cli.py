@@ -11,18 +11,28 @@ from rich.markup import escape
 import typer
 
 from autonomous_modal_analysis.commands import (
+    batch,
     campaign,
     compare,
     demo,
     gap,
+    history,
     identify,
+    impact,
     info,
+    lobes,
     merge,
     model,
+    operate,
     plan,
     replay,
     up,
+    watch,
 )
+from autonomous_modal_analysis.commands import (
+    map as modal_map,
+)
+from autonomous_modal_analysis.signals import prepare_signals
 from autonomous_modal_analysis.streams import prepare_streams, silence
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
 from modal_core.errors import ModalAnalysisError
@@ -38,7 +48,26 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode='rich',
 )
-for command in (demo, identify, compare, merge, info, replay, plan, model, up, campaign, gap):
+for command in (
+    demo,
+    identify,
+    batch,
+    compare,
+    merge,
+    impact,
+    lobes,
+    info,
+    replay,
+    plan,
+    model,
+    up,
+    watch,
+    operate,
+    campaign,
+    gap,
+    history,
+    modal_map,
+):
     command.register(app)
 
 
@@ -69,9 +98,7 @@ def main() -> None:
     """Run the command line; what a user can put right is one line and exit status 2."""
     # Collecting the garbage of numerical libraries would hold up the end by a second.
     atexit.register(gc.freeze)
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        # As an exception, so that the nodes a command has started end with it.
-        signal.signal(number, lambda received, _: sys.exit(128 + received))
+    prepare_signals()
     prepare_streams()
     try:
         _run()

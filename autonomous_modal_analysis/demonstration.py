@@ -1,10 +1,14 @@
 """What the demo is told and what it gives, without ROS."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from modal_core.indicators import mac
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +52,7 @@ class DemoSettings:
 
 @dataclass(frozen=True, slots=True)
 class TrueModes:
-    """Modes of the emulated arm at its pose, as the emulator states them.
+    """Modes of the emulated arm as the emulator states them: at a pose, or of a path.
 
     Parameters
     ----------
@@ -69,6 +73,31 @@ class TrueModes:
     position: NDArray[np.float64]
 
 
+def mean_of(truths: Sequence[TrueModes]) -> TrueModes:
+    """Return the mean of true modes along a path, as a recording of the whole path has them.
+
+    Parameters
+    ----------
+    truths : sequence of TrueModes
+        At times evenly along the path, at least one.
+
+    Returns
+    -------
+    TrueModes
+        Mean frequencies and damping ratios of modes followed by shape; shapes and pose from the
+        middle of the path.
+    """
+    poses = np.array([truth.position for truth in truths])
+    middle = truths[int(np.argmin(np.sum((poses - poses.mean(axis=0)) ** 2, axis=1)))]
+    followed = [linear_sum_assignment(-mac(middle.shapes, truth.shapes))[1] for truth in truths]
+    pairs = list(zip(truths, followed, strict=True))
+    return replace(
+        middle,
+        frequency_hz=np.mean([truth.frequency_hz[place] for truth, place in pairs], axis=0),
+        damping_ratio=np.mean([truth.damping_ratio[place] for truth, place in pairs], axis=0),
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class DemoRun:
     """What the live part of the demo gave.
@@ -76,7 +105,7 @@ class DemoRun:
     Parameters
     ----------
     truth : TrueModes
-        Of the emulated arm.
+        Of the emulated arm, mean along its path.
     band_hz : (low, high) tuple [Hz]
         Excited band the plan states.
     plan_hash : str

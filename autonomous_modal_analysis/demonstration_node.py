@@ -9,7 +9,7 @@ import numpy as np
 from sensor_msgs.msg import JointState
 
 from autonomous_modal_analysis.cell import cell_commands
-from autonomous_modal_analysis.demonstration import DemoRun, DemoSettings, TrueModes
+from autonomous_modal_analysis.demonstration import DemoRun, DemoSettings, mean_of, TrueModes
 from autonomous_modal_analysis.operator_node import OperatorNode
 from autonomous_modal_analysis.processes import NodeCommand, NodeProcesses
 from autonomous_modal_analysis.recorder_node import RecorderNode
@@ -17,23 +17,25 @@ from autonomous_modal_analysis.spinning_node import own_domain, ros_context, spi
 from autonomous_modal_analysis.terminal import MESSAGES, ProgressCallback
 from excitation_planner.rapid import session_s
 from modal_core.errors import RecordingError
+from modal_core.ros_messages import LATCHED as LATCHED_QOS
 from oma_msgs.msg import AccelerationBlock, ExcitationPlan, ModalParameters
 
 IDENTIFIER = 'oma_identifier'
 START_UP_S = 60.0
 LOOPBACK = '127.0.0.1'
 SERVICE_S = 15.0
+TRUTH = 'abb_emulator/true_modes'
 RECORDED = {
     '/acceleration_block': AccelerationBlock,
     '/joint_states': JointState,
     '/excitation_planner/excitation_plan': ExcitationPlan,
     '/oma_identifier/modal_parameters': ModalParameters,
-    '/abb_emulator/true_modes': ModalParameters,
+    f'/{TRUTH}': ModalParameters,
 }
 LATCHED = (
     '/excitation_planner/excitation_plan',
     '/oma_identifier/modal_parameters',
-    '/abb_emulator/true_modes',
+    f'/{TRUTH}',
 )
 
 
@@ -83,12 +85,14 @@ def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
             recorder = stack.enter_context(
                 spinning(RecorderNode(settings.recording, RECORDED, LATCHED, context=context))
             )
+            truths: list[ModalParameters] = []
+            operator.create_subscription(ModalParameters, TRUTH, truths.append, LATCHED_QOS)
             _wait_for_windows(settings, operator, recorder, (nodes, identifier), progress)
             recorder.close()
-        truth = operator.wait_for('truth', lambda: operator.truth, SERVICE_S, nodes.check)
+        operator.wait_for('truth', lambda: truths, SERVICE_S, nodes.check)
     progress(1.0)
     return DemoRun(
-        truth=_true_modes(truth),
+        truth=mean_of([_true_modes(message) for message in truths]),
         band_hz=(plan.band_low_hz, plan.band_high_hz),
         plan_hash=plan.plan_hash,
         window_frequencies_hz=tuple(
@@ -100,6 +104,8 @@ def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
 
 def _commands(settings: DemoSettings, port: int) -> tuple[NodeCommand, ...]:
     return cell_commands(
+        # Nobody looks on.
+        without=('arm_state',),
         parameters={
             'abb_emulator': {
                 'robot': settings.robot,
@@ -134,7 +140,7 @@ def _commands(settings: DemoSettings, port: int) -> tuple[NodeCommand, ...]:
                 'window_s': settings.window_s,
                 'hop_s': settings.hop_s,
             },
-        }
+        },
     )
 
 

@@ -10,7 +10,10 @@ from modal_core.quiet_loading import quiet_loading
 
 NODES = {
     'abb_emulator': 'abb_emulator.node.emulator_node',
+    'arm_state': 'robot_bridge.node.arm_state_node',
     'excitation_planner': 'excitation_planner.planner_node',
+    'modal_dashboard': 'modal_dashboard.dashboard_node',
+    'modal_history': 'modal_history.history_node',
     'oma_identifier': 'oma_identifier.node.identifier_node',
     'replay': 'robot_bridge.node.replay_node',
     'robot_bridge': 'robot_bridge.node.bridge_node',
@@ -22,9 +25,24 @@ def abb_emulator() -> None:
     _run('abb_emulator')
 
 
+def arm_state() -> None:
+    """Tell viewers of the arm."""
+    _run('arm_state')
+
+
 def excitation_planner() -> None:
     """Run the planner."""
     _run('excitation_planner')
+
+
+def modal_dashboard() -> None:
+    """Serve the live page."""
+    _run('modal_dashboard')
+
+
+def modal_history() -> None:
+    """Keep results."""
+    _run('modal_history')
 
 
 def oma_identifier() -> None:

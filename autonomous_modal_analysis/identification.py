@@ -1,24 +1,26 @@
 """From a recording to its modes: the pipeline run over a file, faster than real time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import mode
 
+from autonomous_modal_analysis.joint_sliding import SlidingWatch
 from autonomous_modal_analysis.plan_record import recorded_edge_hz
 from autonomous_modal_analysis.remarks import remarks
 from autonomous_modal_analysis.results import Identification, IdentifiedWindow
 from autonomous_modal_analysis.terminal import ProgressCallback
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
+from modal_core.measurements import JointSamples
 from modal_core.samples import Samples
 from modal_core.window import Window
 from modal_recordings.open_recording import Recording
 from oma_identifier.covariance import analysed_band, below_edge
-from oma_identifier.identify import NO_MODE, ONLY_LINES
 from oma_identifier.motion import RobotMotion
 from oma_identifier.pipeline import IdentificationPipeline
-from oma_identifier.result import WindowResult
+from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
 from oma_identifier.settings import IdentificationSettings
+from oma_identifier.windows_ahead import WindowsAhead
 
 UNUSED = {
     'stamp_unconfirmed': 'their stamps agree with nothing else',
@@ -85,23 +87,30 @@ def identify_recording(
     """
     asked, settings = settings, below_edge(settings, recorded_edge_hz(recording))
     pipeline = IdentificationPipeline(settings, layout, robot=robot, only_whole=True)
+    sliding = SlidingWatch(robot)
     windows: list[IdentifiedWindow] = []
     rates_hz: list[float] = []
 
-    def take(results: list[WindowResult]) -> None:
+    def take(results: Iterable[WindowResult]) -> None:
         # Poles and spectra of single windows are dropped: a day has thousands of windows.
         windows.extend(identified_window(result) for result in results)
 
-    def identify(window: Window) -> WindowResult:
+    def identify(window: Window) -> None:
         _check_band(window, asked)
         rates_hz.append(window.samples.sample_rate_hz)
-        return pipeline.identify(window)
+        take(ahead.identify(window))
 
-    for measurement in recording.measurements():
-        pipeline.add(measurement)
-        take([identify(window) for window in pipeline.windows()])
-        progress(0.9 * recording.fraction_read)
-    take([identify(window) for window in pipeline.finish()])
+    with WindowsAhead(pipeline) as ahead:
+        for measurement in recording.measurements():
+            pipeline.add(measurement)
+            if isinstance(measurement, JointSamples):
+                sliding.add(measurement)
+            for window in pipeline.windows():
+                identify(window)
+            progress(0.9 * recording.fraction_read)
+        for window in pipeline.finish():
+            identify(window)
+        take(ahead.rest())
     _check_windows(windows, pipeline, recording)
     whole = _whole(windows, pipeline, recording)
     progress(1.0)
@@ -116,6 +125,7 @@ def identify_recording(
             harmonics=whole.harmonics,
             damage=(*recording.damage(), *_unused(pipeline)),
             remarks=remarks(whole, windows, mode(rates_hz), settings),
+            sliding=sliding.found(),
         ),
         whole=whole,
         parts=tuple(pipeline.record.parts()),

@@ -5,12 +5,11 @@ from rich.markup import escape
 
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import OUTPUT
+from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import MODE_FIELDS
 from modal_reports import FREQUENCY
 from oma_msgs.msg import ModalParameters
 from oma_msgs.msg import Mode as ModeMessage
-
-NANOSECONDS = 1_000_000_000
 
 
 class WindowView:
@@ -37,7 +36,7 @@ class WindowView:
 
 def window_line(message: ModalParameters) -> str:
     """Return one line of a window: its time and its natural frequencies."""
-    start_s = message.window_start.sec + message.window_start.nanosec / NANOSECONDS
+    start_s = message.window_start.sec + message.window_start.nanosec / NANOSECONDS_PER_SECOND
     heading = f'window {message.window_index} from {start_s:.3f} s'
     if not message.data_quality.identifiable:
         return f'{heading}: not identifiable, {message.data_quality.reason}'
@@ -51,13 +50,13 @@ def window_line(message: ModalParameters) -> str:
 
 def window_json(message: ModalParameters) -> object:
     """Return a window as plain values, with the keys of the identification's windows."""
-    start_ns = message.window_start.sec * NANOSECONDS + message.window_start.nanosec
-    length_ns = message.window_length.sec * NANOSECONDS + message.window_length.nanosec
+    start_ns = message.window_start.sec * NANOSECONDS_PER_SECOND + message.window_start.nanosec
+    length_ns = message.window_length.sec * NANOSECONDS_PER_SECOND + message.window_length.nanosec
     modes = [message_mode_json(mode) for mode in message.modes]
     return {
         'index': message.window_index,
-        'start_time_s': start_ns / NANOSECONDS,
-        'end_time_s': (start_ns + length_ns) / NANOSECONDS,
+        'start_time_s': start_ns / NANOSECONDS_PER_SECOND,
+        'end_time_s': (start_ns + length_ns) / NANOSECONDS_PER_SECOND,
         'modes': [mode for mode in modes if not mode['harmonic']],
         'harmonics': [mode for mode in modes if mode['harmonic']],
         'channels': list(message.channel_names),

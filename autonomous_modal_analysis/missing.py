@@ -20,6 +20,7 @@ ROS = frozenset(
         'sensor_msgs',
         'std_msgs',
         'std_srvs',
+        'tf2_msgs',
         'trajectory_msgs',
         'visualization_msgs',
     )

@@ -3,16 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.mode import Mode
-from oma_identifier.tracking import relative_std, SAME_POSE_RAD
-
-if TYPE_CHECKING:
-    from autonomous_modal_analysis.results import IdentifiedWindow
+from modal_core.window import ResultOfWindow
+from oma_identifier.tracking import relative_std, TRACKING
 
 SURPRISE = 3.0
 
@@ -54,7 +51,7 @@ class _Mean:
     std_hz: float
 
 
-def mode_tracks(windows: 'Sequence[IdentifiedWindow]') -> list[ModeTrack]:
+def mode_tracks(windows: Sequence[ResultOfWindow]) -> list[ModeTrack]:
     """Return one track per id, by id."""
     poses: list[NDArray[np.float64]] = []
     seen: dict[int, dict[int, list[Mode]]] = {}
@@ -70,7 +67,9 @@ def mode_tracks(windows: 'Sequence[IdentifiedWindow]') -> list[ModeTrack]:
 def _place(position: NDArray[np.float64], poses: list[NDArray[np.float64]]) -> int:
     """Return the number of a pose, a new one where it is not close to any before."""
     for number, known in enumerate(poses):
-        near = len(known) == len(position) and np.all(np.abs(known - position) <= SAME_POSE_RAD)
+        near = len(known) == len(position) and np.all(
+            np.abs(known - position) <= TRACKING.same_pose_rad
+        )
         if near:
             return number
     poses.append(position)

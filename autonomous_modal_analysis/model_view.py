@@ -1,5 +1,6 @@
 """What a model says of one pose, for people."""
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
@@ -12,7 +13,9 @@ def show_model(seen: ModelAtPose) -> None:
     """Print one row per mode, with the sensitivity to each joint where asked for."""
     coefficients = seen.sensitivity
     pose = seen.pose_deg.round(2).tolist()
-    OUTPUT.print(f'{seen.model.robot_name} at {pose} deg', soft_wrap=True, markup=False)
+    OUTPUT.print(
+        f'{seen.model.robot_name} at {pose} deg{_joints(seen)}', soft_wrap=True, markup=False
+    )
     table = Table(box=SIMPLE_HEAD, padding=(0, 0))
     joints = seen.model.joint_names if coefficients is not None else ()
     for heading in ('mode', 'Hz', 'damping %', *joints):
@@ -27,11 +30,21 @@ def show_model(seen: ModelAtPose) -> None:
             *_changes(coefficients, number),
         )
     OUTPUT.print(table)
+    if not seen.model.n_dof:
+        OUTPUT.print('a rigid model has no modes: springs come from ama gap, or by hand')
     if coefficients is not None:
         OUTPUT.print(
             f'change of frequency [%] for a joint step of {seen.step_deg:g} deg:'
             ' from the model at both poses / predicted from the shapes at this one'
         )
+
+
+def _joints(seen: ModelAtPose) -> str:
+    """Tell the serial joints beside the axes where they differ."""
+    axes, joints = seen.pose_deg.round(2), np.rad2deg(seen.q).round(2) + 0.0
+    if np.array_equal(axes, joints):
+        return ''
+    return f' of the controller axes, {joints.tolist()} deg of the serial joints'
 
 
 def _changes(coefficients: SensitivityTable | None, number: int) -> list[str]:

@@ -15,6 +15,9 @@ TABLES = {
     'excitation_planner': 'excitation_planner.planner_parameters',
     'robot_bridge': 'robot_bridge.bridge_settings',
     'abb_emulator': 'abb_emulator.node.emulator_parameters',
+    'arm_state': 'robot_bridge.node.arm_state_parameters',
+    'modal_dashboard': 'modal_dashboard.node_parameters',
+    'modal_history': 'modal_history.node_parameters',
     'replay': 'robot_bridge.node.replay_parameters',
 }
 EVERY = ('*', '**')

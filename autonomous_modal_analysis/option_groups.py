@@ -15,6 +15,7 @@ from autonomous_modal_analysis.options import (
     channel_names,
     Channels,
     LayoutPath,
+    Mark,
     numbers,
     RecordingPath,
     RobotName,
@@ -23,9 +24,11 @@ from autonomous_modal_analysis.options import (
     Topics,
     Unit,
 )
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.channel import SensorLayout
-from modal_core.schema import parameter_values, read_values, Setting, settings_of
+from modal_core.errors import SettingsError
+from modal_core.schema import parameter_values, read_values, SettingField, settings_of
 from modal_core.yaml_file import load_yaml
 from oma_identifier.settings import IdentificationSettings
 from robot_bridge.playback_settings import PlaybackSettings
@@ -35,20 +38,21 @@ if TYPE_CHECKING:
     from autonomous_modal_analysis.api.recording import Recording
     from autonomous_modal_analysis.api.settings import Settings
     from autonomous_modal_analysis.terminal import ProgressCallback
+    from structural_model.flexible_joint_model import FlexibleJointModel
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
-    """Which recording, what of it, and how a plain array is to be read."""
+class Reading:
+    """What of a recording is used, and how a plain array is to be read."""
 
-    recording: RecordingPath
     topic: Topics = None
     sample_rate_hz: SampleRate = None
     unit: Unit = None
     channels: Channels = None
+    mark: Mark = None
 
-    def open(self, to_look: bool = False) -> 'Recording':
-        """Open the recording; ``to_look`` also when it has nothing to identify.
+    def open_file(self, path: Path, to_look: bool = False) -> 'Recording':
+        """Open a recording; ``to_look`` also when it has nothing to identify.
 
         Raises
         ------
@@ -58,16 +62,42 @@ class Source:
         import autonomous_modal_analysis as ama
 
         return ama.open(
-            self.recording,
+            path,
             topics=tuple(self.topic) if self.topic else None,
             sample_rate_hz=self.sample_rate_hz,
             unit=self.unit,
             channel_names=channel_names(self.channels),
             to_look=to_look,
+            mark=self.mark,
         )
 
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source(Reading):
+    """Which recording, what of it, and how a plain array is to be read."""
+
+    recording: RecordingPath
+
+    def open(self, to_look: bool = False) -> 'Recording':
+        """Open the recording; ``to_look`` also when it has nothing to identify.
+
+        Raises
+        ------
+        RecordingError
+            It cannot be read.
+        """
+        return self.open_file(self.recording, to_look)
+
     def parameters(self) -> dict[str, object]:
-        """Return the same as parameters of the replay node."""
+        """Return the same as parameters of the replay node.
+
+        Raises
+        ------
+        SettingsError
+            Only a part is to be used.
+        """
+        if self.mark:
+            raise SettingsError('a recording is played as a whole', where='--mark')
         return {
             'recording': str(self.recording.resolve()),
             'topics': self.topic or [''],
@@ -106,10 +136,21 @@ class Identifier:
         ModalAnalysisError
             It cannot be read, or does not fit the robot.
         """
-        from autonomous_modal_analysis.api.robot import read_robot, sensors_of
+        from autonomous_modal_analysis.api.robot import sensors_of
 
-        model = read_robot(self.robot) if self.robot else None
-        return sensors_of(self.robot, model, self.layout)
+        return sensors_of(self.robot, self.motion(), self.layout)
+
+    def motion(self) -> 'FlexibleJointModel | None':
+        """Return the model of the robot that was named; None without one.
+
+        Raises
+        ------
+        ModelError
+            There is no such robot.
+        """
+        from autonomous_modal_analysis.api.robot import read_robot
+
+        return read_robot(self.robot) if self.robot else None
 
     def parameters(self) -> dict[str, object]:
         """Return the same as parameters of the identifier node."""
@@ -176,6 +217,16 @@ class Wish:
         return PlanRequest(**others | self.values())
 
 
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A plan as a program of the controller: where it is written, and what it calls things."""
+
+    rapid: Annotated[
+        Path | None, typer.Option(help='Write the plan as a RAPID module to load by hand.')
+    ] = None
+    options: RapidOptions = field(default_factory=RapidOptions)
+
+
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
     """Let a command take groups of options; its own options stand after them."""
     groups: dict[str, type[Any]] = {}
@@ -186,6 +237,9 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
             options.extend(_options(groups[name], parameter.kind))
         else:
             options.append(parameter)
+
+    # What must be given stands first, whichever group it is of.
+    options.sort(key=lambda option: option.default is not inspect.Parameter.empty)
 
     def run(**values: Any) -> None:
         made = {name: _take(group, values) for name, group in groups.items()}
@@ -234,14 +288,14 @@ def _take(group: type[Any], values: dict[str, Any]) -> Any:
     return group(**taken)
 
 
-def _changes(item: Field[Any]) -> Iterator[Setting]:
+def _changes(item: Field[Any]) -> Iterator[SettingField]:
     """Yield the settings that a field of changes may change."""
     for each in settings_of(item.metadata['changes']):
         if each.name not in item.metadata['without']:
             yield each
 
 
-def _entries(setting: Setting, value: Any) -> Any:
+def _entries(setting: SettingField, value: Any) -> Any:
     """Return the value of an option; one that is a list is given with commas."""
     if not setting.many:
         return value

@@ -8,19 +8,22 @@ from rich.markup import escape
 import typer
 
 from modal_core.errors import SettingsError
-from modal_core.schema import Setting
+from modal_core.schema import SettingField
 
 RecordingPath = Annotated[
     Path,
     typer.Argument(
-        help='rosbag2 folder, .mcap, .db3, ROS 1 .bag, or an array as .npy, .csv, .tsv or .txt.',
+        help='rosbag2 folder, .mcap, .db3, ROS 1 .bag, array as .npy, .csv, .tsv or .txt, or of '
+        'another program: .uff, .mat, .h5, .nc, .wav, .tdms, .mf4.',
         show_default=False,
     ),
 ]
 Json = Annotated[bool, typer.Option('--json', help='Print one JSON object, for programs.')]
 Topics = Annotated[
     list[str] | None,
-    typer.Option('--topic', help='Use only this topic; may be given more than once.'),
+    typer.Option(
+        '--topic', help='Use only this topic, or array of a file; may be given more than once.'
+    ),
 ]
 LayoutPath = Annotated[
     Path | None,
@@ -31,7 +34,16 @@ SampleRate = Annotated[
 ]
 Unit = Annotated[
     str | None,
-    typer.Option('--unit', help='Unit of a plain array: m/s^2, g, mm/s, um, ...; else m/s^2.'),
+    typer.Option(
+        '--unit', help='Unit of a plain array: m/s^2, g, mm/s, um, "50 m/s^2", ...; else m/s^2.'
+    ),
+]
+Mark = Annotated[
+    str | None,
+    typer.Option(
+        '--mark',
+        help='Channel or column that is high while the robot moves: only that part is used.',
+    ),
 ]
 Channels = Annotated[
     str | None,
@@ -39,6 +51,14 @@ Channels = Annotated[
         '--channels',
         help="Names of a plain array's columns: a,b,c; with units: time \\[ms],a \\[g]; - for "
         'none.',
+    ),
+]
+Export = Annotated[
+    list[Path] | None,
+    typer.Option(
+        '--export',
+        help='File of another program with the modes: .uff, .mat, .nc, .parquet or .csv; may be '
+        'given more than once.',
     ),
 ]
 RobotName = Annotated[
@@ -49,12 +69,21 @@ RobotName = Annotated[
         'states, are taken out; its sensors.yaml is the layout unless --layout names another.',
     ),
 ]
+POSE_HELP = 'Name of a pose, controller angles j1,j2,... in degrees, or a recording made there.'
+Serial = Annotated[
+    bool,
+    typer.Option(
+        '--serial',
+        help='The angles given are those of the serial joints, as in joint_states, not those of'
+        ' the controller axes; they differ where a rod couples axes.',
+    ),
+]
 Namespace = Annotated[
     str, typer.Option(help='ROS namespace of all nodes of a cell: one for each cell of a domain.')
 ]
 
 
-def setting_option(setting: Setting, changes: bool = False) -> Any:
+def setting_option(setting: SettingField, changes: bool = False) -> Any:
     """Return the option of a setting: its name, its type and its words.
 
     With ``changes`` nothing is set unless the option is given: the help tells what holds then.
@@ -89,6 +118,22 @@ def check_namespace(namespace: str) -> None:
             found=namespace,
             expected='letters, digits and _, parts separated by /',
         )
+
+
+def stated_pair(text: str) -> tuple[str, str]:
+    """Split ``name=value``.
+
+    Raises
+    ------
+    SettingsError
+        It is no such pair.
+    """
+    name, found, value = text.partition('=')
+    if not (found and name.strip() and value.strip()):
+        raise SettingsError(
+            'not a tolerance', where='--tolerance', found=text, expected='stiffness=0.4'
+        )
+    return name.strip(), value.strip()
 
 
 def channel_names(channels: str | None) -> tuple[str, ...] | None:

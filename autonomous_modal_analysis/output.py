@@ -9,20 +9,22 @@ from rich.markup import escape
 
 from autonomous_modal_analysis.identification import IdentifiedRecording
 from autonomous_modal_analysis.mode_tracks import mode_tracks
+from autonomous_modal_analysis.modes_table import modes_table
 from autonomous_modal_analysis.report import (
+    channel_spectra,
     ReportContent,
     TrueMode,
     write_report,
 )
 from autonomous_modal_analysis.report.words import band_words
 from autonomous_modal_analysis.results import Identification, SetUps, write_csv, write_json
-from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT
+from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
 from modal_core.mode import ModeSet
-from modal_core.version import PACKAGE, suite_version
-from modal_reports import Spectrum
+from modal_core.version import software
+from modal_reports import ChannelSpectra, Spectrum
 
 if TYPE_CHECKING:
-    from autonomous_modal_analysis.arm_drawing import ArmDrawing
+    from modal_dashboard.arm_drawing import ArmDrawing
 
 JSON_NAME, CSV_NAME, REPORT_NAME = 'modes.json', 'modes.csv', 'report.html'
 
@@ -48,8 +50,21 @@ def show_identification(found: IdentifiedRecording, name: str) -> None:
             OUTPUT.print(track.words())
     if identification.band is not None:
         OUTPUT.print(band_words(identification.band))
+    if identification.sliding is not None:
+        OUTPUT.print(identification.sliding.words(), soft_wrap=True, markup=False)
     for remark in identification.remarks:
         OUTPUT.print(f'note: {escape(remark)}', soft_wrap=True)
+
+
+def show_exported(file: Path) -> None:
+    """Say which file was written."""
+    MESSAGES.print(f'written: {file}', soft_wrap=True, markup=False)
+
+
+def show_kept(file: Path, n_new: int) -> None:
+    """Say how many results a history got."""
+    said = f'{n_new} results added' if n_new else 'all results were there already'
+    MESSAGES.print(f'history {file}: {said}', soft_wrap=True, markup=False)
 
 
 def save_results(
@@ -75,16 +90,26 @@ def save_results(
         truth=truth,
         geometry=drawing.geometry if drawing else None,
         displacements=drawing.displacements if drawing else (),
-        provenance={'software': f'{PACKAGE} {suite_version()}', **(provenance or {})},
+        spectra=_spectra(found),
+        provenance={'software': software(), **(provenance or {})},
     )
-    write_json(folder / JSON_NAME, found.identification)
+    write_json(folder / JSON_NAME, found.identification, name)
     write_csv(folder / CSV_NAME, found.identification)
     write_report(folder / REPORT_NAME, content)
 
 
-def show_written(folder: Path) -> None:
-    """Say on standard error what :func:`save_results` has written."""
-    MESSAGES.print(f'written: {folder}/{{{JSON_NAME}, {CSV_NAME}, {REPORT_NAME}}}', soft_wrap=True)
+def _spectra(found: IdentifiedRecording) -> ChannelSpectra | None:
+    """Return the spectra of the channels over the analysed band."""
+    band = found.identification.band
+    if not found.parts or band is None:
+        return None
+    hz = (band.low_hz, band.high_hz)
+    return channel_spectra(found.parts[0], tuple(found.identification.modes), hz)
+
+
+def show_written(folder: Path, names: Sequence[str] = (JSON_NAME, CSV_NAME, REPORT_NAME)) -> None:
+    """Say on standard error which files were written."""
+    MESSAGES.print(f'written: {folder}/{{{", ".join(names)}}}', soft_wrap=True)
 
 
 def merged_words(modes: ModeSet, set_ups: SetUps) -> list[str]:
@@ -104,13 +129,12 @@ def merged_words(modes: ModeSet, set_ups: SetUps) -> list[str]:
 
 
 def write_merged(folder: Path, identification: Identification, names: Sequence[str]) -> None:
-    """Write modes.json and report.html of merged set-ups into a folder and say so."""
+    """Write modes.json and report.html of merged set-ups into a folder."""
     content = ReportContent(
         title='Operational modal analysis, set-ups merged',
         recording=', '.join(names),
         identification=identification,
-        provenance={'software': f'{PACKAGE} {suite_version()}'},
+        provenance={'software': software()},
     )
-    write_json(folder / JSON_NAME, identification)
+    write_json(folder / JSON_NAME, identification, ', '.join(names))
     write_report(folder / REPORT_NAME, content)
-    MESSAGES.print(f'written: {folder}/{{{JSON_NAME}, {REPORT_NAME}}}', soft_wrap=True)

@@ -46,6 +46,14 @@ def recorded_plan_hash(recording: MessageRecording) -> str:
     return next((str(plan.plan_hash) for plan in _plans(recording)), '')
 
 
+def recorded_robot_name(recording: Recording) -> str:
+    """Return the robot that the plans in a recording are for; empty without one, or of several."""
+    if not isinstance(recording, MessageRecording):
+        return ''
+    names = {str(plan.robot_name) for plan in _plans(recording)}
+    return names.pop() if len(names) == 1 else ''
+
+
 def recorded_edge_hz(recording: Recording) -> float | None:
     """Return where the excitation of the plans in a recording ends, the highest of several.
 

@@ -37,20 +37,22 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
     pose = _degrees(model, plan.start_position)
     if plan.signal == APPROACH:
         end = _degrees(model, plan.position[-1])
-        OUTPUT.print(f'approach, {plan.duration_s:g} s from {pose} to {end} deg')
+        OUTPUT.print(f'approach, {plan.duration_s:g} s from {pose} to {end} deg (controller axes)')
     else:
         OUTPUT.print(
-            f'{plan.signal.replace("_", " ")}, {plan.duration_s:g} s from {pose} deg,'
-            f' {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz, seed {plan.seed}'
+            f'{plan.signal.replace("_", " ")}, {plan.duration_s:g} s from {pose} deg'
+            f' (controller axes), {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz,'
+            f' seed {plan.seed}'
         )
     OUTPUT.print(f'hash {plan.plan_hash}', soft_wrap=True)
     range_mm = ' x '.join(f'{1e3 * way:.2f}' for way in flange_range(plan, model))
     OUTPUT.print(f'the flange stays within {range_mm} mm (x, y, z of the base)')
     OUTPUT.print(
         f'fastest point {1e3 * plan.peak_point_speed:.1f} mm/s,'
-        f' torque projection rank {plan.torque_projection_rank}'
+        f' torque projection rank {plan.torque_projection_rank}{_weakest(plan)}'
     )
     OUTPUT.print(_joints(plan))
+    _show_sliding(plan, model)
     if plan.signal in MOVES:
         _show_program(plan, model)
     if plan.signal == APPROACH:
@@ -64,6 +66,25 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
 def flange_range(plan: ExcitationPlan, model: FlexibleJointModel) -> NDArray[np.float64]:
     """Return how far the flange goes along x, y and z of the base, (3,) [m]."""
     return np.asarray(np.ptp(model.frame_positions(plan.position)[:, -1], axis=0))
+
+
+def _weakest(plan: ExcitationPlan) -> str:
+    """Tell how strong the weakest direction is against the strongest."""
+    if plan.prediction is None:
+        return ''
+    return f' (weakest direction {plan.prediction.projection.ratio:.2f} of the strongest)'
+
+
+def _show_sliding(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
+    """Tell how far axes sweep, and what part of the time they slide."""
+    if plan.prediction is None:
+        return
+    reach = np.rad2deg(np.ptp(model.to_controller(plan.position), axis=0))
+    rows = zip(model.axis_names, plan.prediction.sliding_share, reach, strict=True)
+    words = ', '.join(
+        f'{name} {100 * share:.0f} % in {angle:.2f} deg' for name, share, angle in rows
+    )
+    OUTPUT.print(f'axes slide this part of the time: {words}', soft_wrap=True, markup=False)
 
 
 def _show_program(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
@@ -87,7 +108,7 @@ def _degrees(model: FlexibleJointModel, serial: NDArray[np.float64]) -> list[flo
 
 def _joints(plan: ExcitationPlan) -> Table:
     table = Table()
-    for heading in ('joint', 'range [°]', 'speed [°/s]', 'acceleration [°/s²]'):
+    for heading in ('serial joint', 'range [°]', 'speed [°/s]', 'acceleration [°/s²]'):
         table.add_column(heading, justify='right')
     rows = zip(
         plan.joint_names,
@@ -112,6 +133,6 @@ def _modes(plan: ExcitationPlan) -> Table:
             DAMPING.number(mode.damping_ratio, mode.damping_ratio_std),
             f'{mode.signal_to_noise_db:.0f}',
             mode.best_channel,
-            f'no: {mode.reason}' if mode.missed else 'yes',
+            f'no: {mode.reason}; {mode.cure}' if mode.missed else 'yes',
         )
     return table

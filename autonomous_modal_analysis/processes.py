@@ -9,18 +9,37 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+import threading
 import time
 from types import TracebackType
 from typing import IO, Self
 
 from modal_core.errors import ModalAnalysisError
 
-STOP_PATIENCE_S = 10.0
+LONGEST_STOP_S = 10.0
+CHECK_EVERY_S = 0.5
 SINGLE_BLAS_THREAD = {
     'OPENBLAS_NUM_THREADS': '1',
     'OMP_NUM_THREADS': '1',
     'MKL_NUM_THREADS': '1',
 }
+
+
+def stop_event() -> threading.Event:
+    """Return an event that Ctrl-C and SIGTERM set from now on."""
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    return stop
+
+
+def all_is_stopped() -> None:
+    """Pass over what asks to stop from now on.
+
+    A second Ctrl-C while Python itself ends would be a death by signal.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +145,17 @@ class NodeProcesses:
             if process.poll() is not None:
                 raise self._ended(name, process.returncode)
 
+    def run_until(self, stop: threading.Event) -> None:
+        """Wait until the event is set.
+
+        Raises
+        ------
+        ModalAnalysisError
+            A node ended by itself.
+        """
+        while not stop.wait(CHECK_EVERY_S):
+            self.check()
+
     def ended_well(self, name: str) -> bool:
         """Return whether a node has come to its own end; False while it runs.
 
@@ -145,7 +175,7 @@ class NodeProcesses:
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         # Not SIGINT: a node that is still importing would answer it with a traceback.
         for number in (signal.SIGTERM, signal.SIGKILL):
-            deadline = time.monotonic() + STOP_PATIENCE_S
+            deadline = time.monotonic() + LONGEST_STOP_S
             for process in reversed(self._running.values()):
                 process.send_signal(number)
             for process in self._running.values():

@@ -1,23 +1,22 @@
-"""Modes of a recording, of whatever it was kept as: the recording itself, or its modes.json."""
+"""Modes of a recording, or as they were kept: modes.json, or a universal file of any program."""
 
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-from autonomous_modal_analysis.api.recording import open_recording
-from autonomous_modal_analysis.api.uniform_samples import one_stretch
-from autonomous_modal_analysis.option_groups import Identifier
 from autonomous_modal_analysis.output import show_damage
+from autonomous_modal_analysis.results import FORMAT_VERSION
 from autonomous_modal_analysis.terminal import progress_bar
-from modal_core.errors import IdentificationError, RecordingError, SettingsError
+from modal_core.errors import RecordingError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.mode import Mode, ModeSet
-from modal_core.samples import Samples
-from oma_identifier.one_kind import of_one_kind
+
+if TYPE_CHECKING:
+    from autonomous_modal_analysis.api.modal_result import ModalResult
+    from autonomous_modal_analysis.option_groups import Identifier
 
 RESULTS = 'modes.json'
 LARGEST_BYTES = 500_000_000
+UNIVERSAL = ('.uff', '.unv')
 
 
 def results_file(path: Path) -> Path | None:
@@ -27,7 +26,30 @@ def results_file(path: Path) -> Path | None:
     return path if path.suffix == '.json' else None
 
 
-def modes_of(path: Path, identifier: Identifier) -> ModeSet:
+def kept_name(path: Path) -> str:
+    """Return what to call results: by their folder where the file has the usual name."""
+    return path.parent.name if path.name == RESULTS else path.name
+
+
+def result_of(path: Path, identifier: 'Identifier') -> 'ModalResult | Path':
+    """Return what a recording gives, or the file of results that were kept.
+
+    Raises
+    ------
+    ModalAnalysisError
+        It cannot be read or identified.
+    """
+    if results_file(path) is not None:
+        return path
+    from autonomous_modal_analysis.api.recording import open_recording
+
+    with progress_bar(f'identifying {path.name}') as progress:
+        found = identifier.identify(open_recording(path), progress)
+    show_damage(found.damage)
+    return found
+
+
+def modes_of(path: Path, identifier: 'Identifier') -> ModeSet:
     """Return the modes of a recording, or of results that were kept.
 
     Raises
@@ -35,36 +57,20 @@ def modes_of(path: Path, identifier: Identifier) -> ModeSet:
     ModalAnalysisError
         It cannot be read or identified.
     """
-    kept = results_file(path)
-    if kept is not None:
-        return read_modes(kept)
-    with progress_bar(f'identifying {path.name}') as progress:
-        found = identifier.identify(open_recording(path), progress)
-    show_damage(found.damage)
-    return found.modes
+    if path.suffix.lower() in UNIVERSAL and _has_shapes(path):
+        from modal_recordings.formats.universal_shapes import read_shapes
+
+        return read_shapes(path)
+    found = result_of(path, identifier)
+    return read_modes(results_file(found) or found) if isinstance(found, Path) else found.modes
 
 
-def samples_of(path: Path, names: Sequence[str]) -> Samples | None:
-    """Return the samples that modes were identified from, channels as named.
+def _has_shapes(path: Path) -> bool:
+    """Return whether a universal file holds modes; where it holds records too, those count."""
+    from modal_recordings.formats.universal_blocks import blocks_of
 
-    None for kept results, and for recordings with gaps or with other channels when read as one.
-    """
-    if results_file(path) is not None:
-        return None
-    recording = open_recording(path)
-    try:
-        samples = of_one_kind(one_stretch(recording.source, recording.info))
-    except (RecordingError, IdentificationError):
-        return None
-    own = samples.channel_names
-    if not set(names) <= set(own):
-        return None
-    columns = [own.index(name) for name in names]
-    return replace(
-        samples,
-        acceleration=samples.acceleration[:, columns],
-        channels=tuple(samples.channels[column] for column in columns),
-    )
+    kinds = {block.kind for block in blocks_of(path)}
+    return 55 in kinds and 58 not in kinds
 
 
 def read_modes(path: Path) -> ModeSet:
@@ -77,6 +83,9 @@ def read_modes(path: Path) -> ModeSet:
     """
     try:
         found: Any = load_json(path, LARGEST_BYTES)
+        version = found.get('file', {}).get('format_version', FORMAT_VERSION)
+        if version != FORMAT_VERSION:
+            raise _no_results(path, f'format version {version}')
         names = tuple(str(name) for name in found['shape_channels'])
         modes = tuple(Mode.from_values(item, len(names)) for item in found['modes'])
         method = str(found['settings'].get('method', 'ssi_cov'))

@@ -12,9 +12,10 @@ from rclpy.node import Node
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.polled_group_node import PolledGroup
 from modal_recordings.raw_message import RawMessage
 from modal_recordings.writer import RecordingWriter
-from oma_identifier.node.polled_topic_node import PolledGroup, PolledTopic
+from oma_identifier.node.polled_topic_node import PolledTopic
 
 DEPTH = 8000
 POLL_S = 0.05

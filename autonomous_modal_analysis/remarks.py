@@ -5,6 +5,7 @@ Nothing here is wrong with the data; where there is no such line the settings fi
 
 from collections import Counter
 from collections.abc import Sequence
+import math
 from statistics import median
 from statistics import mode as most_common
 
@@ -14,17 +15,15 @@ from autonomous_modal_analysis.results import IdentifiedWindow
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_reports import count, listed
-from oma_identifier.covariance import PERIODS, RATE_RATIO
-from oma_identifier.identify import NO_MODE, ONLY_LINES
-from oma_identifier.result import WindowResult
+from oma_identifier.covariance import COVARIANCE
+from oma_identifier.record import needed_window_s, SHORT_WINDOWS, too_slow
+from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import SingularValueSpectrum
 
-FEW_DECAYS = 2.0
-"""Damping times frequency times duration below which damping scatters by 28 % or more at best:
-1 / √(2π ζ f T), Au (2014), doi:10.1016/j.ymssp.2013.12.016."""
 ROUGH, FAIR = 1.0, 4.0
-"""The same where it scatters by 40 % at best, and where by 20 %."""
+"""Damping times frequency times duration where damping scatters by 40 % at best, and where by
+20 %: 1 / √(2π ζ f T), Au (2014), doi:10.1016/j.ymssp.2013.12.016."""
 FAR_BELOW = 0.05
 """Share of half the sample rate."""
 STANDS_OUT = 4.0
@@ -56,6 +55,7 @@ def remarks(
     """
     found = (
         _too_short_record(whole),
+        _damping_without_deviation(whole),
         _too_short_windows(whole, windows),
         _empty_windows(windows),
         _odd_rate(whole, sample_rate_hz, settings),
@@ -69,29 +69,39 @@ def _too_short_record(whole: WindowResult) -> str:
     if not rough:
         return ''
     needed_s = max(FAIR / (mode.damping_ratio * mode.frequency_hz) for mode in rough)
+    unsure = ' (without σ)' if any(_is_withheld(mode) for mode in rough) else ''
     return (
-        f'{_frequencies(rough)}: {duration_s:.3g} s are short for the damping, which scatters by'
-        f' 40 % or more; record {_rounded_up(needed_s)} s for 20 %'
+        f'{_frequencies(rough)}: {duration_s:.3g} s are short for the damping{unsure}, which'
+        f' scatters by 40 % or more; record {_rounded_up(needed_s)} s for 20 %'
     )
 
 
+def _damping_without_deviation(whole: WindowResult) -> str:
+    duration_s = (whole.end_ns - whole.start_ns) / NANOSECONDS_PER_SECOND
+    moving = [m for m in whole.modes if _is_withheld(m) and _decays(m, duration_s) >= ROUGH]
+    if not moving:
+        return ''
+    return (
+        f'{_frequencies(moving)}: damping without σ, for the frequency moves too far within a'
+        ' window, or too many samples were filled in; shorter windows (--window-s) or a steady'
+        ' structure'
+    )
+
+
+def _is_withheld(mode: Mode) -> bool:
+    return math.isfinite(mode.frequency_std_hz) and math.isnan(mode.damping_ratio_std)
+
+
 def _too_short_windows(whole: WindowResult, windows: Sequence[IdentifiedWindow]) -> str:
-    if len(windows) < 2:
+    if len(windows) < 2 or SHORT_WINDOWS not in whole.quality.flags:
         return ''
     window_s = median(window.end_ns - window.start_ns for window in windows)
     window_s /= NANOSECONDS_PER_SECOND
     seen = Counter(mode.id for window in windows for mode in window.modes)
-    slow = [
-        mode
-        for mode in whole.modes
-        if 2 * seen[mode.id] < len(windows)
-        and (mode.frequency_hz * window_s < PERIODS or _decays(mode, window_s) < FEW_DECAYS)
-    ]
+    slow = too_slow(whole.modes, window_s, lambda mode: seen[mode.id] / len(windows))
     if not slow:
         return ''
-    needed_s = max(
-        max(PERIODS, FEW_DECAYS / mode.damping_ratio) / mode.frequency_hz for mode in slow
-    )
+    needed_s = max(needed_window_s(mode) for mode in slow)
     return (
         f'{_frequencies(slow)}: windows of {window_s:.3g} s are too short, most do not show'
         f' {"it" if len(slow) == 1 else "them"}; --window-s {_rounded_up(needed_s)} or more would'
@@ -118,7 +128,7 @@ def _odd_rate(whole: WindowResult, sample_rate_hz: float, settings: Identificati
     known = [*whole.modes.frequency_hz, *whole.harmonics.frequency_hz]
     ends_hz = max([_end_of_response_hz(spectrum), *known])
     if 0.0 < ends_hz < FAR_BELOW * half_hz:
-        low_hz = settings.min_frequency_hz or sample_rate_hz / RATE_RATIO
+        low_hz = settings.min_frequency_hz or sample_rate_hz / COVARIANCE.rate_ratio
         return (
             f'the response ends at {ends_hz:.3g} Hz, far below half the sample rate of'
             f' {sample_rate_hz:.4g} Hz: is that rate right? If so, modes below {low_hz:.3g} Hz are'

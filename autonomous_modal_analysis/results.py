@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 import csv
 from dataclasses import asdict, dataclass, field, is_dataclass
+from datetime import datetime, UTC
 from enum import Enum
 import io
 import json
@@ -11,12 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
+from autonomous_modal_analysis.joint_sliding import JointSliding
 from autonomous_modal_analysis.mode_tracks import mode_tracks
 from modal_core.atomic_file import write_text
 from modal_core.channel import Channel
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode, MODE_FIELDS, ModeSet
 from modal_core.quality import DataQuality
+from modal_core.version import software
 from modal_core.window import Pose
 from oma_identifier.covariance import AnalysedBand
 
@@ -24,6 +27,8 @@ MODE_COLUMNS = tuple(item.name for item in MODE_FIELDS if item.single)
 """What a table says of a mode; shapes and what is made of them are no single numbers."""
 CSV_COLUMNS = ('window', 'start_time_s', 'end_time_s', *MODE_COLUMNS)
 NONE = ModeSet((), ())
+FORMAT_VERSION = 1
+"""Of the JSON file: counts up when a program that reads it must be changed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +120,8 @@ class Identification:
         What should be known of it, each with a remedy; empty when settings and data fit.
     set_ups : SetUps or None
         Where several were merged.
+    sliding : JointSliding or None
+        What part of the time the axes slid, where joint states and the robot are known.
     """
 
     modes: ModeSet
@@ -127,6 +134,7 @@ class Identification:
     damage: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     set_ups: SetUps | None = None
+    sliding: JointSliding | None = None
 
 
 def identification_json(identification: Identification) -> dict[str, object]:
@@ -144,7 +152,7 @@ def identification_json(identification: Identification) -> dict[str, object]:
         ``channels``, ``data_quality``, ``remarks``, ``settings``; ``shape_channels`` names the
         entries of the shapes (windows have ``channels`` for that), ``data_quality`` has
         ``damage``, a list of statements, empty for a sound recording; ``set_ups`` where several
-        were merged.
+        were merged, ``sliding`` where joint states and robot tell it.
     """
     quality = {field: plain(value) for field, value in asdict(identification.quality).items()}
     return {
@@ -158,6 +166,7 @@ def identification_json(identification: Identification) -> dict[str, object]:
         'data_quality': {**quality, 'damage': list(identification.damage)},
         'remarks': list(identification.remarks),
         'settings': plain(identification.settings) or {},
+        **({'sliding': plain(identification.sliding)} if identification.sliding else {}),
         **({'set_ups': plain(identification.set_ups)} if identification.set_ups else {}),
     }
 
@@ -167,9 +176,20 @@ def json_text(value: object) -> str:
     return json.dumps(plain(value), allow_nan=False, ensure_ascii=False, indent=2) + '\n'
 
 
-def write_json(path: Path, identification: Identification) -> None:
-    """Write the result as JSON, whole or not at all."""
-    write_text(path, json_text(identification_json(identification)))
+def file_header(format_version: int, **of: str) -> dict[str, object]:
+    """Return what a file of results says of itself: its format, what it is of, when, by what."""
+    return {
+        'format_version': format_version,
+        **of,
+        'written': datetime.now(UTC).isoformat(timespec='seconds'),
+        'software': software(),
+    }
+
+
+def write_json(path: Path, identification: Identification, recording: str = '') -> None:
+    """Write the result as JSON, whole or not at all, with where it comes from in ``file``."""
+    file = file_header(FORMAT_VERSION, recording=recording)
+    write_text(path, json_text({'file': file, **identification_json(identification)}))
 
 
 def write_csv(path: Path, identification: Identification) -> None:

@@ -1,28 +1,16 @@
 """What the command line shows: results on standard output, progress and messages beside it."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 import json
-import math
+import time
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.segment import Segment
-from rich.table import Table
 
-from modal_core.mode import Mode
 from modal_core.printable import printable
-from modal_reports import (
-    DAMPING,
-    fixed,
-    FREQUENCY,
-    mark,
-    MPC,
-    MPD,
-    SCATTERED,
-    SCATTERED_MEANS,
-)
 
 
 class PlainConsole(Console):
@@ -45,6 +33,10 @@ OUTPUT = PlainConsole(highlight=False)
 MESSAGES = PlainConsole(stderr=True, highlight=False)
 
 ProgressCallback = Callable[[float], None]
+LINE_EVERY_S = 10.0
+"""Chosen: a log of an hour has 360 lines, and nobody thinks that the work has died."""
+LEAST_DONE = 0.02
+"""From this part on the time that is left is told: of less it would be a guess."""
 
 
 def no_progress(_: float) -> None:
@@ -53,7 +45,13 @@ def no_progress(_: float) -> None:
 
 @contextmanager
 def progress_bar(text: str) -> Iterator[ProgressCallback]:
-    """Show a bar for long work; yield a function that takes the fraction done, 0..1."""
+    """Show a bar for long work; yield a function that takes the fraction done, 0..1.
+
+    Without a terminal a line now and then takes its place.
+    """
+    if not MESSAGES.is_terminal:
+        yield _progress_lines(text)
+        return
     columns = (
         TextColumn('{task.description}'),
         BarColumn(),
@@ -61,9 +59,7 @@ def progress_bar(text: str) -> Iterator[ProgressCallback]:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(
-        *columns, console=MESSAGES, transient=True, disable=not MESSAGES.is_terminal
-    ) as progress:
+    with Progress(*columns, console=MESSAGES, transient=True) as progress:
         task = progress.add_task(escape(text), total=1.0)
 
         def show(fraction: float) -> None:
@@ -72,37 +68,24 @@ def progress_bar(text: str) -> Iterator[ProgressCallback]:
         yield show
 
 
+def _progress_lines(text: str) -> ProgressCallback:
+    """Return what says every ten seconds how far long work is, for logs."""
+    start_s = said_s = time.monotonic()
+
+    def say(fraction: float) -> None:
+        nonlocal said_s
+        now_s = time.monotonic()
+        if now_s - said_s < LINE_EVERY_S:
+            return
+        said_s = now_s
+        done, took_s = min(max(fraction, 0.0), 1.0), now_s - start_s
+        left = f', about {took_s / done - took_s:.0f} s left' if done > LEAST_DONE else ''
+        line = f'{text}: {100.0 * done:.0f} % after {took_s:.0f} s{left}'
+        MESSAGES.print(escape(line), soft_wrap=True)
+
+    return say
+
+
 def print_json(value: object) -> None:
     """Write one JSON value on standard output, as strict JSON."""
     OUTPUT.out(json.dumps(value, allow_nan=False, indent=2))
-
-
-def modes_table(modes: Sequence[Mode], title: str, notes: Sequence[str] = ()) -> Table:
-    """Return a table of modes, and of lines marked as harmonic, for people, by frequency.
-
-    Parameters
-    ----------
-    modes : sequence of Mode
-        In any order.
-    title : str
-        Above the table.
-    notes : sequence of str
-        One per mode, where there is something to say of each.
-    """
-    table = Table(title=escape(title), title_justify='left')
-    for heading in ('mode', FREQUENCY.label, DAMPING.label, MPC.label, MPD.label, ''):
-        table.add_column(heading, justify='right')
-    rows = zip(modes, notes or [''] * len(modes), strict=True)
-    for mode, note in sorted(rows, key=lambda row: row[0].frequency_hz):
-        table.add_row(
-            str(mode.id) if mode.id else '',
-            FREQUENCY.number(mode.frequency_hz, mode.frequency_std_hz),
-            '' if mode.harmonic else DAMPING.number(mode.damping_ratio, mode.damping_ratio_std),
-            fixed(mode.mpc, 3),
-            fixed(math.degrees(mode.mpd), 1),
-            ', '.join(filter(None, (note, mark(mode)))),
-        )
-    if any(mark(mode) == SCATTERED for mode in modes):
-        table.caption = f'{SCATTERED}: {SCATTERED_MEANS}'
-        table.caption_justify = 'left'
-    return table

@@ -13,7 +13,12 @@ NODES = (
     ('robot_bridge', 'robot_bridge', 'bridge.yaml'),
     ('excitation_planner', 'excitation_planner', 'planner.yaml'),
     ('oma_identifier', 'oma_identifier', 'identifier.yaml'),
+    ('arm_state', 'arm_state', 'arm_state.yaml'),
+    ('modal_dashboard', 'modal_dashboard', 'dashboard.yaml'),
+    ('modal_history', 'modal_history', 'history.yaml'),
 )
+# They say nothing of a real arm, whatever its parameter file says.
+OF_EMULATED_CELL = {'robot_bridge': {'move_emulator': True, 'emulator_link_timeout_s': 2.0}}
 
 
 def generate_launch_description():
@@ -40,6 +45,7 @@ def generate_launch_description():
             parameters=[
                 PathJoinSubstitution([LaunchConfiguration('config'), parameters]),
                 {'use_sim_time': LaunchConfiguration('use_sim_time')},
+                OF_EMULATED_CELL.get(name, {}),
             ],
             arguments=['--ros-args', '--log-level', LaunchConfiguration('log_level')],
             output='screen',

@@ -1,5 +1,6 @@
 """Where model and measurement disagree, and what the model lacks."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from model_gap.gap_json import found_effects, gap_mapping, over_noise
 from model_gap.report import effect_words, headline
 from model_gap.result_folder import ResultFolder
 from model_gap.search import SearchSettings
+from model_gap.stated import stated_settings
+from model_gap.trajectory import is_encoder_campaign
 
 
 @dataclass(eq=False, repr=False)
@@ -168,6 +171,12 @@ def campaign_of(
     Parameters and raises as :func:`gap`.
     """
     robot, place = read_robot(model), Path(folder)
+    if is_encoder_campaign(place):
+        raise SettingsError(
+            'recordings of encoders and torques, not of accelerations',
+            where=place,
+            advice='model_gap.trajectory.find_encoder_gap takes them, and the command `ama gap`',
+        )
     sensors = read_layout(layout)
     if sensors is None and isinstance(model, str | Path):
         sensors = campaign_layout(place, str(model))
@@ -180,6 +189,8 @@ def gap(
     *,
     layout: Layout | None = None,
     settings: SearchSettings | None = None,
+    effects: Iterable[str | Path] = (),
+    tolerances: Mapping[str, object] | None = None,
     seed: int = 0,
     progress: ProgressCallback = no_progress,
 ) -> ModelGap:
@@ -195,6 +206,12 @@ def gap(
         None: the campaign's own, else the robot's.
     settings : SearchSettings or None
         Band, tolerances and catalogue of effects; None: the defaults.
+    effects : iterable of path
+        Folders or files with effects of one's own, beside those that ``campaign.yaml`` names.
+    tolerances : dict of str to float or None
+        How roughly the model is known, by kind (``stiffness``: 0.4) or by name (``stiffness of
+        joint_2``: 0.1); they count before those of ``campaign.yaml``, which count before the
+        model's.
     seed : int
         Of the draw of held-out poses.
     progress : callable
@@ -207,7 +224,10 @@ def gap(
     Raises
     ------
     ModalAnalysisError
-        The campaign cannot be read, does not fit the robot, or the model has no flexibility.
+        The campaign cannot be read, does not fit the robot, the model has no flexibility, or an
+        effect of one's own fails.
     """
     data = campaign if isinstance(campaign, Campaign) else campaign_of(campaign, model, layout)
-    return ModelGap(find_gap(read_robot(model), data, settings, seed, progress))
+    robot = read_robot(model)
+    stated = stated_settings(robot, data, settings, effects, tolerances)
+    return ModelGap(find_gap(robot, data, stated, seed, progress))

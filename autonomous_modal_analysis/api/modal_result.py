@@ -1,7 +1,7 @@
 """What an identification found: numbers with standard deviations, tables, files, pictures."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
@@ -9,24 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api import modal_plots
-from autonomous_modal_analysis.api.result import Columns, Result
+from autonomous_modal_analysis.api.found_modes import FoundModes, Placed
 from autonomous_modal_analysis.identification import IdentifiedRecording
+from autonomous_modal_analysis.joint_sliding import JointSliding
 from autonomous_modal_analysis.output import save_results
 from autonomous_modal_analysis.report.words import band_words
 from autonomous_modal_analysis.results import identification_json, IdentifiedWindow
 from modal_core.channel import SensorLayout
-from modal_core.mode import Mode, MODE_FIELDS, ModeSet
-from modal_reports import count, DAMPING, fixed, FREQUENCY, mark, MPC
+from modal_core.mode import ModeSet
+from modal_reports import count
 
 if TYPE_CHECKING:
-    from autonomous_modal_analysis.arm_drawing import ArmDrawing
+    from modal_dashboard.arm_drawing import ArmDrawing
+    from modal_recordings.open_recording import Recording
     from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModalResult(Result):
+class ModalResult(FoundModes):
     """Modes of an array or a recording, by frequency.
 
     Parameters
@@ -39,12 +41,15 @@ class ModalResult(Result):
         Robot the shapes are drawn on.
     layout : SensorLayout or None
         Where the channels are.
+    source : Recording or None
+        Names the robot to draw on, where no model is given.
     """
 
     found: IdentifiedRecording
     name: str
     model: 'FlexibleJointModel | None' = None
     layout: SensorLayout | None = None
+    source: 'Recording | None' = None
 
     @property
     def modes(self) -> ModeSet:
@@ -72,51 +77,9 @@ class ModalResult(Result):
         return self.found.identification.remarks
 
     @property
-    def channel_names(self) -> tuple[str, ...]:
-        """Rows of ``shapes``."""
-        return self.modes.channel_names
-
-    @property
-    def frequencies_hz(self) -> Array:
-        """Natural frequencies, (n_modes,) [Hz]."""
-        return self.modes.frequency_hz
-
-    @property
-    def frequencies_std_hz(self) -> Array:
-        """Standard deviations of the natural frequencies, (n_modes,) [Hz]; NaN: not known."""
-        return self._each(lambda mode: mode.frequency_std_hz)
-
-    @property
-    def damping_ratios(self) -> Array:
-        """Damping ratios as fractions of critical damping, (n_modes,)."""
-        return self.modes.damping_ratio
-
-    @property
-    def damping_ratios_std(self) -> Array:
-        """Standard deviations of the damping ratios, (n_modes,); NaN: not known."""
-        return self._each(lambda mode: mode.damping_ratio_std)
-
-    @property
-    def shapes(self) -> NDArray[np.complex128]:
-        """Mode shapes as columns, (n_channels, n_modes), the largest entry of each 1 + 0i."""
-        return self.modes.shapes
-
-    @property
-    def shapes_std(self) -> NDArray[np.complex128]:
-        """Standard deviations of the real parts + i · those of the imaginary parts of ``shapes``.
-
-        (n_channels, n_modes); NaN: not known.
-        """
-        unknown = np.full(len(self.channel_names), complex(np.nan, np.nan))
-        columns = [unknown if mode.shape_std is None else mode.shape_std for mode in self.modes]
-        return np.reshape(columns, (len(columns), len(unknown))).T.astype(complex)
-
-    def _each(self, number: Callable[[Mode], float]) -> Array:
-        return np.array([number(mode) for mode in self.modes], dtype=float)
-
-    def __len__(self) -> int:
-        """Return the number of modes."""
-        return len(self.modes)
+    def sliding(self) -> JointSliding | None:
+        """What part of the time the axes slid; None without joint states or their robot."""
+        return self.found.identification.sliding
 
     def headline(self) -> str:
         """Say how many modes were found, where, or why none was."""
@@ -127,39 +90,26 @@ class ModalResult(Result):
         if identification.band is not None:
             text += f'; {band_words(identification.band)}'
         text += f'; damaged: {"; ".join(self.damage)}' if self.damage else ''
-        return '\nnote: '.join((text, *self.remarks))
+        text = '\nnote: '.join((text, *self.remarks))
+        return text if self.sliding is None else f'{text}\n{self.sliding.words()}'
 
-    def columns(self) -> Columns:
-        """Return modes and harmonic lines by column; σ is NaN where it is not known."""
-        modes = self._listed()
-        return {
-            **{
-                item.column: [getattr(mode, item.name) for mode in modes]
-                for item in MODE_FIELDS
-                if item.single
-            },
-            **{
-                f'shape.{name}': [complex(mode.shape[row]) for mode in modes]
-                for row, name in enumerate(self.channel_names)
-            },
-        }
+    def choose(self, poles: str | Path) -> 'ModalResult':
+        """Return the modes that a person picked in the report, as ``ama identify --poles``.
 
-    def _listed(self) -> list[Mode]:
-        return sorted((*self.modes, *self.harmonics), key=lambda mode: mode.frequency_hz)
+        Parameters
+        ----------
+        poles : path
+            The file that the stabilisation diagram saved.
 
-    def shown(self) -> Columns:
-        """Return modes and harmonic lines as texts."""
-        modes = self._listed()
-        marks = [mark(mode) for mode in modes]
-        return {
-            FREQUENCY.label: [FREQUENCY.number(m.frequency_hz, m.frequency_std_hz) for m in modes],
-            DAMPING.label: [
-                '' if mode.harmonic else DAMPING.number(mode.damping_ratio, mode.damping_ratio_std)
-                for mode in modes
-            ],
-            MPC.label: [fixed(mode.mpc, 3) for mode in modes],
-            **({'': marks} if any(marks) else {}),
-        }
+        Raises
+        ------
+        ModalAnalysisError
+            It cannot be read, or its poles are of other data or other settings.
+        """
+        from autonomous_modal_analysis.chosen_poles import read_poles, with_poles
+
+        chosen = read_poles(Path(poles))
+        return replace(self, found=with_poles(self.found, chosen, poles))
 
     def to_dict(self) -> dict[str, Any]:
         """Return what ``ama identify --json`` prints."""
@@ -180,13 +130,29 @@ class ModalResult(Result):
         """
         save_results(Path(folder), self.found, self.name, drawing=self._drawing())
 
+    def _placed(self) -> Placed | None:
+        from autonomous_modal_analysis.api.placed_shapes import placed_shapes
+
+        drawing = self._drawing()
+        if drawing is not None:
+            return drawing.geometry, drawing.displacements
+        return placed_shapes(self.layout, self.modes)
+
     def _drawing(self) -> 'ArmDrawing | None':
         """Return the modes on the arm; None without a robot, or where its pose is not known."""
-        if self.model is None or self.layout is None:
+        model, layout = self.model, self.layout
+        if model is None and self.source is not None:
+            from autonomous_modal_analysis.known_robot import robot_of
+            from modal_core.shipped_layouts import shipped_layout
+
+            model = robot_of(self.source)
+            if model is not None and layout is None:
+                layout = shipped_layout(model.robot_name, self.modes.channel_names)
+        if model is None or layout is None:
             return None
         from autonomous_modal_analysis.arm_drawing import draw_identified
 
-        return draw_identified(self.model, self.layout, self.found.identification)
+        return draw_identified(model, layout, self.found.identification)
 
     def plot_spectrum(self, ax: Any = None) -> Any:
         """Draw the singular values of the cross-spectral density and the modes in it.

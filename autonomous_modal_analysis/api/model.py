@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from autonomous_modal_analysis.api.modal_plots import plot_on_geometry
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_robot, Robot, sensors_of
-from autonomous_modal_analysis.arm_drawing import draw_arm
-from autonomous_modal_analysis.pose import parse_pose
+from autonomous_modal_analysis.pose import parse_pose, PoseGiven
 from autonomous_modal_analysis.results import plain
 from excitation_planner.sensitivity import sensitivity_table, SensitivityTable
 from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError
 from modal_core.indicators import normalise
 from modal_core.mode import Mode, ModeSet
+from modal_dashboard.arm_drawing import draw_arm
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.matrices import DampedModes
 
@@ -126,6 +126,7 @@ class ModelAtPose(Result):
         value: dict[str, object] = {
             'robot': self.model.robot_name,
             'pose_deg': self.pose_deg,
+            'serial_pose_deg': np.rad2deg(self.q),
             'frequencies_hz': self.frequencies_hz,
             'damping_ratios': self.damping_ratios,
             'channels': list(self.channel_names),
@@ -163,8 +164,9 @@ class ModelAtPose(Result):
 
 def model(
     robot: Robot,
-    pose_deg: str | Sequence[float] | None = None,
+    pose_deg: PoseGiven = None,
     *,
+    serial: bool = False,
     max_frequency_hz: float = HIGHEST_HZ,
     layout: Layout | None = None,
     step_deg: float | None = None,
@@ -175,8 +177,12 @@ def model(
     ----------
     robot : str, path or FlexibleJointModel
         Robot of config/robots by name, its folder, or its model.yaml.
-    pose_deg : str, sequence of float [deg] or None
-        Controller angles, or the name of a pose; None: the robot's first.
+    pose_deg : str, path, sequence of float [deg] or None
+        Angles of the controller axes, the name of a pose, or a recording made there; None: the
+        robot's first.
+    serial : bool
+        The angles are those of the serial joints, as in joint states; they differ where a rod
+        couples axes.
     max_frequency_hz : float [Hz]
         Highest mode.
     layout : SensorLayout, mapping, path or None
@@ -210,4 +216,4 @@ def model(
             )
     arm = read_robot(robot)
     sensors = sensors_of(robot, arm, layout) or SensorLayout(())
-    return ModelAtPose(arm, sensors, parse_pose(arm, pose_deg), max_frequency_hz, step_deg)
+    return ModelAtPose(arm, sensors, parse_pose(arm, pose_deg, serial), max_frequency_hz, step_deg)

@@ -1,11 +1,11 @@
-"""Packages only some results need: pandas for tables, matplotlib for pictures."""
+"""Packages only some need: pandas for tables, matplotlib for pictures, distributed for batches."""
 
 from importlib import import_module
 from typing import Any
 
 from autonomous_modal_analysis.missing import MissingError
 
-EXTRAS = {'pandas': 'tables', 'matplotlib': 'plots'}
+EXTRAS = {'pandas': 'tables', 'matplotlib': 'plots', 'pyarrow': 'parquet', 'distributed': 'batch'}
 
 
 def optional(module: str) -> Any:

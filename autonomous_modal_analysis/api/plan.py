@@ -1,6 +1,6 @@
 """Plan a motion that shakes every mode, and see what it will show before anything moves."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -13,12 +13,13 @@ from autonomous_modal_analysis.api.recording import open_recording, Recording
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_robot, Robot, sensors_of
 from autonomous_modal_analysis.plan_view import plan_json
-from autonomous_modal_analysis.pose import parse_pose
+from autonomous_modal_analysis.pose import parse_pose, PoseGiven
 from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
 from excitation_planner.participation import ModeForecast
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import rapid_module
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
@@ -114,8 +115,15 @@ class PlannedMotion(Result):
         """Return what ``ama plan --json`` prints; the trajectory is left out."""
         return dict(plan_json(self.plan, self.model))
 
-    def save_rapid(self, path: str | Path) -> None:
+    def save_rapid(self, path: str | Path, options: RapidOptions | None = None) -> None:
         """Write the plan as a RAPID module to load by hand.
+
+        Parameters
+        ----------
+        path : path
+            Of the module.
+        options : RapidOptions or None
+            What the controller it is for has, and calls things.
 
         Raises
         ------
@@ -124,7 +132,7 @@ class PlannedMotion(Result):
         OSError
             The file cannot be written.
         """
-        write_text(Path(path), rapid_module(self.plan, self.model))
+        write_text(Path(path), rapid_module(self.plan, self.model, options))
 
     def emulate(
         self,
@@ -205,7 +213,7 @@ class PlannedMotion(Result):
             raise SettingsError('an approach has no spectrum', where='signal', found='approach')
         ax = new_axes(ax)
         spectrum = self.plan.prediction.spectrum
-        for name, column in zip(self.plan.joint_names, spectrum.density.T, strict=True):
+        for name, column in zip(self.model.axis_names, spectrum.density.T, strict=True):
             if column.any():
                 ax.semilogy(spectrum.frequency_hz, column, lw=0.8, label=name)
         for mode in self.expected_modes:
@@ -222,9 +230,10 @@ class PlannedMotion(Result):
 
 def plan(
     robot: Robot = ROBOT,
-    pose_deg: str | Sequence[float] | None = None,
+    pose_deg: PoseGiven = None,
     *,
-    approach_from: str | Sequence[float] | None = None,
+    serial: bool = False,
+    approach_from: PoseGiven = None,
     layout: Layout | None = None,
     request: PlanRequest | None = None,
     **changes: Any,
@@ -237,10 +246,13 @@ def plan(
     ----------
     robot : str, path or FlexibleJointModel
         Robot of config/robots by name, its folder, or its model.yaml.
-    pose_deg : str, sequence of float [deg] or None
-        Where it starts: controller angles, or the name of a pose; None: as in ``request``, else
-        the robot's first.
-    approach_from : str, sequence of float [deg] or None
+    pose_deg : str, path, sequence of float [deg] or None
+        Where it starts: angles of the controller axes, the name of a pose, or a recording made
+        there; None: as in ``request``, else the robot's first.
+    serial : bool
+        Angles in ``pose_deg`` and ``approach_from`` are those of the serial joints, as in joint
+        states; they differ where a rod couples axes.
+    approach_from : str, path, sequence of float [deg] or None
         Plan one slow move instead, from here to the start.
     layout : SensorLayout, mapping, path or None
         Sensors that listen; None: the robot's own.
@@ -272,12 +284,12 @@ def plan(
     arm = read_robot(robot)
     wish, given = request or PlanRequest(), read_values(PlanRequest, changes)
     if pose_deg is not None or not (wish.start_position or 'start_position' in given):
-        given['start_position'] = _angles(arm, pose_deg)
+        given['start_position'] = _angles(arm, pose_deg, serial)
     if approach_from is not None:
-        given |= {'signal': 'approach', 'approach_from': _angles(arm, approach_from)}
+        given |= {'signal': 'approach', 'approach_from': _angles(arm, approach_from, serial)}
     sensors = sensors_of(robot, arm, layout) or SensorLayout(())
     return PlannedMotion(plan_excitation(arm, sensors, replace(wish, **given)), arm, robot)
 
 
-def _angles(arm: FlexibleJointModel, pose_deg: str | Sequence[float] | None) -> tuple[float, ...]:
-    return tuple(float(angle) for angle in parse_pose(arm, pose_deg))
+def _angles(arm: FlexibleJointModel, pose_deg: PoseGiven, serial: bool) -> tuple[float, ...]:
+    return tuple(float(angle) for angle in parse_pose(arm, pose_deg, serial))

@@ -120,6 +120,26 @@ class Recording(Result):
             columns=list(samples.channel_names),
         )
 
+    def to_mcap(self, path: str | Path) -> Path:
+        """Write the recording as MCAP, which ``ama replay`` plays to live nodes.
+
+        Parameters
+        ----------
+        path : path
+            The .mcap file to write.
+
+        Returns
+        -------
+        Path
+            The same.
+
+        Raises
+        ------
+        ModalAnalysisError
+            It has neither times nor a rate.
+        """
+        return modal_recordings.to_mcap(self.source, path)
+
     def identify(
         self,
         *,
@@ -155,7 +175,7 @@ class Recording(Result):
         model = None if robot is None else read_robot(robot)
         sensors = sensors_of(robot, model, layout)
         found = identify_recording(self.source, checked, sensors, progress, model)
-        return ModalResult(found, self.name, model, sensors)
+        return ModalResult(found, self.name, model, sensors, self.source)
 
     def headline(self) -> str:
         """Say how long it is and how many channels it has."""
@@ -209,9 +229,11 @@ def open_recording(
     unit: str | None = None,
     channel_names: Sequence[str] | None = None,
     to_look: bool = False,
+    mark: str | None = None,
 ) -> Recording:
-    """Open a recording: rosbag2 folder, .mcap, .db3, ROS 1 .bag, .npy, .csv, .tsv or .txt.
+    """Open a recording: rosbag2 folder, .mcap, .db3, ROS 1 .bag, arrays, files of other programs.
 
+    Arrays are .npy, .csv, .tsv or .txt, the others .uff, .mat, .h5, .nc, .wav, .tdms or .mf4.
     Neither ROS nor its messages need to be installed.
 
     Parameters
@@ -219,7 +241,7 @@ def open_recording(
     path : path
         File or folder.
     topics : sequence of str or None
-        Use only these.
+        Use only these topics of messages, or arrays of a file.
     sample_rate_hz : float [Hz] or None
         Rate of a plain array, where neither the file nor ``<file>.yaml`` says it.
     unit : str or None
@@ -228,6 +250,9 @@ def open_recording(
         Names of the columns of a plain array.
     to_look : bool
         Open it also when it has nothing to identify.
+    mark : str or None
+        Channel or column that is high while the robot moves (``ama plan --digital-output``): the
+        recording is cut to that.
 
     Returns
     -------
@@ -259,6 +284,7 @@ def open_recording(
         channels=channel_names,
         topics=topics,
         to_look=to_look,
+        mark=mark,
     )
     return Recording(opened, Path(path).name)
 

@@ -22,6 +22,7 @@ class Settings(TypedDict, total=False):
     method: str
     refine: bool | None
     gyroscopes: bool
+    known_motion: bool
 
 
 def checked_settings(given: Any) -> IdentificationSettings:

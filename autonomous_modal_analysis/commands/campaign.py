@@ -6,7 +6,7 @@ from typing import Annotated, Any, TYPE_CHECKING
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped, Wish
-from autonomous_modal_analysis.options import check_namespace, Namespace
+from autonomous_modal_analysis.options import check_namespace, Namespace, POSE_HELP, Serial
 from modal_core.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -31,14 +31,19 @@ def campaign(
     poses: Annotated[int, typer.Option(help='How many poses are chosen.')] = 9,
     pose_deg: Annotated[
         list[str] | None,
-        typer.Option(
-            help='Record at this pose: controller angles j1,j2,... or a name; may be given more'
-            ' than once.'
-        ),
+        typer.Option(help=f'Record at this pose; may be given more than once. {POSE_HELP}'),
     ] = None,
+    serial: Serial = False,
     levels: Annotated[
         str, typer.Option(help='Amplitudes, parts of the full one, separated by commas.')
     ] = '1,0.35',
+    states: Annotated[
+        str,
+        typer.Option(
+            help='Instead of levels: standing (joints stuck), running (joints slide on sweeps), or'
+            ' both, separated by a comma; `ama compare` tells what differs.'
+        ),
+    ] = '',
     sensors: Annotated[str, typer.Option(help='Sensor layout of the robot.')] = 'sensors',
     arm: Annotated[
         Path | None,
@@ -74,6 +79,7 @@ def campaign(
         check_all,
         DEFAULTS,
         planned_recordings,
+        STATE_DEFAULTS,
     )
     from autonomous_modal_analysis.campaign_recording import CampaignFolder, record_campaign
     from autonomous_modal_analysis.emulated_player import EmulatedPlayer
@@ -90,11 +96,13 @@ def campaign(
         )
     model, layout = load_robot(robot), load_layout(robot, sensors)
     options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
+    asked_states = tuple(part.strip() for part in states.split(',') if part.strip())
     asked = CampaignWish(
-        poses=[parse_pose(model, text) for text in pose_deg or ()],
+        poses=[parse_pose(model, text, serial) for text in pose_deg or ()],
         n_poses=poses,
         levels=numbers(levels, 'levels'),
-        request=wish.plan_request(**DEFAULTS),
+        states=asked_states,
+        request=wish.plan_request(**(STATE_DEFAULTS if asked_states else DEFAULTS)),
     )
     planned = planned_recordings(model, layout, asked)
     with progress_bar('checking the motions') as progress:
@@ -112,7 +120,11 @@ def campaign(
         with progress_bar(f'recording {len(planned)} motions') as progress:
             record_campaign(folder, planned, player.play, progress, MESSAGES.print)
     OUTPUT.print(f'written: {out}/campaign.yaml and {len(planned)} recordings', markup=False)
-    OUTPUT.print(f'next: ama gap {out} --model {robot}', markup=False)
+    if len(asked_states) > 1:
+        files = ' '.join(str(out / f'pose_01_{state}.mcap') for state in asked_states)
+        OUTPUT.print(f'next: ama compare {files} --robot {robot}', soft_wrap=True, markup=False)
+    else:
+        OUTPUT.print(f'next: ama gap {out} --model {robot}', markup=False)
 
 
 def _at_the_robot(model: 'FlexibleJointModel', namespace: str) -> 'AbstractContextManager[Any]':

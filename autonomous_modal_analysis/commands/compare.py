@@ -1,4 +1,4 @@
-"""`ama compare`: the modes of two recordings, such as at rest and at work, and what changed."""
+"""`ama compare`: the modes of recordings, such as at rest and at work, and what changed."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,6 +8,8 @@ import typer
 from autonomous_modal_analysis.option_groups import grouped, Identifier
 from autonomous_modal_analysis.options import Json
 
+REPORT = 'comparison.html'
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -15,26 +17,46 @@ def register(app: typer.Typer) -> None:
 
 
 def compare(
-    first: Annotated[
-        Path,
-        typer.Argument(help='Recording, or results of `ama identify`.', show_default=False),
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(
+            help='Recordings, results of `ama identify`, or universal files with modes: the first,'
+            ' then those to compare with it.',
+            show_default=False,
+        ),
     ],
-    second: Annotated[Path, typer.Argument(help='The same, later.', show_default=False)],
     identifier: Identifier,
+    out: Annotated[Path | None, typer.Option(help='Folder for comparison.html.')] = None,
     json: Json = False,
 ) -> None:
-    """Compare the modes of two recordings: at rest and at work, before and after.
+    """Compare the modes of recordings with those of the first: at rest and at work.
 
     Modes are paired by frequency and shape; each change is told from scatter by the standard
     deviations of both.
     """
     from autonomous_modal_analysis.change_view import changes_json, show_changes
+    from autonomous_modal_analysis.output import show_written
     from autonomous_modal_analysis.read_results import modes_of
+    from autonomous_modal_analysis.report import ComparedState, write_comparison
     from autonomous_modal_analysis.terminal import print_json
-    from oma_identifier.compare import compare as paired
+    from modal_core.errors import SettingsError
+    from oma_identifier.compare import compare_modes
 
-    found = paired(modes_of(first, identifier), modes_of(second, identifier))
+    if len(recordings) < 2:
+        raise SettingsError(
+            'there is nothing to compare with', where='ama compare', expected='two'
+        )
+    first, *others = recordings
+    modes = modes_of(first, identifier)
+    states = []
+    for path in others:
+        other = modes_of(path, identifier)
+        states.append(ComparedState(path.name, other, compare_modes(modes, other)))
     if json:
-        print_json(changes_json(found))
+        print_json(changes_json(first.name, states))
     else:
-        show_changes(found, first.name, second.name)
+        for state in states:
+            show_changes(state.found, first.name, state.name)
+    if out is not None:
+        write_comparison(out / REPORT, first.name, modes, states)
+        show_written(out, (REPORT,))

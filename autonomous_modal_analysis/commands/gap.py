@@ -1,11 +1,14 @@
 """`ama gap`: where simulation and measurement disagree, and what the model lacks."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TYPE_CHECKING
 
 import typer
 
 from autonomous_modal_analysis.options import Json, LayoutPath
+
+if TYPE_CHECKING:
+    from structural_model import FlexibleJointModel
 
 
 def register(app: typer.Typer) -> None:
@@ -25,33 +28,61 @@ def gap(
         Path, typer.Option(help='Folder for gap.json, model_updated.yaml and report.html.')
     ] = Path('gap'),
     layout: LayoutPath = None,
+    effects: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Folder (or file) with effects of one's own; may be given more than once.",
+            show_default=False,
+        ),
+    ] = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='How roughly the model is known: stiffness=0.4, "mass of link_3=0.1"; may be '
+            'given more than once.',
+            show_default=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(help='Of the draw of held-out poses.')] = 0,
     json: Json = False,
 ) -> None:
     """Find where simulation and measurement disagree, name the missing effect, add it.
 
     The verdict is `named`, `ambiguous` (with the experiment that would decide), `unexplained`
-    or `none`.
+    or `none`.  A campaign of accelerations, or of motor and link encoders with torques.
     """
     import resource
     import time
 
     import autonomous_modal_analysis as ama
     from autonomous_modal_analysis.api.gap import campaign_of
+    from autonomous_modal_analysis.options import stated_pair
     from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
     from modal_core.side_by_side import processor_time_s
     from model_gap.report import summary_lines
     from model_gap.result_folder import ResultFolder
+    from model_gap.trajectory import is_encoder_campaign
     from structural_model import load_robot
 
     begin_s = time.monotonic()
+    sizes = dict(stated_pair(item) for item in tolerance or ())
     robot = load_robot(model)
     folder = ResultFolder(out)
     folder.prepare()
+    if is_encoder_campaign(campaign):
+        _encoder_gap(campaign, robot, sizes, out, json)
+        return
     with progress_bar(f'reading {campaign.name}') as progress:
         data = campaign_of(campaign, model, layout, progress)
     with progress_bar('locating, naming, deciding') as progress:
-        found = ama.gap(data, robot, seed=seed, progress=progress)
+        found = ama.gap(
+            data,
+            robot,
+            effects=effects or (),
+            tolerances=sizes,
+            seed=seed,
+            progress=progress,
+        )
     folder.write_found(found.result)
     with progress_bar('comparing mode by mode') as progress:
         folder.write_compared(found.result, found.compare(progress))
@@ -68,3 +99,28 @@ def gap(
         f'{memory_mb:.0f} MB in one process at most',
         markup=False,
     )
+
+
+def _encoder_gap(
+    campaign: Path, model: 'FlexibleJointModel', sizes: dict[str, str], out: Path, json: bool
+) -> None:
+    """Do the same for a campaign of motor and link encoders with torques."""
+    from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
+    from model_gap.trajectory import (
+        encoder_gap_mapping,
+        EncoderFolder,
+        find_encoder_gap,
+        read_encoder_campaign,
+        summary_lines,
+    )
+
+    data = read_encoder_campaign(campaign, model)
+    with progress_bar('naming, confirming') as progress:
+        found = find_encoder_gap(model, data, sizes, progress)
+    EncoderFolder(out).write(found)
+    if json:
+        print_json(encoder_gap_mapping(found))
+        return
+    for line in summary_lines(found):
+        OUTPUT.print(line, soft_wrap=True, markup=False)
+    OUTPUT.print(f'written: {out / "report.html"}, gap.json, model_updated.yaml', markup=False)

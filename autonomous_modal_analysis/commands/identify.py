@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
+from autonomous_modal_analysis.keeping import Keeping
 from autonomous_modal_analysis.option_groups import grouped, Identifier, Source
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.options import Export, Json
 
 
 def register(app: typer.Typer) -> None:
@@ -17,9 +18,17 @@ def register(app: typer.Typer) -> None:
 def identify(
     source: Source,
     identifier: Identifier,
+    keeping: Keeping,
     out: Annotated[
         Path | None, typer.Option(help='Folder for modes.json, modes.csv and report.html.')
     ] = None,
+    poles: Annotated[
+        Path | None,
+        typer.Option(
+            help='Modes as they were picked in the report of this recording; the file it saved.'
+        ),
+    ] = None,
+    export: Export = None,
     json: Json = False,
 ) -> None:
     """Identify natural frequencies, damping ratios and mode shapes of a recording.
@@ -27,12 +36,23 @@ def identify(
     No setting is required: band, model orders, references and the choice of modes follow from
     the data.
     """
-    from autonomous_modal_analysis.output import show_damage, show_identification, show_written
+    from autonomous_modal_analysis.output import (
+        show_damage,
+        show_exported,
+        show_identification,
+        show_kept,
+        show_written,
+    )
+    from autonomous_modal_analysis.plan_record import recorded_robot_name
     from autonomous_modal_analysis.terminal import print_json, progress_bar
 
     recording = source.open()
+    # What the history lacks is said before the work.
+    shift_ns = keeping.shift_ns(recording.info.start_ns, recording.name) if keeping.history else 0
     with progress_bar(f'identifying {recording.name}') as progress:
         result = identifier.identify(recording, progress)
+    if poles is not None:
+        result = result.choose(poles)
     show_damage(result.damage)
     if json:
         print_json(result.to_dict())
@@ -41,3 +61,11 @@ def identify(
     if out is not None:
         result.save(out)
         show_written(out)
+    for file in export or ():
+        result.export(file)
+        show_exported(file)
+    if keeping.history is not None:
+        robot = identifier.robot or recorded_robot_name(recording.source)
+        told = keeping.circumstances(robot, result.found.identification.settings, source.recording)
+        n_new = keeping.add(told, (*result.windows, result.found.whole), shift_ns)
+        show_kept(keeping.history, n_new)

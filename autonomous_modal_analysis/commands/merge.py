@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped, Identifier
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.options import Export, Json
 
 
 def register(app: typer.Typer) -> None:
@@ -25,6 +25,7 @@ def merge(
     out: Annotated[
         Path | None, typer.Option(help='Folder for modes.json and report.html.')
     ] = None,
+    export: Export = None,
     json: Json = False,
 ) -> None:
     """Merge set-ups that share reference sensors into modes over all points.
@@ -32,48 +33,31 @@ def merge(
     Sensors that stay in place have the same channel names in all set-ups, the others their own.
     A mode that some set-ups missed stays; recordings are asked for it at its pole.
     """
-    from dataclasses import replace
+    from autonomous_modal_analysis.api.merge import merge as merged_set_ups
+    from autonomous_modal_analysis.modes_table import modes_table
+    from autonomous_modal_analysis.output import (
+        JSON_NAME,
+        merged_words,
+        REPORT_NAME,
+        show_exported,
+        show_written,
+    )
+    from autonomous_modal_analysis.read_results import result_of
+    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json
 
-    from autonomous_modal_analysis.output import merged_words, write_merged
-    from autonomous_modal_analysis.read_results import modes_of, RESULTS, samples_of
-    from autonomous_modal_analysis.results import Identification, identification_json, SetUps
-    from autonomous_modal_analysis.terminal import MESSAGES, modes_table, OUTPUT, print_json
-    from modal_core.channel import Channel
-    from modal_core.errors import SettingsError
-    from oma_identifier.compare import merge_modes, shared_channels
-
-    if len(setups) < 2:
-        raise SettingsError('nothing to merge', found=len(setups), expected='two set-ups or more')
-    found = [modes_of(path, identifier) for path in setups]
-    shared = shared_channels([modes.channel_names for modes in found])
-    joined = merge_modes(
-        found, lambda setup: samples_of(setups[setup], found[setup].channel_names)
-    )
-    numbered = (replace(mode, id=index + 1) for index, mode in enumerate(joined.modes))
-    merged = replace(joined.modes, modes=tuple(numbered))
-    names = tuple(path.parent.name if path.name == RESULTS else path.name for path in setups)
-    layout = identifier.sensors()
-    known = {channel.name: channel for channel in layout.channels} if layout else {}
-    set_ups = SetUps(
-        names,
-        shared,
-        tuple(tuple(names[k] for k in seen) for seen in joined.seen_in),
-        tuple(tuple(names[k] for k in read) for read in joined.read_in),
-        joined.frequency_scatter,
-        joined.damping_scatter,
-    )
-    identification = Identification(
-        modes=merged,
-        channels=tuple(known.get(name, Channel(name)) for name in merged.channel_names),
-        settings={'merging': 'PoSER, missing modes by PreGER', 'method': merged.method},
-        set_ups=set_ups,
-    )
+    found = [result_of(path, identifier) for path in setups]
+    merged = merged_set_ups(found, layout=identifier.sensors())
     if json:
-        print_json(identification_json(identification))
+        print_json(merged.to_dict())
     else:
         title = f'{len(setups)} set-ups, {len(merged.channel_names)} channels'
-        notes = [set_ups.words(index) for index in range(len(merged))]
-        OUTPUT.print(modes_table(merged.modes, title, notes))
-    MESSAGES.print('\n'.join(merged_words(merged, set_ups)), soft_wrap=True, markup=False)
+        notes = [merged.set_ups.words(index) for index in range(len(merged))]
+        OUTPUT.print(modes_table(merged.modes.modes, title, notes))
+    words = merged_words(merged.modes, merged.set_ups)
+    MESSAGES.print('\n'.join(words), soft_wrap=True, markup=False)
     if out is not None:
-        write_merged(out, identification, names)
+        merged.save(out)
+        show_written(out, (JSON_NAME, REPORT_NAME))
+    for file in export or ():
+        merged.export(file)
+        show_exported(file)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.options import Json, POSE_HELP, Serial
 
 
 def register(app: typer.Typer) -> None:
@@ -16,8 +16,9 @@ def model(
     robot: Annotated[str, typer.Argument(help='Robot of config/robots, or its folder.')],
     pose_deg: Annotated[
         str | None,
-        typer.Option(help='Controller angles j1,j2,... in degrees, or the name of a pose.'),
+        typer.Option(help=POSE_HELP),
     ] = None,
+    serial: Serial = False,
     max_frequency_hz: Annotated[float, typer.Option(min=0.01, help='Highest mode shown.')] = 200.0,
     sensors: Annotated[str, typer.Option(help='Sensor layout of the robot.')] = 'sensors',
     sensitivity: Annotated[
@@ -37,6 +38,7 @@ def model(
     seen = ama.model(
         robot,
         pose_deg,
+        serial=serial,
         max_frequency_hz=max_frequency_hz,
         layout=load_layout(robot, sensors),
         step_deg=step_deg if sensitivity else None,

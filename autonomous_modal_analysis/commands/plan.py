@@ -1,12 +1,11 @@
 """`ama plan`: plan a self-excitation and see what it will do, before anything moves."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Wish
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.option_groups import grouped, Program, Wish
+from autonomous_modal_analysis.options import Json, POSE_HELP, Serial
 
 
 def register(app: typer.Typer) -> None:
@@ -16,22 +15,21 @@ def register(app: typer.Typer) -> None:
 
 def plan(
     wish: Wish,
+    program: Program,
     robot: Annotated[
         str, typer.Argument(help='Robot of config/robots, or its folder.')
     ] = 'irb6660_205_190',
     pose_deg: Annotated[
         str | None,
-        typer.Option(help='Controller angles j1,j2,... in degrees, or the name of a pose.'),
+        typer.Option(help=POSE_HELP),
     ] = None,
+    serial: Serial = False,
     sensors: Annotated[str, typer.Option(help='Sensor layout of the robot.')] = 'sensors',
     approach_from: Annotated[
         str | None,
         typer.Option(
-            help='Plan one slow move instead: from this pose, named or in degrees, to the start.'
+            help='Plan one slow move instead, from this pose (as --pose-deg) to the start.'
         ),
-    ] = None,
-    rapid: Annotated[
-        Path | None, typer.Option(help='Write the plan as a RAPID module to load by hand.')
     ] = None,
     json: Json = False,
 ) -> None:
@@ -48,13 +46,14 @@ def plan(
     made = ama.plan(
         robot,
         pose_deg,
+        serial=serial,
         approach_from=approach_from,
         layout=load_layout(robot, sensors),
         **wish.values(),
     )
-    if rapid is not None:
-        made.save_rapid(rapid)
-        MESSAGES.print(f'written: {rapid}', soft_wrap=True)
+    if program.rapid is not None:
+        made.save_rapid(program.rapid, program.options)
+        MESSAGES.print(f'written: {program.rapid}', soft_wrap=True)
     if json:
         print_json(made.to_dict())
     else:

@@ -1,9 +1,10 @@
 """`ama replay`: a recording through the live identifier."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from autonomous_modal_analysis.keeping import Keeping
 from autonomous_modal_analysis.option_groups import grouped, Identifier, Playing, Source
 from autonomous_modal_analysis.options import Json
 
@@ -17,6 +18,7 @@ def replay(
     source: Source,
     identifier: Identifier,
     playing: Playing,
+    keeping: Keeping,
     only_play: Annotated[
         bool,
         typer.Option('--only-play', help='Play into the ROS domain of this shell, no identifier.'),
@@ -30,17 +32,23 @@ def replay(
     from autonomous_modal_analysis.ros_ready import require_ros
 
     require_ros()
+    from autonomous_modal_analysis.joint_sliding import slid_in
     from autonomous_modal_analysis.message_view_node import WindowView
-    from autonomous_modal_analysis.plan_record import recorded_edge_hz
+    from autonomous_modal_analysis.output import show_kept
+    from autonomous_modal_analysis.plan_record import recorded_edge_hz, recorded_robot_name
     from autonomous_modal_analysis.replay_session_node import play_only, ReplaySettings
     from autonomous_modal_analysis.replay_session_node import replay as run
-    from autonomous_modal_analysis.terminal import MESSAGES, print_json, progress_bar
+    from autonomous_modal_analysis.results import plain
+    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json, progress_bar
+    from modal_history.kept import KeptWindow
+    from modal_history.ros_messages import kept_window
     from oma_identifier.covariance import below_edge
 
     # Opened and built here too: what is wrong is said before any node starts.
     recording = source.open()
     info = recording.info
     settings = below_edge(identifier.settings, recorded_edge_hz(recording.source))
+    robot = identifier.motion()
     identifier.sensors()
     played = playing.settings
     played_s = max(info.duration_s - played.start_offset_s, 0.0) / played.rate
@@ -52,18 +60,34 @@ def replay(
         },
         duration_s=0.0 if played.loop else played_s,
     )
+    shift_ns = keeping.shift_ns(info.start_ns, recording.name) if keeping.history else 0
     view = WindowView(json=json)
+    kept: list[KeptWindow] = []
+
+    def take(message: Any) -> None:
+        view.take(message)
+        if keeping.history is not None:
+            kept.append(kept_window(message))
+
     with progress_bar(f'playing {source.recording.name}') as progress:
         if only_play:
             play_only(session, progress)
             return
-        run(session, view.take, progress)
+        run(session, take, progress)
+    from_ns = info.start_ns + round(1e9 * played.start_offset_s)
+    slid = slid_in(recording.source.measurements(), robot, from_ns)
     if json:
-        print_json({'windows': view.windows})
+        print_json({'windows': view.windows, **({'sliding': plain(slid)} if slid else {})})
     else:
         MESSAGES.print(f'{len(view.windows)} windows')
+        if slid is not None:
+            OUTPUT.print(slid.words(), soft_wrap=True, markup=False)
     if view.n_skipped:
         MESSAGES.print(
             f'[yellow]note[/]: {view.n_skipped} windows were skipped: this computer cannot'
             f' identify them at rate {played.rate:g}; lower --rate'
         )
+    if keeping.history is not None:
+        name = identifier.robot or recorded_robot_name(recording.source)
+        told = keeping.circumstances(name, settings, source.recording)
+        show_kept(keeping.history, keeping.add_kept(told, kept, shift_ns))

@@ -2,21 +2,16 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-import signal
-import threading
 from typing import Annotated
 
 import typer
 import yaml
 
-from autonomous_modal_analysis.cell import cell_commands
+from autonomous_modal_analysis.cell import cell_commands, of_robot
 from autonomous_modal_analysis.options import check_namespace, Namespace
-from autonomous_modal_analysis.processes import NodeProcesses
-from autonomous_modal_analysis.ros_ready import require_ros
+from autonomous_modal_analysis.processes import all_is_stopped, NodeProcesses, stop_event
 from autonomous_modal_analysis.terminal import MESSAGES
 from modal_core.errors import SettingsError
-
-CHECK_EVERY_S = 0.5
 
 
 def register(app: typer.Typer) -> None:
@@ -32,6 +27,13 @@ def up(
         list[str] | None,
         typer.Option(help='Leave this node out (abb_emulator for a real controller).'),
     ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            help='Robot of all nodes: of config/robots by name, or its folder.',
+            show_default='of the parameter files',
+        ),
+    ] = None,
     namespace: Namespace = '',
     egm_port: Annotated[
         int | None,
@@ -42,6 +44,9 @@ def up(
             ' machine.',
             show_default='of the parameter files',
         ),
+    ] = None,
+    history: Annotated[
+        Path | None, typer.Option(help='Keep every result in this history (`ama history`).')
     ] = None,
     parameter: Annotated[
         list[str] | None,
@@ -55,26 +60,32 @@ def up(
         Path | None, typer.Option(help='Write one log file per node here.')
     ] = None,
 ) -> None:
-    """Start emulator, bridge, planner and identifier, one process each, until Ctrl-C."""
+    """Start emulator, bridge, planner, identifier and what viewers need, until Ctrl-C."""
+    from autonomous_modal_analysis.ros_ready import require_ros
+
     require_ros()
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    stop = stop_event()
     check_namespace(namespace)
-    commands = cell_commands(config, tuple(without or ()), _overrides(egm_port, parameter or ()))
+    overrides = _overrides(robot, egm_port, parameter or ())
+    if history is not None:
+        overrides.setdefault('modal_history', {})['history'] = str(history.resolve())
+    commands = cell_commands(config, tuple(without or ()), overrides)
     with NodeProcesses(commands, log_folder=log_folder, namespace=namespace) as nodes:
         MESSAGES.print(f'running: {", ".join(command.name for command in commands)}')
         MESSAGES.print('nothing moves until a plan is armed and started; Ctrl-C stops the nodes')
-        while not stop.wait(CHECK_EVERY_S):
-            nodes.check()
+        nodes.run_until(stop)
         MESSAGES.print('stopping')
+    all_is_stopped()
 
 
-def _overrides(egm_port: int | None, lines: Sequence[str]) -> dict[str, dict[str, object]]:
+def _overrides(
+    robot: str | None, egm_port: int | None, lines: Sequence[str]
+) -> dict[str, dict[str, object]]:
     """Return the parameters that override the files, by node."""
-    found: dict[str, dict[str, object]] = {}
+    found = of_robot(robot) if robot is not None else {}
     if egm_port is not None:
-        found = {'robot_bridge': {'port': egm_port}, 'abb_emulator': {'sensor_port': egm_port}}
+        found.setdefault('robot_bridge', {})['port'] = egm_port
+        found.setdefault('abb_emulator', {})['sensor_port'] = egm_port
     for line in lines:
         name, given, text = line.partition('=')
         # NAME:=VALUE, as ROS writes it, is meant as well.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autonomous_modal_analysis.report.truth import TrueMode
 from autonomous_modal_analysis.results import Identification
 from modal_core.poles import PoleTable
-from modal_reports import Geometry, Spectrum
+from modal_reports import ChannelSpectra, Geometry, Spectrum
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +34,8 @@ class ReportContent:
         The arm at rest; without it shapes are drawn channel by channel.
     displacements : tuple of (n_points, 3) complex array
         One per mode of the whole recording, in their order.
+    spectra : ChannelSpectra or None
+        Of the channels.
     provenance : mapping of str to str
         Who made this from what: software, versions, files, checksums, time.
     """
@@ -46,4 +48,5 @@ class ReportContent:
     truth: tuple[TrueMode, ...] | None = None
     geometry: Geometry | None = None
     displacements: tuple[NDArray[np.complex128], ...] = ()
+    spectra: ChannelSpectra | None = None
     provenance: Mapping[str, str] = field(default_factory=dict)

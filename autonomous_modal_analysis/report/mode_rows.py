@@ -11,6 +11,7 @@ from modal_reports import (
     fixed,
     FREQUENCY,
     HARMONIC,
+    KNOWN,
     mark,
     Quantity,
     SCATTERED,
@@ -73,6 +74,7 @@ class ModeRow:
     mac: str
     note: str
     scattered: bool = False
+    driven: bool = False
 
 
 def mode_rows(content: ReportContent) -> list[ModeRow]:
@@ -129,7 +131,8 @@ def _row(
         mpd=fixed(math.degrees(mode.mpd), 1),
         mac=fixed(true.mac if true else math.nan, 3),
         note=note,
-        scattered=mark(mode) == SCATTERED,
+        scattered=SCATTERED in mark(mode),
+        driven=KNOWN in mark(mode),
     )
 
 

@@ -3,22 +3,24 @@
 from pathlib import Path
 from typing import Any
 
+from autonomous_modal_analysis.chosen_poles import FORMAT
 from autonomous_modal_analysis.mode_tracks import mode_tracks
 from autonomous_modal_analysis.report.content import ReportContent
 from autonomous_modal_analysis.report.mode_rows import mode_rows
+from autonomous_modal_analysis.report.still_pictures import (
+    complexity,
+    damping_over_frequency,
+    mac_map,
+)
 from autonomous_modal_analysis.report.tables import channels_table, modes_table
 from autonomous_modal_analysis.report.words import facts, headline
 from autonomous_modal_analysis.results import plain
 from modal_core.atomic_file import write_text
-from modal_core.indicators import mac_where_seen
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.mode import ModeSet
 from modal_reports import (
     capital,
+    channel_spectra_data,
     count,
-    fixed,
-    heat_map,
-    HeatScale,
     mode_shapes_data,
     Page,
     quality_words,
@@ -31,9 +33,6 @@ from modal_reports import (
 )
 
 TEMPLATE = Path(__file__).parent / 'templates' / 'modal.html.j2'
-MAC_SCALE = HeatScale(0.0, 1.0)
-# More would not be read.
-MOST_IN_MAC = 16
 
 
 def write_report(path: Path, content: ReportContent) -> None:
@@ -68,7 +67,9 @@ def render_report(content: ReportContent) -> str:
         'truth_known': known,
         'scattered': any(row.scattered for row in rows),
         'scattered_words': f'{capital(SCATTERED)}: {SCATTERED_MEANS}.',
-        'mac': _mac(identification.modes),
+        'mac': mac_map(identification.modes),
+        'complexity': complexity(identification.modes),
+        'damping': damping_over_frequency(identification.modes),
         'quality': quality_words(identification.quality),
         'channels': channels_table(identification.quality.channels),
         'poor_windows': _poor_windows(content),
@@ -122,22 +123,13 @@ def _charts(content: ReportContent) -> dict[str, object]:
         for mode in modes
     )
     lines = (*modes, *identification.harmonics)
+    pick = {'format': FORMAT, 'recording': content.recording}
     return {
-        'stabilisation': stabilisation_data(content.poles, content.spectrum, lines),
+        'stabilisation': stabilisation_data(content.poles, content.spectrum, lines, pick),
         'mode_shapes': mode_shapes_data(modes, geometry, content.displacements),
         'tracks': tracks_data(identification.windows, strips),
+        'channel_spectra': channel_spectra_data(content.spectra),
     }
-
-
-def _mac(modes: ModeSet) -> object:
-    """Return the map of MAC between the modes, nothing where there is little to compare."""
-    shown = [mode for mode in modes if not mode.harmonic]
-    if not 2 <= len(shown) <= MOST_IN_MAC or len(modes.channel_names) < 2:
-        return ''
-    shapes = ModeSet(tuple(shown), modes.channel_names).shapes
-    names = [str(mode.id) if mode.id else fixed(mode.frequency_hz, 1) for mode in shown]
-    panels = [('', mac_where_seen(shapes, shapes))]
-    return heat_map('MAC between the modes', names, names, panels, MAC_SCALE, '{:.2f}'.format)
 
 
 def _poor_windows(content: ReportContent) -> list[dict[str, object]]:

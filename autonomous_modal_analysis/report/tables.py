@@ -12,6 +12,7 @@ from modal_reports import (
     fixed,
     FREQUENCY,
     heading,
+    KNOWN,
     MAC,
     meter,
     MPC,
@@ -101,6 +102,7 @@ def _mode_cells(row: ModeRow, *, known: bool) -> Row:
         tags(
             (row.note, 'bad' if row.note == MISSED else ''),
             (SCATTERED if row.scattered else '', 'doubt'),
+            (KNOWN if row.driven else '', ''),
         ),
     ]
     return Row(cells, kind)

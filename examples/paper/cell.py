@@ -17,7 +17,8 @@ from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
 from excitation_planner.sensitivity import actual_change
-from excitation_planner.signals import RANDOM_PULSES
+from excitation_planner.signals import BAND_LIMITED_NOISE, RANDOM_PULSES
+from modal_core.channel import Channel
 from modal_core.indicators import mac
 from modal_core.measurements import (
     JointSamples,
@@ -59,6 +60,14 @@ AS_IN_THE_PAPER = {
     'point_speed_m_s': 5.0,
     'enforce_tolerance': False,
     'require_full_rank': False,
+}
+# Shaking that leaves the arm in its posture: noise of some hundredths of a degree, the axes as
+# strong as modes and torques need, which is the planner's own choice.
+STILL_NOISE = {
+    'signal': BAND_LIMITED_NOISE,
+    'point_speed_m_s': 0.25,
+    'band_low_hz': 8.0,
+    'require_full_rank': True,
 }
 SAME_FREQUENCY = 0.08
 SAME_MAC = 0.6
@@ -150,15 +159,19 @@ def shake(
     plan: ExcitationPlan,
     seed: int,
     noise_density: float = NOISE_DENSITY,
+    channels: tuple[Channel, ...] | None = None,
 ) -> Record:
-    """Let the emulated cell play a plan; the seed draws noise and bias of its sensors."""
+    """Let the emulated cell play a plan; the seed draws noise and bias of its sensors.
+
+    The sensors are those of the robot's layout, unless ``channels`` are given.
+    """
     cell = CellSettings(
         sample_rate_hz=SAMPLE_RATE_HZ,
         block_samples=BLOCK_SAMPLES,
         seed=seed,
         sensors=SensorSettings(noise_density=noise_density),
     )
-    channels = load_layout(ROBOT).channels
+    channels = channels or load_layout(ROBOT).channels
     names = tuple(channel.name for channel in channels)
     start_deg = np.degrees(model.to_controller(plan.start_position))
     motor = MotorSide(model, start_deg, None, cell, start_time_s=0.0)
@@ -210,10 +223,15 @@ def identify(record: Record, max_order: int = 60) -> WindowResult:
     return pipeline.identify(next(chain(pipeline.windows(), pipeline.finish())))
 
 
-def truth(model: FlexibleJointModel, record: Record, n_poses: int = 200) -> Truth:
+def truth(
+    model: FlexibleJointModel,
+    record: Record,
+    n_poses: int = 200,
+    channels: tuple[Channel, ...] | None = None,
+) -> Truth:
     """Return the modes at the centre and, followed by shape, over the poses of the path."""
     centre = record.plan.start_position
-    modes = model.damped_modes(centre, load_layout(ROBOT).channels)
+    modes = model.damped_modes(centre, channels or load_layout(ROBOT).channels)
     change = actual_change(model, centre, HIGHEST_HZ)
     rows = np.linspace(0, len(record.position) - 1, n_poses).round().astype(int)
     n_modes = int(np.sum(model.modes(centre).frequency_hz <= HIGHEST_HZ))

@@ -11,8 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abb_emulator.drives import Servo, ServoSettings
-from examples.paper.cell import plan_pulses, robot, SAMPLE_RATE_HZ
-from examples.paper.output import COLOURS, GREY, panels, save, say, show_table
+from examples.paper.cell import HIGHEST_HZ, plan_pulses, robot, SAMPLE_RATE_HZ
+from examples.paper.drawing import COLOURS, GREY, panels, save
+from examples.paper.output import (
+    Finding,
+    NOT_REPRODUCED,
+    REPRODUCED,
+    say,
+    show_findings,
+    show_table,
+)
 from excitation_planner.pulses import rectangular_train
 from excitation_planner.spectrum import predicted_spectrum, PredictedSpectrum
 
@@ -21,6 +29,7 @@ SEED = 2025
 COUNTS = (1, 8, 22)
 WIDTH, N_SAMPLES, RATE_HZ = 3, 1000, 1000.0
 N_RUNS = 200
+SECTION = '1 Pulses'
 
 
 @dataclass(frozen=True)
@@ -133,6 +142,25 @@ def tabulate(found: list[Density], real: list[RealPulses]) -> None:
     )
 
 
+def findings(found: list[Density], real: list[RealPulses]) -> list[Finding]:
+    """Return what became of Fig. 10."""
+    gains = [each.mean_between(10.0, 200.0) / found[0].mean_between(10.0, 200.0) for each in found]
+    as_many = all(0.9 * n < gain < 1.1 * n for n, gain in zip(COUNTS, gains, strict=True))
+    reach_hz = max(each.driven.excited_band_hz()[1] for each in real)
+    return [
+        Finding(
+            'Fig. 10: more pulses, more power',
+            f'{COUNTS[-1]} pulses have {gains[-1]:.1f} times the density of one',
+            REPRODUCED if as_many else NOT_REPRODUCED,
+        ),
+        Finding(
+            'Sect. 4.2: random pulses give a smooth spectrum over the band of interest',
+            f'pulses of 3 ms do; those of the arm are within 10 dB to {reach_hz:.0f} Hz only',
+            REPRODUCED if reach_hz > HIGHEST_HZ else NOT_REPRODUCED,
+        ),
+    ]
+
+
 def draw(found: list[Density], real: list[RealPulses]) -> None:
     figure, axes = panels(1, 3, (11.0, 3.4))
     signal, trains, arm = axes[0]
@@ -164,7 +192,11 @@ def draw(found: list[Density], real: list[RealPulses]) -> None:
     arm.set_ylim(1e-6, 1e2)
     arm.set_title("the arm's: planned (dotted), driven (solid)")
     arm.legend()
-    save(figure, 'paper_pulses.png')
+    save(
+        figure,
+        'pulses_drawn',
+        'Pulses of 3 ms, their spectra, and those of pulses the arm can make',
+    )
 
 
 def _half_hz(each: Density) -> float:
@@ -182,6 +214,7 @@ def main() -> None:
         'A 3 ms pulse falls to half its density at 150 Hz. A move of an arm that accelerates at '
         'some hundred deg/s² lasts 0.1 s and more, and its drives follow to 25 Hz.'
     )
+    show_findings(SECTION, findings(found, real), keep=True)
     draw(found, real)
 
 

@@ -7,13 +7,13 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from autonomous_modal_analysis.arm_drawing import draw_arm
 from autonomous_modal_analysis.demonstration import DemoRun, DemoSettings
 from autonomous_modal_analysis.identification import IdentifiedRecording, identify_recording
 from autonomous_modal_analysis.output import save_results, show_written
 from autonomous_modal_analysis.report import match_truth, TrueMode
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
 from modal_core.mode import ModeSet
+from modal_dashboard.arm_drawing import draw_arm
 from modal_recordings.open_recording import open_recording
 from modal_reports import DAMPING, fixed, FREQUENCY, percent
 from oma_identifier.settings import IdentificationSettings
@@ -59,7 +59,7 @@ class ComparedMode:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class DemoVerdict:
     """The demo's verdict.
 
     Parameters
@@ -82,7 +82,7 @@ class Comparison:
         return tuple(mode.failure for mode in self.modes if mode.failure)
 
 
-def compare(settings: DemoSettings, run: DemoRun) -> Comparison:
+def judge_demo(settings: DemoSettings, run: DemoRun) -> DemoVerdict:
     """Identify the demo's recording, compare with the truth and write results and report."""
     model = load_robot(settings.robot)
     layout = load_layout(settings.robot)
@@ -117,12 +117,12 @@ def compare(settings: DemoSettings, run: DemoRun) -> Comparison:
         provenance={'plan': run.plan_hash, 'seed': str(settings.seed), 'pose': settings.pose},
     )
     show_written(settings.folder)
-    return Comparison(modes=modes, n_windows=len(run.window_frequencies_hz), band_hz=run.band_hz)
+    return DemoVerdict(modes=modes, n_windows=len(run.window_frequencies_hz), band_hz=run.band_hz)
 
 
-def show_comparison(comparison: Comparison) -> None:
+def show_verdict(verdict: DemoVerdict) -> None:
     """Print true against identified modes, for people."""
-    low, high = comparison.band_hz
+    low, high = verdict.band_hz
     table = Table(
         title=f'modes in the excited band, {low:.1f} to {high:.1f} Hz:'
         ' natural frequency and damping ratio, true and found ± σ;'
@@ -133,19 +133,19 @@ def show_comparison(comparison: Comparison) -> None:
     )
     for heading in HEADINGS:
         table.add_column(heading, justify='right', no_wrap=True)
-    for mode in comparison.modes:
+    for mode in verdict.modes:
         if mode.in_band:
-            table.add_row(*_row(mode, comparison.n_windows))
+            table.add_row(*_row(mode, verdict.n_windows))
     OUTPUT.print(table)
-    for mode in comparison.modes:
+    for mode in verdict.modes:
         if mode.in_band and mode.true.from_window:
             MESSAGES.print(
                 f'note: {mode.true.frequency_hz:.2f} Hz is from a single window,'
                 ' the whole recording does not show it'
             )
-    for failure in comparison.failures:
+    for failure in verdict.failures:
         MESSAGES.print(f'[bold red]failed[/]: {failure}')
-    if not comparison.failures:
+    if not verdict.failures:
         OUTPUT.print('every mode in the excited band was found')
 
 

@@ -1,0 +1,42 @@
+"""The one place that knows which kind of file an ending means."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from autonomous_modal_analysis.export.arrays import write_matlab, write_netcdf
+from autonomous_modal_analysis.export.exported import Exported
+from autonomous_modal_analysis.export.tables import write_csv, write_parquet
+from autonomous_modal_analysis.export.universal import write_universal
+from modal_core.atomic_file import atomic_path
+from modal_core.errors import SettingsError
+
+WRITERS: dict[str, Callable[[Path, Exported], None]] = {
+    '.uff': write_universal,
+    '.unv': write_universal,
+    '.mat': write_matlab,
+    '.nc': write_netcdf,
+    '.parquet': write_parquet,
+    '.csv': write_csv,
+}
+KINDS = ', '.join(WRITERS)
+
+
+def export_modes(path: Path, exported: Exported) -> None:
+    """Write modes into a file of the kind its ending says, whole or not at all.
+
+    Raises
+    ------
+    SettingsError
+        No such kind.
+    ModalAnalysisError
+        A library that it needs is not installed.
+    OSError
+        It cannot be written.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in WRITERS:
+        raise SettingsError(
+            'unknown kind of file', where=path, found=suffix or 'no ending', expected=KINDS
+        )
+    with atomic_path(path) as temporary:
+        WRITERS[suffix](temporary, exported)

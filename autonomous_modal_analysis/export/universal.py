@@ -1,0 +1,100 @@
+"""Universal files: nodes (15), lines (82), units (164) and complex modes (55).
+
+References
+----------
+.. [1] Structural Dynamics Research Laboratory, University of Cincinnati: Universal File Formats
+   for Modal Analysis Testing, https://www.ceas3.uc.edu/sdrluff/
+"""
+
+import math
+from pathlib import Path
+import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+import pyuff
+
+from autonomous_modal_analysis.export.exported import Exported
+from modal_core.mode import Mode
+
+NODE = re.compile(r'^(\d+):([+-])([XYZ])$')
+"""A channel as universal files call it, `12:+Z`."""
+LONGEST = 80
+COMPLEX_MODE, DISPLACEMENT, THREE_DIRECTIONS, COMPLEX = 3, 8, 2, 5
+SI = {
+    **{'type': 164, 'units_code': 1, 'units_description': 'SI: Meter (newton)', 'temp_mode': 1},
+    **{'length': 1.0, 'force': 1.0, 'temp': 1.0, 'temp_offset': 273.15},
+}
+
+
+def write_universal(path: Path, exported: Exported) -> None:
+    """Write the modes; where no place is known, the n-th channel is node n, moved along X."""
+    sets: list[dict[str, Any]] = [SI]
+    if exported.geometry is not None:
+        points_m = exported.geometry.points_m
+        nodes = np.arange(1, len(points_m) + 1)
+        sets.append({'type': 15, 'node_nums': nodes, **dict(zip('xyz', points_m.T, strict=True))})
+        sets += [
+            {'type': 82, 'trace_num': number, 'nodes': np.array(line) + 1}
+            for number, line in enumerate(exported.geometry.lines, start=1)
+            if len(line) > 1
+        ]
+        moved = list(exported.displacements)
+    else:
+        nodes, places = _nodes(exported.modes.channel_names)
+        moved = [_at_nodes(mode.shape, len(nodes), places) for mode in exported.modes]
+    about = ', '.join(exported.about.values())
+    sets += [
+        _mode(number, mode, nodes, motion, about)
+        for number, (mode, motion) in enumerate(zip(exported.modes, moved, strict=True), start=1)
+    ]
+    file = pyuff.UFF(str(path))
+    # Set by set: the library leaves out the first one where it overwrites.
+    file.write_sets(sets, 'add')
+
+
+def _nodes(names: tuple[str, ...]) -> tuple[NDArray[np.int64], list[tuple[int, int, float]]]:
+    """Return the nodes, and for each channel its row, direction and sign."""
+    read = [NODE.match(name) for name in names]
+    if not all(read):
+        return np.arange(1, len(names) + 1), [(row, 0, 1.0) for row in range(len(names))]
+    told = [
+        (int(each.group(1)), 'XYZ'.index(each.group(3)), -1.0 if each.group(2) == '-' else 1.0)
+        for each in read
+        if each is not None
+    ]
+    nodes = sorted({node for node, _, _ in told})
+    return np.array(nodes), [(nodes.index(node), way, sign) for node, way, sign in told]
+
+
+def _at_nodes(
+    shape: NDArray[np.complex128], n_nodes: int, places: list[tuple[int, int, float]]
+) -> NDArray[np.complex128]:
+    moved = np.zeros((n_nodes, 3), dtype=complex)
+    for value, (row, way, sign) in zip(np.nan_to_num(shape), places, strict=True):
+        moved[row, way] = sign * value
+    return moved
+
+
+def _mode(
+    number: int, mode: Mode, nodes: NDArray[np.int64], moved: NDArray[np.complex128], about: str
+) -> dict[str, Any]:
+    omega, zeta = 2.0 * math.pi * mode.frequency_hz, mode.damping_ratio
+    pole = omega * complex(-zeta, math.sqrt(max(0.0, 1.0 - zeta**2)))
+    said = f'Mode {number}: {mode.frequency_hz:.6g} Hz, damping ratio {mode.damping_ratio:.4g}'
+    scatter = (
+        f'standard deviations {mode.frequency_std_hz:.3g} Hz, {mode.damping_ratio_std:.3g};'
+        f' MPC {mode.mpc:.3f}'
+    )
+    return {
+        **{'type': 55, 'analysis_type': COMPLEX_MODE, 'data_ch': THREE_DIRECTIONS},
+        **{'spec_data_type': DISPLACEMENT, 'data_type': COMPLEX, 'n_data_per_node': 3},
+        **{'id1': said[:LONGEST], 'id2': scatter[:LONGEST], 'id3': _ascii(about)[:LONGEST]},
+        **{'load_case': 0, 'mode_n': number, 'eig': pole, 'modal_a': 0j, 'modal_b': 0j},
+        **{'node_nums': nodes, 'r1': moved[:, 0], 'r2': moved[:, 1], 'r3': moved[:, 2]},
+    }
+
+
+def _ascii(text: str) -> str:
+    return text.encode('ascii', 'replace').decode()
