@@ -64,6 +64,36 @@ def emulator(full: bool, store: Path | None) -> Iterator[Line]:
     return rows()
 
 
+def forecast(full: bool, store: Path | None) -> Iterator[Line]:
+    from benchmarks.forecast import N_ALL, N_POSES, rows
+
+    return rows(N_ALL if full else N_POSES)
+
+
+def states(full: bool, store: Path | None) -> Iterator[Line]:
+    from benchmarks.states import rows
+
+    return rows()
+
+
+def impact(full: bool, store: Path | None) -> Iterator[Line]:
+    from benchmarks.impact import rows
+
+    return rows(30 if full else 3)
+
+
+def modal_map(full: bool, store: Path | None) -> Iterator[Line]:
+    from benchmarks.map import N_ARMS, rows
+
+    return rows(4 * N_ARMS if full else N_ARMS)
+
+
+def lobes(full: bool, store: Path | None) -> Iterator[Line]:
+    from benchmarks.lobes import FEW_POINTS, POINTS, rows
+
+    return rows(POINTS if full else FEW_POINTS)
+
+
 GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {
     'speed': speed,
     'streaming': streaming,
@@ -72,6 +102,11 @@ GROUPS: dict[str, Callable[[bool, Path | None], Iterator[Line]]] = {
     'tracking': tracking,
     'throughput': throughput,
     'emulator': emulator,
+    'forecast': forecast,
+    'states': states,
+    'impact': impact,
+    'map': modal_map,
+    'lobes': lobes,
     'faults': faults,
 }
 

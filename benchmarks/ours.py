@@ -102,7 +102,7 @@ def ssi_data(n_references: int) -> Call:
 
 def plscf_poles(highest: int) -> Call:
     """All channels as references, like the peer, up to its order."""
-    from oma_identifier.methods.plscf import plscf
+    from oma_identifier.methods.polyreference import plscf
 
     def call(rows: NDArray[np.float64], rate_hz: float) -> Found:
         poles = plscf(rows, np.arange(rows.shape[1]), 512, range(2, highest + 1))

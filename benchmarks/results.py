@@ -21,7 +21,7 @@ from modal_core.atomic_file import write_text
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / 'docs' / 'measured' / 'results'
-LIBRARIES = ('numpy', 'scipy', *peers.PEERS.values())
+LIBRARIES = ('numpy', 'scipy', *peers.PEERS.values(), 'sdypy-EMA')
 COLUMNS = ('what', 'ours', 'peer', 'ratio', 'reach', '')
 
 
@@ -54,16 +54,21 @@ class Group:
         folder = FOLDER if measured else ROOT / 'docs' / self.page / FOLDER.name
         return folder / f'{self.name}.json'
 
+    @property
+    def picture(self) -> Path:
+        """Its drawing, where it has one."""
+        return self.path.with_suffix('.svg')
+
 
 def _group(name: str, *programs: str) -> Group:
     own = programs or (f'benchmarks/{name}.py',)
     return Group(name, (*own, 'benchmarks/plant.py'), f'make bench BENCH={name}')
 
 
-def _paper(program: str, *names: str) -> tuple[Group, ...]:
-    """Return the tables of one finding of the paper."""
-    own = (f'examples/paper/{program}.py', 'examples/paper/cell.py')
-    command = f'python -m examples.paper.{program}'
+def _paper(programs: str, *names: str) -> tuple[Group, ...]:
+    """Return the tables and pictures of one finding of the paper; its program stands first."""
+    own = tuple(f'examples/paper/{program}.py' for program in (*programs.split(), 'cell'))
+    command = f'python -m examples.paper.{programs.split()[0]}'
     return tuple(Group(f'paper_{name}', own, command, 'explanation') for name in names)
 
 
@@ -74,6 +79,19 @@ GAP = (
     'test/support/independent_arm.py',
 )
 MATRIX = 'benchmarks/gap_matrix.py'
+FINDINGS = tuple(
+    f'examples/paper/{program}.py'
+    for program in (
+        'cell',
+        'pulse_spectrum',
+        'frequency_responses',
+        'sensitivity',
+        'batches',
+        'self_excitation',
+        'all_joints',
+        'wide_range',
+    )
+)
 GROUPS = {
     group.name: group
     for group in (
@@ -87,11 +105,26 @@ GROUPS = {
         _group('tracking'),
         _group('throughput'),
         _group('emulator'),
+        _group('forecast'),
+        _group('states'),
+        _group('impact'),
+        _group('lobes'),
+        _group('map', *(f'benchmarks/{name}.py' for name in ('map', 'hidden_arms', 'map_rivals'))),
         _group('faults', 'benchmarks/faults'),
         Group(
             'families',
             ('benchmarks/families', 'benchmarks/plant.py', 'benchmarks/peers.py'),
             'make bench BENCH=families',
+        ),
+        Group(
+            'methods',
+            ('benchmarks/methods.py', 'benchmarks/milled.py', 'benchmarks/plant.py'),
+            'python -m benchmarks.methods',
+        ),
+        Group(
+            'ablation',
+            ('benchmarks/ablation',),
+            'python -m benchmarks.ablation FILE --seeds FIRST END --keep',
         ),
         Group('shapes', (), 'by hand'),
         Group('complex_shapes', (), 'by hand'),
@@ -107,12 +140,17 @@ GROUPS = {
             'python -m benchmarks.structural_model_speed',
             'reference',
         ),
-        *_paper('pulse_spectrum', 'pulses', 'arm_pulses'),
-        *_paper('sensitivity', 'sensitivity', 'accuracy', 'ranges'),
-        *_paper('self_excitation', 'p1', 'p3', 'ways'),
-        *_paper('all_joints', 'all_joints', 'poles'),
-        *_paper('wide_range', 'wide_p1', 'wide_p3'),
+        *_paper('pulse_spectrum', 'pulses', 'arm_pulses', 'pulses_drawn'),
+        *_paper('frequency_responses', 'frf', 'frf_drawn', 'frf_postures_drawn'),
+        *_paper('sensitivity', 'sensitivity', 'accuracy', 'ranges', 'sensitivity_drawn'),
+        *_paper('batches', 'batches', 'shapes_drawn'),
+        *_paper('self_excitation', 'p1', 'p3', 'ways', 'self_excitation_drawn'),
+        *_paper('all_joints', 'all_joints', 'poles', 'all_joints_drawn'),
+        *_paper(
+            'wide_range self_excitation sensitivity', 'wide_p1', 'wide_p3', 'wide_range_drawn'
+        ),
         *_paper('optimised_pulses', 'optimised'),
+        Group('paper_findings', FINDINGS, 'make reproduce', 'explanation'),
     )
 }
 
@@ -168,18 +206,39 @@ def write_rows(
     counts : mapping or None
         What a later run is held against, beside the table.
     """
+    table = {'columns': list(columns), 'rows': [list(row) for row in rows]}
+    _write(GROUPS[name], where, {**table, **({} if counts is None else {'counts': counts})})
+
+
+def write_picture(name: str, drawing: str, where: Sequence[str] = ()) -> Path:
+    """Keep a drawing (SVG) of a group; its state stands beside it, as that of a table does.
+
+    Returns
+    -------
+    Path
+        The drawing.
+    """
+    group = GROUPS[name]
+    write_text(group.picture, drawing)
+    _write(group, where, {'columns': [], 'rows': [], 'picture': fingerprint(group.picture)})
+    return group.picture
+
+
+def fingerprint(path: Path) -> str:
+    """Return what tells a file from any other."""
+    return sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def _write(group: Group, where: Sequence[str], content: Mapping[str, Any]) -> None:
     from modal_core.version import suite_version
 
-    group = GROUPS[name]
     results: dict[str, Any] = {
         'command': group.command,
         'date': datetime.date.today().isoformat(),
         'version': suite_version(),
         'where': [f'Python {platform.python_version()}', *where],
         'definition': definition(group),
-        'columns': list(columns),
-        'rows': [list(row) for row in rows],
-        **({} if counts is None else {'counts': counts}),
+        **content,
     }
     group.path.parent.mkdir(parents=True, exist_ok=True)
     write_text(group.path, json.dumps(results, indent=1, ensure_ascii=False) + '\n')

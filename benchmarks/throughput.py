@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+import resource
 import struct
 import tempfile
 import time
@@ -29,7 +30,7 @@ BATCHES_HZ = 8
 def rows(ingest_s: int, record_s: float) -> Iterator[Line]:
     """Yield the lines."""
     yield from _ingest(ingest_s)
-    yield _offline(record_s)
+    yield from _offline(record_s)
 
 
 def _ingest(seconds: int) -> Iterator[Line]:
@@ -120,8 +121,12 @@ def _resident_mb() -> float:
     return pages * 4096 / 2**20
 
 
-def _offline(seconds: float) -> Line:
-    """Read an MCAP recording and identify its windows and the whole, all by default."""
+def _offline(seconds: float) -> Iterator[Line]:
+    """Read an MCAP recording and identify its windows and the whole, all by default.
+
+    Two processes work at the same time, and neither waits much for the other: on an idle machine
+    the one with more to do takes its processor time.
+    """
     rate_hz = 512
     samples = simulate(chain_plant(42), np.random.default_rng(74001), seconds, float(rate_hz))
     rows = samples.acceleration.astype(np.float32)
@@ -141,14 +146,24 @@ def _offline(seconds: float) -> Line:
                 writer.write('/block', BLOCK, stamp, message.data)
         path = writer.close()
         del samples, rows
-        start = time.process_time()
+        start, before_s = time.process_time(), _children_s()
         found = identify_recording(open_recording(path), IdentificationSettings())
-        cpu_s = time.process_time() - start
+        own_s, other_s = time.process_time() - start, _children_s() - before_s
     count = len(found.identification.windows)
-    return Line(
+    what = (
         f'offline, 42 channels at 512 Hz from MCAP, {seconds:.0f} s, {count} windows and the'
-        ' whole, all by default: multiple of real time',
-        f'{seconds / cpu_s:.0f}',
-        reach='≥ 200',
-        met=seconds / cpu_s >= 200.0,
+        ' whole, all by default: multiple of real time'
     )
+    multiple = seconds / max(own_s, other_s)
+    yield Line(
+        f'{what}, by the busier of two processes',
+        f'{multiple:.0f}',
+        reach='≥ 200',
+        met=multiple >= 200.0,
+    )
+    yield Line(f'{what}, by both on one processor', f'{seconds / (own_s + other_s):.0f}')
+
+
+def _children_s() -> float:
+    """Return the processor time of processes that were waited for [s]."""
+    return sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])

@@ -55,7 +55,7 @@ def main(words: Sequence[str] | None = None) -> int:
     if rows and (chosen.keep or whole):
         where = (*versions(), f'seeds from {seeds[0]}')
         write_rows('families', COLUMNS, rows, where, counts)
-    return _worse(counts) if chosen.quick else 0
+    return worse_families(counts) if chosen.quick else 0
 
 
 def _extent(chosen: argparse.Namespace) -> tuple[range, float]:
@@ -110,20 +110,26 @@ def _table(
     return rows, counts
 
 
-def _worse(counts: dict[str, dict[str, int]]) -> int:
-    """Name the families that are worse than the figures kept, beyond chance."""
+def worse_families(counts: dict[str, dict[str, int]]) -> int:
+    """Name the families that are worse than the figures kept, beyond chance, alone or together."""
     kept = FOLDER / 'families.json'
     if not kept.exists():
         print('no figures to compare with', file=sys.stderr)
         return 0
     before = json.loads(kept.read_text())['counts']
-    worse = {
-        name: regressions(now, before[name]) for name, now in counts.items() if name in before
-    }
+    pairs = {name: (now, before[name]) for name, now in counts.items() if name in before}
+    if pairs:
+        now, then = (_sum(each) for each in zip(*pairs.values(), strict=True))
+        pairs['the sum of all'] = now, then
+    worse = {name: regressions(*pair) for name, pair in pairs.items()}
     for name, what in worse.items():
         if what:
-            print(f'{name} is worse: {"; ".join(what)}; before: {before[name]}', file=sys.stderr)
+            print(f'{name} is worse: {"; ".join(what)}; before: {pairs[name][1]}', file=sys.stderr)
     return int(any(worse.values()))
+
+
+def _sum(counts: Sequence[dict[str, int]]) -> dict[str, int]:
+    return {what: sum(each[what] for each in counts) for what in counts[0]}
 
 
 if __name__ == '__main__':

@@ -10,6 +10,7 @@ from benchmarks.families.chance import log_uniform, whole
 from benchmarks.families.family import Family, Range
 from benchmarks.families.force import draw_envelope, draw_spectrum, Envelope, Spectrum
 from benchmarks.families.machine import draw_lines
+from benchmarks.families.motion import draw_motion
 from benchmarks.families.record import Record
 from benchmarks.families.response import (
     draw_force,
@@ -78,6 +79,8 @@ def draw(family: Family, seed: int) -> Record:
         clean += np.real(np.outer(np.exp(2j * np.pi * hz * time), amplitude))
     noise, deviation = log_uniform(rng, family.noise), np.sqrt(variance)
     mean = deviation.mean()
+    if family.motion[1]:
+        clean += draw_motion(rng, clean.shape, grid.rate_hz, grid.band_hz[0], family.motion) * mean
     level = noise * (deviation if rng.random() < 0.5 else np.full(grid.n_channels, mean))
     scale = 10.0 ** rng.uniform(-2.0, 1.0) / mean
     return Record(
@@ -92,7 +95,7 @@ def draw(family: Family, seed: int) -> Record:
         noise=noise,
         noise_std=scale * level,
         n_forces=n_forces,
-        forces=excitation.kind,
+        forces=excitation.kind + (' moving' if family.motion[1] else ''),
         gain=excitation.spectrum(plant.frequency_hz),
         steady=excitation.steady,
     )

@@ -36,6 +36,8 @@ class Family:
         Harmonics.
     drift : pair of float
         From least to greatest natural frequency over the mean, uniform; none below 0.
+    motion : pair of float
+        What a moving robot adds to its sensors, over the standard deviation of the responses.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Family:
     courses: tuple[str, ...] = (STEADY,)
     n_lines: tuple[int, int] = (0, 0)
     drift: Range = (0.0, 0.0)
+    motion: Range = (0.0, 0.0)
 
 
 PLAIN = Family('plain', 'anything but white steady forces of full rank, little noise')
@@ -97,6 +100,13 @@ FAMILIES = {
         replace(PLAIN, name='harmonics', what='1 to 6 lines', n_lines=(1, 6)),
         replace(
             PLAIN, name='drifting', what='frequencies drift by 0.3 to 3 %', drift=(0.003, 0.03)
+        ),
+        replace(
+            PLAIN,
+            name='moving',
+            what='a robot moves: its own accelerations and gravity in the sensors; half drift',
+            drift=(-0.03, 0.03),
+            motion=(0.3, 10.0),
         ),
         Family(
             'anything',

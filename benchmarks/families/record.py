@@ -89,7 +89,8 @@ class Record:
             forced = self.plant.participation * self.gain[:, None]
             plant = replace(self.plant, participation=forced)
             least = local_bound(plant, self.noise_std, self.rate_hz, self.steady_s)
-        return np.maximum(self.law, least)
+        # A bound that rounding has eaten is none.
+        return np.fmax(self.law, least)
 
     def __str__(self) -> str:
         """Describe it in one line."""

@@ -15,7 +15,7 @@ DECIDES = Group(
             f'benchmarks/families/{name}.py'
             for name in (
                 *('bound', 'chance', 'drawing', 'family', 'force', 'judge', 'machine'),
-                *('matching', 'peer', 'record', 'response', 'structure'),
+                *('matching', 'motion', 'peer', 'record', 'response', 'structure'),
             )
         ),
         'benchmarks/plant.py',

@@ -1,0 +1,1 @@
+"""What each stage of selection and refinement is worth on random records."""
