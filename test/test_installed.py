@@ -18,6 +18,7 @@ from modal_recordings import RecordingWriter
 from modal_recordings.encode import encode
 from test.test_package import executables, ROOMS, ROOT, setup_arguments
 
+OWN_MESSAGES = {'oma_msgs', 'tf2_msgs', 'control_msgs'}
 DEFINITIONS = 'modal_recordings/oma_msgs_definitions'
 # Modules whose distribution, or package of ROS, has another name.
 DISTRIBUTIONS = {
@@ -202,9 +203,9 @@ def imported() -> set[str]:
 def test_every_import_is_declared_to_pip():
     lines = ast.literal_eval(setup_arguments()['install_requires'])
     declared = {re.split(r'[<>=\[]', line)[0] for line in lines}
-    needed = {DISTRIBUTIONS.get(name, name) for name in imported() - ROS - {'oma_msgs'}}
+    needed = {DISTRIBUTIONS.get(name, name) for name in imported() - ROS - OWN_MESSAGES}
     assert needed <= declared
-    assert {name for name in imported() if name.endswith('_msgs')} <= ROS | {'oma_msgs'}
+    assert {name for name in imported() if name.endswith('_msgs')} <= ROS | OWN_MESSAGES
 
 
 def test_every_import_is_declared_to_ros_or_named_in_the_readme():

@@ -12,7 +12,15 @@ sys.path[:0] = [str(ROOT), str(ROOT / 'docs')]
 
 from generated_pages.measured import markdown  # noqa: E402
 
-from benchmarks.results import definition, FOLDER, Group, GROUPS, write_lines  # noqa: E402
+from benchmarks.results import (  # noqa: E402
+    definition,
+    fingerprint,
+    FOLDER,
+    Group,
+    GROUPS,
+    write_lines,
+    write_picture,
+)
 from benchmarks.table import Line  # noqa: E402
 
 DOCS = ROOT / 'docs'
@@ -28,7 +36,9 @@ def shown() -> list[str]:
 
 
 def stale(group: Group, results: dict) -> bool:
-    return results['definition'] != definition(group)
+    """A program that changed since, or a drawing that it did not make."""
+    drawn = 'picture' not in results or results['picture'] == fingerprint(group.picture)
+    return results['definition'] != definition(group) or not drawn
 
 
 def test_every_file_of_results_is_shown_once_and_no_other():
@@ -48,6 +58,14 @@ def test_no_table_of_figures_is_kept_by_hand():
         assert not [row for row in rows if re.search(r'\d', row)], f'{page.name}: use {{measured}}'
 
 
+def test_prose_of_the_paper_states_settings_and_no_results():
+    """What was measured stands in tables, which programs write: text would go stale."""
+    prose = re.sub(r'```.*?```|`[^`]*`|doi:\S+', '', PAPER.read_text(), flags=re.S)
+    figures = re.findall(r'[\d.]*\d ?(?:%|Hz|dB|σ|m/s)|\d+\.\d+(?!-\d)', prose)
+    settings = {'512 Hz', '60 Hz', '1.9', '7.5', '0.02', '0.01 m/s'}
+    assert set(figures) <= settings, 'a setting is listed here; a result comes from a program'
+
+
 @pytest.mark.parametrize('name', GROUPS)
 def test_no_figure_is_stale(name):
     """A change of what is measured, or a new version, asks for measuring again."""
@@ -57,7 +75,8 @@ def test_no_figure_is_stale(name):
     assert not stale(group, results), advice
     assert f"version='{results['version']}'" in (ROOT / 'setup.py').read_text(), advice
     assert all(len(row) == len(results['columns']) for row in results['rows'])
-    assert markdown(results).count('\n') == len(results['rows']) + 4
+    table = markdown(results).count('\n')
+    assert table == (len(results['rows']) + 4 if results['columns'] else 1)
 
 
 def test_a_changed_program_makes_its_figures_stale(tmp_path, monkeypatch):
@@ -77,4 +96,19 @@ def test_a_changed_program_makes_its_figures_stale(tmp_path, monkeypatch):
     program.write_text('"""Says more."""\n\nimport new  # elsewhere\n\nREACH = 0.99\n')
     assert not stale(group, results)
     program.write_text('import new\n\nREACH = 0.9\n')
+    assert stale(group, results)
+
+
+def test_a_picture_that_no_program_drew_is_stale(tmp_path, monkeypatch):
+    import benchmarks.results as module
+
+    monkeypatch.setattr(module, 'ROOT', tmp_path)
+    monkeypatch.setitem(module.GROUPS, 'drawn', Group('drawn', ('b.py',), 'make', 'explanation'))
+    (tmp_path / 'b.py').write_text('REACH = 0.99\n')
+    drawing = write_picture('drawn', '<svg/>', ['what it shows'])
+    group = module.GROUPS['drawn']
+    results = json.loads(group.path.read_text())
+    assert not stale(group, results)
+    assert 'what it shows' in markdown(results)
+    drawing.write_text('<svg><!-- by hand --></svg>')
     assert stale(group, results)

@@ -22,6 +22,9 @@ MODULES = {
     'robot_bridge': 'robot_bridge.node.bridge_node',
     'abb_emulator': 'abb_emulator.node.emulator_node',
     'replay': 'robot_bridge.node.replay_node',
+    'arm_state': 'robot_bridge.node.arm_state_node',
+    'modal_dashboard': 'modal_dashboard.dashboard_node',
+    'modal_history': 'modal_history.history_node',
 }
 
 

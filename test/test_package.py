@@ -1,6 +1,8 @@
 """The package as ROS and pip see it."""
 
 import ast
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 import re
 import subprocess
@@ -15,14 +17,20 @@ ROOMS = (
     'modal_recordings',
     'modal_reports',
     'oma_identifier',
+    'impact_testing',
+    'machining',
+    'modal_history',
+    'modal_dashboard',
     'structural_model',
     'excitation_planner',
     'robot_bridge',
     'abb_emulator',
     'model_gap',
+    'workspace_map',
     'autonomous_modal_analysis',
 )
 MIDDLEWARE = ('_node.py', 'ros_messages.py')
+MIDDLEWARE_ENDS = tuple(name.removesuffix('.py') for name in MIDDLEWARE)
 
 
 def setup_arguments() -> dict[str, ast.expr]:
@@ -87,6 +95,68 @@ def test_launch_and_command_line_start_the_same_nodes():
     assert started == launched
 
 
+OTHER_NAMES = {
+    'google': 'python3-protobuf',
+    'coal': 'pinocchio',
+    'hppfcl': 'pinocchio',
+    'markupsafe': 'python3-jinja2',
+}
+"""Modules that come with a package of another name."""
+OWN_FOLDERS = {'test', 'benchmarks', 'examples', 'generated_pages'}
+
+
+def foreign_modules(files) -> set[str]:
+    """Return the modules that files import from neither Python nor this repository."""
+    tops = {name.split('.')[0] for path in files for name in imported(path)}
+    return tops - set(sys.stdlib_module_names) - {*ROOMS, *OWN_FOLDERS}
+
+
+def stated(*kinds: str) -> set[str]:
+    package = ElementTree.parse(ROOT / 'package.xml').getroot()
+    return {item.text for kind in kinds for item in package.findall(kind)}
+
+
+def from_pypi() -> set[str]:
+    """Return what the README installs beside rosdep."""
+    text = (ROOT / 'README.md').read_text()
+    found = re.search(r'pip install --break-system-packages ([^`]+)`', text)
+    return set(found[1].split())
+
+
+def unstated(modules: set[str], keys: set[str]) -> set[str]:
+    return {
+        name for name in modules if not {name, f'python3-{name}', OTHER_NAMES.get(name)} & keys
+    }
+
+
+def test_package_xml_names_every_package_that_is_imported():
+    files = [path for room in ROOMS for path in (ROOT / room).rglob('*.py')]
+    modules = foreign_modules([*files, *(ROOT / 'launch').glob('*.py')])
+    keys = stated('exec_depend')
+    assert unstated(modules, keys | from_pypi()) == set()
+    # And nothing twice, nor what nobody needs.
+    assert not keys & from_pypi()
+    known = {*modules, *(f'python3-{name}' for name in modules), *OTHER_NAMES.values()}
+    assert keys - known == set()
+
+
+def test_package_xml_names_what_tests_import():
+    modules = foreign_modules((ROOT / 'test').rglob('*.py'))
+    assert unstated(modules, stated('exec_depend', 'test_depend') | from_pypi()) == set()
+
+
+def test_launch_and_command_line_move_the_emulated_arm_alike():
+    from autonomous_modal_analysis.cell import BESIDE_EMULATOR
+
+    module = ast.parse((ROOT / 'launch' / 'emulated_cell.launch.py').read_text())
+    (value,) = [
+        ast.literal_eval(node.value)
+        for node in module.body
+        if isinstance(node, ast.Assign) and node.targets[0].id == 'OF_EMULATED_CELL'
+    ]
+    assert value == {'robot_bridge': BESIDE_EMULATOR}
+
+
 def test_core_imports_without_ros():
     modules = [
         '.'.join(path.relative_to(ROOT).with_suffix('').parts)
@@ -97,6 +167,7 @@ def test_core_imports_without_ros():
     blocked = (
         'rclpy',
         'oma_msgs',
+        'control_msgs',
         'sensor_msgs',
         'geometry_msgs',
         'std_msgs',
@@ -118,12 +189,31 @@ for name in {modules!r}:
     assert run.returncode == 0, run.stderr
 
 
+@pytest.mark.parametrize('folder', ['benchmarks', 'examples', 'docs/generated_pages'])
+def test_what_a_program_imports_when_it_runs_is_there(folder):
+    """Imports inside functions too: nobody else would miss what moved."""
+    for path in (ROOT / folder).rglob('*.py'):
+        for node in ast.walk(ast.parse(path.read_text())):
+            of = node.module if isinstance(node, ast.ImportFrom) else None
+            if of is None or of.split('.')[0] not in ROOMS or of.endswith(MIDDLEWARE_ENDS):
+                continue
+            module = import_module(of)
+            for name in (alias.name for alias in node.names):
+                found = (
+                    hasattr(module, name) or (ROOT / of.replace('.', '/') / f'{name}.py').exists()
+                )
+                assert found, f'{path.relative_to(ROOT)}:{node.lineno} imports {name} of {of}'
+
+
 def test_arrows_between_rooms_point_one_way():
     allowed = {
         'modal_core': set(),
         'modal_recordings': {'modal_core'},
         'modal_reports': {'modal_core'},
         'oma_identifier': {'modal_core', 'modal_recordings'},
+        'impact_testing': {'modal_core', 'modal_recordings', 'oma_identifier'},
+        'machining': {'modal_core'},
+        'modal_history': {'modal_core', 'oma_identifier', 'structural_model'},
         'structural_model': {'modal_core'},
         'excitation_planner': {'modal_core', 'structural_model'},
         'robot_bridge': {
@@ -138,6 +228,21 @@ def test_arrows_between_rooms_point_one_way():
             'structural_model',
             'excitation_planner',
             'robot_bridge',
+        },
+        'modal_dashboard': {
+            'modal_core',
+            'modal_history',
+            'modal_reports',
+            'structural_model',
+            'excitation_planner',
+        },
+        'workspace_map': {
+            'modal_core',
+            'modal_recordings',
+            'modal_reports',
+            'structural_model',
+            'oma_identifier',
+            'excitation_planner',
         },
         'model_gap': {
             'modal_core',
@@ -156,15 +261,16 @@ def test_arrows_between_rooms_point_one_way():
                     assert other in may, f'{path.relative_to(ROOT)} imports {name}'
 
 
-def imported(path: Path) -> list[str]:
+@cache
+def imported(path: Path) -> tuple[str, ...]:
     """Return the full names of what a file imports, wherever in it."""
-    names = []
+    names: list[str] = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
             names += [f'{node.module}.{alias.name}' for alias in node.names]
-    return names
+    return tuple(names)
 
 
 def test_tests_reach_for_no_private_name():
@@ -222,8 +328,19 @@ def test_a_name_of_ones_own_is_not(text):
     assert private_uses(ast.parse(text)) == []
 
 
-FOLDED = ('oma_identifier', 'model_gap', 'modal_reports', 'robot_bridge', 'abb_emulator')
+FOLDED = (
+    'oma_identifier',
+    'model_gap',
+    'modal_dashboard',
+    'modal_reports',
+    'robot_bridge',
+    'abb_emulator',
+    'machining',
+    'workspace_map',
+)
 """Rooms whose folders show the method."""
+WITH_FOLDERS = (*FOLDED, 'structural_model')
+"""Rooms with folders that have doors."""
 
 
 def folder_of(room: str, parts: tuple[str, ...]) -> str:
@@ -247,7 +364,7 @@ def arrows_inside(room: str) -> dict[str, set[str]]:
     return arrows
 
 
-@pytest.mark.parametrize('room', FOLDED)
+@pytest.mark.parametrize('room', WITH_FOLDERS)
 def test_arrows_inside_a_room_make_no_circle(room):
     arrows = arrows_inside(room)
     while arrows:
@@ -256,7 +373,39 @@ def test_arrows_inside_a_room_make_no_circle(room):
         arrows = {name: others for name, others in arrows.items() if name not in ends}
 
 
-@pytest.mark.parametrize('room', FOLDED)
+def test_no_files_import_one_another_in_a_circle():
+    """Wherever in a file the import stands: a late one hides a circle and does not undo it."""
+    files = {
+        '.'.join(path.relative_to(ROOT).with_suffix('').parts): path
+        for room in ROOMS
+        for path in (ROOT / room).rglob('*.py')
+        if path.name != '__init__.py'
+    }
+    arrows = {
+        name: {
+            target
+            for found in imported(path)
+            for target in (found, found.rpartition('.')[0])
+            if target in files and target != name
+        }
+        for name, path in files.items()
+    }
+    while arrows:
+        ends = {name for name, others in arrows.items() if not others & set(arrows)}
+        assert ends, f'{sorted(arrows)} import one another in a circle, or what does'
+        arrows = {name: others for name, others in arrows.items() if name not in ends}
+
+
+def test_what_is_called_has_a_verb():
+    """An object that is called as a function hides what it does."""
+    for path in (file for room in ROOMS for file in (ROOT / room).rglob('*.py')):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef) and 'Protocol' not in map(ast.unparse, node.bases):
+                named = [item.name for item in node.body if isinstance(item, ast.FunctionDef)]
+                assert '__call__' not in named, f'{path.relative_to(ROOT)}: {node.name}'
+
+
+@pytest.mark.parametrize('room', WITH_FOLDERS)
 def test_folders_are_entered_by_their_doors(room):
     """Other folders import what a folder's ``__init__.py`` lists, and nothing behind it."""
     for path in (file for each in ROOMS for file in (ROOT / each).rglob('*.py')):
@@ -270,6 +419,7 @@ def test_folders_are_entered_by_their_doors(room):
             assert parts[1] in doors(folder), f'{path.relative_to(ROOT)} imports {name}'
 
 
+@cache
 def doors(folder: Path) -> list[str]:
     """Return the public names of a folder."""
     for node in ast.parse((folder / '__init__.py').read_text()).body:
@@ -283,7 +433,7 @@ def test_at_most_twelve_files_lie_flat(room):
     assert len(list((ROOT / room).glob('*.py'))) <= 12
 
 
-@pytest.mark.parametrize('room', FOLDED)
+@pytest.mark.parametrize('room', WITH_FOLDERS)
 def test_every_folder_says_what_comes_in_and_what_goes_out(room):
     for door in (ROOT / room).glob('*/__init__.py'):
         text = ast.get_docstring(ast.parse(door.read_text())) or ''

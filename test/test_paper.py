@@ -103,6 +103,99 @@ def test_path_truth_is_the_model_itself_pose_by_pose():
         assert np.sort(found) == pytest.approx(alone, rel=1e-9)
 
 
+def test_measured_responses_are_those_of_the_model():
+    """Six drives at once against the model's linear response; the lever arm at the low end."""
+    from examples.paper import cell, frequency_responses
+
+    model = cell.robot()
+    noise = {**cell.STILL_NOISE, **frequency_responses.EVEN}
+    plan = cell.plan_pulses(model, 'P2', 0.0, 0.0, 3, 40.0, **noise)
+    frequency_hz, measured = frequency_responses.measured_response(
+        model, cell.shake(model, plan, 3)
+    )
+    expected = frequency_responses.model_response(model, plan.start_position, frequency_hz)
+    # Above, the drives follow so little that noise shows in a record this short.
+    strong = frequency_hz < 35.0
+    for row, column in ((0, 1), (1, 0)):
+        ratio = measured[strong, row, column] / expected[strong, row, column]
+        assert np.median(np.abs(20.0 * np.log10(np.abs(ratio)))) < 1.0, 'seed 3'
+    # Axis 1 turns the spindle about the base: its lever arm is its distance from it.
+    slow = frequency_responses.model_response(model, plan.start_position, np.array([0.05]))[0]
+    arm_m = model.geometry.positions([plan.start_position], [('flange', np.array([0.2, 0, 0.08]))])
+    assert np.abs(slow[1, 0]) == pytest.approx(arm_m[0, 0, 0], rel=0.01)
+
+
+def test_three_batches_of_14_hold_every_one_of_42_points_once():
+    from examples.paper import batches
+
+    points = [sensor.name for sensor in batches.all_points()]
+    assert len(set(points)) == 42
+    roving = [[s.name for s in each if s.name in points] for each in batches.batches()]
+    assert [len(names) for names in roving] == [14, 14, 14]
+    assert sorted(name for names in roving for name in names) == sorted(points)
+    staying = [{s.name for s in each} - set(points) for each in batches.batches()]
+    assert staying == [set(batches.STAYING)] * 3
+
+
+@pytest.mark.parametrize(
+    ('was', 'now', 'same'),
+    [
+        ('9.50 ± 0.01', '9.51 ± 0.01', True),
+        ('9.50 ± 0.01', '9.99 ± 0.01', True),
+        ('9.50 ± 0.01', '-', False),
+        ('4 of 7', '6 of 7', True),
+        ('3', '6', False),
+        ('reproduced', 'in part', False),
+        ('1.24e-05', '1.25e-05', True),
+        ('1.24e-05', '2.24e-05', False),
+        ('-43.7', '43.7', False),
+    ],
+)
+def test_tables_are_compared_within_what_machines_differ_by(was, now, same):
+    from examples.paper import output
+
+    assert output.alike(was, now) is same
+
+
+def test_checking_names_every_cell_that_is_stale_and_writes_nothing():
+    from examples.paper import output
+
+    rows = output.kept('paper_pulses')
+    keeper = output.Keeper(checks=True)
+    keeper.rows('paper_pulses', (), [list(row) for row in rows], '')
+    assert keeper.differences == []
+    changed = [list(row) for row in rows]
+    changed[1][1] = '77'
+    keeper.rows('paper_pulses', (), changed, '')
+    assert len(keeper.differences) == 1
+    assert '77' in keeper.differences[0]
+    keeper.rows('paper_pulses', (), rows[:-1], '')
+    assert 'rows' in keeper.differences[1]
+    assert output.kept('paper_pulses') == rows
+
+
+def test_a_drawing_follows_the_theme_and_says_what_it_shows():
+    pytest.importorskip('matplotlib')
+    from examples.paper import drawing
+
+    figure, axes = drawing.panels(1, 1, (3.0, 2.0))
+    axes[0][0].plot([0, 1], [0, 1], color=drawing.COLOURS[0])
+    axes[0][0].set_title('0.98765')
+    import io
+
+    written = io.StringIO()
+    figure.savefig(written, format='svg')
+    text = drawing.themed(written.getvalue(), 'a line')
+    dark = dict(drawing.palette.SERIES)[drawing.COLOURS[0]]
+    name = f'--c{drawing.COLOURS[0][1:]}'
+    assert f'var({name}, {drawing.COLOURS[0]})' in text
+    assert f'{name}: {dark};' in text
+    assert 'aria-label="a line"' in text
+    assert '>0.98765<' in text
+    assert not any(f' {light}' in text.split('</style>')[1].replace(f', {light}', '')
+                   for light, _ in drawing.palette.SERIES)  # fmt: skip
+
+
 @pytest.mark.slow
 def test_a_small_range_finds_the_true_modes_through_the_whole_chain():
     from examples.paper import self_excitation
@@ -142,4 +235,5 @@ def test_joint_6_alone_is_weaker_and_drowns_in_noise():
     modes = {(each.joints, each.noise): len(each.pairs) for each in found}
     assert modes['joint 6', 'hall'] == 0 < modes['all joints', 'hall'], 'seed 5'
     ranks = [each.record.plan.torque_projection_rank for each in found]
-    assert ranks == [3, 3, 1, 1]
+    # Equal accelerations: about base x no joint but 4 and 6 turns, and little.
+    assert ranks == [2, 2, 1, 1]

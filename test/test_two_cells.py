@@ -272,8 +272,8 @@ def test_a_second_cell_of_the_same_names_moves_no_arm_and_stops_the_first(cells,
     two.stop()
     time_s, joints_deg = one.joints_deg()
     assert moved_deg(joints_deg) > 10 * STILL_DEG
-    # It slows down within the stop ramp; the controller's own loop settles within a second.
-    at_rest = time_s > 1.0
+    # It slows down within the stop ramp; the controller's own loop settles a sweep in two seconds.
+    at_rest = time_s > 2.0
     assert at_rest.sum() > 100
     assert moved_deg(joints_deg[at_rest]) < STILL_DEG
     assert moved_deg(two.joints_deg()[1]) < STILL_DEG

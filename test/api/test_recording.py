@@ -104,9 +104,13 @@ def test_results_are_what_the_command_prints_and_writes(mcap, ama_command, tmp_p
     result = ama.open(mcap).identify()
     assert result.to_dict() == json.loads(printed)
     result.save(tmp_path / 'api')
-    for name in ('modes.json', 'modes.csv'):
-        assert (tmp_path / 'api' / name).read_bytes() == (tmp_path / 'command' / name).read_bytes()
-    assert result.to_json() == (tmp_path / 'command' / 'modes.json').read_text()
+    assert (tmp_path / 'api' / 'modes.csv').read_bytes() == (
+        tmp_path / 'command' / 'modes.csv'
+    ).read_bytes()
+    for folder in ('api', 'command'):
+        kept = json.loads((tmp_path / folder / 'modes.json').read_text())
+        assert kept.pop('file')['recording'] == mcap.name
+        assert kept == json.loads(result.to_json())
     assert (tmp_path / 'api' / 'report.html').stat().st_size > 10_000
 
 
@@ -124,3 +128,12 @@ def test_what_cannot_be_opened_is_one_line(tmp_path):
         with pytest.raises(ama.ModalAnalysisError) as caught:
             ama.open(path)
         assert '\n' not in str(caught.value) and str(path) in str(caught.value)
+
+
+def test_a_recording_of_numbers_becomes_messages(frame, tmp_path):
+    np.save(tmp_path / 'frame.npy', frame.acceleration[:2000])
+    recording = ama.open(tmp_path / 'frame.npy', sample_rate_hz=frame.sample_rate_hz)
+    messages = ama.open(recording.to_mcap(tmp_path / 'frame.mcap'))
+    np.testing.assert_allclose(messages.to_array(), recording.to_array(), rtol=1e-6)
+    with pytest.raises(ama.ModalAnalysisError, match='mcap'):
+        recording.to_mcap(tmp_path / 'frame.bag')

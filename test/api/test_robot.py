@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import autonomous_modal_analysis as ama
-from modal_core.errors import ModelError, PlanError, SettingsError
+from modal_core.errors import ModelError, PlanError, RecordingError, SettingsError
+from modal_core.measurements import JointSamples
+from modal_recordings.encode import encode
+from modal_recordings.writer import RecordingWriter
 from structural_model.robot_files import load_layout, load_robot
 
 ROBOT = 'irb6660_205_190'
@@ -31,6 +34,45 @@ def test_a_model_has_the_modes_of_its_matrices():
     undamped_hz = np.sort(np.sqrt(squared)) / (2 * np.pi)
     n_modes = len(found.frequencies_hz)
     assert found.frequencies_hz == pytest.approx(undamped_hz[:n_modes], rel=5e-3)
+
+
+def _recorded(path, q):
+    """Return a recording of joint states around a pose, as the bridge publishes them."""
+    stamps = np.arange(50, dtype=np.int64) * 4_000_000
+    sway = 1e-3 * np.sin(2 * np.pi * np.arange(50) / 50)[:, None] * np.ones(6)
+    names = tuple(f'joint_{number}' for number in range(1, 7))
+    states = JointSamples(stamps, names[::-1], (q + sway)[:, ::-1], np.full((50, 6), np.nan))
+    with RecordingWriter(path) as writer:
+        for message in encode(states, '/joint_states'):
+            writer.write(message.topic, message.message_type, message.log_time_ns, message.data)
+    return path
+
+
+def test_angles_of_axes_and_of_joints_are_told_apart(ama_command, tmp_path):
+    """P1 by every way there is: its modes are the same, and those of the mix-up are not."""
+    arm = load_robot(ROBOT)
+    joints_deg = np.rad2deg(arm.pose('P1'))
+    right = ama.model(ROBOT, 'P1').frequencies_hz
+    recording = _recorded(tmp_path / 'there.mcap', arm.pose('P1'))
+    for given, serial in ((joints_deg, True), (recording, False), (recording, True)):
+        assert ama.model(ROBOT, given, serial=serial).frequencies_hz == pytest.approx(right)
+    angles = ','.join(f'{angle:.9g}' for angle in joints_deg)
+    printed = json.loads(ama_command('model', ROBOT, '--pose-deg', angles, '--serial', '--json'))
+    assert printed['frequencies_hz'][:3] == pytest.approx(right[:3])
+    assert printed['serial_pose_deg'] == pytest.approx(joints_deg)
+    mixed_up = ama.model(ROBOT, [0, 20, -20, 0, 30, 0]).frequencies_hz
+    meant = ama.model(ROBOT, [0, 20, -20, 0, 30, 0], serial=True).frequencies_hz
+    assert np.max(np.abs(mixed_up[:6] / meant[:6] - 1)) > 0.02
+    start = ama.plan(ROBOT, recording, duration_s=4).plan.start_position
+    assert start == pytest.approx(arm.pose('P1'))
+    assert not set(arm.axis_names) & set(arm.joint_names)
+
+
+def test_a_recording_of_no_robot_is_no_pose(tmp_path):
+    path = tmp_path / 'array.csv'
+    np.savetxt(path, np.random.default_rng(1).normal(size=(50, 2)), '%.6f', ',')
+    with pytest.raises((ModelError, RecordingError)):
+        ama.model(ROBOT, path)
 
 
 def test_a_robot_may_be_a_model_of_its_own():
@@ -63,7 +105,7 @@ def test_a_plan_moves_as_its_arrays_say():
     moved = np.cumsum(made.velocity, axis=0) * made.plan.sample_period_s
     assert made.position - made.position[0] == pytest.approx(moved, abs=5e-4)
     assert made.position[-1] == pytest.approx(made.position[0], abs=1e-9)
-    assert 'band limited noise, 10 s' in repr(made) and made.plan_hash[:12] in repr(made)
+    assert 'sliding noise, 10 s' in repr(made) and made.plan_hash[:12] in repr(made)
 
 
 def test_an_approach_ends_where_the_plan_starts():
@@ -93,9 +135,9 @@ def test_an_emulated_plan_shows_the_modes_of_the_model(tmp_path):
     ('ask', 'kind', 'words'),
     [
         (lambda: ama.model('no_such_arm'), ModelError, 'unknown robot'),
-        (lambda: ama.model(ROBOT, 'P99'), ModelError, 'neither a named pose nor angles'),
+        (lambda: ama.model(ROBOT, 'P99'), ModelError, 'neither a named pose, nor angles'),
         (lambda: ama.model(ROBOT, [1.0, 2.0]), ModelError, 'wrong number of angles'),
-        (lambda: ama.model(ROBOT, 7), ModelError, 'neither a named pose nor angles'),
+        (lambda: ama.model(ROBOT, 7), ModelError, 'neither a named pose, nor angles'),
         (lambda: ama.model(ROBOT, max_frequency_hz=-1), SettingsError, 'max_frequency_hz'),
         (lambda: ama.model(ROBOT, step_deg=90), SettingsError, 'step_deg'),
         (lambda: ama.plan(ROBOT, durations_s=10), SettingsError, 'expected duration_s'),

@@ -7,7 +7,12 @@ import pytest
 import yaml
 
 from abb_emulator.run_plan import ArmOptions
-from autonomous_modal_analysis.campaign_plan import CampaignWish, DEFAULTS, planned_recordings
+from autonomous_modal_analysis.campaign_plan import (
+    CampaignWish,
+    DEFAULTS,
+    planned_recordings,
+    STATE_DEFAULTS,
+)
 from autonomous_modal_analysis.campaign_poses import choose_poses
 from autonomous_modal_analysis.campaign_recording import (
     CampaignFolder,
@@ -70,6 +75,7 @@ def test_levels_of_a_pose_play_the_same_motion_scaled(robot, sensors):
     np.testing.assert_allclose(quiet.position - start, 0.5 * (loud.position - start), atol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_campaign_goes_on_where_it_stopped(robot, sensors, tmp_path):
     """One file is there, one is cut off, one is missing: two are recorded, all are the same."""
     wish = CampaignWish(n_poses=3, levels=(1.0,), request=SHORT)
@@ -123,3 +129,19 @@ def test_what_is_hidden_in_the_arm_stays_hidden(robot, sensors, tmp_path):
     assert set(yaml.safe_load(path.read_text())) == {
         'robot', 'conditions', 'notes', 'sensors', 'recordings',
     }  # fmt: skip
+
+
+def test_states_of_a_pose_leave_joints_standing_or_let_them_slide(robot, sensors):
+    """The third conclusion of the paper needs both: presliding in one, sliding in the other."""
+    request = PlanRequest.from_mapping({**STATE_DEFAULTS, 'duration_s': 12.0, 'seed': SEED})
+    wish = CampaignWish(poses=[robot.pose('P3')], states=('standing', 'running'), request=request)
+    planned = planned_recordings(robot, sensors, wish)
+    assert [item.file for item in planned] == ['pose_01_standing.mcap', 'pose_01_running.mcap']
+    standing, running = (item.plan(robot, sensors) for item in planned)
+    moved = np.abs(robot.to_controller(standing.position - standing.position[0]))
+    assert moved.max() < 0.07 * request.presliding_rad
+    assert max(standing.prediction.sliding_share) == 0.0
+    assert running.signal == 'sliding_noise'
+    assert min(running.prediction.sliding_share) > 0.8
+    with pytest.raises(SettingsError, match='unknown state'):
+        CampaignWish(states=('walking',))

@@ -1,6 +1,8 @@
 """The command line on small inputs."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -134,6 +136,7 @@ def test_the_model_has_the_published_frequencies(ama):
         'plan',
         'model',
         'up',
+        'watch',
         'campaign',
         'gap',
         '',
@@ -143,6 +146,17 @@ def test_every_command_explains_itself(ama, command):
     run = ama(*([command] if command else []), '--help')
     assert run.returncode == 0
     assert 'Usage' in run.stdout
+
+
+def test_the_help_waits_for_no_numerical_library():
+    show = "import sys; sys.argv = ['ama', '--help']\n"
+    show += 'from autonomous_modal_analysis.__main__ import main\n'
+    show += 'try:\n    main()\nexcept SystemExit:\n    print(*sys.modules, file=sys.stderr)\n'
+    shown = subprocess.run([sys.executable, '-c', show], capture_output=True, text=True)
+    assert 'natural frequencies' in shown.stdout
+    loaded = set(shown.stderr.split())
+    assert 'autonomous_modal_analysis.commands.identify' in loaded
+    assert not loaded & {'numpy', 'scipy', 'rosbags', 'jinja2', 'rclpy'}
 
 
 def test_units_in_brackets_are_shown_in_the_help(ama):

@@ -8,6 +8,9 @@ import pytest
 from scipy.signal import lfilter
 
 from autonomous_modal_analysis import cli
+from autonomous_modal_analysis.report import ComparedState, write_comparison
+from modal_core.mode import Mode, ModeSet
+from oma_identifier.compare import compare_modes
 
 RATE_HZ, SEED = 100.0, 23
 SHAPES = np.array([[1.0, 0.6], [0.5, -1.0], [-0.3, 0.4]])
@@ -52,8 +55,43 @@ def test_kept_results_stand_for_their_recording(ama, states, tmp_path):
     table = ama('compare', kept, states / 'work.npy')
     assert table.returncode == 0, table.stderr
     assert '1 of 2 modes changed' in table.stdout
+    # Of 80 columns nothing is cut off.
+    assert '…' not in table.stdout and all(len(line) <= 120 for line in table.stdout.splitlines())
     again = ama('compare', kept / 'modes.json', kept, '--json')
     assert all(change['frequency_change'] == 0.0 for change in json.loads(again.stdout)['changes'])
+
+
+def test_several_are_compared_with_the_first_and_leave_a_report(ama, states, tmp_path):
+    kept = tmp_path / 'rest'
+    assert ama('identify', states / 'rest.npy', '--out', kept).returncode == 0
+    run = ama('compare', kept, kept, states / 'work.npy', '--out', tmp_path / 'out', '--json')
+    assert run.returncode == 0, run.stderr
+    same, other = json.loads(run.stdout)['comparisons']
+    assert [change['significant'] for change in same['changes']] == [False, False]
+    assert [change['significant'] for change in other['changes']] == [False, True]
+    page = (tmp_path / 'out' / 'comparison.html').read_text()
+    assert '0 of 2 modes changed' in page and '1 of 2 modes changed' in page
+    assert page.count('MAC of all modes</summary>') == 2
+    assert 'src=' not in page and '<script' not in page
+
+
+def test_one_recording_alone_is_nothing_to_compare(ama, states):
+    run = ama('compare', states / 'rest.npy')
+    assert run.returncode == 2 and 'nothing to compare with' in run.stderr
+
+
+def test_modes_of_one_recording_alone_stand_aside_and_names_are_only_text(tmp_path):
+    def modes(*frequencies_hz):
+        shapes = np.eye(3, dtype=complex)
+        found = [Mode(hz, 0.01, shapes[:, k], 0.01, 0.001) for k, hz in enumerate(frequencies_hz)]
+        return ModeSet(tuple(found), ('a', 'b', 'c'))
+
+    first, second = modes(4.0, 9.0), modes(4.0, 30.0)
+    state = ComparedState('<b>second</b>', second, compare_modes(first, second))
+    write_comparison(tmp_path / 'c.html', '<i>first</i>', first, [state])
+    page = (tmp_path / 'c.html').read_text()
+    assert 'first alone' in page and 'second alone' in page
+    assert '<b>second' not in page and '<i>first' not in page
 
 
 @pytest.mark.parametrize(

@@ -43,8 +43,9 @@ def test_the_recording_holds_what_was_sent_without_loss(finished_demo):
 def test_the_arm_moved_only_a_little_and_came_from_its_pose(finished_demo):
     recording = open_recording(finished_demo.folder / 'demo.mcap', topics=['/joint_states'])
     angles = np.vstack([joints.position for joints in recording.measurements()])
-    assert np.all(np.ptp(angles, axis=0) < np.deg2rad(1.0))
-    assert np.all(np.ptp(angles, axis=0) > np.deg2rad(0.02))
+    # Sweeps of a degree or so to both sides: what is less leaves gears stuck.
+    assert np.all(np.ptp(angles, axis=0) < np.deg2rad(6.0))
+    assert np.all(np.ptp(angles, axis=0) > np.deg2rad(0.5))
 
 
 def test_the_report_names_what_was_found(finished_demo):

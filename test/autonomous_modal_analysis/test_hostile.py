@@ -124,6 +124,29 @@ def test_a_console_that_takes_nothing_ends_in_one_line_at_most(recording, kind):
         assert kind != 'full' or done.returncode == 2 or command == '--help'
 
 
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_signal_where_python_drops_exceptions_ends_it_all_the_same(number):
+    program = f"""
+import signal, time, weakref
+from autonomous_modal_analysis.signals import prepare_signals
+prepare_signals()
+class Thing: pass
+thing = Thing()
+last = weakref.ref(thing, lambda _: signal.raise_signal({int(number)}))
+del thing
+time.sleep(20)
+print('went on')
+"""
+    run = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, timeout=60, check=False
+    )
+    assert run.stdout == b''
+    if number == signal.SIGINT:
+        assert run.stderr.strip().endswith(b'KeyboardInterrupt')
+    else:
+        assert (run.returncode, run.stderr) == (128 + number, b'')
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('command', ['--help', 'info', 'identify'])
 def test_a_signal_at_any_time_ends_a_command_without_a_traceback(recording, command):

@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 
 from autonomous_modal_analysis.read_results import read_modes
-from autonomous_modal_analysis.results import Identification, identification_json, json_text
+from autonomous_modal_analysis.results import (
+    Identification,
+    identification_json,
+    json_text,
+    write_json,
+)
 from excitation_planner.ros_messages import modes_from_message
+from modal_core.errors import RecordingError
 from modal_core.mode import Mode, MODE_FIELDS, MODE_KEYS, ModeSet
 from modal_core.quantity import quantities_of, quantity
 from oma_identifier.node.ros_messages import mode_message
@@ -54,6 +60,19 @@ def test_files_and_messages_give_back_every_field(tmp_path):
         assert len(back) == len(modes), f'seed {SEED}'
         for wanted, found in zip(modes, back, strict=True):
             same(wanted, found)
+
+
+def test_a_file_says_where_it_comes_from_and_one_of_a_later_format_is_refused(tmp_path):
+    path = tmp_path / 'modes.json'
+    write_json(path, Identification(ModeSet((), ('a',))), 'arm.mcap')
+    found = json.loads(path.read_text())
+    assert found['file']['recording'] == 'arm.mcap'
+    assert found['file']['software'].startswith('autonomous_modal_analysis')
+    assert not len(read_modes(path))
+    found['file']['format_version'] = 2
+    path.write_text(json.dumps(found))
+    with pytest.raises(RecordingError, match='format version 2'):
+        read_modes(path)
 
 
 def test_files_of_before_a_field_was_there_are_read():

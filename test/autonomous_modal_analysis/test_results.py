@@ -121,5 +121,5 @@ def test_a_new_field_of_a_mode_is_in_the_files_and_the_old_ones_keep_their_order
     assert keys == [
         'id', 'frequency_hz', 'frequency_std_hz', 'damping_ratio', 'damping_ratio_std',
         'shape_real', 'shape_imag', 'shape_std_real', 'shape_std_imag', 'mac_loss',
-        'mac_loss_std', 'mpc', 'mpd', 'harmonic', 'new_hz',
+        'mac_loss_std', 'mpc', 'mpd', 'harmonic', 'known_motion', 'new_hz',
     ]  # fmt: skip

@@ -9,7 +9,13 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from autonomous_modal_analysis.cell import cell_commands, NODES, parameter_file
+from autonomous_modal_analysis.cell import (
+    BESIDE_EMULATOR,
+    cell_commands,
+    FOR_VIEWERS,
+    NODES,
+    parameter_file,
+)
 from autonomous_modal_analysis.cli import app
 from autonomous_modal_analysis.commands.campaign import campaign
 from autonomous_modal_analysis.commands.plan import plan
@@ -178,3 +184,36 @@ def test_options_override_the_file_of_a_request(tmp_path):
     assert (request.seed, request.duration_s, request.band_low_hz) == (3, 12.0, 4.0)
     assert request.joint_weights == (1.0, 0.5)
     assert Playing().parameters()['rate'] == 1.0
+
+
+def test_a_folder_without_a_file_for_viewers_starts_the_other_nodes(tmp_path):
+    """A folder of before there was such a node, of a robot that node would not know."""
+    for name in CELL_NODES:
+        file = parameter_file(name)
+        if name not in FOR_VIEWERS:
+            (tmp_path / file.name).write_text(file.read_text())
+    started = [command.name for command in cell_commands(tmp_path)]
+    assert started == [name for name in CELL_NODES if name not in FOR_VIEWERS]
+
+
+@pytest.mark.parametrize(
+    ('without', 'given', 'moves'),
+    [
+        ((), {}, True),
+        (('abb_emulator',), {}, None),
+        ((), {'dry_run': True}, False),
+    ],
+    ids=['beside an emulator', 'beside a real controller', 'a dry run asked for'],
+)
+def test_only_a_cell_with_an_emulator_moves_one(without, given, moves):
+    commands = cell_commands(None, without, {'robot_bridge': given})
+    (bridge,) = [command for command in commands if command.name == 'robot_bridge']
+    assert bridge.parameters.get('move_emulator') is moves
+    assert 'move_emulator' in BESIDE_EMULATOR
+
+
+def test_the_node_that_keeps_results_starts_where_a_file_is_named():
+    started = [command.name for command in cell_commands()]
+    assert 'modal_history' not in started and 'oma_identifier' in started
+    kept = cell_commands(parameters={'modal_history': {'history': 'arm.history'}})
+    assert kept[-1].name == 'modal_history'

@@ -1,10 +1,12 @@
 """The judge of random families: fair pairing, honest counting."""
 
 from dataclasses import replace
+import json
 
 import numpy as np
 import pytest
 
+from benchmarks.families import __main__ as families
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import asked_for, judge
 from benchmarks.families.matching import match
@@ -197,3 +199,15 @@ def test_verdicts_on_the_peer_are_kept_until_a_program_changes(tmp_path, monkeyp
     assert Store(path).known('plain', 2) == {}
     monkeypatch.setattr('benchmarks.families.store.definition', lambda _: 'changed')
     assert Store(path).known('plain', 1) == {}
+
+
+def test_a_loss_too_small_to_show_in_any_family_shows_in_all_together(tmp_path, monkeypatch):
+    kept = {'runs': 60, 'asked': 200, 'missed': 1, 'false': 1}
+    (tmp_path / 'families.json').write_text(json.dumps({'counts': dict.fromkeys(FAMILIES, kept)}))
+    monkeypatch.setattr(families, 'FOLDER', tmp_path)
+    now = {'runs': 5, 'asked': 17, 'missed': 0, 'false': 1}
+    better = {**now, 'false': 0}
+    assert not any(regressions(each, kept) for each in (now, better))
+    assert families.worse_families(dict.fromkeys(FAMILIES, better)) == 0
+    assert families.worse_families(dict.fromkeys(FAMILIES, now)) == 1
+    assert families.worse_families({'not kept': now}) == 0

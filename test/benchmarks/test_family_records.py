@@ -9,6 +9,7 @@ from scipy.signal import lsim, resample
 from benchmarks.families.bound import bound, local_bound
 from benchmarks.families.drawing import draw
 from benchmarks.families.family import FAMILIES
+from benchmarks.families.motion import draw_motion, one_axis
 from benchmarks.families.response import in_time, modal_accelerations
 from benchmarks.families.structure import coupled, Modal
 from benchmarks.scatter import law
@@ -85,6 +86,24 @@ def test_the_response_of_a_record_peaks_at_its_modes():
     share = (power[near].sum(axis=0) / power.sum(axis=0)).mean()
     assert abs(share - record.share.sum()) < 0.1
     assert share > 0.7
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_the_acceleration_of_a_moving_axis_is_that_of_its_angle(seed):
+    angle, acceleration = one_axis(np.random.default_rng(seed), 20_000, 100.0, 0.5)
+    differences = np.diff(angle, 2) * 100.0**2
+    assert np.abs(differences - acceleration[1:-1]).max() < 0.02 * np.abs(acceleration).max()
+    assert np.ptp(angle) > 0.1
+
+
+def test_motion_is_slower_than_the_lowest_mode():
+    """A thousandth of its power lies above, and its level is the one drawn."""
+    rng = np.random.default_rng(1)
+    motion = draw_motion(rng, (20_000, 5), 100.0, 2.0, (3.0, 3.0))
+    assert motion.std(axis=0).mean() == pytest.approx(3.0)
+    power = np.abs(np.fft.rfft(motion, axis=0)) ** 2
+    hz = np.fft.rfftfreq(20_000, 0.01)
+    assert power[hz > 2.0].sum() < 1e-3 * power[1:].sum()
 
 
 def test_the_bound_of_a_mode_alone_is_the_law():

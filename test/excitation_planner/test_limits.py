@@ -8,10 +8,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from excitation_planner.drawing import draw_motion
 from excitation_planner.limits import check_limits, PlanLimits
-from excitation_planner.planner import bring_together, draw_trajectory, plan_limits
+from excitation_planner.planner import plan_limits
 from excitation_planner.request import PlanRequest
 from excitation_planner.self_collision import proven_clearance
+from excitation_planner.setting import bring_together
 from excitation_planner.trajectory import Trajectory
 from modal_core.errors import PlanError
 from structural_model import load_robot
@@ -120,7 +122,7 @@ def test_accepted_means_every_limit_holds_between_the_samples(
         enforce_tolerance=False,
     )
     try:
-        trajectory = draw_trajectory(bring_together(model, None, request))
+        trajectory = draw_motion(bring_together(model, None, request)).trajectory
     except PlanError as error:
         assert 'no pulse' in str(error)
         return
@@ -150,10 +152,10 @@ def one_joint(joint, amplitude, frequency_hz, robot='irb6660_205_190', pose='P1'
 @pytest.mark.parametrize(
     ('joint', 'amplitude', 'frequency_hz', 'kind', 'owner', 'unit'),
     [
-        (2, -0.25, 0.125, 'axis range', 'joint_3', 'deg'),
-        (5, 0.6, 1.0, 'velocity', 'joint_6', 'deg/s'),
-        (5, 0.02, 5.0, 'acceleration', 'joint_6', 'deg/s²'),
-        (5, 0.0015, 9.0, 'jerk', 'joint_6', 'deg/s³'),
+        (2, -0.25, 0.125, 'axis range', 'axis_3', 'deg'),
+        (5, 0.6, 1.0, 'velocity', 'axis_6', 'deg/s'),
+        (5, 0.02, 5.0, 'acceleration', 'axis_6', 'deg/s²'),
+        (5, 0.0015, 9.0, 'jerk', 'axis_6', 'deg/s³'),
         (1, 0.05, 1.0, 'point speed', 'link', 'm/s'),
     ],
 )
@@ -168,6 +170,17 @@ def test_each_limit_is_refused_by_name_with_time_value_and_limit(
         assert word in line, line
 
 
+def test_a_limit_passed_by_a_hair_is_told_by_figures_that_differ():
+    model = load_robot('irb6660_205_190')
+    pose = model.to_serial(np.radians([0.0, 84.99999, 15.0, 0.0, 0.0, 0.0]))
+    velocity = np.zeros((400, 6))
+    velocity[1:200, 1], velocity[200:-1, 1] = 1e-6, -1e-6
+    with pytest.raises(PlanError, match='axis range of axis_2') as caught:
+        check_limits(Trajectory.from_velocity(pose, velocity, 0.004), PlanLimits(model))
+    found, limit = (text.split()[-2] for text in (caught.value.found, caught.value.expected))
+    assert float(found) > float(limit) == 85.0
+
+
 def test_torque_limit_counts_gravity_and_inertia():
     model, trajectory = one_joint(1, 0.0005, 5.0)
     uses = {use.name: use for use in check_limits(trajectory, PlanLimits(model)).uses}
@@ -178,7 +191,7 @@ def test_torque_limit_counts_gravity_and_inertia():
         if accepted:
             check_limits(trajectory, limits)
         else:
-            with pytest.raises(PlanError, match=r'drive torque of joint_.*N m'):
+            with pytest.raises(PlanError, match=r'drive torque of axis_.*N m'):
                 check_limits(trajectory, limits)
     gravity = model.drive_torque(trajectory.position[0], np.zeros(6), np.zeros(6))
     assert uses['drive torque'].fraction > 1.05 * np.max(np.abs(gravity) / model.limits.effort)

@@ -1,5 +1,6 @@
 """The planner on real rclpy: latched plan, service, parameters, closed loop, bad input."""
 
+import threading
 import time
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -43,8 +45,29 @@ class Cell:
             ModalParameters, '/oma_identifier/modal_parameters', LATCHED
         )
         self.client = self.user.create_client(Trigger, '/excitation_planner/plan')
+        self.back = self.user.create_client(Trigger, '/excitation_planner/plan_way_back')
+        self.joints = self.user.create_publisher(JointState, '/joint_states', 10)
         for node in (self.planner, self.user):
             self.executor.add_node(node)
+
+    def way_back(self, away_rad=None):
+        """Ask for the way back with an arm so far from the start; None: nothing is told of it."""
+        self.until(lambda: self.plans and self.back.service_is_ready())
+        closing = threading.Event()
+
+        def tell():
+            while away_rad is not None and not closing.wait(0.02):
+                place = self.planner.plan.start_position + np.array(away_rad)
+                names = ['another', *self.planner.model.joint_names]
+                self.joints.publish(JointState(name=names, position=[7.0, *place]))
+
+        thread = threading.Thread(target=tell)
+        thread.start()
+        future = self.back.call_async(Trigger.Request())
+        self.until(future.done)
+        closing.set()
+        thread.join()
+        return future.result()
 
     def until(self, condition, patience_s=20.0):
         deadline = time.monotonic() + patience_s
@@ -68,6 +91,7 @@ def cell(ros_context):
         item.user.destroy_node()
 
 
+@pytest.mark.smoke
 def test_late_joiner_gets_the_plan_and_can_recompute_its_hash(cell):
     here = cell()
     here.until(lambda: here.plans and here.trajectories)
@@ -110,13 +134,37 @@ def test_bad_parameters_are_refused_and_the_old_kept(cell, name, value, word):
 
 
 def test_a_refused_plan_is_said_and_not_published(cell):
-    here = cell(acceleration_rms=20.0)
+    here = cell(signal='band_limited_noise', acceleration_rms=20.0)
     here.until(lambda: here.client.service_is_ready())
     future = here.client.call_async(Trigger.Request())
     here.until(future.done)
     assert not future.result().success
     assert 'breaks its limit' in future.result().message
     assert not here.plans
+
+
+def test_the_way_back_is_planned_from_where_the_arm_stands_and_then_the_plan_comes_again(cell):
+    here = cell()
+    answer = here.way_back((0.0, 0.0, 0.0, 0.0, 0.004, 0.0))
+    here.until(lambda: len(here.plans) == 2)
+    first, back = (plan_from_message(message) for message in here.plans)
+    assert answer.success and answer.message == back.plan_hash
+    assert back.signal == 'approach'
+    assert back.position[-1] == pytest.approx(first.start_position, abs=1e-9)
+    assert back.position[0] - first.start_position == pytest.approx([0, 0, 0, 0, 0.004, 0])
+    # At the start of the plan the same question gives the plan.
+    assert here.way_back((0.0, 0.0, 0.0, 0.001, 0.0, 0.0)).message == first.plan_hash
+    here.until(lambda: len(here.plans) == 3)
+    assert here.plans[-1].plan_hash == first.plan_hash
+
+
+def test_a_way_back_is_refused_with_the_reason(cell):
+    here = cell()
+    assert 'too far' in here.way_back((0.0, 0.0, 0.0, 0.0, 0.1, 0.0)).message
+    answer = here.way_back()
+    assert not answer.success
+    assert 'nobody tells where the arm stands' in answer.message and 'jog' in answer.message
+    assert len(here.plans) == 1
 
 
 def identified(std_hz):

@@ -7,15 +7,20 @@ import pytest
 
 from excitation_planner.moves import moves_of
 from excitation_planner.planner import plan_excitation
-from excitation_planner.rapid import rapid_module, RapidOptions, write_rapid
+from excitation_planner.rapid import rapid_module
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError
 from structural_model import load_robot
 
-AWAY = r'Abs\(jNow\.robax\.rax_(\d)-rHere\.rax_\1\)>nNear'
+AWAY = (
+    r'Abs\(jNow\.(robax\.rax_(\d)-rHere\.rax_\2\)>nNear'
+    r'|extax\.eax_(\w)-jNext\.extax\.eax_\3\)>nNearExternal)'
+)
 STATEMENTS = (
     r'MODULE \w+', 'ENDMODULE', r'PROC main\(\)', r'LOCAL PROC CheckPlace\(\)', 'ENDPROC', 'ERROR',
-    'ENDFOR', 'ENDIF', r'FOR i FROM 1 TO nMoves DO', f'IF {AWAY}', f'OR {AWAY}', f'OR {AWAY} THEN',
+    'ENDFOR', 'ENDIF', r'FOR i FROM 1 TO nMoves DO', f'(?:IF|OR) {AWAY}( THEN)?',
+    r'jNext\.extax:=jNow\.extax;', r'SetDO \w+,[01];',
     r'LOCAL CONST (num|robjoint|jointtarget|egm_minmax|speeddata) .*;',
     r'LOCAL VAR (jointtarget|robjoint|egmident) .*;', r'MotionSup\\On;', r'AccSet [^,]+,[^,]+;',
     r'MoveAbsJ \w+\\NoEOffs,\w+\\T:=\w+\{i\},fine,tool0;', r'WaitTime [^;]+;', 'CheckPlace;',
@@ -52,6 +57,7 @@ def numbers(text, name):
 
 def test_only_the_documented_subset_is_used(robot, pulses):
     noise = plan_excitation(robot, None, PlanRequest(duration_s=4.0))
+    assert noise.signal == 'sliding_noise'
     for text in (rapid_module(pulses, robot), rapid_module(noise, robot)):
         for line in statements(text):
             assert any(re.fullmatch(pattern, line) for pattern in STATEMENTS), line
@@ -82,7 +88,10 @@ def test_header_and_safety(robot, pulses):
     assert f'plan_hash {pulses.plan_hash}' in text
     assert f'seed {pulses.seed}' in text
     assert text.startswith(f'MODULE AmaExcitation_{pulses.plan_hash[:8]}\n')
-    words = ('CheckPlace', 'MotionSup\\On', 'CheckPlace', 'AccSet aAcc', 'MoveAbsJ', 'EXIT')
+    words = (
+        'jNext.extax:=jNow.extax', 'CheckPlace', 'MotionSup\\On', 'CheckPlace', 'AccSet aAcc',
+        'MoveAbsJ', 'EXIT',
+    )  # fmt: skip
     place = text.index('PROC main()')
     for word in words:
         place = text.index(word, place) + 1
@@ -95,9 +104,8 @@ def test_header_and_safety(robot, pulses):
     assert 'EGM' not in rapid_module(pulses, robot, RapidOptions(stream=False))
 
 
-def test_same_plan_same_module(robot, pulses, tmp_path):
-    write_rapid(tmp_path / 'out.mod', pulses, robot)
-    assert (tmp_path / 'out.mod').read_text() == rapid_module(pulses, robot)
+def test_same_plan_same_module(robot, pulses):
+    assert rapid_module(pulses, robot) == rapid_module(pulses, robot)
 
 
 def test_guidance_module_leaves_room_for_the_plan(robot):
@@ -109,6 +117,42 @@ def test_guidance_module_leaves_room_for_the_plan(robot):
     axis = np.rad2deg(robot.to_controller(plan.position))
     assert deviation > np.max(np.abs(axis - axis[0]))
     assert float(re.search(r'CondTime:=([\d.]+)', text).group(1)) > plan.duration_s
+
+
+def test_a_module_says_what_the_controller_calls_things(robot, pulses):
+    noise = plan_excitation(robot, None, PlanRequest(duration_s=4.0))
+    options = RapidOptions(
+        tool='tShaker',
+        load='lShaker',
+        work_object='wobjCell',
+        mechanical_unit='ROB_2',
+        udp_device='EgmPort',
+        digital_output='doMark',
+        collision_detection=False,
+    )
+    text = rapid_module(pulses, robot, options)
+    assert 'fine,tShaker\\WObj:=wobjCell\\TLoad:=lShaker;' in text
+    assert 'EGMSetupUC ROB_2,egmStream,"default","EgmPort"' in text
+    assert 'tool0' not in text and 'MotionSup' not in text and 'ROB_1' not in text
+    for module in (text, rapid_module(noise, robot, options)):
+        steps = list(statements(module))
+        assert steps.count('SetDO doMark,1;') == 1
+        begin = steps.index('SetDO doMark,1;')
+        assert 'SetDO doMark,0;' in steps[: begin - 1], 'down before it goes up'
+        assert 'SetDO doMark,0;' in steps[begin : steps.index('ERROR')]
+        assert 'SetDO doMark,0;' in steps[steps.index('ERROR') :]
+    plain = rapid_module(pulses, robot, RapidOptions(stream=False, collision_detection=False))
+    assert not re.search('egm|MotionSup|SetDO', plain, re.IGNORECASE)
+
+
+@pytest.mark.parametrize(
+    'what', ['tool', 'load', 'work_object', 'mechanical_unit', 'digital_output']
+)
+@pytest.mark.parametrize('name', ['tool 0', '1st', 'a"b', 'x' * 33, 'tool0;ENDPROC', 'a\nb', 'ü'])
+def test_a_name_that_rapid_does_not_take_is_refused(robot, pulses, what, name):
+    with pytest.raises(PlanError, match=what) as caught:
+        rapid_module(pulses, robot, RapidOptions(**{what: name}))
+    assert len(str(caught.value).splitlines()) == 1
 
 
 def test_other_robot_and_bad_name_are_refused(robot, pulses):

@@ -241,6 +241,102 @@ def test_hover_names_the_pole_and_drag_zooms(page, tmp_path, arm):
     assert page.problems == []
 
 
+def test_spectra_of_channels_follow_the_choice_and_zoom_together(page, tmp_path, arm):
+    show(page, tmp_path, arm)
+    drawn = inked(page, '[data-chart=channel_spectra] .uplot canvas')
+    assert len(drawn) == 2 and min(drawn) > 1000
+    page.evaluate("document.querySelector('#channel_spectra').scrollIntoView()")
+    before = page.evaluate(PIXELS)
+    page.evaluate(
+        "(() => { const choice = document.querySelector('#channel_spectra select');"
+        " choice.value = '3'; choice.dispatchEvent(new Event('change')); })()"
+    )
+    assert page.evaluate(PIXELS) != before
+    box = page.evaluate(
+        '(({x, y, width, height}) => ({x, y, width, height}))'
+        "(document.querySelector('#channel_spectra .u-over').getBoundingClientRect())"
+    )
+    x, y = box['x'] + box['width'] / 2, box['y'] + box['height'] / 2
+    page.mouse('mouseMoved', x - 41, y)
+    page.mouse('mouseMoved', x - 40, y)
+    page.evaluate('new Promise((done) => setTimeout(done, 100))')
+    said = page.evaluate("document.getElementById('tooltip').textContent")
+    assert 'Hz' in said and 'measured' in said and 'synthesised' in said
+    page.mouse('mousePressed', x - 40, y, button='left', clickCount=1)
+    page.mouse('mouseMoved', x + 40, y, button='left', buttons=1)
+    page.mouse('mouseReleased', x + 40, y, button='left', clickCount=1)
+    page.evaluate('new Promise((done) => setTimeout(done, 100))')
+    assert (
+        page.evaluate("document.querySelector('#channel_spectra .tools button').hidden") is False
+    )
+    assert page.problems == []
+
+
+def test_one_shape_is_enlarged_and_saved_as_a_film(page, tmp_path, arm):
+    """The file is read by another program: thirty frames that move, and come back."""
+    image = pytest.importorskip('PIL.Image')
+    show(page, tmp_path, arm)
+    page.evaluate(
+        'window.saved = null; const make = URL.createObjectURL; URL.createObjectURL = (blob) => {'
+        ' blob.arrayBuffer().then((all) => { window.saved = Array.from(new Uint8Array(all)); });'
+        ' return make.call(URL, blob); };'
+    )
+    buttons = "[...document.querySelectorAll('.card')][1].querySelectorAll('button')"
+    before = page.evaluate("document.querySelectorAll('.card canvas')[1].clientWidth")
+    page.evaluate(f'{buttons}[1].click()')
+    width = page.evaluate("document.querySelectorAll('.card canvas')[1].clientWidth")
+    height = page.evaluate("document.querySelectorAll('.card canvas')[1].clientHeight")
+    assert width > 2 * before and height > 400
+    page.evaluate(f'{buttons}[0].click()')
+    page.until('window.saved !== null')
+    path = tmp_path / 'mode.gif'
+    path.write_bytes(bytes(page.evaluate('window.saved')))
+    with image.open(path) as film:
+        assert film.size == (width, height) and film.n_frames == 30
+        assert film.info['duration'] == 60 and film.info['loop'] == 0
+        stills = []
+        for number in (0, 15, 29):
+            film.seek(number)
+            stills.append(np.asarray(film.convert('RGB'), dtype=int))
+    swing, step = (int(np.any(stills[0] != other, axis=2).sum()) for other in stills[1:])
+    assert 0 < step < swing, 'half a period is further than a frame'
+    assert path.stat().st_size < 1_500_000
+    # What was drawn is what is in the file: the corner is paper.
+    assert np.ptp(stills[0][:20, :20].reshape(-1, 3), axis=0).max() == 0
+    page.evaluate(f'{buttons}[1].click()')
+    assert page.evaluate("document.querySelectorAll('.card canvas')[1].clientWidth") == before
+    assert page.problems == []
+
+
+@pytest.mark.parametrize('width', [1400, 1280, 688])
+def test_remarks_of_modes_are_not_cut_off(page, tmp_path, arm, width):
+    """With the true modes known the table is widest; 688 px is what an A4 page leaves."""
+    base = arm.identification
+    odd = {id(mode): replace(mode, mpd=0.5, mpc=0.6) for mode in base.modes}
+    modes = replace(base.modes, modes=tuple(odd.values()))
+    truth = tuple(replace(true, mode=odd.get(id(true.mode))) for true in arm.truth)
+    content = replace(arm, identification=replace(base, modes=modes), truth=truth)
+    show(page, tmp_path, content, width=width)
+    if width == 688:
+        page.call('Emulation.setEmulatedMedia', media='print')
+        page.evaluate('new Promise((done) => setTimeout(done, 200))')
+    try:
+        cut = page.evaluate(
+            "[...document.querySelectorAll('#modes .scroll')]"
+            '.map((each) => each.scrollWidth - each.clientWidth)'
+        )
+        assert 'phases scatter' in page.evaluate("document.querySelector('#modes').innerText")
+        assert cut == [0]
+    finally:
+        page.call('Emulation.setEmulatedMedia', media='')
+
+
+PIXELS = (
+    "[...document.querySelectorAll('#channel_spectra .uplot canvas')]"
+    ".map((canvas) => canvas.toDataURL()).join('|')"
+)
+
+
 @pytest.mark.parametrize('reduced', [True, False])
 def test_motion_is_the_readers_choice(page, tmp_path, arm, reduced):
     show(page, tmp_path, arm, reduced=reduced)

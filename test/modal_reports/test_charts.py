@@ -9,11 +9,14 @@ import pytest
 from modal_reports import (
     Bar,
     bar_chart,
+    complexity_plot,
+    damping_plane,
     error_mark,
     heat_map,
     HeatScale,
     meter,
     percent,
+    PlacedMode,
     spectrum_plot,
 )
 
@@ -107,3 +110,39 @@ def test_names_are_only_ever_text():
     for picture in pictures:
         assert not kinds(picture, 'script')
         assert any(word.startswith('</svg><script>') for word in words(picture))
+
+
+def test_points_of_a_shape_have_its_amplitudes_and_phases():
+    shape = np.array([2.0, -1.0, 1.0j, np.nan])
+    picture = complexity_plot('shapes', [(HOSTILE, shape), ('none', np.zeros(2))])
+    lines = [each for each in kinds(picture, 'line') if each.get('class') == 'point']
+    ends = np.array(
+        [[float(each.get(name)) for name in ('x1', 'y1', 'x2', 'y2')] for each in lines]
+    )
+    moved = (ends[:, 2] - ends[:, 0]) - 1j * (ends[:, 3] - ends[:, 1])
+    np.testing.assert_allclose(moved / moved[0].real, [1.0, -0.5, 0.5j], atol=0.01)
+    assert words(picture) == [HOSTILE, 'none']
+
+
+def test_modes_lie_in_the_plane_where_their_numbers_say():
+    modes = [
+        PlacedMode(HOSTILE, 10.0, 1.0, 0.5, 0.2),
+        PlacedMode('second', 20.0, 3.0, 1.0, 0.1),
+        PlacedMode('no deviation', 30.0, 2.0),
+    ]
+    picture = damping_plane('damping', modes)
+    dots = [each for each in kinds(picture, 'circle') if each.get('class') == 'dot']
+    places = np.array([[float(each.get('cx')), float(each.get('cy'))] for each in dots])
+    per_hz, per_percent = np.diff(places[:2], axis=0)[0] / (10.0, 2.0)
+    assert per_hz > 0.0 > per_percent
+    np.testing.assert_allclose(places[2] - places[0], [20.0 * per_hz, per_percent], atol=0.2)
+    ellipses = kinds(picture, 'ellipse')
+    axes = [[float(each.get('rx')), float(each.get('ry'))] for each in ellipses]
+    expected = [[1.0 * per_hz, -0.4 * per_percent], [2.0 * per_hz, -0.2 * per_percent]]
+    np.testing.assert_allclose(axes, expected, atol=0.2)
+
+
+@pytest.mark.parametrize('frequency_hz', [1e-6, 1e7])
+def test_a_single_mode_without_damping_has_a_place(frequency_hz):
+    (dot,) = kinds(damping_plane('damping', [PlacedMode('one', frequency_hz, 0.0)]), 'circle')
+    assert math.isfinite(float(dot.get('cx'))) and math.isfinite(float(dot.get('cy')))

@@ -54,6 +54,17 @@ def test_colours_with_a_meaning_are_told_apart(side, eyes):
 
 
 @pytest.mark.parametrize('side', [0, 1], ids=['light', 'dark'])
+def test_curves_without_a_role_stand_out_and_the_first_are_told_apart(side):
+    colours = [pair[side] for pair in palette.SERIES]
+    ground = palette.ROLES['paper'][side]
+    assert min(palette.contrast(colour, ground) for colour in colours) >= 3.0
+    for seen in (np.eye(3), *map(np.array, BLIND.values())):
+        one, two, three = (lab(seen @ linear(colour)) for colour in colours[:3])
+        for first, second in ((one, two), (one, three), (two, three)):
+            assert np.linalg.norm(first - second) > 20.0
+
+
+@pytest.mark.parametrize('side', [0, 1], ids=['light', 'dark'])
 def test_heat_grows_evenly_and_its_numbers_can_be_read(side):
     colours = [pair[side] for pair in palette.HEAT]
     lightness = np.array([lab(linear(colour))[0] for colour in colours])

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
+from benchmarks.plant import Plant, simulate
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError
 from modal_core.indicators import mac
 from modal_core.poles import PoleStatus
 from modal_core.samples import Samples
-from oma_identifier.identify import identify_samples, NO_MODE
+from oma_identifier.identify import identify_samples
+from oma_identifier.result import NO_MODE
 from oma_identifier.settings import IdentificationSettings
 
 FREQUENCY_HZ = (2.1, 7.3, 9.9, 24.0, 24.4, 61.0, 90.0)
@@ -208,3 +210,48 @@ def test_a_line_is_reported_as_one(disturbed, line_hz):
     result = disturbed(lambda data, time: sine(data, line_hz * time))
     np.testing.assert_allclose(result.harmonics.frequency_hz, [line_hz], rtol=1e-3)
     assert np.any(result.poles.status == PoleStatus.HARMONIC)
+
+
+def test_a_mode_that_may_be_a_line_leaves_no_modes_behind_where_it_was_taken_out():
+    """Its bell is narrower than a spectral line: what is no line for sure stays in the samples."""
+    n_doubtful = 0
+    for seed in (1, 6, 12, 15):
+        generator = np.random.default_rng(seed)
+        plant = Plant(
+            np.array([4.7, 5.05, 5.37]) * (1.0 + 0.02 * generator.standard_normal(3)),
+            np.array([0.002, 0.0025, 0.0003]),
+            generator.standard_normal((4, 3)),
+            np.diag([1.0, 1.0, 3.0]) * generator.uniform(0.5, 1.0, 3),
+        )
+        result = identify_samples(simulate(plant, generator, 60.0, 25.0))
+        n_doubtful += 'line_or_mode' in result.quality.flags
+        away = np.abs(result.modes.frequency_hz[:, None] - plant.frequency_hz).min(axis=1)
+        assert np.all(away < 0.05), f'seed {seed}: {result.modes.frequency_hz}'
+    assert n_doubtful > 0
+
+
+@pytest.mark.parametrize('seed', [8, 14, 21])
+def test_a_mode_beside_a_line_is_no_image_of_it(seed):
+    """Two to five half-widths beside it, and many spectral lines: both are found."""
+    generator = np.random.default_rng(seed)
+    n_modes = 5
+    hz = np.sort(np.exp(generator.uniform(*np.log((4.0, 45.0)), n_modes)))
+    damping = np.exp(generator.uniform(*np.log((0.001, 0.01)), n_modes))
+    shapes, forces = generator.standard_normal((6, n_modes)), generator.standard_normal((5, 5))
+    beside = generator.integers(n_modes)
+    away = generator.choice([-1, 1]) * np.exp(generator.uniform(*np.log((1.0, 8.0))))
+    line_hz = float(hz[beside] * (1.0 + away * damping[beside]))
+    line = (line_hz, float(np.exp(generator.uniform(*np.log((0.01, 0.3))))))
+    plant = Plant(hz, damping, shapes, forces)
+    samples = simulate(
+        plant,
+        generator,
+        float(generator.choice([120, 300])),
+        128.0,
+        lines=(line,),
+        simulation_rate_hz=1024.0,
+    )
+    result = identify_samples(samples)
+    assert np.abs(result.harmonics.frequency_hz - line_hz).min() < 2.0 / samples.duration_s
+    found = np.abs(result.modes.frequency_hz - hz[beside])
+    assert found.min() < damping[beside] * hz[beside], f'seed {seed}: {result.modes.frequency_hz}'

@@ -8,8 +8,8 @@ import pytest
 from modal_core.errors import IdentificationError
 from modal_core.measurements import SampleBlock
 from modal_core.quality import DataQuality
-from oma_identifier.identify import NO_MODE
 from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.result import NO_MODE
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import spectrum
 from oma_identifier.spectra.spectrum import singular_value_spectrum
@@ -119,7 +119,9 @@ def test_nothing_seen_is_one_clear_error():
         IdentificationPipeline().whole()
 
 
-@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd', 'fdd'])
+@pytest.mark.parametrize(
+    'method', ['ssi_data', pytest.param('plscf', marks=pytest.mark.slow), 'efdd', 'fdd']
+)
 def test_every_method_runs_window_by_window_and_on_the_whole(record, method):
     settings = IdentificationSettings(method=method, window_s=120.0, hop_s=60.0)
     pipeline = IdentificationPipeline(settings)

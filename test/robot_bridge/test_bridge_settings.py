@@ -66,6 +66,20 @@ def test_the_emulated_one_may_wait_for_this_machine():
     assert settings().backend.flow.link_timeout_s == 0.25
 
 
+def test_what_moves_an_emulator_moves_no_real_arm():
+    """Neither by another backend nor by calling a real controller an emulator."""
+    moved = {'move_emulator': True, 'emulator_link_timeout_s': 2.0}
+    flow = settings(**moved).backend.flow
+    assert not flow.dry_run and flow.link_timeout_s == 2.0
+    for real in (
+        {'backend': 'abb_egm'},
+        {'backend': 'abb_rapid'},
+        {'controller_address': '10.0.0.1'},
+    ):
+        flow = settings(**moved, **real).backend.flow
+        assert flow.dry_run and flow.link_timeout_s < 0.02
+
+
 @pytest.mark.parametrize('address', ['', 'robot', 'localhost', '10.0.0.1:80', '0.0.0.0.0'])
 def test_the_controller_is_named_by_its_number(address):
     with pytest.raises(BridgeError, match='controller_address'):
@@ -74,7 +88,8 @@ def test_the_controller_is_named_by_its_number(address):
 
 def test_the_parameter_file_names_known_parameters_and_their_types():
     given = load_yaml(share_path('config') / 'bridge.yaml')['/**']['ros__parameters']
-    for name, value in given.items():
+    rapid = {f'rapid.{name}': value for name, value in given.pop('rapid').items()}
+    for name, value in {**given, **rapid}.items():
         assert type(value) is type(DEFAULTS[name]), name
         assert value == DEFAULTS[name], f'{name}: the file and the node differ'
 

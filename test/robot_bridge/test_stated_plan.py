@@ -50,7 +50,13 @@ def test_a_plan_that_does_more_than_it_states_is_refused(bridge, plan, name):
 @pytest.mark.parametrize('seed', range(3))
 def test_plans_of_moves_are_taken_as_they_are_stated(bridge, model, seed):
     start = tuple(model.pose('P1').tolist())
-    pulses = PlanRequest(seed=seed, signal='random_pulses', duration_s=4.0, start_position=start)
+    pulses = PlanRequest(
+        seed=seed,
+        signal='random_pulses',
+        duration_s=4.0,
+        start_position=start,
+        require_full_rank=False,
+    )
     there = model.to_serial(np.radians([8.0, 45, -10, 90, -90, 20.0 + seed]))
     approach = PlanRequest(
         signal='approach', approach_from=tuple(there.tolist()), start_position=start

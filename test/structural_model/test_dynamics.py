@@ -16,8 +16,10 @@ from structural_model.response import simulate
 from structural_model.spec import (
     AbsorberSpec,
     BaseSpec,
+    CableSpec,
     CompensatorSpec,
     Drive,
+    FoundationSpec,
     HingeSpec,
     JointSpec,
     MassSpec,
@@ -279,3 +281,89 @@ def test_threads_share_a_model(shipped, poses):
 def test_one_pose_at_a_time():
     with pytest.raises(ModelError, match='one pose'):
         load_robot('generic_arm_6').modes(np.zeros((3, 6)))
+
+
+def test_a_joint_that_stands_further_than_its_encoder_says(shipped, poses):
+    """All that the dynamics gives at a pose is what it gives without offset where the arm is."""
+    model, layout = shipped
+    rows = layout.channels
+    rng = np.random.default_rng(SEED)
+    offset = rng.normal(0.0, 0.1, model.n_joints)
+    balance = CompensatorSpec('balance', model.joint_names[1], 4e4, 0.3)
+    spec = dataclasses.replace(model.spec, compensators=(balance,))
+    joints = [
+        dataclasses.replace(item, offset_rad=float(own))
+        for item, own in zip(spec.joints, offset, strict=True)
+    ]
+    straight = dataclasses.replace(model, spec=spec)
+    askew = dataclasses.replace(model, spec=dataclasses.replace(spec, joints=tuple(joints)))
+    for q in poses(model, 3, SEED):
+        true = q + offset
+        for one, other in (
+            (askew.matrices(q).M, straight.matrices(true).M),
+            (askew.matrices(q).K, straight.matrices(true).K),
+            (askew.gravity_coupling(q), straight.gravity_coupling(true)),
+            (askew.static_deflection(q), straight.static_deflection(true)),
+            (askew.torque(q, offset, offset), straight.torque(true, offset, offset)),
+            (askew.sensor_jacobian(q, rows), straight.sensor_jacobian(true, rows)),
+        ):
+            np.testing.assert_allclose(one, other, atol=1e-9 * np.abs(other).max())
+
+
+def test_a_cable_resists_as_its_length_changes(shipped, poses):
+    """Against the length itself, worked out by rigid kinematics of a sensor at its end."""
+    model, _ = shipped
+    link, place, anchor, stiffness = (
+        model.robot.link_names[4],
+        (0.2, 0.1, 0.0),
+        (0.5, 1.0, 3.0),
+        4e4,
+    )
+    cable = CableSpec('hose', link, place, anchor, stiffness)
+    held = dataclasses.replace(model, spec=dataclasses.replace(model.spec, cables=(cable,)))
+    for q in poses(model, 3, SEED):
+        change = held.gravity_coupling(q) - model.gravity_coupling(q)
+        own = held.matrices(q).K - model.matrices(q).K
+        # rᵀr k: one direction, the same that the motors' motion takes.
+        slope = length_slope(model, link, place, anchor, q)
+        drives = [f'{joint}/drive' for joint in model.joint_names]
+        rows = [model.dof_names.index(name) for name in drives if name in model.dof_names]
+        seen = [number for number, name in enumerate(drives) if name in model.dof_names]
+        scale = stiffness * np.abs(np.outer(slope, slope)).max()
+        expected = stiffness * np.outer(slope[seen], slope)
+        np.testing.assert_allclose(change[rows], expected, atol=1e-5 * scale)
+        np.testing.assert_allclose(own[np.ix_(rows, rows)], expected[:, seen], atol=1e-5 * scale)
+        assert np.linalg.matrix_rank(own, tol=1e-9 * np.abs(own).max()) == 1
+
+
+def length_slope(model, link, place, anchor, q):
+    frame = model.robot.model.getFrameId(link)
+    data = model.robot.model.createData()
+
+    def length(angles):
+        pin.framesForwardKinematics(model.robot.model, data, angles)
+        return np.linalg.norm(np.array(anchor) - data.oMf[frame].act(np.array(place)))
+
+    step = 1e-6
+    return np.array(
+        [(length(q + step * e) - length(q - step * e)) / (2 * step) for e in np.eye(len(q))]
+    )
+
+
+def test_a_foundation_of_nothing_is_a_spring_in_series_and_a_heavy_one_stands_still(
+    shipped, poses
+):
+    model, layout = shipped
+    (q,) = poses(model, 1, SEED)
+    plain = model.modes(q, layout.channels).frequency_hz
+    springs = (Spring(1e6, 1e3), *(Spring(),) * 3, Spring(1e5, 1e2), Spring())
+
+    def on(mass):
+        body = FoundationSpec(springs, mass, 0.5, (0.0, 0.0, -0.4), 0.3)
+        return dataclasses.replace(model, spec=dataclasses.replace(model.spec, foundation=body))
+
+    assert {'foundation/tx', 'foundation/ry'} <= set(on(500.0).dof_names)
+    heavy = on(1e10).modes(q, layout.channels).frequency_hz
+    np.testing.assert_allclose(heavy[2:][: len(plain)], plain, rtol=1e-4)
+    light = on(1.0).modes(q, layout.channels).frequency_hz
+    assert light[0] < 0.9 * plain[0]

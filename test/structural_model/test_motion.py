@@ -160,7 +160,8 @@ def test_mode_deflects_the_skeleton_as_the_jacobian_says(shipped, motion):
     q = motion[0][1]
     shape = model.modes(q).shapes[:, 0]
     scale = 1e-3
-    moved = model.deflected(q, shape, scale) - model.frame_positions(q)
+    local = model.sensor_jacobian(q, model.geometry.skeleton_channels) @ (scale * shape)
+    moved = model.geometry.to_base(q, local.reshape(-1, 3))
     assembly = model.assembly
     data = assembly.model.createData()
     pin.forwardKinematics(assembly.model, data, model.dynamics.position(q, 1e-3 * scale * shape))

@@ -67,7 +67,7 @@ def test_pose_outside_the_axis_and_the_coupled_range():
     model = load_robot('irb6660_205_190')
     with pytest.raises(ModelError) as error:
         model.check_pose(model.to_serial(np.array([0, 90, 90, 0, 0, 0]) * DEG))
-    assert 'axis range of joint_2' in one_line(error) and '90.000 deg' in one_line(error)
+    assert 'axis range of axis_2' in one_line(error) and '90.000 deg' in one_line(error)
     with pytest.raises(ModelError) as error:
         model.check_pose(model.to_serial(np.array([0, -20, 100, 0, 0, 0]) * DEG))
     text = one_line(error)
@@ -260,7 +260,9 @@ def test_saved_model_loads_as_the_same(shipped, tmp_path):
     from structural_model.robot_writer import save_robot
     from structural_model.spec import (
         AbsorberSpec,
+        CableSpec,
         CompensatorSpec,
+        FoundationSpec,
         HingeSpec,
         KnownEffect,
         KnownNumber,
@@ -271,8 +273,13 @@ def test_saved_model_loads_as_the_same(shipped, tmp_path):
     model, _ = shipped
     first, second = model.joint_names[1:3]
     link = model.link_names[3]
+    joints = [dataclasses.replace(item, offset_rad=0.01) for item in model.spec.joints]
+    block = FoundationSpec((Spring(1e8, 1e4), *(Spring(),) * 5), 2e3, 0.5, (0.0, 0.0, -0.4), 0.3)
     spec = dataclasses.replace(
         model.spec,
+        joints=tuple(joints),
+        foundation=block,
+        cables=(CableSpec('hose', link, (0.1, 0.0, 0.0), (0.5, 1.0, 3.0), 4e4),),
         effects=(
             KnownEffect('payload', link),
             KnownEffect(

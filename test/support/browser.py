@@ -72,14 +72,14 @@ class Page:
 
     def open(
         self,
-        path: Path,
+        path: Path | str,
         *,
         width: int = 1280,
         dark: bool = False,
         reduced: bool = True,
         fragment: str = '',
     ) -> None:
-        """Open a file and wait until it is loaded and painted."""
+        """Open a file or an address and wait until it is loaded and painted."""
         self.call(
             'Emulation.setDeviceMetricsOverride',
             width=width,
@@ -98,7 +98,8 @@ class Page:
             ],
         )
         self.loaded = False
-        self.call('Page.navigate', url=path.resolve().as_uri() + fragment)
+        url = path if isinstance(path, str) else path.resolve().as_uri()
+        self.call('Page.navigate', url=url + fragment)
         while not self.loaded:
             self._note(self._receive())
         self.evaluate('new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))')
@@ -112,13 +113,32 @@ class Page:
             raise RuntimeError(str(result['exceptionDetails']))
         return result['result'].get('value')
 
+    def key(self, key: str) -> None:
+        """Press and release a key."""
+        for kind in ('keyDown', 'keyUp'):
+            self.call(
+                'Input.dispatchKeyEvent',
+                type=kind,
+                key=key,
+                text=key if kind == 'keyDown' and len(key) == 1 else '',
+            )
+
+    def until(self, expression: str, timeout_s: float = 40.0) -> Any:
+        """Wait until a JavaScript expression holds; return its value."""
+        deadline = time.monotonic() + timeout_s
+        while not (value := self.evaluate(expression)):
+            if time.monotonic() > deadline:
+                raise TimeoutError(expression, self.evaluate('document.body.innerText')[:2000])
+            time.sleep(0.02)
+        return value
+
     def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
         """Send one mouse event: mouseMoved, mousePressed, mouseReleased."""
         self.call('Input.dispatchMouseEvent', type=kind, x=x, y=y, **more)
 
-    def screenshot(self, path: Path) -> None:
-        """Write the whole page as PNG."""
-        height = self.evaluate('document.documentElement.scrollHeight')
+    def screenshot(self, path: Path, highest: int = 20_000) -> None:
+        """Write the page as PNG, the whole of it or down to so many pixels."""
+        height = min(highest, self.evaluate('document.documentElement.scrollHeight'))
         width = self.evaluate('document.documentElement.clientWidth')
         data = self.call(
             'Page.captureScreenshot',

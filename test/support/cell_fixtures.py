@@ -15,6 +15,7 @@ __all__ = [
     'operator',
     'peers',
     'plan',
+    'plan_of_pulses',
     'processes',
     'pulses',
     'start_deg',
@@ -59,11 +60,17 @@ def plan(model):
 
 
 @pytest.fixture(scope='session')
-def pulses(model, drivers):
+def plan_of_pulses(model):
+    """Return a short plan of moves; seed 1."""
+    return short_plan(model, 'random_pulses')
+
+
+@pytest.fixture(scope='session')
+def pulses(plan_of_pulses, drivers):
     """Return a short plan of moves as the planner publishes it; seed 1."""
     from excitation_planner.ros_messages import plan_to_message
 
-    return plan_to_message(short_plan(model, 'random_pulses'))
+    return plan_to_message(plan_of_pulses)
 
 
 @pytest.fixture(scope='session')

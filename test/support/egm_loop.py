@@ -28,8 +28,8 @@ class Loop(GuidedArm):
         for _ in range(cycles):
             before = self.link.n_received + self.link.check.counts['rejected']
             self.motors.cycle()
-            self.planned.append(self.controller.planned_deg.copy())
-            self.measured.append(self.controller.measured_deg.copy())
+            self.planned.append(self.controller.axes.planned_deg.copy())
+            self.measured.append(self.controller.axes.measured_deg.copy())
             session = self.controller.session
             deadline = time.monotonic() + 2.0
             while wait and session is not None and session.sending:

@@ -37,8 +37,8 @@ class LockstepSensor:
     def cycle(self, position_deg=None, speed_deg_s=None):
         """Run one cycle; answer its message with references, or not at all."""
         self.motors.cycle()
-        self.planned.append(self.controller.planned_deg.copy())
-        self.measured.append(self.controller.measured_deg.copy())
+        self.planned.append(self.controller.axes.planned_deg.copy())
+        self.measured.append(self.controller.axes.measured_deg.copy())
         session = self.controller.session
         if session is None or not session.sending:
             return None

@@ -32,6 +32,7 @@ MODULES = {
     'robot_bridge': 'robot_bridge.node.bridge_node',
     'abb_emulator': 'abb_emulator.node.emulator_node',
     'replay': 'robot_bridge.node.replay_node',
+    'trajectory_controller': 'test.support.trajectory_controller',
 }
 FILES = {'robot_bridge': 'bridge.yaml', 'abb_emulator': 'emulator.yaml'}
 

@@ -31,7 +31,7 @@ class Bench:
     def cycles(self, n):
         for _ in range(n):
             self.motors.cycle()
-            self.planned.append(self.controller.planned_deg.copy())
+            self.planned.append(self.controller.axes.planned_deg.copy())
         return self
 
     def to_the_end(self, most_s=60.0):

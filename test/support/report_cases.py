@@ -7,7 +7,7 @@ import numpy as np
 import scipy.linalg
 import scipy.signal
 
-from autonomous_modal_analysis.report import match_truth, ReportContent
+from autonomous_modal_analysis.report import channel_spectra, match_truth, ReportContent
 from autonomous_modal_analysis.results import Identification, IdentifiedWindow
 from modal_core.channel import Channel
 from modal_core.mode import ModeSet
@@ -119,6 +119,7 @@ def identified(duration_s=120.0, n_windows=6, names=None, seed=SEED):
         identification=Identification(whole_modes, tuple(windows), channels, quality, settings),
         poles=whole.poles,
         spectrum=Spectrum(whole.spectrum.frequency_hz, whole.spectrum.singular_value),
+        spectra=channel_spectra(Samples(data, RATE_HZ, channels), modes, (1.0, 57.6)),
         truth=match_truth(whole_modes, chain.frequency_hz, chain.damping_ratio, chain.shapes),
         geometry=geometry,
         displacements=tuple(

@@ -27,8 +27,10 @@ class WebClient:
         request = urllib.request.Request(self.base + path, data, method=method)
         try:
             with self.opener.open(request, timeout=10) as answer:
+                self.headers = answer.headers
                 return answer.status, answer.read()
         except urllib.error.HTTPError as error:
+            self.headers = error.headers
             return error.code, error.read()
 
     def state(self, path):

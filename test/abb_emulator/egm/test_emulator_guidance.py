@@ -180,14 +180,14 @@ def test_a_lost_stream_leaves_a_program_of_moves_alone_and_a_stop_ends_it(
     sensor = LockstepSensor(model, start_deg, peers, rapid_module(pulses_plan, model))
     moves = sensor.controller
     sensor.until(lambda: len(sensor.heard) > 300)
-    sensor.until(lambda: np.abs(moves.planned_speed_deg_s).max() > 2.0)
+    sensor.until(lambda: np.abs(moves.axes.planned_speed_deg_s).max() > 2.0)
     sensor.faults.sensor.drop = sensor.faults.robot.drop = 1.0
     heard = len(sensor.heard)
     for _ in range(40):  # 0.16 s, beyond CommTimeout: no session is guided, so none is lost
         sensor.cycle()
     assert len(sensor.heard) == heard
     assert moves.running
-    sensor.until(lambda: np.abs(moves.planned_speed_deg_s).max() > 2.0)
+    sensor.until(lambda: np.abs(moves.axes.planned_speed_deg_s).max() > 2.0)
     at = len(sensor.planned)
     moves.stop('operator')
     for _ in range(60):
@@ -227,7 +227,7 @@ def test_undefined_execution_state_is_reported_and_guidance_goes_on(guide, start
         assert message.mciState.state == 3
     sensor.controller.rapid_undefined = False
     assert sensor.cycle(start_deg).rapidExecState.state == 2
-    assert sensor.controller.planned_deg[0] > start_deg[0]
+    assert sensor.controller.axes.planned_deg[0] > start_deg[0]
 
 
 def fault_of(sensor, position_deg, speed_deg_s, most=3000):
@@ -298,7 +298,7 @@ def test_the_flange_keeps_250_mm_s_unless_automatic_is_confirmed(guide, start_de
         if mode == 'not confirmed':
             sensor.controller.set_automatic(True)
         # The change of mode has stopped the program; an operator starts it again.
-        sensor.until(lambda: not sensor.controller.moving, start_deg)
+        sensor.until(lambda: not sensor.controller.axes.moving, start_deg)
         assert not sensor.controller.running
         assert sensor.task.start()
         sensor.until(sensor.guided, start_deg)

@@ -45,6 +45,7 @@ EXAMPLES = {
     'transmission_error': {'joint': 'joint_1', 'sine': 3e-5, 'order': 200.0},
     'tonal_disturbance': {'joint': 'joint_2', 'frequency': 17.0, 'torque': 100.0},
     'hysteresis': {'joint': 'joint_2', 'share': 0.4, 'limit': 5e-5},
+    'presliding': {'joint': 'joint_2', 'share': 0.4, 'limit': 5e-4},
     'thermal_drift': {'joint': 'joint_2', 'change': -0.2, 'time_constant': 0.5},
     'command_delay': {'delay': 0.006},
     'sensor_gain': {'sensor': 'wrist', 'gain': 1.3},
@@ -130,6 +131,7 @@ NEUTRAL = {
     'transmission_error': {'sine': 0.0},
     'tonal_disturbance': {'torque': 0.0},
     'hysteresis': {'share': 1e-12},
+    'presliding': {'share': 1e-12},
     'thermal_drift': {'change': 1e-12},
     'sensor_gain': {'gain': 1.0},
     'sensor_rotation': {'rotation': [0, 0, 0]},
@@ -247,12 +249,12 @@ def test_slip_follows_its_equation_and_not_the_step(model):
         fine[k] = z
     for every in (250, 1000):
         springs = GearSprings(settings, model)
-        springs.rest(np.zeros(6))
+        springs.rest(np.zeros(6), np.zeros(6))
         factor = springs.factor(np.zeros((1, 6)), np.zeros(1))[0]
         found = []
         for y in path[::every]:
-            found.append(springs.torque(np.full(6, y), factor)[0][1])
-            springs.arrive(np.full(6, y))
+            found.append(springs.torque(np.full(6, y), factor, np.zeros(6))[0][1])
+            springs.arrive(np.full(6, y), np.zeros(6))
         stiffness = model.spec.joints[1].drive.spring.stiffness
         wanted = share * stiffness * fine[::every]
         np.testing.assert_allclose(found, wanted, atol=0.02 * share * stiffness * limit)
@@ -261,12 +263,31 @@ def test_slip_follows_its_equation_and_not_the_step(model):
     assert abs(area) > share * stiffness * limit * 2e-4
 
 
+def test_friction_of_a_joint_stiffens_it_while_it_stands_and_not_while_it_runs(model):
+    """Dahl over axis and twist: slope k s where it stands, none after sliding through 5 limits."""
+    limit, share = 3e-4, 0.3
+    settings = GearSettings(stick_share=(share,) * 6, stick_limit_rad=(limit,) * 6)
+    springs = GearSprings(settings, model)
+    springs.rest(np.zeros(6), np.zeros(6))
+    factor = springs.factor(np.zeros((1, 6)), np.zeros(1))[0]
+    stiffness = share * np.array([joint.drive.spring.stiffness for joint in model.spec.joints])
+    small = np.full(6, 1e-7)
+    standing = springs.torque(small, factor, np.zeros(6))[0] / small
+    np.testing.assert_allclose(standing, stiffness, rtol=1e-3)
+    for angle in np.linspace(0.0, 5 * limit, 50):
+        springs.arrive(np.zeros(6), np.full(6, angle))
+    here = springs.torque(np.zeros(6), factor, np.full(6, 5 * limit))[0]
+    on = springs.torque(small, factor, np.full(6, 5 * limit))[0]
+    np.testing.assert_allclose(here, stiffness * limit, rtol=0.01)
+    assert np.all(np.abs(on - here) / small < 0.01 * stiffness)
+
+
 def test_speed_dependent_stiffness_takes_the_speed_of_the_axis(model):
     settings = GearSettings(speed_stiffness_s_rad=(0, 3.0, 0, 0, 0, 0))
     springs = GearSprings(settings, model)
     speed = np.array([[0.0, -0.5, 0, 0, 0, 0]])
     factor = springs.factor(speed, np.zeros(1))[0]
-    torque, slope = springs.torque(np.full(6, 1e-4), factor)
+    torque, slope = springs.torque(np.full(6, 1e-4), factor, np.zeros(6))
     k = model.spec.joints[1].drive.spring.stiffness
     assert torque[1] == pytest.approx(k * 3.0 * 0.5 * 1e-4)
     assert slope[1] == pytest.approx(k * 1.5)

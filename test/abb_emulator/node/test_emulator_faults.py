@@ -103,11 +103,11 @@ def test_stream_sends_every_cycle_during_a_move_and_ignores_replies(wire, peers)
     reply.planned.joints.joints.extend([50.0] * 6)
     reply.speedRef.joints.joints.extend([50.0] * 6)
     local = wire.controller.client.address
-    before = wire.controller.planned_deg[1:].copy()
+    before = wire.controller.axes.planned_deg[1:].copy()
     for _ in range(20):
         wire.socket.sendto(reply.SerializeToString(), ('127.0.0.1', local[1]))
         wire.cycles(1)
-    np.testing.assert_array_equal(wire.controller.planned_deg[1:], before)
+    np.testing.assert_array_equal(wire.controller.axes.planned_deg[1:], before)
     assert address == wire.controller.client.remote
 
 
@@ -160,7 +160,7 @@ def test_clock_skew_restart_and_undefined(wire):
 @pytest.mark.parametrize('name', ['e_stop', 'collision_stop', 'motors_off'])
 def test_stops_bring_the_axes_to_rest_and_nothing_resumes(wire, name):
     wire.cycles(100)
-    assert np.abs(wire.controller.planned_speed_deg_s).max() > 0.0
+    assert np.abs(wire.controller.axes.planned_speed_deg_s).max() > 0.0
     wire.desk.put(Fault(name))
     wire.cycles(60)
     state = wire.cycles(1)[0]

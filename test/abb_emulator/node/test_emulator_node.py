@@ -169,6 +169,7 @@ def streaming(emulator):
     return emulator
 
 
+@pytest.mark.smoke
 def test_a_module_is_started_and_streams_from_seqno_0(emulator):
     assert emulator.heard == []
     assert emulator.ask('start_program').success

@@ -10,7 +10,8 @@ from abb_emulator.drives.joint_move import JointMove, MoveLimits
 from abb_emulator.rapid.rapid_parser import parse_module
 from excitation_planner.moves import moves_of
 from excitation_planner.planner import plan_excitation
-from excitation_planner.rapid import rapid_module, RapidOptions
+from excitation_planner.rapid import rapid_module
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
 from structural_model.robot_files import load_layout
@@ -183,7 +184,6 @@ REFUSED = (
     ('MoveL jA,v,fine,tool0;', 'instruction not executed'),
     ('MoveAbsJ jA,v,z10,tool0;', 'fine'),
     ('MoveAbsJ \\Conc,jA,v,fine,tool0;', 'conc'),
-    ('MoveAbsJ jA,v,fine,tGripper;', 'tool0'),
     ('MoveAbsJ jB,v,fine,tool0;', 'not declared'),
     ('MoveAbsJ v,v,fine,tool0;', 'wrong type'),
     ('WaitTime "1";', 'wrong type'),
@@ -195,7 +195,6 @@ REFUSED = (
     ('EGMRunPose e,EGM_STOP_HOLD;', 'instruction not executed'),
     ('FOR i FROM 1 TO 3 DO WaitTime 1;', 'ENDFOR'),
     ('RETRY;', 'ERROR handler'),
-    ('SetDO do1,1;', 'instruction not executed'),
     ('WaitTime 1; ~', 'not RAPID'),
 )
 

@@ -65,7 +65,7 @@ def test_upload_load_start_run_and_read_the_joints(cell, client):
     start = {'regain': 'continue', 'execmode': 'continue', 'cycle': 'once', 'condition': 'none'}
     assert client.ask('POST', f'{EXECUTION}?action=start', start)[0] == 204
     assert client.state(EXECUTION)['ctrlexecstate'] == 'running'
-    assert client.ask('POST', f'{EXECUTION}?action=resetpp')[0] == 400
+    assert client.ask('POST', f'{EXECUTION}?action=resetpp')[0] == 403
     for _ in range(600):
         cell.motors.cycle()
     assert client.state(EXECUTION)['ctrlexecstate'] == 'stopped'
@@ -86,7 +86,7 @@ def test_stop_and_panel(cell, client):
     assert client.state('/rw/panel/ctrlstate')['ctrlstate'] == 'motoron'
     cell.controller.emergency_stop()
     assert client.state('/rw/panel/ctrlstate')['ctrlstate'] == 'emergencystop'
-    assert client.ask('POST', f'{EXECUTION}?action=start')[0] == 400
+    assert client.ask('POST', f'{EXECUTION}?action=start')[0] == 403
     cell.controller.release_emergency_stop()
     assert client.state('/rw/panel/ctrlstate')['ctrlstate'] == 'motoroff'
     cell.controller.set_automatic(False)
@@ -149,7 +149,7 @@ def test_a_module_it_does_not_execute_is_refused_by_line(client):
     status, body = client.ask('POST', f'{LOAD}&json=1', {'modulepath': '$HOME/x.mod'})
     assert status == 400
     assert 'line 4' in json.loads(body)['_embedded']['status']['msg']
-    assert client.ask('POST', f'{EXECUTION}?action=start')[0] == 400
+    assert client.ask('POST', f'{EXECUTION}?action=start')[0] == 403
 
 
 def test_too_large_or_malformed_requests_end_in_one_answer(cell, client):
@@ -160,3 +160,26 @@ def test_too_large_or_malformed_requests_end_in_one_answer(cell, client):
         raw.sendall(b'GET / HTTP/9.9\r\n\x00\xff\r\n\r\n')
         assert raw.recv(4096).startswith(b'HTTP/1.')
     assert client.state(EXECUTION)['ctrlexecstate'] == 'stopped'
+
+
+FORM = 'application/x-www-form-urlencoded'
+
+
+@pytest.mark.parametrize(
+    ('path', 'media', 'body'),
+    [
+        ('/rw/rapid/execution?action=stop', FORM, b'\xfa\xbe\xae=1'),
+        ('/rw/rapid/execution?action=stop', 'multipart/form-data; boundary=x', b'no boundary'),
+        ('/rw/rapid/execution?action=stop', f'{FORM}; charset=klingon', b'a=1'),
+        ('/subscription', 'multipart/form-data', b''),
+        ('/subscription', FORM, b'1-p=1'),
+    ],
+)
+def test_a_body_that_is_no_form_is_refused_and_named(cell, client, caplog, path, media, body):
+    client.ask('GET', '/rw/system')
+    request = urllib.request.Request(client.base + path, body, method='POST')
+    request.add_header('Content-Type', media)
+    with pytest.raises(urllib.error.HTTPError) as caught:
+        client.opener.open(request, timeout=10)
+    assert caught.value.code == 400
+    assert not caplog.records, 'no traceback in the log'

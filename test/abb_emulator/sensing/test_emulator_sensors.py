@@ -93,13 +93,16 @@ def test_friction_leaves_the_motor_short_of_its_command():
 
 def test_encoders_count(model, start_deg):
     motors = MotorSide(model, start_deg, None, CellSettings(), 0.0)
-    motors.controller.planned_deg += 0.0123456
+    motors.controller.axes.planned_deg += 0.0123456
     for _ in range(40):
         motors.cycle()
     servo = CellSettings().servo
-    counts = motors.controller.measured_deg * np.array(servo.gear_ratio) * 8192 / 360.0
+    counts = motors.controller.axes.measured_deg * np.array(servo.gear_ratio) * 8192 / 360.0
     np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
-    assert np.abs(motors.controller.measured_deg - motors.controller.planned_deg).max() > 0.0
+    assert (
+        np.abs(motors.controller.axes.measured_deg - motors.controller.axes.planned_deg).max()
+        > 0.0
+    )
 
 
 @pytest.mark.parametrize('unit', [ANGULAR_VELOCITY])

@@ -43,6 +43,7 @@ def test_nothing_measured_has_no_ratio():
     assert found.magnitude_sigma == float('inf')
 
 
+@pytest.mark.slow
 def test_modes_are_compared_on_the_channels_they_were_identified_from(campaign_of, robot):
     """The pipeline leaves out a channel that stays still."""
     campaign = campaign_of((), SEED, n_fit=1, n_held=0)

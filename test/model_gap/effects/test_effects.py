@@ -14,22 +14,25 @@ NEEDED = {
     'rod_spring', 'coulomb_friction', 'backlash', 'cubic_stiffness', 'speed_dependent_stiffness',
     'transmission_error', 'tonal_disturbance', 'servo_compliance', 'tuned_mass', 'command_delay',
     'sensor_gain', 'sensor_polarity', 'sensor_axis_swap', 'sensor_rotation', 'sensor_delay',
-    'sensor_mount_resonance', 'sensor_mass',
+    'sensor_mount_resonance', 'sensor_mass', 'encoder_offset', 'sensor_position', 'sensor_unit',
+    'gravity_compensator', 'foundation_mode', 'cable', 'hysteresis', 'end_stop', 'cubic_damping',
 }  # fmt: skip
 # Values at which an effect does nothing, where its parameters' neutral values are not that.
 HARMLESS = {
     'coulomb_friction': (1e-9, 1e-3),
     'backlash': (1e-12, 1.0),
+    'end_stop': (1e-2, 3.0),
     'sensor_mount_resonance': (3e6, 0.05),
     'servo_compliance': (3e5, 0.5),
     'tuned_mass': (1e-7, 15.0, 0.04),
+    'foundation_mode': (0.0, 15.0, 0.04),
     'payload': (1e-9, 0.0, 0.0, 0.0, 0.06),
     'base_compliance': (1e-14, 4e-4),
     'link_flexibility': (1e-14, 4e-4),
     'rod_spring': (1e-6, 3e-4),
     'transmission_error': (0.0, 0.0, 100.0),
 }
-DISCRETE = {'sensor_polarity', 'sensor_axis_swap', 'tonal_disturbance'}
+DISCRETE = {'sensor_polarity', 'sensor_unit', 'sensor_axis_swap', 'tonal_disturbance'}
 
 
 @pytest.fixture(scope='module')

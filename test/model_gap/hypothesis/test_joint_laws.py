@@ -9,7 +9,7 @@ from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
 from model_gap.cell.cell_model import CellModel, HeldTorque
 from model_gap.cell.equivalent_gain import equivalent_gain
-from model_gap.cell.nuisance import nuisances, Tolerances
+from model_gap.cell.tolerances import nuisances, Tolerances
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.cubic_stiffness import CubicStiffness
@@ -127,7 +127,11 @@ def test_numbers_of_a_held_law_stay(campaign_of, robot):
 
 @pytest.mark.parametrize(
     ('joint', 'alpha', 'share'),
-    [('joint_2', 1e5, 0.0), ('joint_2', 1e6, 1.0), ('joint_3', 4e6, 0.0)],
+    [
+        pytest.param('joint_2', 1e5, 0.0, marks=pytest.mark.slow),
+        pytest.param('joint_2', 1e6, 1.0, marks=pytest.mark.slow),
+        ('joint_3', 4e6, 0.0),
+    ],
 )
 def test_tolerance_derivatives_follow_a_hard_spring(joint, alpha, share, campaign_of, robot):
     """Those of its own drive, of other drives, and through the preload what gravity pulls on.

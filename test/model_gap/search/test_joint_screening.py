@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from modal_core.errors import ModelError
+from model_gap.campaign.read_campaign import read_campaign
 from model_gap.effects import CATALOGUE, Scene
+from model_gap.effects.cable import Cable
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.link_flexibility import LinkFlexibility
 from model_gap.effects.payload import Payload
@@ -20,9 +22,15 @@ from model_gap.fit.split import split
 from model_gap.search.joint_screening import screen_jointly
 from model_gap.search.rivals import fit_instead
 from model_gap.search.screen import Trial
-from model_gap.search.search import Candidate, Round, Search
+from model_gap.search.search import Candidate, Round, Search, SearchSettings
+from model_gap.search.steps import fit_tolerances, screen_again, screen_catalogue
+from test.model_gap.conftest import ROBOT
+from test.support.cell_campaign import cell_campaign
+from test.support.hidden_campaign import SENSORS
+from test.support.write_campaign import write_campaign
 
 SEED = 47
+CABLE_SEED = 503
 PLACE = (0.3, 0.05, 0.1)
 HIDDEN = {
     'type': 'tuned_mass',
@@ -108,6 +116,7 @@ def test_places(search):
     assert turned('y', (0.0, np.pi / 4)) == pytest.approx((0.5**0.5, 0.5**0.5, 0.0))
 
 
+@pytest.mark.slow
 def test_another_place_is_tried_beside_all_that_was_found(search):
     """The swinging mass on the next link, a softer drive beside it."""
     fitting, softer = search.data.fitting, JointStiffness('joint_2')
@@ -154,3 +163,22 @@ def test_an_arm_that_is_not_possible_is_left_out(search):
     possible, impossible = fits(lambda start: fit(start, predictor, relinearise=0), starts)
     assert impossible is None
     assert [effect.key for effect in possible.hypothesis.effects] == [flange.key]
+
+
+@pytest.mark.slow
+def test_a_cable_is_found_that_pulls_the_wrong_way_from_where_it_is_sought(robot, tmp_path):
+    """Two steps of a fit from any side make it worse, seven turn it to where it comes from."""
+    cable = {'kind': 'cable', 'link': 'link_4', 'at': (0.4, 0.0, 0.1), 'anchor': (0.5, 1.5, 3.0)}
+    records = cell_campaign(
+        ROBOT, CABLE_SEED, {**cable, 'k': 3e4}, n_fit=3, n_held=1, duration=12.0
+    )
+    write_campaign(tmp_path, records, robot.joint_names, SENSORS)
+    settings = SearchSettings(catalogue=(Cable, JointStiffness))
+    campaign = split(read_campaign(tmp_path, robot), np.random.default_rng(0))
+    search = fit_tolerances(Search.begin(robot, campaign, settings))
+    search = screen_again(screen_catalogue(search))
+    best = search.trials[0]
+    assert best.effect.key == ('cable', 'link_4'), f'seed {CABLE_SEED}: {search.trials[:3]}'
+    assert best.gain > 20.0, f'seed {CABLE_SEED}: {best}'
+    way = np.array(best.values[1:4]) / np.linalg.norm(best.values[1:4])
+    assert way[2] > 0.5, f'seed {CABLE_SEED}: it comes from above'

@@ -9,8 +9,9 @@ from model_gap.decide.discriminate import experiments_between, separation_now
 from model_gap.effects.cubic_stiffness import CubicStiffness
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.payload import Payload
-from model_gap.fit.linearise import tolerance_columns, TOLERANCE_STEP
+from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.split import split
+from model_gap.fit.thresholds import FIT
 from model_gap.search.reach import joint_shares, within_reach
 from model_gap.search.search import Search
 
@@ -32,10 +33,10 @@ def test_tolerance_derivatives_are_those_of_the_prediction(search):
     base = predictor.rows(nominal.cell())
     for number in range(0, len(columns), 9):
         values = np.zeros(len(columns))
-        values[number] = TOLERANCE_STEP
+        values[number] = FIT.tolerance_step
         moved = nominal.moved(values, nominal.inner)
         secant = predictor.rows(moved.cell()) - base
-        error = np.linalg.norm(secant / TOLERANCE_STEP - columns[number])
+        error = np.linalg.norm(secant / FIT.tolerance_step - columns[number])
         name = nominal.tolerances[number].name
         assert error < 0.08 * np.linalg.norm(columns[number]), name
 

@@ -178,3 +178,22 @@ def test_set_ups_without_modes_and_modes_without_deviations_are_merged_as_far_as
     mode = merged.modes.modes[0]
     assert merged.seen_in == ((0,),) and np.isnan(mode.shape).tolist() == [False, False, True]
     assert mode.frequency_hz == 5.0 and np.isnan(mode.frequency_std_hz) and mode.shape_std is None
+
+
+def test_light_modes_whose_damping_nobody_knows_are_merged_by_frequency_and_shape():
+    """Damping of a few cycles scatters by its own size, and is stated without deviation."""
+    rng = np.random.default_rng(SEED)
+    shape = rng.normal(size=REFERENCES)
+    setups = []
+    for ratio in (0.001, 0.006, 0.0008):
+        light = replace(estimate(rng, 5.0, ratio, shape, 0.03), damping_ratio_std=np.nan)
+        others = [estimate(rng, hz, 0.02, rng.normal(size=REFERENCES), 0.03) for hz in (3.0, 8.0)]
+        modes = (others[0], light, others[1])
+        setups.append(ModeSet(modes, tuple(f'p{point}' for point in range(REFERENCES))))
+    merged = merge_modes(setups)
+    near = [
+        seen
+        for mode, seen in zip(merged.modes, merged.seen_in, strict=True)
+        if abs(mode.frequency_hz - 5.0) < 0.1
+    ]
+    assert near == [(0, 1, 2)], f'seed {SEED}: {near}'

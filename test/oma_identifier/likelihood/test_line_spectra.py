@@ -6,7 +6,7 @@ import pytest
 from oma_identifier.likelihood.line_spectra import Spectra
 
 LINES = np.ones((2, 51), dtype=np.complex64)
-SPECTRA = Spectra(10.0, np.linspace(0.0, 5.0, 51), LINES, (10.0,))
+SPECTRA = Spectra(10.0, np.linspace(0.0, 5.0, 51), LINES, (10.0,), np.zeros(51, int))
 
 
 CASES = [(1.02, 1.0), (4.98, 5.0), (5.3, 5.0), (60.0, 5.0), (0.0, 0.1)]

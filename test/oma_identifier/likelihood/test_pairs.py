@@ -6,10 +6,12 @@ import pytest
 from benchmarks.plant import Plant, simulate
 from benchmarks.scatter import match
 from oma_identifier.identify import identify_samples
-from oma_identifier.likelihood.band_data import averages_from, band_lines, ReducedBand, StartModes
+from oma_identifier.likelihood.averages import averages_from
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel
 from oma_identifier.likelihood.group_fits import GroupFit, whole_shape
 from oma_identifier.likelihood.line_spectra import Spectra
+from oma_identifier.likelihood.mode_groups import band_lines, StartModes
+from oma_identifier.likelihood.reduced_band import ReducedBand
 from oma_identifier.refinement.label_switching import undo_label_switching
 
 SEED = 97_700
@@ -90,7 +92,7 @@ def test_all_modes_are_found_and_no_other(structure, lines):
 def test_lines_belong_to_the_mode_that_is_nearest_in_half_widths():
     frequency = np.arange(0.0, 100.0, 0.05)
     values = np.zeros((1, len(frequency)), dtype=np.complex64)
-    spectra = Spectra(200.0, frequency, values, (20.0,))
+    spectra = Spectra(200.0, frequency, values, (20.0,), np.zeros(len(frequency), int))
     modes = StartModes(
         np.array([40.0, 50.0]), np.array([0.005, 0.05]), np.ones((1, 2), dtype=complex)
     )

@@ -11,7 +11,7 @@ from modal_core.channel import Channel
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
-from oma_identifier.compare.comparison import compare
+from oma_identifier.compare.comparison import compare_modes
 from oma_identifier.compare.expected_mac import expected_mac
 from oma_identifier.identify import identify_samples
 from oma_identifier.likelihood.shape_scatter import MacLoss
@@ -54,7 +54,7 @@ def identified(known: Plant, seed: int) -> ModeSet:
     return adopt_refined(samples, replace(none, modes=starts), none).modes
 
 
-@pytest.fixture(scope='module', params=[14, 42])
+@pytest.fixture(scope='module', params=[14, pytest.param(42, marks=pytest.mark.slow)])
 def runs(request) -> tuple[Plant, list[ModeSet]]:
     known = plant(request.param)
     return known, [identified(known, FIRST_SEED + run) for run in range(N_RUNS)]
@@ -93,7 +93,7 @@ def test_two_estimates_of_one_mode_are_as_alike_as_expected(runs):
     _, found = runs
     lost, expected, below = [], [], 0
     for first, second in zip(found[::2], found[1::2], strict=True):
-        comparison = compare(first, second)
+        comparison = compare_modes(first, second)
         assert len(comparison.changes) == 5
         below += sum(change.is_shape_changed for change in comparison.changes)
         lost.append([1.0 - change.mac for change in comparison.changes])
@@ -115,6 +115,7 @@ def complex_record(known: Plant, shapes: np.ndarray, seed: int) -> Samples:
     return Samples(response, 512.0, tuple(Channel(f'c{row}') for row in range(len(shapes))))
 
 
+@pytest.mark.slow
 def test_shapes_that_are_not_real_are_refined_with_many_channels_too():
     known = chain_plant(42)
     size = np.sqrt(np.mean(known.shapes**2, axis=0))
@@ -144,7 +145,7 @@ def test_a_changed_shape_is_told_from_scatter():
     shapes[3, 4] += 0.5
     first = identified(known, 5200)
     second = identified(replace(known, shapes=shapes), 5201)
-    changed = [change.is_shape_changed for change in compare(first, second).changes]
+    changed = [change.is_shape_changed for change in compare_modes(first, second).changes]
     assert changed == [False, False, False, False, True]
 
 
@@ -166,7 +167,7 @@ def test_quantile_and_mean_are_those_of_gaussian_errors():
 def test_unknown_uncertainty_expects_nothing():
     mode = Mode(10.0, 0.01, np.ones(3, dtype=complex))
     assert np.isnan(expected_mac(mode, mode).least)
-    (change,) = compare(
+    (change,) = compare_modes(
         ModeSet((mode,), ('a', 'b', 'c')), ModeSet((mode,), ('a', 'b', 'c'))
     ).changes
     assert not change.is_shape_changed

@@ -61,7 +61,7 @@ def assert_found(modes: ModeSet, truth: Plant, samples: Samples, factor: float) 
     assert len(modes) == len(truth.frequency_hz), modes.frequency_hz
 
 
-@pytest.mark.parametrize('method', ['ssi_cov', 'ssi_data', 'plscf'])
+@pytest.mark.parametrize('method', ['ssi_cov', 'ssi_data', 'plscf', 'var'])
 def test_parametric_methods_find_exactly_the_modes(method, samples):
     result = identify_by(method, samples)
     assert_found(result.modes, plant(), samples, 5.0)
@@ -73,7 +73,7 @@ def test_parametric_methods_find_exactly_the_modes(method, samples):
         assert abs(frequency / mode.frequency_hz - 1.0) < 0.01
 
 
-@pytest.mark.parametrize('method', ['ssi_data', 'plscf'])
+@pytest.mark.parametrize('method', ['ssi_data', pytest.param('plscf', marks=pytest.mark.slow)])
 def test_a_mode_that_two_bands_see_is_found_once(method, samples):
     bands = plan_bands(RATE_HZ, samples.duration_s, IdentificationSettings())
     assert bands[0].low_hz < 12.1 < bands[1].high_hz
@@ -122,7 +122,9 @@ def test_efdd_damping_is_not_biased_by_the_spectral_window():
     assert np.std(errors) < 1.6 * limit, f'seeds 0..29: {np.std(errors)}'
 
 
-@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd'])
+@pytest.mark.parametrize(
+    'method', ['ssi_data', pytest.param('plscf', marks=pytest.mark.slow), 'var', 'efdd']
+)
 def test_deviations_say_how_far_off_the_modes_are(method):
     """Errors over their own standard deviations have a mean square of one."""
     truth = Plant(
@@ -144,7 +146,7 @@ def test_deviations_say_how_far_off_the_modes_are(method):
     assert np.all((spread > 0.6) & (spread < 1.5)), f'seeds 0..7: {spread}'
 
 
-@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd', 'fdd'])
+@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'var', 'vmd', 'efdd', 'fdd'])
 def test_lines_are_kept_out_and_the_band_is_kept_to(method, samples):
     time = np.arange(len(samples.acceleration)) / RATE_HZ
     size = 0.5 * samples.acceleration.std(axis=0)
@@ -156,7 +158,9 @@ def test_lines_are_kept_out_and_the_band_is_kept_to(method, samples):
     result = identify_by(method, hum, settings)
     np.testing.assert_allclose(result.harmonics.frequency_hz, [21.0], atol=0.05)
     assert all(line.harmonic for line in result.harmonics)
-    expected = plant().frequency_hz[1:4] if method in ('ssi_data', 'plscf') else [27.0]
+    expected = (
+        plant().frequency_hz[1:4] if method in ('ssi_data', 'plscf', 'var', 'vmd') else [27.0]
+    )
     for frequency in expected:
         assert np.abs(result.modes.frequency_hz / frequency - 1.0).min() < 0.01, method
     assert np.all(np.abs(result.modes.frequency_hz - 21.0) > 0.5), method
@@ -170,7 +174,8 @@ def test_methods_are_refused_by_name(samples):
         identify_by('magic', samples)
     with pytest.raises(SettingsError, match='known inputs'):
         identify_by('csi', samples)
-    assert {'ssi_cov', 'ssi_data', 'plscf', 'csi', 'fdd', 'efdd'} == set(METHODS)
+    names = 'ssi_cov ssi_data plscf var notch vmd psdtm csi efdd fdd'
+    assert set(METHODS) == set(names.split())
 
 
 def test_hankel_gram_equals_the_products_of_the_matrices_themselves():
@@ -302,6 +307,7 @@ def test_csi_uses_the_known_input_that_is_not_white():
     assert np.min(np.abs(blind_hz - 17.0)) < 0.5
 
 
+@pytest.mark.slow
 def test_deviations_of_csi_are_those_of_the_estimates():
     """The same known input, other unknown forces: a tenth of it, two of them."""
     n, rate = 3000, 100.0
@@ -346,7 +352,7 @@ def test_efdd_finds_close_modes_of_which_one_peaks():
         damping_ratio=np.array([0.025, 0.03, 0.025, 0.02, 0.012]),
     )
     n_peaks = n_found = n_false = 0
-    for _ in range(4):
+    for _ in range(8):
         record = simulate(close, generator, 60.0, RATE_HZ)
         for method, modes in (('fdd', fdd(record)), ('efdd', efdd(record))):
             values, left = match(modes, close)
@@ -357,8 +363,9 @@ def test_efdd_finds_close_modes_of_which_one_peaks():
                 n_found += count
                 n_false += len(left)
     assert n_found > n_peaks, f'seed {SEED}: {n_found} {n_peaks}'
-    assert n_found >= 18, f'seed {SEED}: {n_found} of 20'
-    assert n_false <= 1, f'seed {SEED}: {n_false}'
+    assert n_found >= 36, f'seed {SEED}: {n_found} of 40'
+    # One in 16 records has one (32 records of seeds 101 and 102): more than 3 in 8 once in 500.
+    assert n_false <= 3, f'seed {SEED}: {n_false}'
 
 
 def test_csi_refuses_inputs_that_do_not_fit():

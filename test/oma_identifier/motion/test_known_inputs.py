@@ -1,5 +1,7 @@
 """Combined identification on the emulated arm: what the joints do is known, and that counts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,8 +10,9 @@ from modal_core.measurements import JointSamples
 from modal_core.samples import Samples
 from modal_core.window import Window
 from oma_identifier.motion.joint_motion import joint_motion
-from oma_identifier.motion.known_inputs import split_inputs, with_inputs
+from oma_identifier.motion.known_inputs import with_inputs
 from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.record.kept_record import KeptRecord
 from oma_identifier.settings import IdentificationSettings
 
 pytest.importorskip('pinocchio')
@@ -91,14 +94,34 @@ def test_known_joint_motion_makes_modes_several_times_more_exact(robot, recorded
     assert np.all(known < 0.25 * blind), f'seed {SEED}: {known} {blind}'
 
 
-def test_inputs_ride_along_as_channels(recorded):
+def test_the_default_method_states_nothing_wrong_with_joint_states(robot, recorded):
+    settings = IdentificationSettings(window_s=24.0, max_frequency_hz=50.0)
+    result = IdentificationPipeline(settings, robot=robot).identify(recorded)
+    truth = robot.damped_modes(robot.pose('P1'))
+    assert len(result.modes) >= 5, f'seed {SEED}'
+    for mode in result.modes:
+        at = int(np.argmin(np.abs(truth.frequency_hz - mode.frequency_hz)))
+        off = (mode.frequency_hz - truth.frequency_hz[at]) / mode.frequency_std_hz
+        assert abs(off) < 5.0, f'seed {SEED}: {mode.frequency_hz}'
+
+
+def test_inputs_stay_with_their_samples_in_a_record(recorded):
     samples = recorded.samples
     motion = joint_motion(recorded.joints.stamp_ns, recorded.joints.position, samples.start_ns)
-    both = with_inputs(samples, motion)
-    responses, inputs = split_inputs(both)
-    assert responses.channels == samples.channels
-    assert np.array_equal(responses.acceleration, samples.acceleration)
-    assert inputs.shape == (len(samples.acceleration), 6)
-    assert split_inputs(samples) == (samples, None)
+    both = with_inputs(samples, motion, 6)
+    kept = KeptRecord(both, 2**30)
+    half = len(both.acceleration) // 2
+    step_ns = round(half / RATE_HZ * 1e9)
+    kept.add(both.part(slice(0, half)))
+    kept.add(replace(both.part(slice(half, None)), start_ns=both.start_ns + step_ns))
+    (part,) = kept.parts()
+    assert part.acceleration.shape == samples.acceleration.shape
+    assert np.allclose(part.known, both.known, atol=1e-4 * np.abs(both.known).max())
+    kept.add(replace(samples, start_ns=samples.end_ns))
+    assert np.isnan(kept.parts()[0].known[len(both.known) :]).all()
+
+
+def test_csi_without_joint_states_says_what_it_needs(recorded):
+    settings = IdentificationSettings(window_s=24.0, max_frequency_hz=50.0, method='csi')
     with pytest.raises(IdentificationError, match='joint states'):
-        with_inputs(samples, None)
+        IdentificationPipeline(settings).identify(replace(recorded, joints=None))

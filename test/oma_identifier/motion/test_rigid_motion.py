@@ -106,7 +106,7 @@ def test_derivatives_against_a_known_motion():
     assert np.abs(found.acceleration - qdd)[25:-25].max() < 0.1 * qdd.std()
 
 
-@pytest.mark.parametrize('fast_rad_s2', [0.0, 1.0])
+@pytest.mark.parametrize('fast_rad_s2', [pytest.param(0.0, marks=pytest.mark.slow), 1.0])
 def test_a_rigid_arm_in_motion_has_no_modes(robot, layout, fast_rad_s2):
     for seed in (SEED, SEED + 1):
         rng = np.random.default_rng(seed)
@@ -185,7 +185,14 @@ def shaken(robot, layout):
     return readings, at_joints
 
 
-@pytest.mark.parametrize(('modelled', 'early_s'), [(True, 0.03), (True, -0.2), (False, 0.0)])
+@pytest.mark.parametrize(
+    ('modelled', 'early_s'),
+    [
+        (True, 0.03),
+        pytest.param(True, -0.2, marks=pytest.mark.slow),
+        pytest.param(False, 0.0, marks=pytest.mark.slow),
+    ],
+)
 def test_a_flexible_arm_keeps_its_modes_in_motion(robot, layout, shaken, modelled, early_s):
     """No mode is lost, none is added: with a model, without, and with joint states out of step."""
     rng = np.random.default_rng(SEED)
@@ -234,6 +241,7 @@ def test_a_sensor_that_does_not_fit_the_model_is_left_alone_and_named(robot, lay
     assert np.array_equal(removal.samples.acceleration[:, -1], seen.samples.acceleration[:, -1])
 
 
+@pytest.mark.slow
 def test_windows_that_overlap_are_predicted_once_and_alike(robot, layout):
     rng = np.random.default_rng(SEED)
     motion = Motion(robot.pose('P1'), 1.0, SEED)

@@ -75,6 +75,7 @@ def check_frequencies(message, expected):
         assert mode.frequency_std_hz < 0.02 * truth, f'seed {SEED}'
 
 
+@pytest.mark.smoke
 def test_blocks_to_modes(driver):
     node = driver(window_s=40.0, hop_s=20.0, max_frequency_hz=30.0)
     data, truth = three_modes(80.0, 200.0, 6, SEED)

@@ -113,7 +113,7 @@ def test_gaps_cost_what_is_missing_and_no_more(record):
     assert n_refined(parts.modes) >= 4
 
 
-@pytest.mark.parametrize('most_bytes', [250_000, 50_000])
+@pytest.mark.parametrize('most_bytes', [pytest.param(250_000, marks=pytest.mark.slow), 50_000])
 def test_beyond_its_memory_high_modes_are_from_the_windows(record, monkeypatch, most_bytes):
     """The samples are kept at 16 and 4 Hz; the lowest mode is below what a window sees surely."""
     _, whole = identified(record)

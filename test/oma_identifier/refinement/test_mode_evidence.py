@@ -18,6 +18,7 @@ from oma_identifier.refinement.adopt import adopt_refined, Adopted, NEW
 from oma_identifier.refinement.refinement import refine
 from oma_identifier.selection.new_modes import NewModeTest, without_doubtful
 from oma_identifier.settings import IdentificationSettings
+from test.support.plant_modes import modes_of
 
 RATE_HZ = 128.0
 SEEDS = range(900, 908)
@@ -31,18 +32,6 @@ def pair_plant(generator: np.random.Generator) -> Plant:
         shapes=generator.standard_normal((6, 4)),
         participation=generator.standard_normal((4, 4)),
     )
-
-
-def modes_of(plant: Plant, samples: Samples, chosen: list[int]) -> ModeSet:
-    modes = tuple(
-        Mode(
-            float(plant.frequency_hz[index]),
-            float(plant.damping_ratio[index]),
-            plant.shapes[:, index].astype(complex),
-        )
-        for index in chosen
-    )
-    return ModeSet(modes, samples.channel_names)
 
 
 @pytest.fixture(scope='module')
@@ -149,3 +138,36 @@ def test_gradient_of_the_prior_of_shapes_is_the_slope_of_its_penalty():
     found = shape_prior.gradient(shape[:, None], across[None])
     np.testing.assert_allclose(found, [slopes], rtol=1e-5)
     assert shape_prior.penalty(np.exp(0.7j) * np.abs(shape)) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_a_second_view_of_a_mode_is_left_out_however_far_beside_it(seed):
+    """Some half-widths away it overlaps with nothing; a mode of the same shape there stays."""
+    generator = np.random.default_rng(seed)
+    hz, away = 20.0, generator.uniform(5.0, 12.0) * generator.choice([-1.0, 1.0])
+    shapes = generator.standard_normal((4, 3))
+    plant = Plant(
+        np.array([9.0, hz, 21.5]),
+        np.array([0.006, 0.002, 0.004]),
+        shapes,
+        generator.standard_normal((3, 3)),
+    )
+    alike = Mode(
+        hz * (1.0 + 0.002 * away),
+        0.004,
+        (shapes[:, 1] + 0.1 * generator.standard_normal(4)).astype(complex),
+        0.02,
+        0.001,
+    )
+    both = Plant(
+        np.append(plant.frequency_hz, alike.frequency_hz),
+        np.append(plant.damping_ratio, alike.damping_ratio),
+        np.column_stack([shapes, alike.shape.real]),
+        generator.standard_normal((4, 4)),
+    )
+    for true, n_left in ((plant, 3), (both, 4)):
+        samples = simulate(true, generator, 100.0, 64.0)
+        given = modes_of(plant, samples, [0, 1, 2])
+        given = replace(given, modes=(*given.modes, alike))
+        found = adopt_refined(samples, given, ModeSet((), ()))
+        assert len(found.modes) == n_left, f'seed {seed}: {found.origin}'

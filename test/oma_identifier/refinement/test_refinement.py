@@ -14,8 +14,8 @@ from oma_identifier.likelihood.band_model import BandData, BandModel
 from oma_identifier.likelihood.fit_band import fit_band
 from oma_identifier.likelihood.noise_scale import noise_scale
 from oma_identifier.refinement import adopt
-from oma_identifier.refinement.acceptance import Outcome
-from oma_identifier.refinement.refinement import refine
+from oma_identifier.refinement.acceptance import Outcome, TAKEN
+from oma_identifier.refinement.refinement import refine, Refinement
 
 DURATION_S = 40.0
 RATE_HZ = 128.0
@@ -31,6 +31,11 @@ def small_plant() -> Plant:
         shapes=generator.standard_normal((6, 3)) + 0.3,
         participation=generator.standard_normal((3, 3)),
     )
+
+
+def n_refined(result: Refinement) -> int:
+    """Return how many modes were refined."""
+    return sum(outcome in TAKEN for outcome in result.outcomes)
 
 
 def law(plant: Plant, duration_s: float) -> np.ndarray:
@@ -73,7 +78,7 @@ def monte_carlo() -> dict[str, np.ndarray]:
         generator = np.random.default_rng(seed)
         samples = simulate(plant, generator, DURATION_S, RATE_HZ)
         result = refine(samples, start_modes(plant, samples, generator))
-        refined += result.n_refined
+        refined += n_refined(result)
         found = np.array([result.modes.frequency_hz, result.modes.damping_ratio])
         sigma = [[mode.frequency_std_hz, mode.damping_ratio_std] for mode in result.modes]
         error.append((found / truth - 1.0) / limit)
@@ -259,6 +264,21 @@ def test_too_short_a_record_is_reported_and_nothing_changes():
     assert result.modes.modes[0] is start.modes[0]
 
 
+def test_a_bell_narrower_than_a_spectral_line_is_refined(structure):
+    """Half of one: most are, the others fade into lines; frequencies are as sure as they say."""
+    hz, off = 20.0, []
+    for seed in range(60, 100):
+        known = structure((hz,), (0.5 / (hz * 30.0),), n_channels=4)
+        samples = known.simulate(np.random.default_rng(seed), 30.0, 100.0)
+        start = Mode(hz + 0.01, known.damping_ratio[0], known.shapes[:, 0].astype(complex))
+        result = refine(samples, ModeSet((start,), samples.channel_names))
+        if result.outcomes[0] in TAKEN:
+            mode = result.modes.modes[0]
+            off.append((mode.frequency_hz - hz) / mode.frequency_std_hz)
+    assert len(off) >= 20, len(off)
+    assert np.mean(np.abs(off) < 2.0) > 0.8, off
+
+
 def test_no_modes_and_foreign_channels():
     plant = small_plant()
     samples = simulate(plant, np.random.default_rng(9), 5.0, RATE_HZ)
@@ -311,7 +331,7 @@ def test_a_strong_mode_that_is_not_listed_does_not_spoil_the_others():
     start = start_modes(plant, samples, generator)
     listed = [0, 1, 3]
     result = refine(samples, replace(start, modes=tuple(start.modes[index] for index in listed)))
-    assert result.n_refined >= 2, result.outcomes
+    assert n_refined(result) >= 2, result.outcomes
     error = np.abs(result.modes.frequency_hz / plant.frequency_hz[listed] - 1.0)
     assert np.all(error < 4.0 * law(plant, 60.0)[0, listed]), result.modes.frequency_hz
 
@@ -360,31 +380,3 @@ def test_noise_of_each_channel_is_told_from_the_motion_it_leads(n_channels, n_mo
     assert np.all(np.isfinite(noise_scale(many @ many.T, n_lines)))
     # Nor do channels that repeat others.
     assert np.all(np.isfinite(noise_scale(np.tile(parts[:4] @ parts[:4].T, (4, 4)), n_lines)))
-
-
-@pytest.mark.parametrize('seed', [73, 80, 89])
-def test_the_only_mode_may_be_superfluous(seed):
-    """A wrong mode beside one the fit finds itself, under knocks: nothing is left to refine."""
-    generator = np.random.default_rng(seed)
-    n_channels = int(generator.integers(4, 13))
-    plant = Plant(
-        np.array([20.0]),
-        np.array([0.02]),
-        generator.standard_normal((n_channels, 1)),
-        np.array([[1.0]]),
-    )
-    samples = simulate(plant, generator, 40.0, RATE_HZ)
-    values = samples.acceleration.copy()
-    if generator.random() < 0.7:
-        for _ in range(4):
-            place = generator.integers(len(values)), generator.integers(n_channels)
-            values[place] += 10 ** generator.uniform(1, 6) * values.std()
-    hz, damping = 20.0 + generator.uniform(-0.6, 0.6), 10 ** generator.uniform(-3, -1)
-    shape = plant.shapes[:, 0] + 10 ** generator.uniform(-2, 1) * generator.standard_normal(
-        n_channels
-    )
-    wrong = Mode(float(hz), float(damping), shape.astype(complex), 0.05, 0.005)
-    samples = replace(samples, acceleration=values)
-    result = refine(samples, ModeSet((wrong,), samples.channel_names))
-    assert result.outcomes == (Outcome.SUPERFLUOUS,), f'seed {seed}'
-    assert result.modes.modes == (wrong,) and result.refined == (None,)

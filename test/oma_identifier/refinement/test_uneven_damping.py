@@ -59,7 +59,7 @@ def test_the_plant_is_that_of_its_coupled_equations():
     assert np.max(np.abs(straight.imag)) > 0.05 * np.max(np.abs(straight.real))
 
 
-@pytest.mark.parametrize('seed', [6100, 6101])
+@pytest.mark.parametrize('seed', [6100, pytest.param(6101, marks=pytest.mark.slow)])
 def test_modes_beside_a_strong_one_are_refined(seed):
     """What is left of the strong mode's complex shape after projecting it out is in the model."""
     generator = np.random.default_rng(seed)

@@ -8,7 +8,8 @@ from scipy.signal import lfilter
 
 from modal_core.indicators import mac
 from oma_identifier.identify import identify_samples
-from oma_identifier.spectra.line_or_mode import odds_of, SURE
+from oma_identifier.spectra.line_or_mode import odds_of
+from oma_identifier.spectra.thresholds import SPECTRA
 
 SEED = 4100
 N_SEGMENTS, FINE = 32, 24
@@ -36,9 +37,9 @@ def test_odds_tell_a_line_from_a_mode_that_hardly_decays(noise):
     decays = rng.uniform(0.3, 6.0, 100)
     modes = np.array([odds_of(phasors(rng, each, noise), 0.2).line for each in decays])
     lines = np.array([odds_of(phasors(rng, None, noise), 0.2).line for _ in range(100)])
-    assert np.mean(modes > SURE) <= 0.02, f'seed {SEED}'
+    assert np.mean(modes > SPECTRA.sure_line) <= 0.02, f'seed {SEED}'
     assert np.mean(modes > 0.0) <= 0.06, f'seed {SEED}'
-    assert np.mean(lines > SURE) >= 0.95, f'seed {SEED}'
+    assert np.mean(lines > SPECTRA.sure_line) >= 0.95, f'seed {SEED}'
 
 
 def test_modes_of_light_damping_are_neither_lost_nor_called_lines(structure):

@@ -1,16 +1,20 @@
 """Nothing that only lines explain is a mode; what responds beside lines stays one."""
 
 from dataclasses import replace
+import logging
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from benchmarks.plant import Plant, simulate
+from benchmarks.scatter import match
 from modal_core.measurements import SampleBlock
 from modal_core.mode import Mode, ModeSet
-from oma_identifier.identify import identify_samples, ONLY_LINES
+from oma_identifier.identify import identify_samples
 from oma_identifier.methods import identify_by
 from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.result import ONLY_LINES
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra.line_evidence import LineEvidence
 from oma_identifier.spectra.sinusoids import fit_sinusoids
@@ -110,6 +114,26 @@ def test_without_lines_no_mode_is_explained(structure):
         assert not any(evidence.explains(mode) for mode in found), f'seed {seed}'
 
 
+def test_a_mode_that_rings_all_the_time_explains_no_other_one(caplog):
+    """Without a line for sure there is nothing to explain a mode by."""
+    caplog.set_level(logging.DEBUG, 'oma_identifier')
+    frequency_hz, duration_s, seeds = np.array([2.5, 3.0, 3.1]), 30.0, range(300, 310)
+    n_found = 0
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        plant = Plant(
+            frequency_hz,
+            np.array([0.4, 0.4, 8.0]) / (frequency_hz * duration_s),
+            rng.standard_normal((12, 3)),
+            rng.standard_normal((3, 3)),
+        )
+        samples = simulate(plant, rng, duration_s, 20.0, 0.02, simulation_rate_hz=100.0)
+        values, _ = match(identify_samples(samples).modes, plant)
+        n_found += int(np.isfinite(values[0, 0, 0]))
+    assert 'lines explain it' not in caplog.text, seeds
+    assert n_found >= len(seeds) - 2, f'seeds {seeds}: {n_found}'
+
+
 @pytest.mark.parametrize('damping_ratio', [0.002, 0.01, 0.03])
 def test_a_mode_has_skirts(structure, damping_ratio):
     known = structure((12.0,), (damping_ratio,), n_channels=3)
@@ -191,3 +215,30 @@ def test_sinusoids_are_fitted_to_rounding(apart):
     fitted = fit_sinusoids(rows, 2.0 * np.pi * (place + np.array([0.06, -0.06, 0.05])) / 6000)
     left = fitted.taken_from(rows)
     assert np.std(left - left.mean(axis=0)) < 1e-9 * np.std(rows)
+
+
+def wide_and_narrow(rng, rate_hz, n_rows):
+    """Return rows of a wide mode, often with a narrow one in its bell, and the supposed modes."""
+    at_hz, damping = rate_hz * rng.uniform(0.2, 0.38), rng.uniform(0.05, 0.12)
+    pairs = [(at_hz, damping), (at_hz * rng.uniform(0.98, 1.02), 0.005)][: rng.integers(1, 3)]
+    line_hz = np.fft.rfftfreq(n_rows, 1.0 / rate_hz)
+    rows, modes = np.zeros((n_rows, 4)), []
+    for hz, ratio in pairs:
+        # Acceleration under a white force, behind a filter.
+        bell = line_hz**2 / (hz**2 - line_hz**2 + 2j * ratio * hz * line_hz)
+        force = rng.standard_normal(len(bell)) + 1j * rng.standard_normal(len(bell))
+        motion = np.fft.irfft(force * bell * (line_hz < 0.45 * rate_hz), n_rows)
+        shape = rng.standard_normal(4)
+        rows += np.outer(motion / motion.std() * rng.uniform(0.5, 1.0), shape)
+        modes.append(Mode(hz, ratio, shape.astype(complex)))
+    return rows + 0.003 * rng.standard_normal(rows.shape), tuple(modes)
+
+
+def test_a_wide_mode_is_no_line_for_a_narrow_one_in_its_bell_or_a_filter_beside_it(structure):
+    like = structure((9.0,), (0.02,), n_channels=4).simulate(np.random.default_rng(0), 9.0, 100.0)
+    for seed in range(400, 430):
+        rows, modes = wide_and_narrow(np.random.default_rng(seed), 800.0, 12_000)
+        samples = replace(like, acceleration=rows, sample_rate_hz=800.0)
+        evidence = LineEvidence.of(samples, (), ModeSet(modes, like.channel_names))
+        explained = [mode for mode in modes if evidence.explains(mode)]
+        assert not explained, f'seed {seed}'

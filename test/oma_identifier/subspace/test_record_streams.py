@@ -11,7 +11,8 @@ from oma_identifier.covariance.output_covariance import (
     lagged_products,
     WhenFull,
 )
-from oma_identifier.identify import identify_bands, identify_samples
+from oma_identifier.identify import identify_samples
+from oma_identifier.identify_bands import identify_bands
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra.harmonics import line_at
 from oma_identifier.subspace.record_streams import RecordStreams

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from oma_identifier.compare.comparison import compare
+from oma_identifier.compare.comparison import compare_modes
 from oma_identifier.covariance.output_covariance import CovarianceAccumulator
 from oma_identifier.identify import identify_samples
 from oma_identifier.settings import IdentificationSettings
@@ -100,7 +100,7 @@ def test_a_change_is_told_from_scatter(structure):
     second = identify_samples(
         running.simulate(np.random.default_rng(44), 120.0, 64.0), settings
     ).modes
-    comparison = compare(first, second)
+    comparison = compare_modes(first, second)
     assert [change.is_significant for change in comparison.changes] == [False, True, True]
     assert comparison.changes[1].frequency_change == pytest.approx(0.6 / 11.0, rel=0.1)
     assert not comparison.only_first and not comparison.only_second

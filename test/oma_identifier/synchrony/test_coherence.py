@@ -9,8 +9,10 @@ from modal_core.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.motion.robot_signals import Cleaned, never
-from oma_identifier.synchrony.in_step import Synchroniser
+from oma_identifier.synchrony.coherence import check_coherence
+from oma_identifier.synchrony.in_step import columns_of, Synchroniser
 from oma_identifier.synchrony.multiple_coherence import residual_of
+from oma_identifier.synchrony.sensor_peaks import sensor_peaks
 
 SEED = 31_700
 RATE_HZ = 200.0
@@ -119,6 +121,18 @@ def test_healthy_sensors_are_not_suspected(record, noise):
         _, samples = record(100 + seed, noise)
         cleaned = looked_at(samples)
         assert not cleaned.channel_flags and not cleaned.left_out, f'seed {SEED}, {seed}'
+
+
+@pytest.mark.parametrize('name', ['set1', 'set2'])
+def test_healthy_sensors_of_a_building_stay_in_all_windows(data_path, name):
+    """Sensors that move little at a peak show neighbouring modes there, and are named at most."""
+    rows = np.load(data_path('pyoma2_3SL_simulated', f'{name}.npy'))
+    channels = tuple(Channel(f'ch{number}') for number in range(rows.shape[1]))
+    window = 6000
+    for first in range(0, len(rows) - window + 1, window // 2):
+        samples = Samples(rows[first : first + window], 100.0, channels)
+        found = check_coherence(samples, sensor_peaks(samples), columns_of(channels))
+        assert not found.left_out, f'from {first / 100.0:g} s'
 
 
 def test_damped_and_close_modes_are_coherent(structure):

@@ -6,8 +6,9 @@ import pytest
 from modal_core.channel import Channel
 from modal_core.samples import Samples
 from oma_identifier.synchrony.delay_likelihood import DelayLikelihood
-from oma_identifier.synchrony.peak_view import LATEST_S, view_at
+from oma_identifier.synchrony.peak_view import view_at
 from oma_identifier.synchrony.sensor_peaks import sensor_peaks
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 SEED = 41_300
 RATE_HZ = 200.0
@@ -33,7 +34,7 @@ def test_delays_that_are_given_up_are_unlikely(peaks, delay_rows):
     found = peaks(delay_rows)
     views = [view_at(peak, peak.spectra, OWN, BESIDE, np.ones(3)) for peak in found]
     likelihood = DelayLikelihood(views)
-    delay_s = np.tile(np.arange(-LATEST_S, LATEST_S, 2.5e-4), 3)
+    delay_s = np.tile(np.arange(-SYNCHRONY.latest_s, SYNCHRONY.latest_s, 2.5e-4), 3)
     sensor = np.repeat(np.arange(3), len(delay_s) // 3)
     every = likelihood.of(sensor, delay_s, np.zeros(3))
     best = every.reshape(3, -1).argmax(axis=1)

@@ -13,10 +13,10 @@ from modal_core.window import Window
 from oma_identifier.motion.robot_signals import RobotSignals
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.synchrony.delay_odds import ODDS
 from oma_identifier.synchrony.in_step import Synchroniser
 from oma_identifier.synchrony.sensor_delay import sensor_delays
 from oma_identifier.synchrony.sensor_peaks import sensor_peaks
+from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 SEED = 20
 RATE_HZ = 200.0
@@ -207,6 +207,8 @@ def test_the_deviation_of_a_delay_is_that_of_its_error():
         truth = float(rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-2.3, -0.7))
         peaks = sensor_peaks(record(rng, shapes, late(truth), 60.0))
         found = sensor_delays(peaks, columns)[LATE_SENSOR]
-        assert found.log_odds > np.log(ODDS) and found.is_known, f'seed {SEED}, {seed}: {truth}'
+        assert found.log_odds > np.log(SYNCHRONY.delay_odds) and found.is_known, (
+            f'seed {SEED}, {seed}: {truth}'
+        )
         errors.append((found.seconds - truth) / found.std_s)
     assert np.max(np.abs(errors)) < 4.0 and np.std(errors) < 1.5, f'seed {SEED}: {errors}'

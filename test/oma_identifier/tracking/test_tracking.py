@@ -8,7 +8,8 @@ import pytest
 from modal_core.errors import SettingsError
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose
-from oma_identifier.tracking.tracking import LOST_AFTER, ModeTracker
+from oma_identifier.tracking import TRACKING
+from oma_identifier.tracking.tracking import ModeTracker
 
 NAMES = tuple(f'c{index}' for index in range(6))
 
@@ -64,8 +65,8 @@ def test_losses_and_returns_are_reported():
     both = lambda: mode_set(rng, [10.0, 20.0], shapes)[0]  # noqa: E731
     assert tracker.update(both()).born == (1, 2)
     one = lambda: mode_set(rng, [10.0], shapes[:, :1])[0]  # noqa: E731
-    lost = [tracker.update(one()).lost for _ in range(LOST_AFTER + 1)]
-    assert lost == [()] * (LOST_AFTER - 1) + [(2,), ()]
+    lost = [tracker.update(one()).lost for _ in range(TRACKING.lost_after + 1)]
+    assert lost == [()] * (TRACKING.lost_after - 1) + [(2,), ()]
     assert tracker.update(both()).returned == (2,)
 
 

@@ -145,13 +145,13 @@ def test_a_program_stopped_and_jogged_away_goes_no_further(model):
     bench = Bench(model, start)
     bench.task.load(rapid_module(plan, model))
     bench.task.start()
-    while not bench.controller.moving:
+    while not bench.controller.axes.moving:
         bench.cycles(1)
-    while bench.controller.moving:
+    while bench.controller.axes.moving:
         bench.cycles(1)
     bench.cycles(20)
     bench.task.stop()
-    bench.controller.planned_deg = bench.controller.planned_deg + 3.0
+    bench.controller.axes.planned_deg = bench.controller.axes.planned_deg + 3.0
     bench.cycles(100)
     begun = len(bench.planned)
     bench.task.start()

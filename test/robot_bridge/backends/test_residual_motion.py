@@ -21,6 +21,7 @@ from robot_bridge.egm.egm_command import decode_sensor
 from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.rws_client import RwsClient
+from robot_bridge.rws.web_services import RwsAccess
 from structural_model.robot_files import load_layout
 from test.support.egm_loop import Loop, sine
 
@@ -112,24 +113,24 @@ def test_a_program_stopped_by_web_services_comes_to_rest_in_its_own_stop(
         Station(controller, task, threading.Lock()), '127.0.0.1', 0, 'Default User', 'robotics'
     )
     try:
-        client = RwsClient(f'127.0.0.1:{server.port}', 'Default User', 'robotics')
+        client = RwsClient(RwsAccess(f'127.0.0.1:{server.port}', 'Default User', 'robotics'))
         program = ReleasedProgram(
             module_name(plan), rapid_module(plan, model), tuple(start_deg), 0.05
         )
         client.load(program)
         client.run(program)
-        planned = [controller.planned_deg.copy()]
+        planned = [controller.axes.planned_deg.copy()]
         fastest = np.degrees(np.abs(plan.velocity).max())
         while len(planned) < 5000:
             motors.cycle()
-            planned.append(controller.planned_deg.copy())
+            planned.append(controller.axes.planned_deg.copy())
             if np.abs(planned[-1] - planned[-2]).max() / CYCLE_S > 0.5 * fastest:
                 break
         client.stop()
         asked = len(planned)
         for _ in range(200):
             motors.cycle()
-            planned.append(controller.planned_deg.copy())
+            planned.append(controller.axes.planned_deg.copy())
     finally:
         server.close()
     found_deg, took_s = residual(np.array(planned), asked)

@@ -1,5 +1,6 @@
 """Bridge and emulated controller over real UDP, cycle by cycle: no clock decides the outcome."""
 
+import math
 import socket
 import time
 
@@ -10,6 +11,7 @@ from abb_emulator.egm.egm_session import Phase
 from benchmarks.faults.guided_arm import CYCLE_S
 from modal_core.errors import BridgeError
 from robot_bridge.egm.egm_link import EgmLink
+from robot_bridge.egm.egm_messages import EgmSensor
 from robot_bridge.egm.session_check import SessionCheck, SessionLimits
 from robot_bridge.operator import FlowState
 from test.support.egm_loop import Loop, sine
@@ -165,3 +167,17 @@ def test_the_controller_listens_to_one_port_of_the_sensor_only(loop):
             loop.run(1)
     assert np.abs(np.array(loop.planned) - loop.start_deg).max() < 1e-9
     assert loop.controller.client.n_foreign >= 99
+
+
+@pytest.mark.parametrize('far', [math.nan, math.inf, -1e300, 1e308])
+@pytest.mark.parametrize('as_speed', [False, True])
+def test_references_no_law_can_follow_move_nothing(loop, far, as_speed):
+    loop.run(50)
+    session, before = loop.controller.session, loop.controller.axes.planned_deg.copy()
+    reply = EgmSensor()
+    reply.header.seqno, reply.header.tm, reply.header.mtype = 50, 200, 3
+    reply.planned.joints.joints.extend([far] * 6 if not as_speed else before.tolist())
+    reply.speedRef.joints.joints.extend([far] * 6 if as_speed else [0.0] * 6)
+    assert session.hear(reply.SerializeToString()) is None
+    assert session.n_bad == 1
+    assert loop.run(50).planned[-1] == pytest.approx(before, abs=1e-6)

@@ -412,6 +412,7 @@ def test_fuzzed_datagrams_never_crash_nor_move(ready, peers):
     assert peer.joints_deg == place
 
 
+@pytest.mark.smoke
 def test_a_lost_heartbeat_stops_and_latches(rig, message, record_property):
     # That the shipped time-out makes it 0.2 s is asked of the flow, by its own clock.
     operator, peer = rig.running(message).operator, rig.peer

@@ -110,6 +110,7 @@ def cell(processes, operator, drivers, peers, tmp_path_factory):
     made.tap.close()
 
 
+@pytest.mark.smoke
 def test_a_plan_is_played_on_the_emulated_arm(cell, message, plan, model, record_property):
     seen, before = len(cell.tap.robot), cell.operator.last
     replied = len(cell.tap.sensor)

@@ -143,6 +143,7 @@ def listen(drivers, own_domain):
     context.try_shutdown()
 
 
+@pytest.mark.smoke
 def test_everything_is_played_as_recorded_with_its_own_stamps(recording, processes, listen):
     listener = listen()
     process = processes('replay', recording=str(recording), publish_clock=True)

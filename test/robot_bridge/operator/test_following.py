@@ -123,7 +123,10 @@ def test_other_plans_are_followed_too(model, signal, seed):
     from structural_model.robot_files import load_layout
 
     start = tuple(model.pose('P3').tolist())
-    request = PlanRequest(seed=seed, signal=signal, duration_s=8.0, start_position=start)
+    request = PlanRequest(
+        seed=seed, signal=signal, duration_s=8.0, start_position=start, joint_weights=(1.0,),
+        require_full_rank=False,
+    )  # fmt: skip
     plan = plan_excitation(model, load_layout('irb6660_205_190', 'sensors'), request)
     arm = Arm(path_of(plan, model)).run(2100)
     assert arm.flow.state == FlowState.HOLDING, arm.flow.reason

@@ -10,7 +10,7 @@ from robot_bridge.backends.guidance_backend import GuidanceBackend
 from robot_bridge.egm.egm_feedback import RobotFeedback
 from robot_bridge.egm.egm_messages import MCI_RUNNING, MCI_STOPPED
 from robot_bridge.egm.session_check import Judgement, Verdict
-from robot_bridge.operator import FlowSettings, FlowState, OperatorFlow
+from robot_bridge.operator import AWAY, FlowSettings, FlowState, OperatorFlow
 from robot_bridge.player.plan_path import PlanPath
 from robot_bridge.player.plan_player import PlanPlayer, PlayerSettings
 
@@ -352,11 +352,32 @@ def test_no_ramp_of_the_amplitude_makes_a_path_faster_than_a_twentieth_more():
     assert min(speeds[len(speeds) * 6 // 10 : len(speeds) * 7 // 10]) < 0.5 * 6.0
 
 
-def test_a_path_too_far_for_its_speed_is_not_taken_for_guidance():
+def test_a_path_that_goes_far_begins_slowly_and_keeps_its_speed_and_its_end():
+    path, positions = slow_sweep(40.0, 10.0), []
+    player = PlanPlayer(path, path.start_deg + 0.1, PlayerSettings(ramp_in_s=0.01))
+    while not player.at_rest:
+        positions.append(player.step(CYCLE_S).position_deg)
+    speed = np.diff(positions, axis=0) / CYCLE_S
+    own = np.abs(path.coefficients[-2])
+    own_acceleration = np.abs(2.0 * path.coefficients[-3]).max()
+    assert np.abs(speed).max() < 1.06 * own.max()
+    assert np.abs(np.diff(speed, axis=0)).max() / CYCLE_S < 1.2 * own_acceleration
+    assert player.position_deg == pytest.approx(path.position(path.duration_s), abs=1e-6)
+
+
+def test_a_path_too_fast_for_the_lag_of_a_controller_is_not_taken_for_guidance():
     backend = GuidanceBackend('emulator', OperatorFlow(FlowSettings()))
-    with pytest.raises(PlanError, match='too far'):
-        backend.take(None, slow_sweep(40.0, 10.0))
+    with pytest.raises(PlanError, match=r'too fast.*<= 100.0 deg/s.*speed_high'):
+        backend.take(None, slow_sweep(40.0, 110.0))
     assert backend.flow.path is None
+
+
+def test_an_arm_away_from_the_start_is_told_before_a_release():
+    rig = Rig().run(3)
+    rig.flow.offer(sweep())
+    assert rig.flow.away == ''
+    rig.run(1, joints_deg=(10.0, 10.0, 10.3, 10.0, 10.0, 10.0))
+    assert rig.flow.away == f'{AWAY}: axis 3 by 0.30 deg, 0.2 allowed'
 
 
 def test_the_beats_of_a_second_operator_stop_the_motion():

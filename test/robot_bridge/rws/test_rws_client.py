@@ -2,6 +2,7 @@
 
 import contextlib
 from dataclasses import replace
+import gzip
 import socket
 import threading
 from urllib.parse import quote
@@ -21,6 +22,7 @@ from modal_core.errors import BridgeError
 from robot_bridge.backends.backends import BackendSettings, make_backend
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.rws_client import RwsClient
+from robot_bridge.rws.web_services import RwsAccess
 from robot_bridge.web_password import SHIPPED, web_password
 
 USER, PASSWORD = 'Default User', 'a secret word'
@@ -34,13 +36,17 @@ PROGRAM = ReleasedProgram('AmaExcitation_1', MODULE, (0.0, 45.0, -10.0, 90.0, -9
 JOINT_TARGET = '/rw/motionsystem/mechunits/ROB_1/jointtarget'
 
 
+def client_of(address, password=PASSWORD, **options):
+    return RwsClient(RwsAccess(address, USER, password, **options))
+
+
 def test_the_emulator_runs_what_is_loaded_and_stops(model, start_deg):
     motors = MotorSide(model, start_deg, None, CellSettings(), 0.0)
     task = ProgramTask(motors.controller, GuidanceSettings(), np.random.default_rng(1))
     station = Station(motors.controller, task, threading.Lock())
     server = RwsServer(station, '127.0.0.1', 0, USER, PASSWORD)
     try:
-        client = RwsClient(f'127.0.0.1:{server.port}', USER, PASSWORD)
+        client = client_of(f'127.0.0.1:{server.port}')
         client.load(PROGRAM)
         assert not motors.controller.running
         client.run(PROGRAM)
@@ -52,7 +58,7 @@ def test_the_emulator_runs_what_is_loaded_and_stops(model, start_deg):
         motors.controller.set_automatic(False)
         with pytest.raises(BridgeError, match='MANR'):
             client.check_automatic()
-        wrong = RwsClient(f'127.0.0.1:{server.port}', USER, 'another')
+        wrong = client_of(f'127.0.0.1:{server.port}', 'another')
         with pytest.raises(BridgeError, match='rws_password_file') as caught:
             wrong.stop()
         assert 'another' not in str(caught.value)
@@ -62,7 +68,7 @@ def test_the_emulator_runs_what_is_loaded_and_stops(model, start_deg):
 
 def test_what_is_asked_in_which_order(web):
     controller = web()
-    client = RwsClient(controller.address, USER, PASSWORD)
+    client = client_of(controller.address)
     client.load(PROGRAM)
     client.run(PROGRAM)
     client.stop()
@@ -73,6 +79,7 @@ def test_what_is_asked_in_which_order(web):
         'GET /rw/rapid/tasks?json=1',
     ]
     assert controller.requests == [
+        'GET /rw/system',
         *ready,
         f'GET {JOINT_TARGET}?json=1',
         'POST /rw/mastership/rapid?action=request',
@@ -105,7 +112,7 @@ def test_what_is_asked_in_which_order(web):
 )
 def test_nothing_is_loaded_unless_the_controller_is_ready(web, path, field, value):
     controller = web(states={path: {field: value}})
-    client = RwsClient(controller.address, USER, PASSWORD)
+    client = client_of(controller.address)
     with pytest.raises(BridgeError, match=value):
         client.load(PROGRAM)
     assert all(item.startswith('GET') for item in controller.requests)
@@ -127,7 +134,6 @@ AWAY = {
     'one turn away': (JOINT_TARGET, place(rax_6='360')),
     'not a number': (JOINT_TARGET, place(rax_3='nan')),
     'not told': (JOINT_TARGET, {}),
-    'a track': (JOINT_TARGET, place(eax_a='1200')),
     'two arms': (TASKS, [task(), task('T_ROB2')]),
     'a task of inputs and outputs': (TASKS, [task(), task('T_IO', moves='FALSE')]),
     'task deselected': (TASKS, task(active='Off')),
@@ -138,7 +144,7 @@ AWAY = {
 @pytest.mark.parametrize('case', AWAY)
 def test_nothing_is_loaded_nor_started_elsewhere_or_beside_others(web, case):
     controller = web(states=dict([AWAY[case]]))
-    client = RwsClient(controller.address, USER, PASSWORD)
+    client = client_of(controller.address)
     for ask in (client.check, client.load, client.run):
         with pytest.raises(BridgeError) as caught:
             ask(PROGRAM)
@@ -166,7 +172,7 @@ NOT_IT = {
 @pytest.mark.parametrize('case', NOT_IT)
 def test_nothing_is_started_that_was_not_released(web, case):
     controller = web()
-    client = RwsClient(controller.address, USER, PASSWORD)
+    client = client_of(controller.address)
     client.load(PROGRAM)
     controller.states.update([NOT_IT[case]])
     with pytest.raises(BridgeError) as caught:
@@ -177,7 +183,7 @@ def test_nothing_is_started_that_was_not_released(web, case):
 
 def test_case_spaces_and_a_file_header_of_the_controller_are_no_other_text(web):
     controller = web()
-    client = RwsClient(controller.address, USER, PASSWORD)
+    client = client_of(controller.address)
     client.load(PROGRAM)
     text = '%%%\n VERSION:1\n LANGUAGE:ENGLISH\n%%%\n\n' + MODULE.replace('PROC main', 'PROC Main')
     for form in (text, text.replace('\n', '\r\n'), quote(text)):
@@ -190,7 +196,7 @@ def test_a_controller_in_run_mode_continuous_is_found_out(web):
     controller = web(
         states={'/rw/rapid/execution': {'ctrlexecstate': 'stopped', 'cycle': 'forever'}}
     )
-    client = RwsClient(controller.address, USER, PASSWORD)
+    client = client_of(controller.address)
     client.load(PROGRAM)
     with pytest.raises(BridgeError, match='begin anew'):
         client.run(PROGRAM)
@@ -206,7 +212,7 @@ class ReleasedCell:
         self.task = ProgramTask(self.controller, GuidanceSettings(), np.random.default_rng(1))
         station = Station(self.controller, self.task, threading.Lock())
         self.server = RwsServer(station, '127.0.0.1', 0, USER, PASSWORD)
-        self.client = RwsClient(f'127.0.0.1:{self.server.port}', USER, PASSWORD)
+        self.client = client_of(f'127.0.0.1:{self.server.port}')
         text = rapid_module(plan, model)
         self.program = ReleasedProgram(module_name(plan), text, tuple(start), 0.05)
 
@@ -223,14 +229,14 @@ def released(model):
 @pytest.mark.parametrize('away_deg', [80.0, 0.06, -0.06, 0.0])
 def test_start_by_web_services_sweeps_no_arm_to_the_start_pose(model, released, away_deg):
     cell = ReleasedCell(model, released, away_deg * np.eye(6)[0])
-    before = cell.controller.planned_deg.copy()
+    before = cell.controller.axes.planned_deg.copy()
     try:
         if away_deg:
             with pytest.raises(BridgeError, match='axis 1 is not at the start pose'):
                 cell.client.load(cell.program)
             for _ in range(200):
                 cell.motors.cycle()
-            assert np.array_equal(cell.controller.planned_deg, before)
+            assert np.array_equal(cell.controller.axes.planned_deg, before)
         else:
             cell.task.cycle = 'forever'
             cell.client.load(cell.program)
@@ -274,22 +280,21 @@ def test_modules_of_other_plans_go_and_other_programs_stay_in_the_way(model, rel
     ],
     ids=['basic', 'https'],
 )
-def test_web_services_2_are_refused_and_get_no_password(web, status, headers):
-    controller = web(answers={'/rw/panel/opmode': (status, headers)})
-    client = RwsClient(controller.address, USER, PASSWORD)
-    with pytest.raises(BridgeError, match='RobotWare 7') as caught:
-        client.check_automatic()
-    assert 'pendant' in str(caught.value)
-    assert len(str(caught.value).splitlines()) == 1
-    assert controller.authorisations == ['']
+def test_nobody_gets_the_password_without_encryption(web, status, headers):
+    controller = web(answers={'/rw/system': (status, headers)})
+    for address in (controller.address, f'http://{controller.address}'):
+        with pytest.raises(BridgeError) as caught:
+            client_of(address).check_automatic()
+        assert len(str(caught.value).splitlines()) == 1
+    assert set(controller.authorisations) == {''}
 
 
 @pytest.mark.parametrize(
-    'address', ['https://192.168.125.1', 'ftp://a', 'a/b', '', 'a:b', 'user:word@host']
+    'address', ['https://192.168.125.1/rw', 'ftp://a', 'a/b', '', 'a:b', 'user:word@host']
 )
 def test_an_address_that_cannot_be_meant_is_refused_at_once(address):
     with pytest.raises(BridgeError, match='rws_address'):
-        RwsClient(address, USER, PASSWORD)
+        client_of(address)
 
 
 def test_an_unreachable_controller_is_one_line():
@@ -297,7 +302,7 @@ def test_an_unreachable_controller_is_one_line():
         probe.bind(('127.0.0.1', 0))
         port = probe.getsockname()[1]
     with pytest.raises(BridgeError, match='cannot be reached') as caught:
-        RwsClient(f'127.0.0.1:{port}', USER, PASSWORD).stop()
+        client_of(f'127.0.0.1:{port}').stop()
     assert PASSWORD not in str(caught.value)
 
 
@@ -335,6 +340,9 @@ def http(status, length, content=b'', header=''):
     return head.encode() + content
 
 
+ZIPPED = gzip.compress(b'{"_embedded": {"_state": [{"opmode": "AUTO"}]}}')
+CHUNKED = b'HTTP/1.1 200 any\r\nTransfer-Encoding: chunked\r\n\r\n'
+DIGEST = 'WWW-Authenticate: Digest realm="a", nonce="b"'
 ENDLESS = {
     'a blank now and then': (http(200, 999_999_999), b' '),
     'megabytes': (http(200, 999_999_999), b' ' * 1_000_000),
@@ -347,6 +355,21 @@ ENDLESS = {
     'a challenge without realm': (http(401, 0, header='WWW-Authenticate: Digest realm=\r\n'), b''),
     'elsewhere': (http(302, 0, header='Location: http://127.0.0.1:1/\r\n'), b''),
     'no http': (b'\x00\xff\r\n\r\n', b''),
+    'zipped': (http(200, len(ZIPPED), ZIPPED, 'Content-Encoding: gzip\r\n'), b''),
+    'xhtml': (http(200, 13, b'<html></html>', 'Content-Type: application/xhtml+xml\r\n'), b''),
+    'chunks without end': (CHUNKED, b'1\r\n \r\n'),
+    'a broken chunk': (CHUNKED, b'zz\r\n'),
+    'digest for ever': (
+        http(401, 0, header='WWW-Authenticate: Digest realm="a", nonce="b"\r\n'),
+        b'',
+    ),
+    'an unknown digest': (http(401, 0, header=DIGEST + ', algorithm=X\r\n'), b''),
+    'too many headers': (http(200, 2, b'[]', 'X: y\r\n' * 1000), b''),
+    'a negative length': (http(200, -1, b'[]'), b''),
+    'another coding': (
+        http(200, 2, b'\xff\xfe', 'Content-Type: text/html; charset=none\r\n'),
+        b'',
+    ),
 }
 
 
@@ -354,7 +377,7 @@ ENDLESS = {
 def test_whatever_web_services_answer_is_refused_in_time_and_in_one_line(kind):
     """0.3 s are given for an answer: each piece comes in time, all of them never."""
     with raw_controller(*ENDLESS[kind]) as (address, n_pieces):
-        client = RwsClient(address, USER, PASSWORD, 0.3)
+        client = client_of(address, timeout_s=0.3)
         for ask in (client.check_automatic, lambda: client.check(PROGRAM)):
             with pytest.raises(BridgeError) as caught:
                 ask()

@@ -1,0 +1,112 @@
+"""`ama impact`: taps in files, modes with masses out."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import pyuff
+
+import autonomous_modal_analysis as ama
+from test.support.hammer_bench import bench, taps
+
+SEED = 43
+HEAD = 'time [s],hammer@m3 [N],m1 [m/s^2],m2 [m/s^2],m3 [m/s^2]'
+
+
+def written(path, record, head=HEAD):
+    time = np.arange(len(record.force_n)) / record.rate_hz
+    columns = {'time': time, 'hammer': record.force_n}
+    columns |= {f'm{n + 1}': row for n, row in enumerate(record.responses.acceleration.T)}
+    chosen = [columns[each.split(' ')[0].split('@')[0]] for each in head.split(',')]
+    np.savetxt(path, np.column_stack(chosen), '%.8g', ',', header=head, comments='')
+    return path
+
+
+@pytest.fixture(scope='module')
+def recorded(tmp_path_factory):
+    """Return a file of five taps, the second of which is double."""
+    folder = tmp_path_factory.mktemp('taps')
+    times = 0.5 + 4.0 * np.arange(5)
+    rng = np.random.default_rng(SEED)
+    record = taps(bench(), 2, times, rng, noise=0.01, second=[(1, 0.05, 0.4)])
+    return record, written(folder / 'tcp.csv', record)
+
+
+def run(*arguments):
+    command = [sys.executable, '-m', 'autonomous_modal_analysis', *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_the_command_writes_modes_frfs_and_a_report(recorded, tmp_path):
+    _, file = recorded
+    out = tmp_path / 'out'
+    said = run('impact', file, '--out', out, '--export', tmp_path / 'modes.uff')
+    assert said.returncode == 0, said.stderr
+    assert 'tap 2 left out: double hit' in said.stdout
+    found = json.loads((out / 'modes.json').read_text())
+    frequencies = [mode['frequency_hz'] for mode in found['modes']]
+    assert frequencies == pytest.approx([4.49854, 10.81339, 16.04881], rel=1e-3)
+    masses = [mode['modal_mass_kg'] for mode in found['modes']]
+    assert masses == pytest.approx([12.548, 14.147, 14.608], rel=0.01)
+    sets = pyuff.UFF(str(out / 'frf.uff'))
+    assert list(sets.get_set_types()) == [58.0] * 3
+    driving = sets.read_sets(2)
+    true = bench().frf(driving['x'])[:, 2, 2]
+    used = (driving['x'] > 3.0) & (driving['x'] < 100.0)
+    assert np.abs(driving['data'] - true)[used].max() < 0.05 * np.abs(true[used]).max()
+    assert {55, 164} <= {
+        int(kind) for kind in pyuff.UFF(str(tmp_path / 'modes.uff')).get_set_types()
+    }
+    page = (out / 'report.html').read_text()
+    for words in ('double hit', 'Frequency responses', 'coherence', 'modal mass'.capitalize()):
+        assert words in page
+    assert len((out / 'modes.csv').read_text().splitlines()) == 4
+
+
+def test_python_takes_files_and_records_alike(recorded):
+    record, file = recorded
+    of_file, of_record = ama.impact(file), ama.impact(record)
+    assert of_file.frequencies_hz == pytest.approx(of_record.frequencies_hz, rel=1e-6)
+    assert of_file.modal_masses_kg == pytest.approx(of_record.modal_masses_kg, rel=1e-4)
+    assert '3 modes' in of_file.headline()
+    assert of_file.to_dict()['points'][0]['taps'][1]['good'] is False
+
+
+def test_the_force_is_found_by_its_unit_or_named(recorded, tmp_path):
+    record, _ = recorded
+    head = 'time [s],hammer,m1 [m/s^2],m2 [m/s^2],m3 [m/s^2]'
+    plain = written(tmp_path / 'plain.csv', record, head)
+    named = ama.impact(plain, force='hammer', at='m3')
+    assert named.modal_masses_kg == pytest.approx([12.548, 14.147, 14.608], rel=0.01)
+    blind = ama.impact(plain)
+    assert np.isnan(blind.modal_masses_kg).all()
+
+
+@pytest.mark.parametrize(
+    ('head', 'options', 'says'),
+    [
+        ('time [s],m1 [m/s^2],m2 [m/s^2]', (), 'no force channel'),
+        ('time [s],hammer [N],m1 [m/s^2]', ('--force', 'tip'), 'no such column'),
+        ('time [s],hammer [N],m1 [m/s^2]', ('--max-frequency-hz', '1'), 'band too narrow'),
+        ('time [s],hammer [N],m1 [m/s^2]', ('--segment-s', '30'), 'too few good taps'),
+        ('time [s],hammer [N],m1 [m/s^2]', ('--window-end', '2'), 'out of range'),
+        ('time [s],hammer [N],m1 [m/s^2]', ('--at', 'm1', '--at', 'm2'), 'differ in number'),
+        ('time [s],hammer [N],m1 [m/m]', (), 'no motion along a line'),
+    ],
+)
+def test_bad_input_gets_one_line(recorded, tmp_path, head, options, says):
+    record, _ = recorded
+    file = written(tmp_path / 'bad.csv', record, head)
+    said = run('impact', file, *options)
+    assert said.returncode == 2
+    assert says in said.stderr
+    assert len(said.stderr.strip().splitlines()) == 1
+
+
+def test_a_recording_of_messages_is_refused_in_one_line(tmp_path):
+    said = run('impact', tmp_path / 'x.mcap')
+    assert said.returncode == 2
+    assert 'force in N' in said.stderr
+    assert len(said.stderr.strip().splitlines()) == 1

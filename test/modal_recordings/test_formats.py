@@ -1,0 +1,235 @@
+"""Files of other programs: what is read is what was written; what is damaged is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyuff
+from scipy.io import netcdf_file, savemat, wavfile
+
+from modal_core.errors import RecordingError
+from modal_core.units import STANDARD_GRAVITY
+from modal_recordings import open_recording
+
+h5py = pytest.importorskip('h5py')
+nptdms = pytest.importorskip('nptdms')
+
+RATE_HZ, N_SAMPLES = 100.0, 3000
+TIME_S = np.arange(N_SAMPLES) / RATE_HZ
+SAMPLES = np.random.default_rng(20).standard_normal((N_SAMPLES, 3))
+
+
+def function(column: int, binary: bool, **other: object) -> dict[str, object]:
+    return {
+        **{'type': 58, 'binary': int(binary), 'func_type': 1, 'rsp_node': 12},
+        **{'rsp_dir': (1, 2, -3)[column], 'ref_node': 0, 'ref_dir': 0, 'id1': 'run 1'},
+        **{'data': SAMPLES[:, column], 'x': TIME_S, 'num_pts': N_SAMPLES},
+        **{'abscissa_spacing': 1, 'abscissa_inc': 0.01, 'abscissa_min': 0.0},
+        **{'ordinate_spec_data_type': 12, 'ordinate_axis_units_lab': 'NONE'},
+        **{'abscissa_spec_data_type': 17, 'orddenom_spec_data_type': 0},
+        **other,
+    }
+
+
+UNITS = {
+    **{'type': 164, 'units_code': 5, 'units_description': 'mm (milli-newton)', 'temp_mode': 1},
+    **{'length': 1000.0, 'force': 1000.0, 'temp': 1.0, 'temp_offset': 273.15},
+}
+
+
+def universal(path: Path, binary: bool = True, **other: object) -> Path:
+    sets = [UNITS, *(function(column, binary, **other) for column in range(3))]
+    pyuff.UFF(str(path)).write_sets(sets, 'add')
+    return path
+
+
+def matlab(path: Path) -> Path:
+    savemat(path, {'run': {'acc': SAMPLES, 'fs': RATE_HZ}, 'note': 'arm 3', 'limits': [1.0, 2.0]})
+    return path
+
+
+def matlab_7_3(path: Path) -> Path:
+    """MATLAB's own header of 512 bytes before an HDF5 file whose axes are the other way round."""
+    with h5py.File(path, 'w', userblock_size=512) as file:
+        file['acc'] = SAMPLES.T
+        file['fs'] = np.array([[RATE_HZ]])
+    with path.open('r+b') as file:
+        file.write(b'MATLAB 7.3 MAT-file'.ljust(512))
+    return path
+
+
+def hdf(path: Path) -> Path:
+    with h5py.File(path, 'w') as file:
+        file.create_dataset('run/acc', data=SAMPLES).attrs['fs'] = RATE_HZ
+    return path
+
+
+def netcdf(path: Path) -> Path:
+    with netcdf_file(path, 'w') as file:
+        file.createDimension('time', N_SAMPLES)
+        time = file.createVariable('time', 'd', ('time',))
+        time[:], time.units = TIME_S, 'seconds since 2024-05-31 12:00:00'
+        for column in range(3):
+            one = file.createVariable(f'acc_{column}', 'd', ('time',))
+            one[:], one.units = SAMPLES[:, column], 'm/s^2'
+    return path
+
+
+def wav(path: Path) -> Path:
+    wavfile.write(path, int(RATE_HZ), (SAMPLES / 10.0).astype(np.float32))
+    return path
+
+
+def tdms(path: Path) -> Path:
+    said = {'wf_increment': 0.01, 'unit_string': 'm/s^2'}
+    with nptdms.TdmsWriter(path) as writer:
+        for first in range(0, N_SAMPLES, 1000):
+            part = SAMPLES[first : first + 1000].T
+            writer.write_segment(
+                [
+                    nptdms.ChannelObject('arm', f'c{n}', row.copy(), said)
+                    for n, row in enumerate(part)
+                ]
+            )
+    return path
+
+
+WRITERS = {
+    'a.uff': universal, 'a.mat': matlab, 'b.mat': matlab_7_3, 'a.h5': hdf, 'a.nc': netcdf,
+    'a.wav': wav, 'a.tdms': tdms,
+}  # fmt: skip
+OPTIONS = {'a.wav': {'unit': '10 m/s^2'}}
+
+
+def read(path: Path, **options: object) -> tuple[np.ndarray, object]:
+    recording = open_recording(path, **options)
+    blocks = [block.acceleration for block in recording.measurements()]
+    return np.concatenate(blocks), recording
+
+
+@pytest.mark.parametrize('name', WRITERS)
+def test_what_is_read_is_what_was_written(name, tmp_path):
+    values, recording = read(WRITERS[name](tmp_path / name), **OPTIONS.get(name, {}))
+    # The universal file says millimetres.
+    scale = 1e-3 if name == 'a.uff' else 1.0
+    assert np.allclose(values, scale * SAMPLES, rtol=1e-6)
+    assert recording.sample_rate_hz == pytest.approx(RATE_HZ)
+    assert set(recording.units) == {'m/s^2'}
+
+
+@pytest.mark.parametrize('share', [0.999, 0.9, 0.5, 0.1, 0.01, 0.0005])
+@pytest.mark.parametrize('name', WRITERS)
+def test_a_file_that_is_cut_off_is_refused_and_not_shortened(name, share, tmp_path):
+    path = WRITERS[name](tmp_path / name)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: max(1, int(share * len(whole)))])
+    with pytest.raises(RecordingError) as raised:
+        read(path, **OPTIONS.get(name, {}))
+    assert '\n' not in str(raised.value)
+
+
+@pytest.mark.parametrize('name', WRITERS)
+def test_bytes_of_another_kind_are_refused_in_one_line(name, tmp_path):
+    path = tmp_path / name
+    path.write_bytes(np.random.default_rng(3).bytes(5000))
+    with pytest.raises(RecordingError) as raised:
+        open_recording(path)
+    assert '\n' not in str(raised.value)
+
+
+@pytest.mark.parametrize('binary', [True, False])
+def test_channels_of_a_universal_file_are_called_by_node_and_direction(binary, tmp_path):
+    values, recording = read(universal(tmp_path / 'a.unv', binary, ordinate_axis_units_lab='g'))
+    assert recording.channel_names == ('12:+X', '12:+Y', '12:-Z')
+    assert np.allclose(values, STANDARD_GRAVITY * SAMPLES, rtol=1e-6, atol=1e-9)
+
+
+def test_kinds_of_data_of_a_universal_file_are_kept_apart(tmp_path):
+    """A force is no response, and a velocity is called one."""
+    kinds = (12, 11, 13)
+    sets = [function(n, True, ordinate_spec_data_type=kind) for n, kind in enumerate(kinds)]
+    pyuff.UFF(str(tmp_path / 'a.uff')).write_sets(sets, 'add')
+    _, recording = read(tmp_path / 'a.uff')
+    assert recording.units == ('m/s^2', 'm/s')
+    assert any('12:-Z left out' in note for note in recording.notes)
+
+
+def test_a_universal_file_of_frequency_responses_has_no_record(tmp_path):
+    path = universal(tmp_path / 'a.uff', func_type=4)
+    with pytest.raises(RecordingError, match=r'no time response .found frequency response'):
+        open_recording(path)
+
+
+def test_bytes_that_look_like_the_end_of_a_dataset_end_none(tmp_path):
+    """Binary data may hold a line of -1; the length that is stated tells where they end."""
+    data = np.frombuffer((b'\n    -1\n' * N_SAMPLES)[: 8 * N_SAMPLES])
+    path = tmp_path / 'a.uff'
+    pyuff.UFF(str(path)).write_sets([function(0, True, data=data)], 'add')
+    with pytest.raises(RecordingError, match='cannot be told apart'):
+        open_recording(path)
+
+
+def test_several_matrices_ask_which_one_by_name(tmp_path):
+    savemat(tmp_path / 'a.mat', {'bending': SAMPLES, 'torsion': SAMPLES[:, :2], 'fs': RATE_HZ})
+    with pytest.raises(RecordingError, match='--topic bending'):
+        open_recording(tmp_path / 'a.mat')
+    values, _ = read(tmp_path / 'a.mat', topics=('torsion',))
+    assert np.array_equal(values, SAMPLES[:, :2])
+    with pytest.raises(RecordingError, match=r'no such array .found twist, expected bending'):
+        open_recording(tmp_path / 'a.mat', topics=('twist',))
+
+
+def test_channels_along_the_first_axis_are_known_by_the_time_beside_them(tmp_path):
+    savemat(tmp_path / 'a.mat', {'t': TIME_S, 'acc': SAMPLES.T})
+    values, recording = read(tmp_path / 'a.mat')
+    assert np.array_equal(values, SAMPLES)
+    assert recording.sample_rate_hz == pytest.approx(RATE_HZ)
+
+
+def test_rates_that_contradict_one_another_are_no_rate(tmp_path):
+    savemat(tmp_path / 'a.mat', {'acc': SAMPLES, 'fs': 100.0, 'dt': 0.02})
+    with pytest.raises(RecordingError, match='fs: 100 Hz, dt: 50 Hz'):
+        open_recording(tmp_path / 'a.mat')
+
+
+def test_a_rate_that_is_nowhere_is_asked_for(tmp_path):
+    savemat(tmp_path / 'a.mat', {'acc': SAMPLES})
+    with pytest.raises(RecordingError, match='sample_rate_hz'):
+        open_recording(tmp_path / 'a.mat')
+
+
+def test_what_full_scale_of_a_wav_file_is_must_be_said(tmp_path):
+    with pytest.raises(RecordingError, match=r"not calibrated.*--unit '50 m/s"):
+        open_recording(wav(tmp_path / 'a.wav'))
+
+
+@pytest.mark.parametrize('kind', [np.int16, np.int32, np.uint8])
+def test_whole_numbers_of_a_wav_file_are_shares_of_full_scale(kind, tmp_path):
+    limits = np.iinfo(kind)
+    middle = 0 if limits.min else 128
+    values = np.array([middle, limits.max, limits.min, middle] * 100, dtype=kind)
+    wavfile.write(tmp_path / 'a.wav', 8000, values)
+    found, _ = read(tmp_path / 'a.wav', unit='2 g')
+    assert np.allclose(found[:4, 0], 2.0 * STANDARD_GRAVITY * np.array([0, 1, -1, 0]), rtol=0.01)
+
+
+def test_channels_of_another_length_are_asked_about(tmp_path):
+    with nptdms.TdmsWriter(tmp_path / 'a.tdms') as writer:
+        fast = nptdms.ChannelObject('a', 'fast', SAMPLES[:, 0], {'wf_increment': 0.01})
+        slow = nptdms.ChannelObject('a', 'slow', SAMPLES[:300, 1], {'wf_increment': 0.1})
+        writer.write_segment([fast, slow])
+    with pytest.raises(RecordingError, match=r'several arrays.*--topic a/fast'):
+        open_recording(tmp_path / 'a.tdms')
+    values, recording = read(tmp_path / 'a.tdms', topics=('a/slow',))
+    assert np.array_equal(values[:, 0], SAMPLES[:300, 1])
+    assert recording.sample_rate_hz == pytest.approx(10.0)
+
+
+def test_a_dataset_is_read_in_pieces(tmp_path):
+    with h5py.File(tmp_path / 'a.h5', 'w') as file:
+        large = file.create_dataset('acc', shape=(900_000, 3), dtype='f4')
+        large[123_456] = [1.0, 2.0, 3.0]
+        large.attrs['fs'] = 1000.0
+    recording = open_recording(tmp_path / 'a.h5')
+    rows = np.concatenate([block.acceleration for block in recording.measurements()])
+    assert rows[123_456].tolist() == [1.0, 2.0, 3.0]

@@ -1,0 +1,180 @@
+"""What gravity tells of sensors and encoders, against the independent arm's poses."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from modal_core.channel import Sensor, SensorLayout
+from modal_core.share import share_path
+from model_gap.campaign.campaign import Campaign, GapRecord
+from model_gap.cell.tolerances import Tolerances
+from model_gap.gravity import as_it_stands, encoders_told, Kind, put_right, rest_of, weigh
+from test.support.hidden_campaign import poses, SENSORS
+from test.support.independent_arm import Chain, read_arm
+
+ROBOT = share_path('config', 'robots', 'irb6660_205_190')
+G = 9.81
+
+
+def campaign(
+    robot, layout, rng, offset=(), turned=None, sensors=SENSORS, count=6, off_level=(0.0, 0.0)
+):
+    """Means of sensors on the independent arm, which hangs in stiff springs of its own.
+
+    Mounts are turned by 0.5 deg rms, gains 0.7 % off, zeros 0.1 m/s² off, the robot 0.1 deg off
+    level: all of it healthy.
+    """
+    arm, records = read_arm(ROBOT), []
+    mounts = {name: Rotation.from_rotvec(rng.normal(0.0, 0.009, 3)) for name, _, _ in sensors}
+    gains = 1.0 + 0.007 * rng.standard_normal(3 * len(sensors))
+    zeros = 0.1 * rng.standard_normal(3 * len(sensors))
+    set_up = rng.normal(0.0, 0.002, 2) + off_level
+    up = Rotation.from_rotvec([*set_up, 0.0]).inv().apply([0.0, 0.0, G])
+    for number, pose in enumerate(poses(rng, count)):
+        true = pose + np.array([*offset, *[0.0] * (6 - len(offset))])
+        chain = Chain(arm, true)
+        readings = []
+        for name, link, place in sensors:
+            _, _, axes = chain.on_link(link, place)
+            mount = (turned or {}).get(name, np.eye(3)) @ mounts[name].as_matrix()
+            readings.append(mount @ axes.T @ up)
+        mean = gains * np.concatenate(readings) + zeros
+        shaken = mean + rng.standard_normal((400, 3 * len(sensors)))
+        still = np.zeros((400, 6))
+        records.append(
+            GapRecord(f'p{number}', pose, '1', 100.0, shaken - shaken.mean(0) + mean, *[still] * 3)
+        )
+    return Campaign(tuple(records), layout, robot.joint_names)
+
+
+def found(robot, made):
+    return weigh(rest_of(robot, made), Tolerances())
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_a_healthy_campaign_has_nothing_wrong(robot, layout, seed):
+    rng = np.random.default_rng(seed)
+    assert found(robot, campaign(robot, layout, rng)) == (), f'seed {seed}'
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_no_other_encoder_is_named_for_sure(robot, seed):
+    """Random joint, offset, sensors and number of poses: right, open, or nothing at all."""
+    rng = np.random.default_rng([77, seed])
+    few = sorted(rng.choice(len(SENSORS), rng.integers(1, 5), replace=False))
+    sensors = [SENSORS[number] for number in few]
+    own = SensorLayout(tuple(Sensor(name, link, place) for name, link, place in sensors))
+    offset = np.zeros(6)
+    joint = int(rng.integers(1, 5))
+    offset[joint] = np.radians(rng.choice([-1.0, 1.0]) * rng.uniform(1.5, 4.0))
+    count = int(rng.integers(4, 9))
+    for fault in found(robot, campaign(robot, own, rng, offset, sensors=sensors, count=count)):
+        named = {item.place for item in (fault, fault.rival) if item is not None}
+        assert f'joint_{joint + 1}' in named, f'seed {seed}: {fault.words()}'
+        assert fault.rival is None or fault.telling.startswith('stand still at'), f'seed {seed}'
+
+
+@pytest.mark.parametrize(('joint', 'degrees'), [(1, 2.0), (2, -2.0), (3, 2.0), (4, -3.0)])
+def test_an_encoder_that_is_wrong_is_named_with_its_offset(robot, layout, joint, degrees):
+    offset = np.zeros(6)
+    offset[joint] = np.radians(degrees)
+    made = campaign(robot, layout, np.random.default_rng(joint), offset)
+    (fault,) = found(robot, made)
+    assert (fault.kind, fault.place) == (Kind.ENCODER, f'joint_{joint + 1}'), fault.words()
+    assert abs(fault.values[0] - offset[joint]) < 4.0 * fault.sigma, fault.words()
+    assert fault.sigma < np.radians(0.6)
+    stands = [item.offset_rad for item in as_it_stands(robot, [fault]).spec.joints]
+    np.testing.assert_allclose(stands, offset, atol=4.0 * fault.sigma)
+    told = encoders_told(rest_of(robot, made), Tolerances())
+    assert told['joint_1'] == np.inf, 'it turns about the vertical'
+    assert told[fault.place] == pytest.approx(np.degrees(fault.sigma), rel=0.2)
+
+
+def test_a_sensor_in_g_is_named_and_put_right(robot, layout):
+    made = campaign(robot, layout, np.random.default_rng(11))
+    scale = np.repeat([1.0, 1.0, 1.0 / 9.80665, 1.0], 3)
+    wrong = dataclasses.replace(
+        made,
+        records=tuple(
+            dataclasses.replace(item, acceleration=item.acceleration * scale)
+            for item in made.records
+        ),
+    )
+    (fault,) = found(robot, wrong)
+    assert (fault.kind, fault.place) == (Kind.UNIT, 'elbow')
+    right = put_right(wrong, [fault])
+    np.testing.assert_allclose(right.records[0].acceleration, made.records[0].acceleration)
+
+
+@pytest.mark.parametrize(
+    ('kind', 'matrix'),
+    [
+        (Kind.AXES, np.eye(3)[[1, 0, 2]]),
+        (Kind.AXES, np.diag([1.0, -1.0, 1.0])),
+        (Kind.AXES, np.diag([-1.0, -1.0, 1.0])),
+        (Kind.TURNED, Rotation.from_rotvec([0.1, -0.2, 0.15]).as_matrix()),
+    ],
+)
+def test_swapped_reversed_and_turned_sensors_are_named(robot, layout, kind, matrix):
+    made = campaign(robot, layout, np.random.default_rng(12), turned={'spindle': matrix})
+    (fault,) = found(robot, made)
+    assert (fault.kind, fault.place) == (kind, 'spindle'), fault.words()
+    np.testing.assert_allclose(fault.matrix, matrix, atol=0.06)
+
+
+def test_a_robot_off_level_is_told_and_no_encoder_is_blamed(robot, layout):
+    tilt = np.radians([1.0, -1.5])
+    made = campaign(robot, layout, np.random.default_rng(17), off_level=tilt)
+    (fault,) = found(robot, made)
+    assert fault.kind is Kind.TILT, fault.words()
+    np.testing.assert_allclose(fault.values, tilt, atol=np.radians(0.4))
+
+
+def test_a_zero_offset_is_named(robot, layout):
+    made = campaign(robot, layout, np.random.default_rng(13))
+    zero = np.zeros(12)
+    zero[4] = 3.0
+    wrong = dataclasses.replace(
+        made,
+        records=tuple(
+            dataclasses.replace(item, acceleration=item.acceleration + zero)
+            for item in made.records
+        ),
+    )
+    (fault,) = found(robot, wrong)
+    assert (fault.kind, fault.place) == (Kind.ZERO, 'lower_arm.y')
+    assert fault.values[0] == pytest.approx(3.0, abs=0.5)
+
+
+def test_two_faults_are_both_named(robot, layout):
+    offset = np.zeros(6)
+    offset[1] = np.radians(2.0)
+    swapped = {'frame': np.eye(3)[[0, 2, 1]]}
+    made = campaign(robot, layout, np.random.default_rng(14), offset, swapped)
+    faults = found(robot, made)
+    assert {(it.kind, it.place) for it in faults} == {
+        (Kind.ENCODER, 'joint_2'),
+        (Kind.AXES, 'frame'),
+    }
+
+
+def test_sensors_that_take_their_mean_away_tell_nothing(robot, layout):
+    made = campaign(robot, layout, np.random.default_rng(15))
+    for keep in (0, 6):
+        quiet = tuple(
+            dataclasses.replace(
+                item,
+                acceleration=np.hstack(
+                    [
+                        item.acceleration[:, :keep],
+                        (item.acceleration - item.acceleration.mean(0))[:, keep:],
+                    ]
+                ),
+            )
+            for item in made.records
+        )
+        rest = rest_of(robot, dataclasses.replace(made, records=quiet))
+        assert len(rest.channels) == keep
+        assert weigh(rest, Tolerances()) == ()

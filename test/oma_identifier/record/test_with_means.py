@@ -1,0 +1,67 @@
+"""Modes of a record beside the means of its windows."""
+
+import numpy as np
+import pytest
+
+from benchmarks.families.drawing import draw
+from benchmarks.families.family import FAMILIES
+from benchmarks.families.ours import ours
+from modal_core.mode import Mode, ModeSet
+from oma_identifier.record.window_means import WindowMeans
+from oma_identifier.record.with_means import without_mixtures
+
+SEED, N_CHANNELS, N_WINDOWS = 15, 12, 12
+NAMES = tuple(f'ch{i + 1}' for i in range(N_CHANNELS))
+
+
+def mode(hz, ratio, shape, mode_id=0):
+    return Mode(
+        frequency_hz=hz,
+        damping_ratio=ratio,
+        shape=np.asarray(shape / np.abs(shape).max(), dtype=complex),
+        frequency_std_hz=2e-3,
+        damping_ratio_std=1e-3,
+        id=mode_id,
+    )
+
+
+def mean_of(hz, ratio, shapes):
+    """Return the mean of windows that list one mode at these frequencies."""
+    means = WindowMeans()
+    for each_hz, shape in zip(hz, shapes, strict=True):
+        means.add(ModeSet((mode(each_hz, ratio, shape, 7),), NAMES), 1.0)
+    (mean,) = means.means()
+    assert mean.varies
+    return mean
+
+
+@pytest.fixture
+def shapes():
+    return np.linalg.qr(np.random.default_rng(SEED).standard_normal((N_CHANNELS, 3)))[0]
+
+
+def test_windows_that_list_one_of_two_overlapping_modes_in_turn_make_no_third(shapes):
+    record = ModeSet((mode(1.35, 0.05, shapes[:, 0]), mode(1.40, 0.05, shapes[:, 1])), NAMES)
+    mixed = shapes[:, 0] + shapes[:, 1]
+    turns = mean_of(np.tile([1.36, 1.39], N_WINDOWS // 2), 0.05, [mixed] * N_WINDOWS)
+    assert not any(turns.is_image(each) for each in record)
+    assert without_mixtures([turns], record) == []
+
+
+@pytest.mark.parametrize('hz', [1.38, 2.2])
+def test_windows_that_show_a_drifting_mode_of_its_own_do(shapes, hz):
+    """Within the bells of two others, whose shapes are not its own, or beside them."""
+    record = ModeSet((mode(1.35, 0.05, shapes[:, 0]), mode(1.40, 0.05, shapes[:, 1])), NAMES)
+    path_hz = hz * np.linspace(0.99, 1.01, N_WINDOWS)
+    drifting = mean_of(path_hz, 0.001, [shapes[:, 2]] * N_WINDOWS)
+    assert without_mixtures([drifting], record) == [drifting]
+
+
+@pytest.mark.parametrize(
+    ('family', 'seed', 'n_false'), [('heavy', 310018, 0), ('unsteady', 330012, 1)]
+)
+def test_crowded_modes_that_hold_still_are_not_said_to_vary(family, seed, n_false):
+    """The record as one lists them; mixtures made one false mode, and three for one, before."""
+    verdict = ours(draw(FAMILIES[family], seed))
+    assert verdict.n_false <= n_false, verdict.notes
+    assert not any('modes_vary' in note for note in verdict.notes), verdict.notes

@@ -1,0 +1,72 @@
+"""The regression against what can be computed by hand, and its gradients."""
+
+import numpy as np
+import pytest
+
+from workspace_map.regression import (
+    covariance,
+    evidence_of,
+    likeness,
+    most_probable_scales,
+    posterior,
+    Rows,
+    Scales,
+)
+
+SEED = 7
+SCALES = Scales(np.array([0.2, 1.0]), np.array([0.5, 0.0]), np.array([0.05, 0.1]), np.ones(3))
+
+
+def drawn_rows(n_rows, rng, n_poses=9):
+    return Rows(
+        (rng.standard_normal((n_rows, 4)), rng.standard_normal((n_rows, 2))),
+        rng.uniform(-np.pi, np.pi, (n_poses, 3)),
+        rng.integers(0, n_poses, n_rows),
+        rng.integers(0, 2, n_rows),
+    )
+
+
+def test_a_full_turn_of_a_joint_changes_nothing():
+    q = np.random.default_rng(SEED).uniform(-3.0, 3.0, (5, 3))
+    turned = q + 2.0 * np.pi * np.array([1.0, -1.0, 2.0])
+    assert np.diag(likeness(q, turned, np.ones(3))) == pytest.approx(1.0)
+
+
+def test_posterior_is_that_of_the_joint_normal_distribution():
+    rng = np.random.default_rng(SEED)
+    measured, asked = drawn_rows(20, rng), drawn_rows(6, rng)
+    residual, std = rng.standard_normal(20), np.full(20, 0.1)
+    found = posterior(measured, residual, std, SCALES)
+    noise = np.diag(std**2 + SCALES.white[measured.kind] ** 2)
+    whole = np.linalg.inv(covariance(measured, measured, SCALES) + noise)
+    cross = covariance(measured, asked, SCALES)
+    expected = covariance(asked, asked, SCALES) - cross.T @ whole @ cross
+    assert found.covariance(asked, asked) == pytest.approx(expected, abs=1e-10)
+    for row in range(6):
+        at = found.functions(asked.q[asked.pose[row]])
+        mean = sum(part[row] @ own for part, own in zip(asked.parts, at, strict=True))
+        assert mean == pytest.approx(cross[:, row] @ whole @ residual)
+
+
+def test_gradient_of_the_evidence_is_its_slope():
+    rng = np.random.default_rng(SEED)
+    found = evidence_of(
+        drawn_rows(30, rng), rng.standard_normal(30), np.full(30, 0.1), SCALES, 1.0
+    )
+    at = SCALES.logs() + 0.3 * rng.standard_normal(len(SCALES.logs()))
+    steps = 1e-5 * np.eye(len(at))
+    slopes = [(found.at(at + step)[0] - found.at(at - step)[0]) / 2e-5 for step in steps]
+    assert found.at(at)[1] == pytest.approx(slopes, rel=1e-5, abs=1e-5)
+
+
+def test_scales_that_made_the_data_are_found():
+    """Seed 7: a function three times as large as expected, from 250 rows at 120 poses."""
+    rng = np.random.default_rng(SEED)
+    rows = drawn_rows(250, rng, 120)
+    true = Scales(np.array([0.2, 1.0]), np.array([1.5, 0.0]), SCALES.white, SCALES.length)
+    noise = np.full(250, 0.05)
+    whole = covariance(rows, rows, true) + np.diag(noise**2 + true.white[rows.kind] ** 2)
+    residual = np.linalg.cholesky(whole) @ rng.standard_normal(250)
+    found = most_probable_scales(evidence_of(rows, residual, noise, SCALES, 1.0), SCALES)
+    assert found.varying[0] == pytest.approx(1.5, rel=0.5)
+    assert found.varying[1] == 0.0
