@@ -2,25 +2,27 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-OMA_MSGS := $(shell find oma_msgs -name build -prune -o -type f -print)
+OMA_MSGS := $(shell find oma_msgs tf2_msgs -name build -prune -o -type f -print)
+CONTROL_MSGS := $(shell find control_msgs -name build -prune -o -type f -print)
 
 # Two BLAS threads make the small LAPACK calls of modal analysis ten times slower than one.
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help demo test test-all coverage lint docs bench reproduce gap-matrix setup clean
+.PHONY: help demo test test-all coverage lint docs bench reproduce gap-matrix setup wheels clean
 
 help:
 	@echo 'make demo    set up and run the whole loop on the emulated arm'
-	@echo 'make test    set up and run the tests, without the long ones (some minutes)'
+	@echo 'make test    set up and run the tests, without the long ones and the series of nodes (five minutes)'
 	@echo 'make test-all   all tests, the long statistical and node series too (half an hour)'
 	@echo 'make coverage   which lines the quick tests without nodes run'
 	@echo 'make lint    ruff and mypy'
 	@echo 'make docs    build the documentation: docs/_build/html/index.html'
 	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours, BENCH=faults for random faults, BENCH=families for random structures'
-	@echo 'make reproduce   compute the findings of the paper anew (about five minutes)'
+	@echo 'make reproduce   compute the findings of the paper anew (under ten minutes of one core)'
 	@echo 'make gap-matrix   hide effects in an independent arm and see what is named (an hour)'
+	@echo 'make wheels  the suite and the messages it needs, as wheels: dist/*.whl'
 	@echo 'make clean   remove what was set up'
 
 demo: setup
@@ -30,9 +32,9 @@ demo: setup
 TWO := -n 2 --dist loadfile
 
 test: $(VENV)/.test-ready
-	$(BIN)/python -m pytest $(TWO) -m 'not slow'
+	$(BIN)/python -m pytest $(TWO) -m 'smoke or not (slow or node)'
 
-# Long node series fail links on purpose and wait for time-outs: nothing runs beside them.
+# Nodes run alone: series fail links on purpose, hold keys down, and wait for time-outs.
 test-all: $(VENV)/.test-ready
 	$(BIN)/python -m pytest $(TWO) -m 'not node'
 	$(BIN)/python -m pytest -m node
@@ -44,6 +46,13 @@ lint: $(VENV)/.test-ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+WHEELS ?= dist
+
+# The suite and the messages that PyPI lacks, for an empty environment.
+wheels:
+	$(PYTHON) -m pip wheel --quiet --no-deps --wheel-dir $(WHEELS) . ./oma_msgs ./tf2_msgs ./control_msgs
+	@echo '$(WHEELS)/*.whl'
 
 setup: $(VENV)/.ready
 
@@ -57,11 +66,17 @@ $(VENV)/.ready: setup.py $(VENV)/.messages | $(VENV)/bin/python
 	@touch $@
 
 $(VENV)/.messages: $(OMA_MSGS) | $(VENV)/bin/python
-	@echo 'Building oma_msgs (about a minute) ...'
-	$(BIN)/pip install --quiet --disable-pip-version-check ./oma_msgs
+	@echo 'Building oma_msgs and tf2_msgs (about a minute each) ...'
+	$(BIN)/pip install --quiet --disable-pip-version-check ./oma_msgs ./tf2_msgs
 	@touch $@
 
-$(VENV)/.test-ready: $(VENV)/.ready
+# What ROS wheels of PyPI lack, for robots under ros2_control.
+$(VENV)/.control-messages: $(CONTROL_MSGS) | $(VENV)/bin/python
+	@echo 'Building control_msgs (about a minute) ...'
+	$(BIN)/pip install --quiet --disable-pip-version-check ./control_msgs
+	@touch $@
+
+$(VENV)/.test-ready: $(VENV)/.ready $(VENV)/.control-messages
 	@echo 'Setting up what the tests need ...'
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[ros,test]'
 	@touch $@
@@ -90,4 +105,4 @@ gap-matrix: $(VENV)/.ready
 	$(BIN)/python benchmarks/gap_matrix.py --out gap_matrix.json
 
 clean:
-	rm -rf docs/_build docs/reference/generated $(VENV) $(VENV)-bench $(VENV)-oldest $(VENV)-older build *.egg-info oma_msgs/build
+	rm -rf docs/_build docs/reference/generated $(VENV) $(VENV)-bench $(VENV)-oldest $(VENV)-older build *.egg-info oma_msgs/build tf2_msgs/build control_msgs/build

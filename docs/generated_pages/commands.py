@@ -19,8 +19,17 @@ def _lines() -> Iterator[str]:
 
     group: Any = get_command(app)
     for name in sorted(group.commands):
-        command = group.commands[name]
-        yield f'(ama-{name})=\n## ama {name}\n\n{_plain(command.help)}\n'
+        yield from _command(name, group.commands[name], '##')
+
+
+def _command(name: str, command: Any, heading: str) -> Iterator[str]:
+    """Yield the part of a command; commands of a group stand below it."""
+    label = name.replace(' ', '-')
+    yield f'(ama-{label})=\n{heading} ama {name}\n\n{_plain(command.help)}\n'
+    parts = getattr(command, 'commands', {})
+    for part in sorted(parts):
+        yield from _command(f'{name} {part}', parts[part], f'{heading}#')
+    if not parts:
         yield f'```text\nama {name} {_usage(command.params)}\n```\n'
         yield from _table(
             'argument', [p for p in command.params if p.param_type_name == 'argument']

@@ -29,16 +29,28 @@ class ImportPicture(Directive):
 
 
 class Measured(SphinxDirective):
-    """Show a file of results that lies in ``results`` beside the page; the argument names it."""
+    """Show a file of results that lies in ``results`` beside the page; the argument names it.
+
+    A picture is drawn in place, so that its colours follow those of the theme.
+    """
 
     required_arguments = 1
     has_content = False
 
     def run(self) -> list[Any]:
-        """Return the line that says what was measured when, and the table."""
+        """Return the line that says what was measured when, and the table or picture."""
         page = Path(self.env.doc2path(self.env.docname))
         path = page.parent / FOLDER / f'{self.arguments[0]}.json'
         self.env.note_dependency(str(path))
         if not path.exists():
             raise self.error(f'{path.name}: no results of that name in {path.parent}')
-        return self.parse_text_to_nodes(markdown(json.loads(path.read_text())))
+        results = json.loads(path.read_text())
+        said = self.parse_text_to_nodes(markdown(results))
+        if 'picture' not in results:
+            return said
+        drawing = path.with_suffix('.svg')
+        self.env.note_dependency(str(drawing))
+        return [
+            nodes.raw('', f'<div class="drawn">{drawing.read_text()}</div>', format='html'),
+            *said,
+        ]

@@ -1,4 +1,4 @@
-"""A table of results as the program that measured them wrote it."""
+"""A table or picture of results as the program that measured them wrote it."""
 
 from typing import Any
 
@@ -8,8 +8,10 @@ FOLDER = 'results'
 
 
 def markdown(results: dict[str, Any]) -> str:
-    """Return results as Markdown: what measured them when, and the table."""
+    """Return results as Markdown: what measured them when, and the table where there is one."""
     lines = [_provenance(results), '']
+    if not results['columns']:
+        return '\n'.join(lines)
     lines.append(f'| {" | ".join(cell(name) for name in results["columns"])} |')
     lines.append(f'|{"---|" * len(results["columns"])}')
     lines += [f'| {" | ".join(cell(item) for item in row)} |' for row in results['rows']]

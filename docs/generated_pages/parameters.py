@@ -5,6 +5,7 @@ import math
 from typing import Any, TYPE_CHECKING
 
 from generated_pages.place import cell
+from generated_pages.sides import option_of, SIDES
 
 if TYPE_CHECKING:
     from modal_core.node_parameter import NodeParameter
@@ -25,10 +26,14 @@ def node_parameters() -> 'dict[str, tuple[NodeParameter, ...]]':
 def _lines() -> Iterator[str]:
     for node, rows in node_parameters().items():
         yield f'(parameters-{node})=\n## {node}\n'
-        yield '| parameter | default | range | meaning |\n|---|---|---|---|'
+        yield f'| parameter | default | range | meaning | `ama {SIDES[node].command}` |'
+        yield '|---|---|---|---|---|'
         for row in rows:
             span = '' if row.span is None else f'{row.span[0]:g} to {row.span[1]:g}'
-            yield f'| `{row.name}` | {_shown(row.default)} | {span} | {cell(row.text)} |'
+            option = cell(option_of(node, row.name))
+            yield (
+                f'| `{row.name}` | {_shown(row.default)} | {span} | {cell(row.text)} | {option} |'
+            )
         yield ''
 
 
