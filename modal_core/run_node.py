@@ -2,8 +2,10 @@
 
 import atexit
 from collections.abc import Callable, Sequence
+import contextlib
 import faulthandler
 import gc
+import os
 import signal
 import sys
 from typing import TypeVar
@@ -19,7 +21,7 @@ from modal_core.errors import ModalAnalysisError
 InvalidHandleError = rclpy_implementation.InvalidHandle
 RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
-EXIT_BAD_SETTINGS = 2
+EXIT_WELL, EXIT_FAULT, EXIT_BAD_SETTINGS = 0, 1, 2
 # Fast DDS now and then waits for itself for ever when taken down (its issues 4026, 6193).
 ENDING_S = 20
 AnyNode = TypeVar('AnyNode', bound=Node)
@@ -52,8 +54,8 @@ def run_node(
     SystemExit
         Status 2, after one line: the user can put it right.
     """
-    # Collecting all that numerical libraries leave would hold up the end by a second.
-    atexit.register(gc.freeze)
+    status = EXIT_FAULT
+    atexit.register(lambda: _leave(status))
     # The last resort, which needs no interpreter: SIGALRM ends a process.
     atexit.register(signal.alarm, ENDING_S)
     # As Ctrl-C does, so that long work before the node spins ends too; rclpy calls both.
@@ -66,15 +68,18 @@ def run_node(
         gc.collect()
         gc.freeze()
         spin(node)
+        status = EXIT_WELL
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass
+        status = EXIT_WELL
     except RCLError:
         # Told to stop while it was still starting.
         if rclpy.ok():
             raise
+        status = EXIT_WELL
     except (ModalAnalysisError, ParameterException, UnknownROSArgsError) as error:
         sys.stderr.write(f'{name}: {" ".join(str(error).split())}\n')
-        raise SystemExit(EXIT_BAD_SETTINGS) from error
+        status = EXIT_BAD_SETTINGS
+        raise SystemExit(status) from error
     finally:
         # Not a thread: what is stuck may hold the interpreter's lock.
         faulthandler.dump_traceback_later(ENDING_S, exit=True)
@@ -83,6 +88,19 @@ def run_node(
         rclpy.try_shutdown()
         # And once more for its threads, which the interpreter waits for before all else.
         faulthandler.dump_traceback_later(ENDING_S, exit=True)
+
+
+def _leave(status: int) -> None:
+    """End the process now that all is said and taken down.
+
+    What would follow only gives back memory: the interpreter takes its modules apart, then the
+    middleware's libraries themselves, while threads of theirs still run.  There a process that
+    had done all its work ended now and then in a segmentation fault.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            stream.flush()
+    os._exit(status)
 
 
 def _init(args: Sequence[str] | None) -> None:

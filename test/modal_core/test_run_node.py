@@ -42,6 +42,19 @@ def test_a_fault_of_the_program_is_not_hidden():
     assert 'ZeroDivisionError' in found.stderr
 
 
+def test_libraries_are_not_taken_apart_at_the_end():
+    # What runs after the interpreter's end aborts, as the middleware's own did with threads left.
+    code = """
+import ctypes, rclpy
+libraries = ctypes.CDLL(None)
+getattr(libraries, '__cxa_atexit')(ctypes.cast(libraries.abort, ctypes.c_void_p), None, None)
+print('said', end='')
+run_node('some', lambda: rclpy.create_node('some'), lambda node: None)
+"""
+    found = run(code)
+    assert (found.returncode, found.stdout) == (0, 'said'), found.stderr
+
+
 def test_a_running_node_collects_only_what_came_since():
     code = """
 import gc, rclpy, numpy
@@ -99,9 +112,10 @@ class Some(Node):
         super().destroy_node()
 if {stuck == 'a_thread'}:
     threading.Thread(target=threading.Event().wait).start()
-if {stuck == 'the_last'}:
-    atexit.register(held.pause)
-life.run_node('some', lambda: Some('some'), lambda node: None)
+def spin(node):
+    if {stuck == 'the_last'}:
+        atexit.register(held.pause)
+life.run_node('some', lambda: Some('some'), spin)
 """
     found = run(code)
     # At the last two clocks run, of the interpreter and of the system.

@@ -57,8 +57,11 @@ class NodeDriver:
             self.publishers[topic] = publisher
         return self.publishers[topic]
 
-    def send(self, messages, *, pause_every=50):
-        """Send serialised messages, in log order, as quickly as the node takes them."""
+    def send(self, messages, *, pause_every=50, in_step=True):
+        """Send serialised messages, in log order, as quickly as the node takes them.
+
+        Out of step it only takes them; a window that comes while others wait is skipped then.
+        """
         messages = list(messages)
         for topic, message_type in dict.fromkeys((m.topic, m.message_type) for m in messages):
             self.publisher(topic, message_type)
@@ -66,6 +69,8 @@ class NodeDriver:
             self.publishers[message.topic].publish(message.data)
             if number % pause_every == pause_every - 1:
                 self.wait_for(number)
+                if in_step:
+                    self.wait_identified()
 
     def n_received(self):
         """Messages the node has taken."""
@@ -75,6 +80,12 @@ class NodeDriver:
         """Wait until the node is not far behind."""
         deadline = time.monotonic() + timeout_s
         while self.n_received() < n_sent - 150 and time.monotonic() < deadline:
+            time.sleep(0.005)
+
+    def wait_identified(self, timeout_s=90.0):
+        """Wait until no window waits for the one that is identified."""
+        deadline = time.monotonic() + timeout_s
+        while self.node.worker.n_waiting and time.monotonic() < deadline:
             time.sleep(0.005)
 
     def wait_received(self, count, timeout_s=30.0):
@@ -91,6 +102,9 @@ class NodeDriver:
         self.peer_executor.spin_until_future_complete(future, timeout_sec=90.0)
         answer = future.result()
         assert answer is not None and answer.success
+        deadline = time.monotonic() + 30.0
+        while len(self.results) < self.node.worker.n_done and time.monotonic() < deadline:
+            self.peer_executor.spin_once(timeout_sec=0.05)
         self.collect()
         return answer
 

@@ -43,7 +43,7 @@ def test_overload_skips_and_counts_windows_and_keeps_no_more_of_them(ros_context
         rng = np.random.default_rng(SEED)
         resident = []
         for number in range(N_BLOCKS):
-            driver.send(block(number, rng))
+            driver.send(block(number, rng), in_step=False)
             driver.wait_received(number - 100, 300.0)
             # Until all threads have worked for a while their heaps grow.
             if number >= N_BLOCKS // 2 and number % WINDOW_BLOCKS == 0:
