@@ -7,6 +7,8 @@ from modal_core.schema import check_settings, setting, within
 
 LARGEST_ORDER = 100
 SHORTEST_REFINED_HOP_S = 5.0
+MEMORIES = 6.0
+"""That a method which forgets looks back: what is older has 0.25 % of the weight of all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +35,11 @@ class IdentificationSettings:
         Poles damped more are not modes.
     method : str
         How modes are identified, by name (:data:`oma_identifier.methods.METHODS`); all but
-        ``ssi_cov`` start afresh with every window, and keep the samples of a whole record; ``csi``
+        ``ssi_cov`` and ``rvar`` start afresh with every window, and keep the samples of a whole record; ``csi``
         takes the joints' accelerations as known inputs.
+    memory_s : float [s] or None
+        Of ``rvar``: weights fall by e in this time; None: half a window, which puts the mean of
+        the weights in the middle of the window.
     refine : bool or None
         Refine the modes of a window by maximum likelihood; None: unless the hop is so short that
         speed counts more.
@@ -71,8 +76,15 @@ class IdentificationSettings:
     max_damping_ratio: float = setting(0.15, 'poles damped more are no modes', 0.001, 0.5)
     method: str = setting(
         'ssi_cov',
-        'identification method: ssi_cov, ssi_data, plscf, var, notch, vmd, psdtm, csi, efdd or '
-        'fdd',
+        'identification method: ssi_cov, ssi_data, plscf, var, rvar, notch, vmd, psdtm, csi, '
+        'efdd or fdd',
+    )
+    memory_s: float | None = setting(
+        None,
+        'memory of rvar, which forgets by e in it [s]',
+        1.0,
+        86400.0,
+        automatic='half a window',
     )
     refine: bool | None = setting(
         None, 'refine modes by maximum likelihood', automatic='only with hops of 5 s or more'
@@ -98,6 +110,16 @@ class IdentificationSettings:
     def hop(self) -> float:
         """Time from one window to the next [s]."""
         return self.window_s / 2.0 if self.hop_s is None else self.hop_s
+
+    @property
+    def memory(self) -> float:
+        """Time in which a method that forgets does so by e [s]."""
+        return self.window_s / 2.0 if self.memory_s is None else self.memory_s
+
+    @property
+    def reach_s(self) -> float:
+        """Time back from the end of a window that takes part in its modes [s]."""
+        return MEMORIES * self.memory if self.method == 'rvar' else self.window_s
 
     @property
     def refines(self) -> bool:

@@ -11,6 +11,7 @@ from oma_identifier.methods import identify_by, method_named
 from oma_identifier.motion import PeakTest
 from oma_identifier.moving_lines import MovingLine, with_moving, without_moving
 from oma_identifier.one_thread import one_thread
+from oma_identifier.past_samples import PastSamples
 from oma_identifier.refine_found import refine_found
 from oma_identifier.refinement import Refiner
 from oma_identifier.selection import (
@@ -38,6 +39,7 @@ class WindowFinder:
         self._newest = RecordStreams(settings)
         self._refiner = Refiner()
         self._selector = BandSelector()
+        self._past = PastSamples(settings.reach_s)
         method_named(settings.method)
 
     def find(self, samples: Samples, explains: PeakTest) -> Identified:
@@ -53,6 +55,7 @@ class WindowFinder:
         with one_thread():
             if self._settings.method == 'ssi_cov':
                 return self._found(samples, explains)
+            samples = self._past.up_to(samples)
             return self.found_by_method(samples, explains)
 
     def found_by_method(self, samples: Samples, explains: PeakTest) -> Identified:

@@ -20,6 +20,7 @@ class Settings(TypedDict, total=False):
     n_references: int | None
     max_damping_ratio: float
     method: str
+    memory_s: float | None
     refine: bool | None
     gyroscopes: bool
     known_motion: bool

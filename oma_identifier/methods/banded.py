@@ -47,6 +47,8 @@ class Problem:
         Even model orders.
     scale : (n_channels,) array [m/s²]
         Root mean square of the responses before.
+    duration_s : float [s]
+        Length of the record, as far as it counts.
     """
 
     rows: Real
@@ -54,11 +56,7 @@ class Problem:
     band: Band
     orders: range
     scale: Real
-
-    @property
-    def duration_s(self) -> float:
-        """Length of the record [s]."""
-        return len(self.rows) / self.band.sample_rate_hz
+    duration_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +102,7 @@ class JackknifedBand:
 
     @property
     def duration_s(self) -> float:
-        """Length of the record [s]."""
+        """Length of the record, as far as it counts [s]."""
         return self.problem.duration_s
 
     @property
@@ -150,6 +148,14 @@ class BandedMethod(ABC):
     def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
         """Sum what the method needs of the rows, once per band; what it returns solves."""
 
+    def counted_s(self, samples: Samples, settings: IdentificationSettings) -> float:
+        """Return the length of samples of equal weight that tell as much [s]."""
+        return samples.duration_s
+
+    def weighted(self, problem: Problem, settings: IdentificationSettings) -> Problem:
+        """Return a band with its samples by their weights."""
+        return problem
+
     def identify(
         self,
         samples: Samples,
@@ -160,11 +166,16 @@ class BandedMethod(ABC):
         """Identify the modes of one stretch."""
         peaks = SpectralPeaks(samples)
         known = inputs if self.needs_inputs else None
+        counted_s = self.counted_s(samples, settings)
+        problems = (
+            self.weighted(problem, settings)
+            for problem in _problems(samples, settings, known, counted_s)
+        )
         selections = [
             select_in_band(
                 JackknifedBand.of(problem, self.prepare(problem, settings)), settings, peaks
             )
-            for problem in _problems(samples, settings, known)
+            for problem in problems
         ]
         found = join_bands(
             selections,
@@ -183,14 +194,14 @@ def no_raw_poles(n_channels: int) -> RawPoles:
 
 
 def _problems(
-    samples: Samples, settings: IdentificationSettings, inputs: Real | None
+    samples: Samples, settings: IdentificationSettings, inputs: Real | None, counted_s: float
 ) -> Iterator[Problem]:
     """Condition every band that has samples enough."""
     data = samples.acceleration
     if inputs is not None:
         data = np.concatenate([data, inputs], axis=1)
     n_channels = len(samples.channels)
-    for band in plan_bands(samples.sample_rate_hz, samples.duration_s, settings):
+    for band in plan_bands(samples.sample_rate_hz, counted_s, settings):
         rows = BandConditioner(band).condition(data)
         if len(rows) < 10 * METHOD.samples_per_order:
             continue
@@ -200,9 +211,11 @@ def _problems(
             rows[:, n_channels:][
                 :, scale[n_channels:] <= METHOD.still * inputs.std(axis=0).max()
             ] = 0.0
-        yield Problem(rows, n_channels, band, _orders(rows, settings), scale[:n_channels])
+        seconds = min(counted_s, len(rows) / band.sample_rate_hz)
+        orders = _orders(round(seconds * band.sample_rate_hz), settings)
+        yield Problem(rows, n_channels, band, orders, scale[:n_channels], seconds)
 
 
-def _orders(rows: Real, settings: IdentificationSettings) -> range:
-    highest = min(settings.max_order, len(rows) // METHOD.samples_per_order)
+def _orders(n_samples: int, settings: IdentificationSettings) -> range:
+    highest = min(settings.max_order, n_samples // METHOD.samples_per_order)
     return range(settings.min_order + settings.min_order % 2, highest + 1, 2)

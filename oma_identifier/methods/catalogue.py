@@ -14,6 +14,7 @@ from oma_identifier.methods.method import Method
 from oma_identifier.methods.notch import NOTCH
 from oma_identifier.methods.plscf import Plscf
 from oma_identifier.methods.psdtm import Psdtm
+from oma_identifier.methods.rvar import RecursiveVar
 from oma_identifier.methods.spectral import Efdd, Fdd
 from oma_identifier.methods.ssi_cov import SsiCov
 from oma_identifier.methods.ssi_data import SsiData
@@ -29,6 +30,7 @@ CATALOGUE: tuple[Method, ...] = (
     SsiData(),
     Plscf(),
     Var(),
+    RecursiveVar(),
     NOTCH,
     VMD,
     Psdtm(),

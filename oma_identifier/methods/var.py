@@ -44,7 +44,8 @@ class Var(BandedMethod):
     def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
         """Sum the products; the order of the model counts twice."""
         references = choose_references(problem.rows, settings.n_references or METHOD.references)
-        sums = VarSums(problem.rows, references)
+        n_samples = round(problem.duration_s * problem.band.sample_rate_hz)
+        sums = VarSums(problem.rows, references, n_samples)
 
         def solve_orders(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
             rest = sums.without(left_out)
@@ -63,17 +64,22 @@ class VarSums:
         Conditioned responses.
     references : (n_references,) int array
         Columns that the model is of.
+    n_counted : int or None
+        Samples of equal weight that tell as much as the rows; None: as many as there are.
     """
 
-    def __init__(self, rows: Real, references: NDArray[np.int64]) -> None:
+    def __init__(
+        self, rows: Real, references: NDArray[np.int64], n_counted: int | None = None
+    ) -> None:
+        n_samples = len(rows) if n_counted is None else n_counted
         self.references = np.asarray(references, dtype=np.intp)
         n_references = len(references)
         most = math.ceil(METHOD.var_size / n_references)
-        most = max(METHOD.var_fewest, min(most, len(rows) // (20 * n_references)))
+        most = max(METHOD.var_fewest, min(most, n_samples // (20 * n_references)))
         self.n_instruments = max(METHOD.var_instruments, most)
         self._gram = HankelGram(rows, rows[:, references], most + self.n_instruments + 1)
         chosen = order_by_description_length(
-            self._gram.gram(range(most + 1), self.references), len(rows), n_references
+            self._gram.gram(range(most + 1), self.references), n_samples, n_references
         )
         self.highest = min(most, max(METHOD.var_fewest, math.ceil(METHOD.var_beyond * chosen)))
         self._last = most + self.n_instruments

@@ -123,7 +123,14 @@ def test_efdd_damping_is_not_biased_by_the_spectral_window():
 
 
 @pytest.mark.parametrize(
-    'method', ['ssi_data', pytest.param('plscf', marks=pytest.mark.slow), 'var', 'efdd']
+    'method',
+    [
+        'ssi_data',
+        pytest.param('plscf', marks=pytest.mark.slow),
+        'var',
+        pytest.param('rvar', marks=pytest.mark.slow),
+        'efdd',
+    ],
 )
 def test_deviations_say_how_far_off_the_modes_are(method):
     """Errors over their own standard deviations have a mean square of one."""
@@ -146,7 +153,7 @@ def test_deviations_say_how_far_off_the_modes_are(method):
     assert np.all((spread > 0.6) & (spread < 1.5)), f'seeds 0..7: {spread}'
 
 
-@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'var', 'vmd', 'efdd', 'fdd'])
+@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'var', 'rvar', 'vmd', 'efdd', 'fdd'])
 def test_lines_are_kept_out_and_the_band_is_kept_to(method, samples):
     time = np.arange(len(samples.acceleration)) / RATE_HZ
     size = 0.5 * samples.acceleration.std(axis=0)
@@ -159,7 +166,9 @@ def test_lines_are_kept_out_and_the_band_is_kept_to(method, samples):
     np.testing.assert_allclose(result.harmonics.frequency_hz, [21.0], atol=0.05)
     assert all(line.harmonic for line in result.harmonics)
     expected = (
-        plant().frequency_hz[1:4] if method in ('ssi_data', 'plscf', 'var', 'vmd') else [27.0]
+        plant().frequency_hz[1:4]
+        if method in ('ssi_data', 'plscf', 'var', 'rvar', 'vmd')
+        else [27.0]
     )
     for frequency in expected:
         assert np.abs(result.modes.frequency_hz / frequency - 1.0).min() < 0.01, method
@@ -174,7 +183,7 @@ def test_methods_are_refused_by_name(samples):
         identify_by('magic', samples)
     with pytest.raises(SettingsError, match='known inputs'):
         identify_by('csi', samples)
-    names = 'ssi_cov ssi_data plscf var notch vmd psdtm csi efdd fdd'
+    names = 'ssi_cov ssi_data plscf var rvar notch vmd psdtm csi efdd fdd'
     assert set(METHODS) == set(names.split())
 
 
