@@ -35,8 +35,8 @@ class IdentificationSettings:
         Poles damped more are not modes.
     method : str
         How modes are identified, by name (:data:`oma_identifier.methods.METHODS`); all but
-        ``ssi_cov`` and ``rvar`` start afresh with every window, and keep the samples of a whole record; ``csi``
-        takes the joints' accelerations as known inputs.
+        ``ssi_cov`` and ``rvar`` start afresh with every window, all but ``ssi_cov`` keep the
+        samples of a whole record; ``csi`` takes the joints' accelerations as known inputs.
     memory_s : float [s] or None
         Of ``rvar``: weights fall by e in this time; None: half a window, which puts the mean of
         the weights in the middle of the window.
