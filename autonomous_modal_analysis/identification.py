@@ -8,6 +8,7 @@ from autonomous_modal_analysis.joint_sliding import SlidingWatch
 from autonomous_modal_analysis.plan_record import recorded_edge_hz
 from autonomous_modal_analysis.remarks import remarks
 from autonomous_modal_analysis.results import Identification, IdentifiedWindow
+from autonomous_modal_analysis.spectrogram import SpectrogramWatch
 from autonomous_modal_analysis.terminal import ProgressCallback
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
@@ -15,6 +16,7 @@ from modal_core.measurements import JointSamples
 from modal_core.samples import Samples
 from modal_core.window import Window
 from modal_recordings.open_recording import Recording
+from modal_reports import Spectrogram
 from oma_identifier.covariance import analysed_band, below_edge
 from oma_identifier.motion import RobotMotion
 from oma_identifier.pipeline import IdentificationPipeline
@@ -48,11 +50,14 @@ class IdentifiedRecording:
     parts : tuple of Samples
         What it was identified from: stretches between gaps, without rigid motion and lines of
         drives, the longest first; of a long recording at a lower rate.
+    spectrogram : Spectrogram or None
+        Of what was measured, over time and joint speed; None of a recording that is too short.
     """
 
     identification: Identification
     whole: WindowResult
     parts: tuple[Samples, ...] = ()
+    spectrogram: Spectrogram | None = None
 
 
 def identify_recording(
@@ -87,7 +92,7 @@ def identify_recording(
     """
     asked, settings = settings, below_edge(settings, recorded_edge_hz(recording))
     pipeline = IdentificationPipeline(settings, layout, robot=robot, only_whole=True)
-    sliding = SlidingWatch(robot)
+    sliding, spectra = SlidingWatch(robot), SpectrogramWatch(robot)
     windows: list[IdentifiedWindow] = []
     rates_hz: list[float] = []
 
@@ -98,6 +103,7 @@ def identify_recording(
     def identify(window: Window) -> None:
         _check_band(window, asked)
         rates_hz.append(window.samples.sample_rate_hz)
+        spectra.add(window)
         take(ahead.identify(window))
 
     with WindowsAhead(pipeline) as ahead:
@@ -129,6 +135,7 @@ def identify_recording(
         ),
         whole=whole,
         parts=tuple(pipeline.record.parts()),
+        spectrogram=spectra.found(),
     )
 
 

@@ -91,6 +91,7 @@ def save_results(
         geometry=drawing.geometry if drawing else None,
         displacements=drawing.displacements if drawing else (),
         spectra=_spectra(found),
+        spectrogram=found.spectrogram,
         provenance={'software': software(), **(provenance or {})},
     )
     write_json(folder / JSON_NAME, found.identification, name)

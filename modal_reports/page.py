@@ -21,6 +21,7 @@ SCRIPTS = (
     'static/mode_shapes.js',
     'static/tracks.js',
     'static/channel_spectra.js',
+    'static/spectrogram.js',
     'static/page.js',
 )
 REPORT = HERE / 'static/report.js'
@@ -44,7 +45,8 @@ class Page:
         For the template.
     charts : mapping of str to object
         Data of the charts that move, by the name in their element's ``data-chart``:
-        ``stabilisation``, ``mode_shapes``, ``tracks``, ``channel_spectra``.  Without any the page
+        ``stabilisation``, ``mode_shapes``, ``tracks``, ``channel_spectra``,
+        ``spectrogram``.  Without any the page
         has no script.
     styles : tuple of Path
         Style sheets of this report alone.

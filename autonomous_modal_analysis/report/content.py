@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autonomous_modal_analysis.report.truth import TrueMode
 from autonomous_modal_analysis.results import Identification
 from modal_core.poles import PoleTable
-from modal_reports import ChannelSpectra, Geometry, Spectrum
+from modal_reports import ChannelSpectra, Geometry, Spectrogram, Spectrum
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +36,8 @@ class ReportContent:
         One per mode of the whole recording, in their order.
     spectra : ChannelSpectra or None
         Of the channels.
+    spectrogram : Spectrogram or None
+        Over time and joint speed, of the same windows.
     provenance : mapping of str to str
         Who made this from what: software, versions, files, checksums, time.
     """
@@ -49,4 +51,5 @@ class ReportContent:
     geometry: Geometry | None = None
     displacements: tuple[NDArray[np.complex128], ...] = ()
     spectra: ChannelSpectra | None = None
+    spectrogram: Spectrogram | None = None
     provenance: Mapping[str, str] = field(default_factory=dict)

@@ -1,5 +1,6 @@
 """One HTML file that shows a whole identification."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +28,12 @@ from modal_reports import (
     render,
     SCATTERED,
     SCATTERED_MEANS,
+    spectrogram_data,
     stabilisation_data,
     Strip,
     tracks_data,
 )
+from oma_identifier.covariance import AnalysedBand
 
 TEMPLATE = Path(__file__).parent / 'templates' / 'modal.html.j2'
 
@@ -59,8 +62,10 @@ def render_report(content: ReportContent) -> str:
     identification = content.identification
     rows, known = mode_rows(content), content.truth is not None
     tracks = mode_tracks(identification.windows)
+    charts = _charts(content)
     values = {
         'content': content,
+        'spectrogram': charts['spectrogram'],
         'headline': headline(content),
         'facts': facts(content),
         'modes': modes_table(rows, known=known),
@@ -81,7 +86,7 @@ def render_report(content: ReportContent) -> str:
         'capital': capital,
         'count': count,
     }
-    page = Page('Modal analysis report', content.title, TEMPLATE, values, _charts(content))
+    page = Page('Modal analysis report', content.title, TEMPLATE, values, charts)
     return render(page)
 
 
@@ -129,7 +134,14 @@ def _charts(content: ReportContent) -> dict[str, object]:
         'mode_shapes': mode_shapes_data(modes, geometry, content.displacements),
         'tracks': tracks_data(identification.windows, strips),
         'channel_spectra': channel_spectra_data(content.spectra),
+        'spectrogram': spectrogram_data(
+            content.spectrogram, identification.windows, _shown_hz(identification.band)
+        ),
     }
+
+
+def _shown_hz(band: AnalysedBand | None) -> tuple[float, float]:
+    return (band.low_hz, band.high_hz) if band is not None else (0.0, math.inf)
 
 
 def _poor_windows(content: ReportContent) -> list[dict[str, object]]:

@@ -19,6 +19,7 @@ from modal_reports.charts.heat import heat_map
 from modal_reports.charts.lines import LARGE, SMALL, spectrum_plot
 from modal_reports.charts.marks import error_mark, meter
 from modal_reports.charts.mode_shapes import mode_shapes_data
+from modal_reports.charts.spectrogram import Spectrogram, spectrogram_data, SpeedSpectra
 from modal_reports.charts.stabilisation import (
     pooled,
     Spectrum,
@@ -37,7 +38,9 @@ __all__ = [
     'Geometry',
     'Mark',
     'PlacedMode',
+    'Spectrogram',
     'Spectrum',
+    'SpeedSpectra',
     'Strip',
     'Trace',
     'bar_chart',
@@ -52,6 +55,7 @@ __all__ = [
     'mode_shapes_data',
     'pooled',
     'sensor_displacements',
+    'spectrogram_data',
     'spectrum_plot',
     'stabilisation_data',
     'svg',

@@ -137,7 +137,8 @@ def variant(arm, name):
             ),
         )  # fmt: skip
         return replace(
-            arm, truth=None, geometry=None, displacements=(), title='Many modes ' * 12,
+            arm, truth=None, geometry=None, displacements=(), spectrogram=None,
+            title='Many modes ' * 12,
             recording='/a/very/long/' + 'path' * 60,
             identification=replace(
                 base, modes=modes, windows=windows, channels=(), quality=quality
@@ -173,6 +174,7 @@ def test_every_case_draws_without_errors(page, tmp_path, arm, name, width):
             == n_modes
         )
     assert all(count > 50 for count in inked(page, '.strip canvas'))
+    assert all(count > 2000 for count in inked(page, '#spectrogram .uplot canvas'))
 
 
 def test_hostile_names_are_shown_and_not_run(page, tmp_path, arm):
@@ -352,3 +354,44 @@ def test_prints_on_paper(page, tmp_path, arm):
     assert pdf.startswith(b'%PDF')
     assert page.problems == []
     assert page.evaluate('document.documentElement.dataset.theme') is None
+
+
+def test_spectrogram_over_speed_and_time_says_what_is_pointed_at(page, tmp_path, arm):
+    show(page, tmp_path, arm)
+    assert len(inked(page, '#spectrogram .uplot canvas')) == 1
+    choices = page.evaluate(
+        "[...document.querySelectorAll('#spectrogram select option')].map((o) => o.textContent)"
+    )
+    assert choices == ['Speed of joint_1', 'Time from the start']
+    page.evaluate("document.querySelector('#spectrogram').scrollIntoView()")
+    over = "document.querySelector('#spectrogram .u-over').getBoundingClientRect()"
+    box = page.evaluate(f'(({{x, y, width, height}}) => ({{x, y, width, height}}))({over})')
+    data = "JSON.parse(document.getElementById('report-data').textContent).spectrogram"
+    low, step, rows = page.evaluate(f'[{data}.low_hz, {data}.row_hz, {data}.n_rows]')
+    mark = page.evaluate(f'{data}.marks[0]')
+    seconds = page.evaluate(f'{data}.time.step * {data}.time.n_columns')
+    page.evaluate(
+        "(() => { const s = document.querySelector('#spectrogram select'); s.value = 1;"
+        " s.dispatchEvent(new Event('change')); })()"
+    )
+    middle = page.evaluate(f'{data}.windows[{mark["window"]}]')
+    x = box['x'] + box['width'] * sum(middle) / 2.0 / seconds
+    y = box['y'] + box['height'] * (1.0 - (mark['frequency_hz'] - low) / (step * rows))
+    page.mouse('mouseMoved', x - 3, y)
+    page.mouse('mouseMoved', x, y)
+    page.evaluate('new Promise((done) => setTimeout(done, 100))')
+    assert page.evaluate("document.getElementById('tooltip').textContent").startswith(
+        mark['words']
+    )
+    page.mouse('mouseMoved', x + 60, box['y'] + 5)
+    page.evaluate('new Promise((done) => setTimeout(done, 100))')
+    text = page.evaluate("document.getElementById('tooltip').textContent")
+    assert 'Hz' in text
+    assert '(SI unit)²/Hz' in text
+    page.mouse('mousePressed', x, y, button='left', clickCount=1)
+    page.mouse('mouseMoved', x + 80, y + 60, button='left')
+    page.mouse('mouseReleased', x + 80, y + 60, button='left', clickCount=1)
+    hidden = "document.querySelector('#spectrogram .tools button').hidden"
+    assert page.evaluate(hidden) is False
+    page.evaluate("document.querySelector('#spectrogram .tools button').click()")
+    assert page.evaluate(hidden) is True

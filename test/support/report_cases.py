@@ -9,10 +9,13 @@ import scipy.signal
 
 from autonomous_modal_analysis.report import channel_spectra, match_truth, ReportContent
 from autonomous_modal_analysis.results import Identification, IdentifiedWindow
+from autonomous_modal_analysis.spectrogram import SpectrogramWatch
 from modal_core.channel import Channel
+from modal_core.measurements import JointSamples
 from modal_core.mode import ModeSet
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
+from modal_core.window import Window
 from modal_reports import Geometry, sensor_displacements, Spectrum
 from oma_identifier.identify import identify_samples
 from oma_identifier.settings import IdentificationSettings
@@ -20,6 +23,7 @@ from oma_identifier.settings import IdentificationSettings
 SEED = 20
 RATE_HZ = 128.0
 STEP_S = 1.0 / RATE_HZ
+START_NS = 1_760_000_000_000_000_000
 
 
 class Chain:
@@ -69,6 +73,15 @@ def arm_geometry():
     return Geometry(points, lines=((0, 1, 2, 3, 4, 5, 6),), sensors=(3, 5, 6))
 
 
+def turning_joint(n_samples, start_ns):
+    """Return angles of a joint that speeds up to 0.5 rad/s and one that rests."""
+    time_s = np.arange(n_samples) / RATE_HZ
+    angle = 0.25 * time_s**2 / time_s[-1]
+    position = np.column_stack([angle, np.zeros(n_samples)])
+    stamps = start_ns + np.round(1e9 * time_s).astype(np.int64)
+    return JointSamples(stamps, ('joint_1', 'joint_2'), position, np.full(position.shape, np.nan))
+
+
 def identified(duration_s=120.0, n_windows=6, names=None, seed=SEED):
     """Return (chain, content) of a simulated arm."""
     chain = Chain()
@@ -84,10 +97,13 @@ def identified(duration_s=120.0, n_windows=6, names=None, seed=SEED):
     whole_modes = ModeSet(modes, whole.modes.channel_names)
     length = len(data) // n_windows
     windows = []
+    spectra = SpectrogramWatch()
     for index in range(n_windows):
         part = Samples(data[index * length : (index + 1) * length], RATE_HZ, channels)
         found = identify_samples(part, settings).modes
-        start = 1_760_000_000_000_000_000 + round(index * length / RATE_HZ * 1e9)
+        start = START_NS + round(index * length / RATE_HZ * 1e9)
+        joints = turning_joint(length, start)
+        spectra.add(Window(index, replace(part, start_ns=start), joints=joints))
         tracked = tuple(
             replace(mode, id=_nearest(mode.frequency_hz, whole_modes)) for mode in found
         )
@@ -119,6 +135,7 @@ def identified(duration_s=120.0, n_windows=6, names=None, seed=SEED):
         identification=Identification(whole_modes, tuple(windows), channels, quality, settings),
         poles=whole.poles,
         spectrum=Spectrum(whole.spectrum.frequency_hz, whole.spectrum.singular_value),
+        spectrogram=spectra.found(),
         spectra=channel_spectra(Samples(data, RATE_HZ, channels), modes, (1.0, 57.6)),
         truth=match_truth(whole_modes, chain.frequency_hz, chain.damping_ratio, chain.shapes),
         geometry=geometry,
