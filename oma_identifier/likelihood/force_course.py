@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.fft import fft, ifft, next_fast_len
 from scipy.stats import chi2
 
-from oma_identifier.likelihood.band_model import forced_gain
+from oma_identifier.likelihood.band_model import forced_gain, without_negative
 from oma_identifier.likelihood.group_fits import GroupFit
 from oma_identifier.likelihood.line_spectra import Spectra
 from oma_identifier.likelihood.record_ends import without_ends
@@ -33,6 +33,8 @@ LEAST_PAIRS = 0.25
 """Of as many pairs of lines as there are lines, for a distance to be looked at."""
 
 TINY = 1e-300
+NEGLIGIBLE = 1e-12
+"""Of the largest power of a force of the band: less is rounding."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -131,14 +133,18 @@ def _forces(spectra: Spectra, each: GroupFit) -> Iterator[_Forces]:
     """Yield the forces of a band, where it was fitted."""
     if each.band is None or each.fit is None or not each.fit.converged:
         return
-    model, data, own = each.fit.model, each.band.data, slice(0, each.fit.model.n_free)
+    # What a fit made of the power of weak forces may be below zero: of them it tells nothing.
+    model, data = without_negative(each.fit.model), each.band.data
+    own = slice(0, model.n_free)
     amplitude = model.shapes * forced_gain(data, model)[:, None, :]
     adjoint = model.force[own] @ amplitude.conj().transpose(0, 2, 1)
     covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
     best = adjoint @ np.linalg.inv(covariance + np.diag(model.noise))
     known = np.einsum('kmc,kmc->km', best, adjoint.conj()).real
-    power = np.maximum(np.diag(model.force).real[own], TINY)
-    share = np.clip(known / power, 0.0, 1.0)
+    power = np.diag(model.force).real[own]
+    there = power > NEGLIGIBLE * power.max()
+    power = np.where(there, power, 1.0)
+    share = np.where(there, np.clip(known / power, 0.0, 1.0), 0.0)
     scale = np.sqrt(share / power)
     count = data.n_averaged.astype(int)
     lines = each.band.lines

@@ -1,5 +1,7 @@
 """Forces that grow or burst tell less than steady ones: deviations say so."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -7,8 +9,11 @@ from scipy.signal import lfilter
 from modal_core.channel import Channel
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from oma_identifier.likelihood import ForceCourse
 from oma_identifier.refinement.acceptance import TAKEN
 from oma_identifier.refinement.refinement import refine
+from oma_identifier.refinement.refining import GivenIndex, Record, Refining
+from oma_identifier.refinement.stages import fit_groups
 
 RATE_HZ, DURATION_S = 64.0, 100.0
 FREQUENCY_HZ, DAMPING = np.array([6.0, 13.0]), np.array([0.02, 0.015])
@@ -39,18 +44,20 @@ def record(seed: int, envelope: np.ndarray) -> Samples:
     return Samples((clean + noise).T, RATE_HZ, channels)
 
 
+START = ModeSet(
+    tuple(
+        Mode(f, z, SHAPES[:, place].astype(complex))
+        for place, (f, z) in enumerate(zip(FREQUENCY_HZ, DAMPING, strict=True))
+    ),
+    ('ch0', 'ch1', 'ch2'),
+)
+
+
 def surprises(envelope: np.ndarray, seeds: range) -> np.ndarray:
     """Return the errors of frequencies and damping ratios over their deviations."""
-    start = ModeSet(
-        tuple(
-            Mode(f, z, SHAPES[:, place].astype(complex))
-            for place, (f, z) in enumerate(zip(FREQUENCY_HZ, DAMPING, strict=True))
-        ),
-        ('ch0', 'ch1', 'ch2'),
-    )
     found = []
     for seed in seeds:
-        result = refine(record(seed, envelope), start)
+        result = refine(record(seed, envelope), START)
         for mode, outcome, f, z in zip(
             result.modes, result.outcomes, FREQUENCY_HZ, DAMPING, strict=True
         ):
@@ -73,3 +80,19 @@ def test_deviations_hold_whatever_the_course_of_the_forces(kind):
     inside = np.mean(np.abs(errors) < 2.0)
     # 240 values: two standard errors of 0.95 are 0.03.
     assert 0.92 < inside < 0.985, f'{kind}: {inside:.3f}'
+
+
+def test_a_force_whose_power_came_out_below_zero_tells_nothing_of_its_course():
+    samples = record(0, bursts(int(RATE_HZ * DURATION_S)))
+    begun = Record.of(samples, START, None, (), None)
+    first, second = fit_groups(Refining.begin(begun, [GivenIndex(0), GivenIndex(1)])).fits
+    force = first.fit.model.force.copy()
+    force[0, :] = force[:, 0] = 0.0
+    force[0, 0] = -1e-3
+    model = replace(first.fit.model, force=force)
+    without = replace(first, fit=replace(first.fit, model=model))
+    with np.errstate(over='raise', invalid='raise', divide='raise'):
+        course = ForceCourse.of(begun.spectra, [without, second])
+    alone = ForceCourse.of(begun.spectra, [second])
+    assert alone.widening(0.2) > 1.2
+    assert course.widening(0.2) == pytest.approx(alone.widening(0.2))
