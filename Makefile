@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help demo test test-all coverage lint docs bench reproduce gap-matrix setup wheels clean
+.PHONY: help demo test test-all test-core test-nodes coverage lint docs bench reproduce gap-matrix setup wheels clean
 
 help:
 	@echo 'make demo    set up and run the whole loop on the emulated arm'
@@ -35,8 +35,13 @@ test: $(VENV)/.test-ready
 	$(BIN)/python -m pytest $(TWO) -m 'smoke or not (slow or node)'
 
 # Nodes run alone: series fail links on purpose, hold keys down, and wait for time-outs.
-test-all: $(VENV)/.test-ready
+test-all: test-core
+	@$(MAKE) test-nodes
+
+test-core: $(VENV)/.test-ready
 	$(BIN)/python -m pytest $(TWO) -m 'not node'
+
+test-nodes: $(VENV)/.test-ready
 	$(BIN)/python -m pytest -m node
 
 coverage: $(VENV)/.test-ready
