@@ -146,6 +146,7 @@ setup(
             'excitation_planner = autonomous_modal_analysis.executables:excitation_planner',
             'modal_dashboard = autonomous_modal_analysis.executables:modal_dashboard',
             'modal_history = autonomous_modal_analysis.executables:modal_history',
+            'modal_map = autonomous_modal_analysis.executables:modal_map',
             'oma_identifier = autonomous_modal_analysis.executables:oma_identifier',
             'robot_bridge = autonomous_modal_analysis.executables:robot_bridge',
             'replay = autonomous_modal_analysis.executables:replay',

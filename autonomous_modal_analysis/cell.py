@@ -18,11 +18,12 @@ NODES = (
     ('arm_state', 'robot_bridge.node.arm_state_node', 'arm_state.yaml'),
     ('modal_dashboard', 'modal_dashboard.dashboard_node', 'dashboard.yaml'),
     ('modal_history', 'modal_history.history_node', 'history.yaml'),
+    ('modal_map', 'workspace_map.node.map_node', 'modal_map.yaml'),
 )
 # Left out where a folder of parameter files has none for them: they must not show another robot.
 FOR_VIEWERS = ('arm_state', 'modal_dashboard')
-# Left out where nothing says which file it keeps results in.
-KEEPER = 'modal_history'
+# Left out where nothing names the file that each keeps results in, or answers from.
+FILES = {'modal_history': 'history', 'modal_map': 'map'}
 # Of a bridge beside an emulator; they say nothing of a real arm, whatever its parameter file says.
 BESIDE_EMULATOR = {'move_emulator': True, 'emulator_link_timeout_s': 2.0}
 
@@ -54,9 +55,7 @@ def cell_commands(
         lacking = (name for name in FOR_VIEWERS if not (config / files[name]).is_file())
         without = (*without, *lacking)
     given = dict(parameters or {})
-    asked = config is not None and (config / 'history.yaml').is_file()
-    if not asked and not given.get(KEEPER, {}).get('history'):
-        without = (*without, KEEPER)
+    without = (*without, *_nameless(config, given))
     if 'abb_emulator' not in without:
         given['robot_bridge'] = _beside_emulator(given.get('robot_bridge', {}))
     refuse_unknown((*without, *given), names, 'unknown node')
@@ -69,6 +68,17 @@ def cell_commands(
     for command in commands:
         check_file(command.name, parameter_file(command.name, config))
     return commands
+
+
+def _nameless(config: Path | None, given: Mapping[str, Mapping[str, object]]) -> tuple[str, ...]:
+    """Return the nodes whose file nobody names: neither a parameter nor a file of parameters."""
+    files = {name: file for name, _, file in NODES}
+    return tuple(
+        name
+        for name, parameter in FILES.items()
+        if not given.get(name, {}).get(parameter)
+        and not (config is not None and (config / files[name]).is_file())
+    )
 
 
 def of_robot(robot: str) -> dict[str, dict[str, object]]:
@@ -90,7 +100,7 @@ def of_robot(robot: str) -> dict[str, dict[str, object]]:
     folder = robot_folder(robot).resolve()
     found: dict[str, dict[str, object]] = {
         name: {'robot': str(folder)}
-        for name in ('abb_emulator', 'robot_bridge', 'excitation_planner', *FOR_VIEWERS, KEEPER)
+        for name in ('abb_emulator', 'robot_bridge', 'excitation_planner', *FOR_VIEWERS, *FILES)
     }
     return {**found, 'oma_identifier': {'layout_file': str(folder / 'sensors.yaml')}}
 

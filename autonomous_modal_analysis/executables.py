@@ -14,6 +14,7 @@ NODES = {
     'excitation_planner': 'excitation_planner.planner_node',
     'modal_dashboard': 'modal_dashboard.dashboard_node',
     'modal_history': 'modal_history.history_node',
+    'modal_map': 'workspace_map.node.map_node',
     'oma_identifier': 'oma_identifier.node.identifier_node',
     'replay': 'robot_bridge.node.replay_node',
     'robot_bridge': 'robot_bridge.node.bridge_node',
@@ -43,6 +44,11 @@ def modal_dashboard() -> None:
 def modal_history() -> None:
     """Keep results."""
     _run('modal_history')
+
+
+def modal_map() -> None:
+    """Answer from a map."""
+    _run('modal_map')
 
 
 def oma_identifier() -> None:

@@ -18,6 +18,7 @@ TABLES = {
     'arm_state': 'robot_bridge.node.arm_state_parameters',
     'modal_dashboard': 'modal_dashboard.node_parameters',
     'modal_history': 'modal_history.node_parameters',
+    'modal_map': 'workspace_map.node.node_parameters',
     'replay': 'robot_bridge.node.replay_parameters',
 }
 EVERY = ('*', '**')

@@ -16,6 +16,7 @@ NODES = (
     ('arm_state', 'arm_state', 'arm_state.yaml'),
     ('modal_dashboard', 'modal_dashboard', 'dashboard.yaml'),
     ('modal_history', 'modal_history', 'history.yaml'),
+    ('modal_map', 'modal_map', 'modal_map.yaml'),
 )
 # They say nothing of a real arm, whatever its parameter file says.
 OF_EMULATED_CELL = {'robot_bridge': {'move_emulator': True, 'emulator_link_timeout_s': 2.0}}

@@ -25,6 +25,7 @@ MODULES = {
     'arm_state': 'robot_bridge.node.arm_state_node',
     'modal_dashboard': 'modal_dashboard.dashboard_node',
     'modal_history': 'modal_history.history_node',
+    'modal_map': 'workspace_map.node.map_node',
 }
 
 

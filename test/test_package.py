@@ -237,6 +237,7 @@ def test_arrows_between_rooms_point_one_way():
             'excitation_planner',
         },
         'workspace_map': {
+            'machining',
             'modal_core',
             'modal_recordings',
             'modal_reports',

@@ -48,6 +48,18 @@ def up(
     history: Annotated[
         Path | None, typer.Option(help='Keep every result in this history (`ama history`).')
     ] = None,
+    map_path: Annotated[
+        Path | None,
+        typer.Option(
+            '--map',
+            help='Predict modes at the present pose from this file of `ama map measure`, for'
+            ' viewers, the planner and the ids of the identifier.',
+        ),
+    ] = None,
+    cut: Annotated[
+        Path | None,
+        typer.Option(help='With --map: tell how deep this cut may be, YAML as of `ama lobes`.'),
+    ] = None,
     parameter: Annotated[
         list[str] | None,
         typer.Option(
@@ -69,6 +81,11 @@ def up(
     overrides = _overrides(robot, egm_port, parameter or ())
     if history is not None:
         overrides.setdefault('modal_history', {})['history'] = str(history.resolve())
+    if cut is not None and map_path is None:
+        raise SettingsError('a cut without a map', where='--cut', advice='add --map FILE')
+    for name, path in (('map', map_path), ('cut', cut)):
+        if path is not None:
+            overrides.setdefault('modal_map', {})[name] = str(path.resolve())
     commands = cell_commands(config, tuple(without or ()), overrides)
     with NodeProcesses(commands, log_folder=log_folder, namespace=namespace) as nodes:
         MESSAGES.print(f'running: {", ".join(command.name for command in commands)}')

@@ -45,6 +45,7 @@ SIDES = {
             'joint_states_topic': TOPIC,
             'plan_topic': TOPIC,
             'bridge_topic': TOPIC,
+            'predicted_modes_topic': TOPIC,
             'base_frame': 'of messages for viewers',
             'shown_mode': 'of messages for viewers; a report shows every mode',
             'checkpoint_file': 'ids over a restart; over runs of a command `--history` keeps them',
@@ -148,6 +149,10 @@ SIDES = {
             'acknowledge': 'live it is the service `~/acknowledge`',
             'json': 'another form of the same answer',
         },
+    ),
+    'modal_map': Side(
+        'up',
+        renamed={'map': 'map', 'cut': 'cut'},
     ),
     'replay': Side(
         'replay',

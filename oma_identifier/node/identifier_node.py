@@ -15,7 +15,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import Trigger
 
 from modal_core.channel import Channel
-from modal_core.errors import SettingsError
+from modal_core.errors import MessageError, SettingsError
 from modal_core.measurements import Measurement
 from modal_core.polled_group_node import PolledGroup
 from modal_core.printable import printable
@@ -54,6 +54,7 @@ from oma_identifier.node.polled_topic_node import PolledTopic
 from oma_identifier.node.ros_messages import (
     MESSAGE_CLASSES,
     modal_parameters,
+    prediction_from,
     stabilisation_diagram,
 )
 from oma_identifier.node.shape_view_node import ShapeView
@@ -62,7 +63,7 @@ from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.tracking import CheckpointFile, ModeTracker
-from oma_msgs.msg import ModalParameters, StabilisationDiagram
+from oma_msgs.msg import ModalParameters, PredictedModes, StabilisationDiagram
 
 POLL_PERIOD_S = 0.05
 DISCOVERY_PERIOD_S = 0.25
@@ -123,6 +124,8 @@ class IdentifierNode(Node):
             self, self._value('base_frame'), self._placed, lambda: self._value('shown_mode')
         )
         self._numbers = ModeTopics(self)
+        predicted = self._value('predicted_modes_topic')
+        self.create_subscription(PredictedModes, predicted, self._take_prediction, LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_service(Trigger, '~/finish', self._on_finish)
         self.add_on_set_parameters_callback(self._check_parameters)
@@ -192,6 +195,13 @@ class IdentifierNode(Node):
                     f'window {window.index} skipped: identification cannot keep up',
                     throttle_duration_sec=10.0,
                 )
+
+    def _take_prediction(self, message: PredictedModes) -> None:
+        """Keep what a map expects, for the ids of the modes."""
+        try:
+            self.pipeline.tracker.predictions.add(prediction_from(message))
+        except MessageError as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=10.0)
 
     def _on_finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Flush the samples that are held, identify the partial last window, begin anew."""

@@ -28,6 +28,12 @@ OTHERS = (
         'bridge_topic', "topic of the bridge's state", 'robot_bridge/state', read_only=True
     ),
     NodeParameter(
+        'predicted_modes_topic',
+        'topic of the modes a map predicts: by them a mode keeps its id at poses not seen before',
+        'modal_map/predicted_modes',
+        read_only=True,
+    ),
+    NodeParameter(
         'layout_file',
         'YAML file of the sensors, no others are taken; empty: all are, and drawn where the'
         ' robot that the plan names has sensors of these names',

@@ -11,6 +11,7 @@ from geometry_msgs.msg import AccelStamped, AccelWithCovarianceStamped
 import numpy as np
 from sensor_msgs.msg import Imu, JointState
 
+from modal_core.errors import MessageError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.quality import ChannelQuality, DataQuality
@@ -18,9 +19,11 @@ from modal_core.ros_messages import stamp
 from modal_recordings.cdr import ACCEL, ACCEL_WITH_COVARIANCE, IMU
 from modal_recordings.decode import BLOCK, JOINT_STATE
 from oma_identifier.result import WindowResult
+from oma_identifier.tracking import PredictedMode, Prediction
 from oma_msgs.msg import (
     AccelerationBlock,
     ModalParameters,
+    PredictedModes,
     StabilisationDiagram,
 )
 from oma_msgs.msg import (
@@ -33,6 +36,7 @@ from oma_msgs.msg import (
     Mode as ModeMessage,
 )
 
+MOST_MODES = 500
 MESSAGE_CLASSES = {
     IMU: Imu,
     ACCEL: AccelStamped,
@@ -60,6 +64,37 @@ def modal_parameters(result: WindowResult, base_frame: str, n_skipped: int) -> M
     message.modes = [mode_message(mode) for mode in (*result.modes, *result.harmonics)]
     message.data_quality = quality_message(result.quality, n_skipped)
     return message
+
+
+def prediction_from(message: PredictedModes) -> Prediction:
+    """Return the modes that a map expects at a pose; none where it does not know it.
+
+    Raises
+    ------
+    MessageError
+        Naming the field that is too long, not finite, or does not fit the others.
+    """
+    joints = np.array(message.joint_positions, dtype=float)
+    names = tuple(message.joint_names)
+    if len(joints) != len(names) or not np.isfinite(joints).all():
+        raise MessageError('not a pose', where='PredictedModes.joint_positions', found=len(joints))
+    if len(message.modes) > MOST_MODES:
+        raise MessageError(
+            'too long', where='PredictedModes.modes', found=len(message.modes), expected=MOST_MODES
+        )
+    channels = tuple(message.channel_names)
+    modes = [_predicted(mode, len(channels)) for mode in message.modes]
+    return Prediction(names, joints, channels, tuple(modes))
+
+
+def _predicted(mode: ModeMessage, n_channels: int) -> PredictedMode:
+    shape = np.array(mode.shape_real, dtype=float)
+    numbers = np.array([mode.frequency_hz, mode.frequency_std_hz])
+    if len(shape) != n_channels or not np.isfinite([*shape, *numbers]).all():
+        raise MessageError('not a mode', where='PredictedModes.modes', found=f'id {mode.id}')
+    if not (numbers > 0.0).all() or not mode.id:
+        raise MessageError('not a mode', where='PredictedModes.modes', found=f'id {mode.id}')
+    return PredictedMode(mode.id, numbers[0], numbers[1] / numbers[0], shape)
 
 
 def mode_message(mode: Mode) -> ModeMessage:

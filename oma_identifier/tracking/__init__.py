@@ -5,8 +5,18 @@ frequency, shape and pose, and a memory that outlives a restart.
 """
 
 from oma_identifier.tracking.checkpoint_file import CheckpointFile
+from oma_identifier.tracking.prediction import PredictedMode, Prediction, Predictions
 from oma_identifier.tracking.thresholds import TRACKING
 from oma_identifier.tracking.track import relative_std
 from oma_identifier.tracking.tracking import ModeTracker, TrackedModes
 
-__all__ = ['TRACKING', 'CheckpointFile', 'ModeTracker', 'TrackedModes', 'relative_std']
+__all__ = [
+    'TRACKING',
+    'CheckpointFile',
+    'ModeTracker',
+    'PredictedMode',
+    'Prediction',
+    'Predictions',
+    'TrackedModes',
+    'relative_std',
+]

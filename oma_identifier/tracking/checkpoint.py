@@ -65,10 +65,12 @@ def _track(entry: Mapping[str, object]) -> Track:
         channel_names=names,
         n_seen=int(_number(fields['n_seen'])),
         missed=int(_number(fields['missed'])),
-        places=[
-            Place(np.array(place, dtype=float), _number(offset), _number(variance))
-            for place, offset, variance in map(_list, _list(fields['places']))
-        ],
+        places=[_place(_list(place)) for place in _list(fields['places'])],
+        # Of a version without maps there is none.
+        predicted={
+            int(_number(number)): int(_number(count))
+            for number, count in map(_list, _list(fields.get('predicted', [])))
+        },
         companions={
             int(_number(number)): int(_number(count))
             for number, count in map(_list, _list(fields['companions']))
@@ -81,6 +83,17 @@ def _track(entry: Mapping[str, object]) -> Track:
     if not math.isfinite(track.level):
         raise ValueError('level not finite')
     return track
+
+
+def _place(entry: list[object]) -> Place:
+    joints, offset, variance, *told = entry
+    known = told[0] if told else None
+    return Place(
+        np.array(joints, dtype=float),
+        _number(offset),
+        _number(variance),
+        math.nan if known is None else _number(known),
+    )
 
 
 def _number(value: object) -> float:

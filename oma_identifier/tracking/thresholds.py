@@ -43,6 +43,9 @@ class TrackingThresholds:
     pose_wander_per_rad: float = 0.15
     """Share of the frequency per radian of the largest joint change, in a pose not seen before."""
 
+    most_predictions: int = 600
+    """Poses of which a map's prediction is kept: a minute of motion at 10 Hz."""
+
     # Whether a mode continues a track.
     gate: float = 16.0
     """Largest cost of a link: four standard deviations, or that much in shape."""

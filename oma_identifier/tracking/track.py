@@ -41,11 +41,30 @@ class Place:
         Logarithm of the frequency there over the track's level.
     variance : float
         Of the offset.
+    told : float
+        Logarithm of the frequency [ln Hz] that a map predicts there; NaN: none did.
     """
 
     joints: NDArray[np.float64]
     offset: float
     variance: float
+    told: float = math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """What a map says of a track's mode at the pose where the arm is.
+
+    Parameters
+    ----------
+    frequency_hz : float [Hz]
+        Mean.
+    relative_std : float
+        Standard deviation over the mean.
+    """
+
+    frequency_hz: float
+    relative_std: float
 
 
 @dataclass(slots=True)
@@ -89,21 +108,45 @@ class Track:
     missed: int = 0
     places: list[Place] = field(default_factory=list)
     companions: dict[int, int] = field(default_factory=dict)
+    predicted: dict[int, int] = field(default_factory=dict)
+    last_joints: NDArray[np.float64] | None = None
+
+    @property
+    def predicted_id(self) -> int:
+        """Id of this mode in a map; 0: none is known."""
+        return max(self.predicted, key=lambda each: self.predicted[each], default=0)
+
+    def has_moved(self, joints: NDArray[np.float64] | None) -> bool:
+        """Tell whether the arm was elsewhere when the mode was seen last."""
+        before = self.last_joints
+        if before is None or joints is None or len(before) != len(joints):
+            return False
+        return float(np.max(np.abs(before - joints), initial=0.0)) > TRACKING.same_pose_rad
 
     def observe(
-        self, mode: Mode, joints: NDArray[np.float64] | None, channel_names: tuple[str, ...]
+        self,
+        mode: Mode,
+        joints: NDArray[np.float64] | None,
+        channel_names: tuple[str, ...],
+        prior: Prior | None = None,
     ) -> None:
         """Learn from a mode linked to this track."""
-        self._learn_frequency(math.log(mode.frequency_hz), relative_std(mode) ** 2, joints)
+        self._learn_frequency(math.log(mode.frequency_hz), relative_std(mode) ** 2, joints, prior)
+        if prior is not None and self.has_moved(joints):
+            # The memory of the shape is of another pose, and a map tells whose shape this is.
+            self.channel_names = ()
+        self.last_joints = None if joints is None else joints.copy()
         self.frequency_hz = mode.frequency_hz
         self.damping_ratio = mode.damping_ratio
         self._learn_shape(mode.shape, channel_names)
         self.n_seen += 1
         self.missed = 0
 
-    def expected(self, joints: NDArray[np.float64] | None) -> Expectation:
+    def expected(
+        self, joints: NDArray[np.float64] | None, prior: Prior | None = None
+    ) -> Expectation:
         """Return where the mode should be in a pose."""
-        place = self._place(joints)
+        place = self._place(joints, prior)
         return Expectation(
             math.exp(self.level + place.offset),
             math.sqrt(self.drifted + place.variance),
@@ -117,14 +160,18 @@ class Track:
         return self.variance + max(self.wander, TRACKING.least_wander) ** 2 * steps
 
     def _learn_frequency(
-        self, value: float, noise: float, joints: NDArray[np.float64] | None
+        self,
+        value: float,
+        noise: float,
+        joints: NDArray[np.float64] | None,
+        prior: Prior | None,
     ) -> None:
         if not self.n_seen:
             self.level, self.variance = value, noise
             if joints is not None:
-                self.places = [Place(joints.copy(), 0.0, 0.0)]
+                self.places = [Place(joints.copy(), 0.0, 0.0, _told(prior))]
             return
-        place, drifted = self._place(joints), self.drifted
+        place, drifted = self._place(joints, prior), self.drifted
         innovation = value - self.level - place.offset
         known = drifted + place.variance + noise
         if self.missed == 0:
@@ -141,8 +188,11 @@ class Track:
             self.places.append(place)
             del self.places[: -TRACKING.most_places]
 
-    def _place(self, joints: NDArray[np.float64] | None) -> Place:
-        """Return what is known of a pose; of a new one what the nearest known one tells."""
+    def _place(self, joints: NDArray[np.float64] | None, prior: Prior | None) -> Place:
+        """Return what is known of a pose; of a new one what the nearest known one tells, or a map.
+
+        A map tells the change from the known pose, so that what it has wrong at both drops out.
+        """
         if joints is None:
             return Place(np.empty(0), 0.0, 0.0)
         known = [place for place in self.places if len(place.joints) == len(joints)]
@@ -151,9 +201,18 @@ class Track:
         away = [float(np.max(np.abs(place.joints - joints), initial=0.0)) for place in known]
         nearest = int(np.argmin(away))
         if away[nearest] <= TRACKING.same_pose_rad:
-            return known[nearest]
+            near = known[nearest]
+            if math.isnan(near.told):
+                near.told = _told(prior)
+            return near
+        near, told = known[nearest], _told(prior)
         unknown = (TRACKING.pose_wander_per_rad * away[nearest]) ** 2
-        return Place(joints.copy(), known[nearest].offset, known[nearest].variance + unknown)
+        if prior is not None and math.isfinite(near.told):
+            changed = 2.0 * max(prior.relative_std, TRACKING.least_std) ** 2
+            if changed < unknown:
+                offset = near.offset + told - near.told
+                return Place(joints.copy(), offset, near.variance + changed, told)
+        return Place(joints.copy(), near.offset, near.variance + unknown, told)
 
     def _learn_shape(self, shape: NDArray[np.complex128], channel_names: tuple[str, ...]) -> None:
         unit = shape / max(float(np.linalg.norm(shape)), 1e-300)
@@ -180,10 +239,21 @@ class Track:
             'n_seen': self.n_seen,
             'missed': self.missed,
             'places': [
-                [place.joints.tolist(), place.offset, place.variance] for place in self.places
+                [
+                    place.joints.tolist(),
+                    place.offset,
+                    place.variance,
+                    None if math.isnan(place.told) else place.told,
+                ]
+                for place in self.places
             ],
+            'predicted': [list(item) for item in sorted(self.predicted.items())],
             'companions': [list(item) for item in sorted(self.companions.items())],
         }
+
+
+def _told(prior: Prior | None) -> float:
+    return math.nan if prior is None else math.log(prior.frequency_hz)
 
 
 def relative_std(mode: Mode) -> float:

@@ -12,10 +12,9 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose
 from oma_identifier.tracking.checkpoint import restore
+from oma_identifier.tracking.prediction import FORBIDDEN, PredictedMode, Prediction, Predictions
 from oma_identifier.tracking.thresholds import TRACKING
-from oma_identifier.tracking.track import relative_std, Track
-
-FORBIDDEN = 1e6
+from oma_identifier.tracking.track import Prior, relative_std, Track
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +44,18 @@ class ModeTracker:
 
     Every window is assigned as a whole (Hungarian algorithm): two modes that cross are told apart
     by their shapes.  A track remembers its modes per pose, so that a robot that returns to a pose
-    finds the frequencies it had there.
+    finds the frequencies it had there.  Where a map of the workspace predicts the modes of a pose
+    not seen before, frequency and shape are expected by it.
+
+    Attributes
+    ----------
+    predictions : Predictions
+        Of a map, as the arm moves; empty without one.
     """
 
     def __init__(self) -> None:
         self.tracks: list[Track] = []
+        self.predictions = Predictions()
         self._next_id = 1
 
     def update(self, modes: ModeSet, pose: Pose | None = None) -> TrackedModes:
@@ -63,7 +69,9 @@ class ModeTracker:
             Where the robot was; None when unknown or when nothing moves.
         """
         joints = None if pose is None else np.asarray(pose.position, dtype=float)
-        links = self._link(modes, joints)
+        prediction = self.predictions.at(pose)
+        partners = {} if prediction is None else prediction.partners(modes)
+        links = self._link(modes, joints, prediction)
         born, returned = [], []
         seen: list[Track] = []
         for row, mode in enumerate(modes):
@@ -73,7 +81,11 @@ class ModeTracker:
                 born.append(track.id)
             elif track.missed >= TRACKING.lost_after:
                 returned.append(track.id)
-            track.observe(mode, joints, modes.channel_names)
+            partner = partners.get(row)
+            if partner is not None:
+                track.predicted[partner.id] = track.predicted.get(partner.id, 0) + 1
+            prior = _prior(_expected_of(track, prediction))
+            track.observe(mode, joints, modes.channel_names, prior)
             seen.append(track)
         numbers = {track.id for track in seen}
         for track in seen:
@@ -89,7 +101,7 @@ class ModeTracker:
 
     def label(self, modes: ModeSet) -> ModeSet:
         """Return the modes with the ids they have here, without learning; new ones get new ids."""
-        links = self._link(modes, None)
+        links = self._link(modes, None, None)
         numbered = []
         for row, mode in enumerate(modes):
             track = links.get(row)
@@ -99,11 +111,14 @@ class ModeTracker:
             numbered.append(replace(mode, id=track.id))
         return replace(modes, modes=tuple(numbered))
 
-    def _link(self, modes: ModeSet, joints: NDArray[np.float64] | None) -> dict[int, Track]:
+    def _link(
+        self, modes: ModeSet, joints: NDArray[np.float64] | None, prediction: Prediction | None
+    ) -> dict[int, Track]:
         if not len(modes) or not self.tracks:
             return {}
+        names = modes.channel_names
         closeness = [
-            [closeness_of(track, mode, joints, modes.channel_names) for track in self.tracks]
+            [closeness_of(track, mode, joints, names, prediction) for track in self.tracks]
             for mode in modes
         ]
         cost = np.array([[entry.cost for entry in row] for row in closeness])
@@ -226,16 +241,32 @@ def closeness_of(
     mode: Mode,
     joints: NDArray[np.float64] | None,
     channel_names: tuple[str, ...],
+    prediction: Prediction | None = None,
 ) -> Closeness:
     """Compare a mode with a track, with the uncertainty of both."""
-    place = track.expected(joints)
+    expected = _expected_of(track, prediction)
+    place = track.expected(joints, _prior(expected))
     step = abs(math.log(mode.frequency_hz / place.frequency_hz))
     deviation = step / math.hypot(relative_std(mode), place.relative_std)
     widest = TRACKING.widest_outlier + TRACKING.outlier_deviation * place.place_std
-    alike = _alike(track, mode, channel_names) if deviation <= TRACKING.outlier_deviation else 0.0
+    alike = 0.0
+    if deviation <= TRACKING.outlier_deviation:
+        told = None
+        if prediction is not None and expected is not None and track.has_moved(joints):
+            told = prediction.like(expected, mode, channel_names)
+        alike = _alike(track, mode, channel_names) if told is None else told
     # The memory of the track is of modes determined about as well as this one.
     loss = 2.0 * mode.mac_loss if math.isfinite(mode.mac_loss) else 0.0
     return Closeness(deviation, step, widest, alike, loss)
+
+
+def _expected_of(track: Track, prediction: Prediction | None) -> PredictedMode | None:
+    """Return what a map expects of a track's mode where the arm is."""
+    return None if prediction is None else prediction.mode(track.predicted_id)
+
+
+def _prior(expected: PredictedMode | None) -> Prior | None:
+    return None if expected is None else Prior(expected.frequency_hz, expected.relative_std)
 
 
 def _are_twins(old: Track, young: Track) -> bool:

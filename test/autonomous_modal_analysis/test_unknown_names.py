@@ -217,3 +217,18 @@ def test_the_node_that_keeps_results_starts_where_a_file_is_named():
     assert 'modal_history' not in started and 'oma_identifier' in started
     kept = cell_commands(parameters={'modal_history': {'history': 'arm.history'}})
     assert kept[-1].name == 'modal_history'
+
+
+def test_the_node_of_a_map_starts_where_a_map_is_named():
+    started = [command.name for command in cell_commands()]
+    assert 'modal_map' not in started
+    named = cell_commands(parameters={'modal_map': {'map': 'map.json'}})
+    assert named[-1].name == 'modal_map'
+
+
+def test_a_cut_without_a_map_is_refused_in_one_line(tmp_path):
+    cut = tmp_path / 'cut.yaml'
+    cut.write_text('n_teeth: 2\n')
+    ended = CliRunner().invoke(app, ['up', '--cut', str(cut)])
+    assert isinstance(ended.exception, SettingsError)
+    assert 'a cut without a map' in str(ended.exception)

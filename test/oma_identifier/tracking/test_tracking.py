@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from modal_core.errors import SettingsError
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose
-from oma_identifier.tracking import TRACKING
-from oma_identifier.tracking.tracking import ModeTracker
+from oma_identifier.tracking import ModeTracker, PredictedMode, Prediction, TRACKING
 
 NAMES = tuple(f'c{index}' for index in range(6))
 
@@ -177,3 +177,99 @@ def test_measured_mast(data_path):
             (sum(low_hz < hz < high_hz for hz in track) for track in seen.values()), reverse=True
         )
         assert sum(counts[:2]) > least * sum(counts), counts
+
+
+# -- poses that a map predicts -------------------------------------------------------------------
+
+
+def prediction(where, frequency_hz, shapes, ids, deviation=0.01):
+    modes = [
+        PredictedMode(int(number), float(hz), deviation, shape)
+        for hz, shape, number in zip(frequency_hz, shapes.T, ids, strict=True)
+    ]
+    return Prediction(where.joint_names, np.array(where.position), NAMES, tuple(modes))
+
+
+def visited(seed, told):
+    """Return how many modes kept their id over 30 poses far apart, and the number of ids.
+
+    Frequencies change by up to 40 % from pose to pose, modes cross, and shapes turn; the map has
+    every frequency wrong by one error of 2 % for all poses and by 0.5 % at each.
+    """
+    rng = np.random.default_rng([seed, 5])
+    shapes = np.linalg.qr(rng.standard_normal((6, 6)))[0][:, :5]
+    own = np.exp(0.02 * rng.standard_normal(5))
+    slope = rng.uniform(-0.3, 0.3, (5, 2))
+    skew = rng.standard_normal((6, 6))
+    tracker, first, correct, total = ModeTracker(), {}, 0, 0
+    for _ in range(30):
+        q = rng.uniform(-1.0, 1.0, 2)
+        where = pose(*q)
+        model = np.array([10.0, 13.0, 17.0, 23.0, 31.0]) * np.exp(slope @ q)
+        turned = expm(0.5 * q[0] * (skew - skew.T)) @ shapes
+        if told:
+            wrong = np.exp(0.005 * rng.standard_normal(5))
+            tracker.predictions.add(prediction(where, model * wrong, turned, range(11, 16)))
+        there = np.flatnonzero(rng.uniform(size=5) > 0.1)
+        for _ in range(2):
+            modes, order = mode_set(rng, (model * own)[there], turned[:, there])
+            for mode, index in zip(tracker.update(modes, where).modes, there[order], strict=True):
+                first.setdefault(index, mode.id)
+                correct += mode.id == first[index]
+                total += 1
+    return correct / total, len(tracker.tracks)
+
+
+@pytest.mark.parametrize('seed', [880200, 880201, 880202])
+def test_a_map_keeps_the_ids_of_modes_over_poses_never_seen(seed):
+    blind, _ = visited(seed, told=False)
+    told, count = visited(seed, told=True)
+    print(f'seed {seed}: {blind:.3f} without a map, {told:.3f} with one, {count} ids')
+    assert told >= 0.99
+    assert count == 5
+    assert blind < 0.9, 'too easy to show anything'
+
+
+def test_a_prediction_of_another_place_or_other_channels_is_none():
+    rng = np.random.default_rng(4)
+    shapes = np.linalg.qr(rng.standard_normal((6, 2)))[0]
+    tracker = ModeTracker()
+    tracker.predictions.add(prediction(pose(0.0, 0.0), [10.0, 20.0], shapes, [1, 2]))
+    assert tracker.predictions.at(pose(0.0, 0.04)) is not None
+    assert tracker.predictions.at(pose(0.0, 0.2)) is None
+    assert tracker.predictions.at(None) is None
+    assert tracker.predictions.at(Pose(('other',), np.zeros(1), np.zeros(1))) is None
+    modes, _ = mode_set(rng, [10.0, 20.0], shapes)
+    found = tracker.predictions.at(pose(0.0, 0.0))
+    assert {row: mode.id for row, mode in found.partners(modes).items()} == {0: 1, 1: 2}
+    other = ModeSet(modes.modes, tuple(f'other_{name}' for name in NAMES))
+    assert found.partners(other) == {}
+    far, _ = mode_set(rng, [14.0, 28.0], shapes)
+    assert found.partners(far) == {}
+
+
+def test_what_a_map_told_outlives_a_restart():
+    rng = np.random.default_rng(6)
+    shapes = np.linalg.qr(rng.standard_normal((6, 2)))[0]
+    tracker = ModeTracker()
+    for where in (pose(0.0, 0.0), pose(0.5, 0.0)):
+        tracker.predictions.add(prediction(where, [10.0, 20.0], shapes, [7, 8]))
+        tracker.update(mode_set(rng, [10.0, 20.0], shapes)[0], where)
+    state = json.loads(json.dumps(tracker.to_json()))
+    again = ModeTracker.from_json(state)
+    assert [track.predicted_id for track in again.tracks] == [7, 8]
+    assert again.to_json() == tracker.to_json()
+    # A checkpoint of before maps.
+    for track in state['tracks']:
+        del track['predicted']
+        track['places'] = [place[:3] for place in track['places']]
+    assert [track.predicted_id for track in ModeTracker.from_json(state).tracks] == [0, 0]
+
+
+def test_predictions_do_not_grow_without_end():
+    tracker = ModeTracker()
+    shapes = np.eye(6)[:, :1]
+    for number in range(2 * TRACKING.most_predictions):
+        tracker.predictions.add(prediction(pose(0.01 * number), [10.0], shapes, [1]))
+    assert tracker.predictions.at(pose(0.0)) is None
+    assert tracker.predictions.at(pose(0.01 * (2 * TRACKING.most_predictions - 1))) is not None
