@@ -78,15 +78,14 @@ def save_results(
     provenance: Mapping[str, str] | None = None,
 ) -> None:
     """Write modes.json, modes.csv and report.html into a folder."""
+    whole = found.whole.spectrum
+    spectrum = Spectrum(whole.frequency_hz, whole.singular_value)
     content = ReportContent(
         title=title,
         recording=name,
         identification=found.identification,
         poles=found.whole.poles,
-        spectrum=Spectrum(
-            frequency_hz=found.whole.spectrum.frequency_hz,
-            singular_value=found.whole.spectrum.singular_value,
-        ),
+        spectrum=spectrum,
         truth=truth,
         geometry=drawing.geometry if drawing else None,
         displacements=drawing.displacements if drawing else (),
@@ -94,7 +93,7 @@ def save_results(
         spectrogram=found.spectrogram,
         provenance={'software': software(), **(provenance or {})},
     )
-    write_json(folder / JSON_NAME, found.identification, name)
+    write_json(folder / JSON_NAME, found.identification, name, spectrum)
     write_csv(folder / CSV_NAME, found.identification)
     write_report(folder / REPORT_NAME, content)
 

@@ -1,7 +1,10 @@
 """Modes of a recording, or as they were kept: modes.json, or a universal file of any program."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
+
+import numpy as np
 
 from autonomous_modal_analysis.output import show_damage
 from autonomous_modal_analysis.results import FORMAT_VERSION
@@ -9,6 +12,7 @@ from autonomous_modal_analysis.terminal import progress_bar
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.mode import Mode, ModeSet
+from modal_reports import Spectrum
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.modal_result import ModalResult
@@ -49,8 +53,27 @@ def result_of(path: Path, identifier: 'Identifier') -> 'ModalResult | Path':
     return found
 
 
-def modes_of(path: Path, identifier: 'Identifier') -> ModeSet:
-    """Return the modes of a recording, or of results that were kept.
+@dataclass(frozen=True, slots=True)
+class ReadResult:
+    """What is known of a recording, by itself or by results that were kept.
+
+    Parameters
+    ----------
+    modes : ModeSet
+        Of the whole recording.
+    spectrum : Spectrum or None
+        Its largest singular value; None where none was kept.
+    result : ModalResult or None
+        Of a recording that was identified now.
+    """
+
+    modes: ModeSet
+    spectrum: Spectrum | None = None
+    result: 'ModalResult | None' = None
+
+
+def read_result(path: Path, identifier: 'Identifier') -> ReadResult:
+    """Return the modes of a recording, or of results that were kept, with their spectrum.
 
     Raises
     ------
@@ -60,9 +83,29 @@ def modes_of(path: Path, identifier: 'Identifier') -> ModeSet:
     if path.suffix.lower() in UNIVERSAL and _has_shapes(path):
         from modal_recordings.formats.universal_shapes import read_shapes
 
-        return read_shapes(path)
+        return ReadResult(read_shapes(path))
     found = result_of(path, identifier)
-    return read_modes(results_file(found) or found) if isinstance(found, Path) else found.modes
+    if isinstance(found, Path):
+        kept = results_file(found) or found
+        return ReadResult(read_modes(kept), _kept_spectrum(kept))
+    whole = found.found.whole.spectrum
+    return ReadResult(found.modes, Spectrum(whole.frequency_hz, whole.singular_value), found)
+
+
+def _kept_spectrum(path: Path) -> Spectrum | None:
+    """Return the spectrum in a file of results; None where it has none, or none that fits."""
+    found: Any = load_json(path, LARGEST_BYTES).get('spectrum')
+    if not isinstance(found, dict):
+        return None
+    try:
+        hz = np.array(found['frequency_hz'], dtype=float)
+        values = np.array(found['singular_value'], dtype=float)
+    except (ValueError, KeyError, TypeError) as error:
+        raise _no_results(path, f'spectrum: {type(error).__name__}: {error}') from error
+    rising = hz.ndim == 1 and len(hz) > 0 and np.all(np.diff(hz) > 0.0)
+    if hz.shape != values.shape or not rising or not np.isfinite([hz, values]).all():
+        raise _no_results(path, 'spectrum: not one finite value per rising frequency')
+    return Spectrum(hz, values[:, None])
 
 
 def _has_shapes(path: Path) -> bool:

@@ -21,12 +21,14 @@ from modal_core.mode import Mode, MODE_FIELDS, ModeSet
 from modal_core.quality import DataQuality
 from modal_core.version import software
 from modal_core.window import Pose
+from modal_reports import pooled, Spectrum
 from oma_identifier.covariance import AnalysedBand
 
 MODE_COLUMNS = tuple(item.name for item in MODE_FIELDS if item.single)
 """What a table says of a mode; shapes and what is made of them are no single numbers."""
 CSV_COLUMNS = ('window', 'start_time_s', 'end_time_s', *MODE_COLUMNS)
 NONE = ModeSet((), ())
+MOST_KEPT_LINES = 1000
 FORMAT_VERSION = 1
 """Of the JSON file: counts up when a program that reads it must be changed."""
 
@@ -186,10 +188,26 @@ def file_header(format_version: int, **of: str) -> dict[str, object]:
     }
 
 
-def write_json(path: Path, identification: Identification, recording: str = '') -> None:
-    """Write the result as JSON, whole or not at all, with where it comes from in ``file``."""
+def write_json(
+    path: Path,
+    identification: Identification,
+    recording: str = '',
+    spectrum: Spectrum | None = None,
+) -> None:
+    """Write the result as JSON, whole or not at all, with where it comes from in ``file``.
+
+    With a spectrum, ``spectrum`` holds the largest singular value [(SI unit)²/Hz] at up to a
+    thousand frequencies, so that results are laid over each other without their recordings.
+    """
     file = file_header(FORMAT_VERSION, recording=recording)
-    write_text(path, json_text({'file': file, **identification_json(identification)}))
+    found = {'file': file, **identification_json(identification)}
+    if spectrum is not None and len(spectrum.frequency_hz):
+        shown = pooled(spectrum, MOST_KEPT_LINES)
+        found['spectrum'] = {
+            'frequency_hz': [float(f'{value:.6g}') for value in shown.frequency_hz.tolist()],
+            'singular_value': [float(f'{v:.4g}') for v in shown.singular_value[:, 0].tolist()],
+        }
+    write_text(path, json_text(found))
 
 
 def write_csv(path: Path, identification: Identification) -> None:

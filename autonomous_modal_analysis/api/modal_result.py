@@ -128,18 +128,29 @@ class ModalResult(FoundModes):
         OSError
             It cannot be written to.
         """
-        save_results(Path(folder), self.found, self.name, drawing=self._drawing())
+        save_results(Path(folder), self.found, self.name, drawing=self.drawing())
 
     def _placed(self) -> Placed | None:
         from autonomous_modal_analysis.api.placed_shapes import placed_shapes
 
-        drawing = self._drawing()
+        drawing = self.drawing()
         if drawing is not None:
             return drawing.geometry, drawing.displacements
         return placed_shapes(self.layout, self.modes)
 
-    def _drawing(self) -> 'ArmDrawing | None':
-        """Return the modes on the arm; None without a robot, or where its pose is not known."""
+    def drawing(self, modes: ModeSet | None = None) -> 'ArmDrawing | None':
+        """Return modes on the arm of this recording.
+
+        Parameters
+        ----------
+        modes : ModeSet or None
+            Of the same channels; None: those that were found here.
+
+        Returns
+        -------
+        ArmDrawing or None
+            None without a robot, or where its pose is not known.
+        """
         model, layout = self.model, self.layout
         if model is None and self.source is not None:
             from autonomous_modal_analysis.known_robot import robot_of
@@ -152,7 +163,7 @@ class ModalResult(FoundModes):
             return None
         from autonomous_modal_analysis.arm_drawing import draw_identified
 
-        return draw_identified(model, layout, self.found.identification)
+        return draw_identified(model, layout, self.found.identification, modes)
 
     def plot_spectrum(self, ax: Any = None) -> Any:
         """Draw the singular values of the cross-spectral density and the modes in it.
@@ -211,7 +222,7 @@ class ModalResult(FoundModes):
         """
         from autonomous_modal_analysis.api.placed_shapes import placed_shapes
 
-        drawing = self._drawing()
+        drawing = self.drawing()
         if drawing is not None:
             return modal_plots.plot_on_geometry(
                 self.modes, drawing.geometry, drawing.displacements

@@ -36,8 +36,8 @@ def compare(
     """
     from autonomous_modal_analysis.change_view import changes_json, show_changes
     from autonomous_modal_analysis.output import show_written
-    from autonomous_modal_analysis.read_results import modes_of
-    from autonomous_modal_analysis.report import ComparedState, write_comparison
+    from autonomous_modal_analysis.read_results import read_result
+    from autonomous_modal_analysis.report import ComparedState, StateDrawn, write_comparison
     from autonomous_modal_analysis.terminal import print_json
     from modal_core.errors import SettingsError
     from oma_identifier.compare import compare_modes
@@ -47,16 +47,21 @@ def compare(
             'there is nothing to compare with', where='ama compare', expected='two'
         )
     first, *others = recordings
-    modes = modes_of(first, identifier)
+    base = read_result(first, identifier)
+    drawing = base.result.drawing() if base.result is not None and out is not None else None
     states = []
     for path in others:
-        other = modes_of(path, identifier)
-        states.append(ComparedState(path.name, other, compare_modes(modes, other)))
+        other = read_result(path, identifier)
+        found = compare_modes(base.modes, other.modes)
+        on_arm = base.result.drawing(other.modes) if base.result and drawing else None
+        drawn = StateDrawn(other.spectrum, on_arm)
+        states.append(ComparedState(path.name, other.modes, found, drawn))
     if json:
         print_json(changes_json(first.name, states))
     else:
         for state in states:
             show_changes(state.found, first.name, state.name)
     if out is not None:
-        write_comparison(out / REPORT, first.name, modes, states)
+        drawn = StateDrawn(base.spectrum, drawing)
+        write_comparison(out / REPORT, first.name, base.modes, states, drawn)
         show_written(out, (REPORT,))

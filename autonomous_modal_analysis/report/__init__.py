@@ -3,12 +3,14 @@
 from autonomous_modal_analysis.report.channel_spectra import channel_spectra
 from autonomous_modal_analysis.report.comparison import ComparedState, headline, write_comparison
 from autonomous_modal_analysis.report.content import ReportContent
+from autonomous_modal_analysis.report.overlay import StateDrawn
 from autonomous_modal_analysis.report.page import render_report, write_report
 from autonomous_modal_analysis.report.truth import match_truth, TrueMode
 
 __all__ = [
     'ComparedState',
     'ReportContent',
+    'StateDrawn',
     'TrueMode',
     'channel_spectra',
     'headline',

@@ -6,6 +6,12 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from autonomous_modal_analysis.report.overlay import (
+    damping_of_both,
+    shapes_of_both,
+    spectra_of_both,
+    StateDrawn,
+)
 from autonomous_modal_analysis.report.still_pictures import draw_mac
 from modal_core.atomic_file import write_text
 from modal_core.mode import Mode, ModeSet
@@ -33,6 +39,7 @@ from oma_identifier.compare import ModeChange, ModeComparison
 TEMPLATE = Path(__file__).parent / 'templates' / 'comparison.html.j2'
 # More would not be read.
 MOST_IN_MAC = 20
+NOT_DRAWN = StateDrawn()
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +54,22 @@ class ComparedState:
         Its modes.
     found : ModeComparison
         The first, then this one.
+    drawn : StateDrawn
+        Its spectrum, and its modes on the arm of the first.
     """
 
     name: str
     modes: ModeSet
     found: ModeComparison
+    drawn: StateDrawn = NOT_DRAWN
 
 
 def write_comparison(
-    path: Path, first: str, modes: ModeSet, others: Sequence[ComparedState]
+    path: Path,
+    first: str,
+    modes: ModeSet,
+    others: Sequence[ComparedState],
+    drawn: StateDrawn = NOT_DRAWN,
 ) -> None:
     """Write the report of recordings beside the first, whole or not at all.
 
@@ -69,7 +83,15 @@ def write_comparison(
         Its modes.
     others : sequence of ComparedState
         The others, in their order.
+    drawn : StateDrawn
+        Spectrum of the first, and its modes on the arm.
     """
+    spectra = [
+        spectra_of_both((first, modes, drawn), (each.name, each.modes, each.drawn))
+        for each in others
+    ]
+    shapes = [shapes_of_both(each.found, modes, each.modes, drawn, each.drawn) for each in others]
+    charts = {'compared_spectra': spectra, 'mode_shapes': shapes}
     names = ', '.join(each.name for each in others)
     values = {
         'first': first,
@@ -79,11 +101,14 @@ def write_comparison(
                 'headline': headline(each.found),
                 'table': _table(each.found),
                 'mac': _cross_mac(modes, each),
+                'damping': damping_of_both(modes, each.modes),
+                'spectra': spectra[index],
+                'shapes': shapes[index],
             }
-            for each in others
+            for index, each in enumerate(others)
         ],
     }
-    page = Page('Modal comparison', f'{first}, then {names}', TEMPLATE, values)
+    page = Page('Modal comparison', f'{first}, then {names}', TEMPLATE, values, charts)
     write_text(path, render(page))
 
 

@@ -54,14 +54,15 @@ def complexity(modes: ModeSet) -> Markup:
 def damping_over_frequency(modes: ModeSet) -> Markup:
     """Return damping over natural frequency, with ellipses of ±2 σ."""
     shown = _shown(modes)
-    return damping_plane('Damping over frequency', [*map(_placed, shown)]) if shown else Markup()
+    return damping_plane('Damping over frequency', [*map(placed, shown)]) if shown else Markup()
 
 
 def _shown(modes: ModeSet) -> tuple[Mode, ...]:
     return tuple(mode for mode in modes if not mode.harmonic)
 
 
-def _placed(mode: Mode) -> PlacedMode:
+def placed(mode: Mode) -> PlacedMode:
+    """Return a mode in the plane of damping over frequency."""
     return PlacedMode(
         name=f'{FREQUENCY.number(mode.frequency_hz, mode.frequency_std_hz)} Hz,'
         f' {DAMPING.number(mode.damping_ratio, mode.damping_ratio_std)} %',

@@ -7,6 +7,7 @@ that moves (zoom, hover, turn) out goes the data that the script of its name in 
 from modal_reports.charts import svg
 from modal_reports.charts.bars import Bar, bar_chart
 from modal_reports.charts.channel_spectra import channel_spectra_data, ChannelSpectra
+from modal_reports.charts.compared_spectra import compared_spectra_data, ComparedSpectrum
 from modal_reports.charts.complexity import complexity_plot
 from modal_reports.charts.courses import course_plot, Mark
 from modal_reports.charts.damping_plane import damping_plane, PlacedMode
@@ -18,7 +19,7 @@ from modal_reports.charts.geometry import (
 from modal_reports.charts.heat import heat_map
 from modal_reports.charts.lines import LARGE, SMALL, spectrum_plot
 from modal_reports.charts.marks import error_mark, meter
-from modal_reports.charts.mode_shapes import mode_shapes_data
+from modal_reports.charts.mode_shapes import mode_shapes_data, OtherShape
 from modal_reports.charts.spectrogram import Spectrogram, spectrogram_data, SpeedSpectra
 from modal_reports.charts.stabilisation import (
     pooled,
@@ -35,8 +36,10 @@ __all__ = [
     'STATUS_WORDS',
     'Bar',
     'ChannelSpectra',
+    'ComparedSpectrum',
     'Geometry',
     'Mark',
+    'OtherShape',
     'PlacedMode',
     'Spectrogram',
     'Spectrum',
@@ -45,6 +48,7 @@ __all__ = [
     'Trace',
     'bar_chart',
     'channel_spectra_data',
+    'compared_spectra_data',
     'complexity_plot',
     'course_plot',
     'damping_plane',

@@ -27,6 +27,8 @@ class PlacedMode:
         Where it is.
     frequency_std_hz, damping_std_percent : float
         Standard deviations; NaN where there is none.
+    kind : str
+        Class name of its colour: ``before``, ``after``, or none.
     """
 
     name: str
@@ -34,6 +36,7 @@ class PlacedMode:
     damping_percent: float
     frequency_std_hz: float = math.nan
     damping_std_percent: float = math.nan
+    kind: str = ''
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -105,5 +108,6 @@ class _Plane:
             rx = self.x(mode.frequency_hz + wide) - x
             ry = (HEIGHT - TOP - BOTTOM) * high / self._high
             place = f'cx="{x:.1f}" cy="{y:.1f}" rx="{max(rx, DOT):.1f}" ry="{max(ry, DOT):.1f}"'
-            yield f'<ellipse class="two" {place}><title>{escape(mode.name)}</title></ellipse>'
-        yield svg.circle('dot', x, y, DOT, mode.name)
+            kind, title = escape(f'two {mode.kind}'.strip()), escape(mode.name)
+            yield f'<ellipse class="{kind}" {place}><title>{title}</title></ellipse>'
+        yield svg.circle(f'dot {mode.kind}'.strip(), x, y, DOT, mode.name)

@@ -1,4 +1,4 @@
-/* Mode shapes on the arm: a turning wireframe per mode, or one bar per channel without geometry. */
+/* Mode shapes on the arm: a turning wireframe per mode, or one bar per channel without geometry; a second result may lie over each. */
 (function (modal) {
   'use strict';
 
@@ -51,20 +51,27 @@
     const { context, width, height } = modal.context(canvas);
     const project = projector(box, width, height);
     const c = Math.cos(phase), s = Math.sin(phase);
-    const at = (angleC, angleS) => geometry.points_m.map((point, i) => point.map((value, axis) =>
-      value + mode.scale * ((mode.moved_real[i][axis] || 0) * angleC - (mode.moved_imag[i][axis] || 0) * angleS)));
+    const at = (angleC, angleS, shape = mode) => geometry.points_m.map((point, i) => point.map((value, axis) =>
+      value + mode.scale * ((shape.moved_real[i][axis] || 0) * angleC - (shape.moved_imag[i][axis] || 0) * angleS)));
     context.lineCap = context.lineJoin = 'round';
     floor(context, project, box);
     context.strokeStyle = modal.colour('faint'); context.lineWidth = 1.4; context.setLineDash([3, 4]);
     geometry.lines.forEach((line) => path(context, project, geometry.points_m, line));
     context.setLineDash([]);
     /* The far side of the swing, so that a still picture tells the direction. */
-    const opposite = at(-c, -s);
-    context.strokeStyle = modal.colour('accent-soft'); context.lineWidth = 2.5;
-    geometry.lines.forEach((line) => path(context, project, opposite, line));
+    if (!mode.other) {
+      const opposite = at(-c, -s);
+      context.strokeStyle = modal.colour('accent-soft'); context.lineWidth = 2.5;
+      geometry.lines.forEach((line) => path(context, project, opposite, line));
+    }
     const points = at(c, s);
-    context.strokeStyle = modal.colour(mode.harmonic ? 'harmonic' : 'accent'); context.lineWidth = 4;
+    context.strokeStyle = colourOf(mode); context.lineWidth = 4;
     geometry.lines.forEach((line) => path(context, project, points, line));
+    if (mode.other) {
+      const beside = at(c, s, mode.other);
+      context.strokeStyle = modal.colour('after'); context.lineWidth = 2;
+      geometry.lines.forEach((line) => path(context, project, beside, line));
+    }
     geometry.sensors.forEach((index) => {
       const [x, y] = project(points[index]);
       context.beginPath(); context.arc(x, y, 4, 0, 2 * Math.PI);
@@ -73,25 +80,34 @@
     });
   }
 
+  const colourOf = (mode) => modal.colour(mode.other ? 'before' : mode.harmonic ? 'harmonic' : 'accent');
+
   function drawBars(canvas, names, mode, phase) {
     const { context, width, height } = modal.context(canvas);
     const c = Math.cos(phase), s = Math.sin(phase), count = mode.shape_real.length;
-    const values = mode.shape_real.map((real, i) => (real || 0) * c - (mode.shape_imag[i] || 0) * s);
+    const valueOf = (shape, i) => (shape.shape_real[i] || 0) * c - (shape.shape_imag[i] || 0) * s;
+    const sizeOf = (shape, i) => Math.hypot(shape.shape_real[i] || 0, shape.shape_imag[i] || 0);
+    const shapes = mode.other ? [mode, mode.other] : [mode];
+    /* A shape of its own reaches 1; one that is fitted to another may reach further. */
+    const most = Math.max(1, ...shapes.flatMap((shape) => shape.shape_real.map((_, i) => sizeOf(shape, i))));
     const few = count <= 12, label = few ? Math.min(110, width * 0.4) : 0, pad = 14;
     context.font = modal.font(11); context.textBaseline = 'middle';
     const along = few ? height - 2 * pad : width - 2 * pad, step = Math.min(34, along / count);
     const start = pad + (along - step * count) / 2;
-    const reach = few ? (width - label - 2 * pad) / 2 : (height - 2 * pad) / 2;
-    const zero = few ? label + pad + reach : height / 2;
+    const half = few ? (width - label - 2 * pad) / 2 : (height - 2 * pad) / 2, reach = half / most;
+    const zero = few ? label + pad + half : height / 2;
     context.strokeStyle = modal.colour('faint'); context.lineWidth = 1; context.beginPath();
     if (few) { context.moveTo(zero, start); context.lineTo(zero, start + step * count); } else { context.moveTo(start, zero); context.lineTo(start + step * count, zero); }
     context.stroke();
-    values.forEach((value, i) => {
-      const size = Math.hypot(mode.shape_real[i] || 0, mode.shape_imag[i] || 0), centre = start + (i + 0.5) * step, thick = Math.max(1, Math.min(12, step * 0.6));
-      context.fillStyle = modal.colour('rule');
-      if (few) context.fillRect(zero - size * reach, centre - thick / 2, 2 * size * reach, thick); else context.fillRect(centre - thick / 2, zero - size * reach, thick, 2 * size * reach);
-      context.fillStyle = modal.colour(mode.harmonic ? 'harmonic' : 'accent');
-      if (few) context.fillRect(Math.min(zero, zero + value * reach), centre - thick / 2, Math.abs(value) * reach, thick); else context.fillRect(centre - thick / 2, Math.min(zero, zero - value * reach), thick, Math.abs(value) * reach);
+    mode.shape_real.forEach((_, i) => {
+      const centre = start + (i + 0.5) * step, all = Math.max(1, Math.min(mode.other ? 20 : 12, step * 0.6)), thick = all / shapes.length;
+      shapes.forEach((shape, at) => {
+        const size = sizeOf(shape, i), value = valueOf(shape, i), begin = centre - all / 2 + at * thick;
+        context.fillStyle = modal.colour('rule');
+        if (few) context.fillRect(zero - size * reach, begin, 2 * size * reach, thick); else context.fillRect(begin, zero - size * reach, thick, 2 * size * reach);
+        context.fillStyle = at ? modal.colour('after') : colourOf(mode);
+        if (few) context.fillRect(Math.min(zero, zero + value * reach), begin, Math.abs(value) * reach, thick); else context.fillRect(begin, Math.min(zero, zero - value * reach), thick, Math.abs(value) * reach);
+      });
       if (few) {
         let name = names[i] || '';
         while (name.length > 1 && context.measureText(name).width > label - 8) name = name.slice(0, name.endsWith('…') ? -2 : -1) + '…';
@@ -113,8 +129,9 @@
       const solid = Boolean(geometry && mode.moved_real);
       const card = modal.element('figure', solid ? 'card' : 'card flat'), canvas = modal.element('canvas'), caption = modal.element('figcaption');
       caption.append(modal.element('b', '', mode.id ? 'Mode ' + mode.id : 'Mode'),
-        modal.element('span', '', mode.frequency),
-        modal.element('span', '', mode.damping));
+        modal.element('span', mode.other ? 'before' : '', mode.frequency),
+        modal.element('span', mode.other ? 'before' : '', mode.damping));
+      if (mode.other) caption.append(modal.element('span', 'after', mode.other.frequency), modal.element('span', 'after', mode.other.damping));
       if (mode.harmonic) caption.append(modal.element('span', '', 'harmonic'));
       canvas.setAttribute('role', 'img');
       canvas.setAttribute('aria-label', 'Shape of the mode at ' + mode.frequency);
@@ -147,7 +164,8 @@
       if (playing) { before = performance.now(); request = requestAnimationFrame(step); }
     };
     const button = modal.element('button');
-    button.type = 'button'; button.id = 'play';
+    button.type = 'button';
+    if (!document.getElementById('play')) button.id = 'play';
     button.addEventListener('click', () => { wanted = !wanted; play(); });
     tools.append(button);
 

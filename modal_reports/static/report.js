@@ -2,5 +2,9 @@
 (function (modal) {
   'use strict';
   const data = JSON.parse(document.getElementById('report-data').textContent);
-  document.querySelectorAll('[data-chart]').forEach((host) => modal.charts[host.dataset.chart](host, data[host.dataset.chart]));
+  /* Of several charts of one kind each says which is its own. */
+  document.querySelectorAll('[data-chart]').forEach((host) => {
+    const found = data[host.dataset.chart], of = host.dataset.of;
+    modal.charts[host.dataset.chart](host, of === undefined ? found : found[Number(of)]);
+  });
 })(window.modal);
