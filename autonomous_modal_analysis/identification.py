@@ -106,6 +106,7 @@ def identify_recording(
         spectra.add(window)
         take(ahead.identify(window))
 
+    pipeline.add_speed(recording.spindle_speed())
     with WindowsAhead(pipeline) as ahead:
         for measurement in recording.measurements():
             pipeline.add(measurement)

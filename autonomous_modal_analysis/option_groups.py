@@ -21,6 +21,7 @@ from autonomous_modal_analysis.options import (
     RobotName,
     SampleRate,
     setting_option,
+    Spindle,
     Topics,
     Unit,
 )
@@ -50,6 +51,7 @@ class Reading:
     unit: Unit = None
     channels: Channels = None
     mark: Mark = None
+    spindle: Spindle = None
 
     def open_file(self, path: Path, to_look: bool = False) -> 'Recording':
         """Open a recording; ``to_look`` also when it has nothing to identify.
@@ -69,6 +71,7 @@ class Reading:
             channel_names=channel_names(self.channels),
             to_look=to_look,
             mark=self.mark,
+            spindle=self.spindle,
         )
 
 
@@ -98,6 +101,8 @@ class Source(Reading):
         """
         if self.mark:
             raise SettingsError('a recording is played as a whole', where='--mark')
+        if self.spindle:
+            raise SettingsError('responses and joints alone are played', where='--spindle')
         return {
             'recording': str(self.recording.resolve()),
             'topics': self.topic or [''],

@@ -45,6 +45,15 @@ Mark = Annotated[
         help='Channel or column that is high while the robot moves: only that part is used.',
     ),
 ]
+Spindle = Annotated[
+    str | None,
+    typer.Option(
+        '--spindle',
+        help='Topic, channel or column with the speed of the spindle [rpm], unless its name says '
+        'Hz or rad/s: its orders are followed by it. Else the topic /spindle_speed_rpm, or lines '
+        'that move are found.',
+    ),
+]
 Channels = Annotated[
     str | None,
     typer.Option(

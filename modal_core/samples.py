@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from modal_core.channel import Channel
 from modal_core.errors import LayoutError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.spindle_speed import SpindleSpeed
 
 ROWS_AT_ONCE = 8192
 
@@ -31,6 +32,8 @@ class Samples:
     known : (n_samples, n_inputs) array or None
         What is known to drive the structure, for a robot the accelerations of its joints
         [rad/s²]; NaN where it is not known after all.
+    speed : SpindleSpeed or None
+        Of the spindle, at its own times; None where it is not measured.
     """
 
     acceleration: NDArray[np.float64] | NDArray[np.float32]
@@ -38,6 +41,7 @@ class Samples:
     channels: tuple[Channel, ...]
     start_ns: int = 0
     known: NDArray[np.float64] | NDArray[np.float32] | None = None
+    speed: SpindleSpeed | None = None
 
     @property
     def duration_s(self) -> float:
@@ -68,9 +72,11 @@ class Samples:
             yield self.widened(slice(first, first + ROWS_AT_ONCE))
 
     def part(self, rows: slice) -> 'Samples':
-        """Return some rows, not copied; the time is still that of the first row of all."""
+        """Return some rows, not copied."""
         known = None if self.known is None else self.known[rows]
-        return replace(self, acceleration=self.acceleration[rows], known=known)
+        first = rows.indices(len(self.acceleration))[0]
+        since_ns = self.start_ns + round(first / self.sample_rate_hz * NANOSECONDS_PER_SECOND)
+        return replace(self, acceleration=self.acceleration[rows], known=known, start_ns=since_ns)
 
     def select(self, names: Sequence[str]) -> 'Samples':
         """Return the named channels, in that order.
@@ -91,4 +97,5 @@ class Samples:
             channels=tuple(self.channels[column] for column in columns),
             start_ns=self.start_ns,
             known=self.known,
+            speed=self.speed,
         )

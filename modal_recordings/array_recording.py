@@ -13,6 +13,7 @@ from modal_core.measurements import (
     SampleBlock,
     StampedSamples,
 )
+from modal_core.spindle_speed import SpindleSpeed
 from modal_recordings.array_clock import array_clock
 from modal_recordings.array_columns import array_columns, ArrayColumns
 from modal_recordings.array_options import ArrayOptions
@@ -37,9 +38,10 @@ class ArrayRecording:
         Its content.
     options : ArrayOptions
         What the file does not say itself.
-
     notes : tuple of str
         What was done before.
+    speed_hz : (n_rows,) array or None [Hz]
+        Speed of the spindle.
 
     Raises
     ------
@@ -53,7 +55,12 @@ class ArrayRecording:
     """
 
     def __init__(
-        self, path: Path, table: ArrayTable, options: ArrayOptions, notes: tuple[str, ...] = ()
+        self,
+        path: Path,
+        table: ArrayTable,
+        options: ArrayOptions,
+        notes: tuple[str, ...] = (),
+        speed_hz: NDArray[np.float64] | None = None,
     ) -> None:
         self.path = path
         self.kind = path.suffix.lstrip('.').lower() or 'array'
@@ -67,6 +74,7 @@ class ArrayRecording:
         self.notes = (*notes, *columns.notes, *clock.notes)
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
+        self._speed_hz = speed_hz
         _check_finite(path, table.values, columns)
 
     def info(self) -> RecordingInfo:
@@ -104,6 +112,16 @@ class ArrayRecording:
                     channel_names=self.channel_names,
                     units=self.units,
                 )
+
+    def spindle_speed(self) -> SpindleSpeed | None:
+        """Return the speed of the spindle; None where no column of it is named."""
+        if self._speed_hz is None:
+            return None
+        stamps = self.stamp_ns
+        if stamps is None:
+            steps = np.arange(len(self._speed_hz)) * (NANOSECONDS_PER_SECOND / self.sample_rate_hz)
+            stamps = self.start_ns + np.round(steps).astype(np.int64)
+        return SpindleSpeed.of(stamps, self._speed_hz)
 
     def damage(self) -> tuple[str, ...]:
         """Return nothing: a plain array is read whole or refused."""

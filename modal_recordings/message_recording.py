@@ -5,10 +5,17 @@ from pathlib import Path
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import Measurement, NANOSECONDS_PER_SECOND
+from modal_core.spindle_speed import SpindleSpeed
 from modal_recordings.decode import decode, USABLE_TYPES
 from modal_recordings.info import RecordingInfo
 from modal_recordings.mark import cut, high_stretch, mark_pieces, Stretch
 from modal_recordings.raw_message import MessageFile, RawMessage
+from modal_recordings.spindle_speed import (
+    speed_of_channel,
+    speed_of_topic,
+    speed_topic,
+    without_channel,
+)
 from modal_recordings.summary import summarise, why_unusable
 
 BATCH_NS = NANOSECONDS_PER_SECOND // 4
@@ -30,6 +37,8 @@ class MessageRecording:
         Open it also when it has no usable topic, to see what it is.
     mark : str or None
         Channel that is high while the robot moves; only that part is yielded.
+    spindle : str or None
+        Topic or channel of the spindle's speed; None: the usual topic, where it is there.
 
     Raises
     ------
@@ -49,6 +58,7 @@ class MessageRecording:
         topics: Sequence[str] | None = None,
         to_look: bool = False,
         mark: str | None = None,
+        spindle: str | None = None,
     ) -> None:
         self.path = path
         self.kind = file.kind
@@ -56,9 +66,11 @@ class MessageRecording:
         self.entries = file.topics()
         self.fraction_read = 0.0
         self._mark = mark
+        self._spindle = spindle
         self._stretch: Stretch | None = None
         self.n_refused: dict[str, int] = {}
         self.refused: dict[str, str] = {}
+        self._speed_topic = speed_topic(self.entries, spindle)
         usable = {entry.name for entry in self.entries if not why_unusable(entry)}
         self.selected = frozenset(usable if topics is None else self._select(topics, usable))
         if not (self.selected or (to_look and self.entries)):
@@ -95,7 +107,26 @@ class MessageRecording:
             if part is not None:
                 yield part
 
+    def spindle_speed(self) -> SpindleSpeed | None:
+        """Return the speed of the spindle; None where it was not recorded.
+
+        Raises
+        ------
+        RecordingError
+            The topic or channel that is asked for is not there.
+        """
+        if self._speed_topic is not None:
+            return speed_of_topic(self.file, self._speed_topic)
+        if self._spindle is None:
+            return None
+        return speed_of_channel(self._read, self._spindle, self.path)
+
     def _all(self) -> Iterator[Measurement]:
+        if self._spindle is None or self._speed_topic is not None:
+            return self._read()
+        return without_channel(self._read(), self._spindle)
+
+    def _read(self) -> Iterator[Measurement]:
         self.n_refused = {}
         self.refused = {}
         for batch in self.raw_batches():

@@ -14,6 +14,7 @@ from modal_recordings.formats import read_arrays, READERS, table_of
 from modal_recordings.mark import marked_table
 from modal_recordings.mcap_file import McapFile
 from modal_recordings.message_recording import MessageRecording
+from modal_recordings.spindle_speed import speed_column
 from modal_recordings.text_table import read_text_table
 
 Recording = MessageRecording | ArrayRecording
@@ -35,6 +36,7 @@ def open_recording(
     topics: Sequence[str] | None = None,
     to_look: bool = False,
     mark: str | None = None,
+    spindle: str | None = None,
 ) -> Recording:
     """Open a recording of any known kind.
 
@@ -56,6 +58,9 @@ def open_recording(
     mark : str or None
         Channel or column that is high while the robot moves: the recording is cut to that, and
         the channel is none any more.
+    spindle : str or None
+        Topic, channel or column with the speed of a spindle; None: the topic
+        ``/spindle_speed_rpm`` where there is one.
 
     Returns
     -------
@@ -74,11 +79,11 @@ def open_recording(
         if topics:
             raise RecordingError('a plain array has no topics', where=place, found=topics[0])
         options = array_options(place, sample_rate_hz, unit, channels)
-        return _of_table(place, ARRAY_READERS[suffix](place), options, mark)
+        return _of_table(place, ARRAY_READERS[suffix](place), options, mark, spindle)
     if suffix in READERS and place.is_file():
         options = array_options(place, sample_rate_hz, unit, channels)
         table = table_of(place, read_arrays(place), topics or ())
-        return _of_table(place, table, options, mark)
+        return _of_table(place, table, options, mark, spindle)
     if sample_rate_hz is not None or unit is not None or channels is not None:
         raise RecordingError(
             'rate, unit and channels are stated by the recording itself',
@@ -86,18 +91,26 @@ def open_recording(
             expected='these options with a file of arrays (.npy, .csv, .mat, ...) only',
         )
     if place.is_dir():
-        return MessageRecording(place, open_folder(place), topics, to_look, mark)
+        return MessageRecording(place, open_folder(place), topics, to_look, mark, spindle)
     file = McapFile(place) if suffix == '.mcap' else BagFile(place)
-    return MessageRecording(place, file, topics, to_look, mark)
+    return MessageRecording(place, file, topics, to_look, mark, spindle)
 
 
 def _of_table(
-    place: Path, table: ArrayTable, options: ArrayOptions, mark: str | None
+    place: Path,
+    table: ArrayTable,
+    options: ArrayOptions,
+    mark: str | None,
+    spindle: str | None,
 ) -> ArrayRecording:
-    if mark is None:
-        return ArrayRecording(place, table, options)
-    cut, note = marked_table(table, mark, place)
-    return ArrayRecording(place, cut, options, (note,))
+    notes, speed_hz = [], None
+    if mark is not None:
+        table, note = marked_table(table, mark, place)
+        notes.append(note)
+    if spindle is not None:
+        table, column, factor = speed_column(table, spindle, place)
+        speed_hz = factor * table.column(column)
+    return ArrayRecording(place, table, options, tuple(notes), speed_hz)
 
 
 def _check_place(place: Path) -> None:

@@ -32,8 +32,7 @@ class PastSamples:
         joined = samples if self._kept is None else _joined(self._kept, samples)
         rate_hz = joined.sample_rate_hz
         first = max(0, len(joined.acceleration) - round(self._reach_s * rate_hz))
-        since_ns = joined.start_ns + round(first / rate_hz * NANOSECONDS_PER_SECOND)
-        self._kept = replace(joined.part(slice(first, None)), start_ns=since_ns)
+        self._kept = joined.part(slice(first, None))
         return self._kept
 
 

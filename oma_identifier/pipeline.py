@@ -26,6 +26,7 @@ from modal_core.measurements import JointSamples, Measurement
 from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
+from modal_core.spindle_speed import SpindleSpeed
 from modal_core.window import Pose, Window
 from oma_identifier.identify import check_samples, identify_parts
 from oma_identifier.intake import SampleBuffer
@@ -135,6 +136,7 @@ class IdentificationPipeline:
         self.tracker = tracker or ModeTracker()
         self.last_tracked: TrackedModes | None = None
         self._buffer = SampleBuffer(self.settings, layout)
+        self._speed: SpindleSpeed | None = None
         self._has_robot = robot is not None
         self._robot_signals = RobotSignals(robot)
         self._synchroniser = Synchroniser()
@@ -159,6 +161,11 @@ class IdentificationPipeline:
     def add(self, measurement: Measurement) -> None:
         """Take in samples or joint states, in order of arrival."""
         self._buffer.add(measurement)
+
+    def add_speed(self, speed: SpindleSpeed | None) -> None:
+        """Take in the speed of a spindle, before the windows that it belongs to."""
+        if speed is not None:
+            self._speed = speed if self._speed is None else self._speed.joined(speed)
 
     def windows(self) -> Iterator[Window]:
         """Yield the windows that are complete."""
@@ -192,6 +199,7 @@ class IdentificationPipeline:
         if cleaned.samples.acceleration.nbytes >= LARGE_BYTES:
             give_back()
         cleaned = self._with_inputs(cleaned, window.joints)
+        cleaned = replace(cleaned, samples=self._with_speed(cleaned.samples))
         window = replace(window, quality=with_flags(window.quality, cleaned))
         return self._begun(BegunWindow(window, corrects_earlier, cleaned, spectrum))
 
@@ -211,6 +219,11 @@ class IdentificationPipeline:
         cleaned = self._synchroniser.align(cleaned)
         peaks = self._synchroniser.take_peaks()
         return self._sensor_changes.mark(every, peaks, cleaned, window.pose)
+
+    def _with_speed(self, samples: Samples) -> Samples:
+        if self._speed is None:
+            return samples
+        return replace(samples, speed=self._speed.between(samples.start_ns, samples.end_ns))
 
     def _with_inputs(self, cleaned: Cleaned, joints: JointSamples | None) -> Cleaned:
         """Return a window with the motion of its joints, where it is on the responses' clock."""
@@ -271,6 +284,7 @@ class IdentificationPipeline:
 
     def _identify_parts(self, parts: Sequence[Samples], explains: PeakTest) -> Identified:
         """Identify a record of which stretches may be missing."""
+        parts = [self._with_speed(part) for part in parts]
         if self.settings.method == 'ssi_cov':
             return identify_parts(parts, self.settings, explains)
         return self.finder.found_by_method(parts[0], explains)

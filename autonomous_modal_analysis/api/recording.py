@@ -230,6 +230,7 @@ def open_recording(
     channel_names: Sequence[str] | None = None,
     to_look: bool = False,
     mark: str | None = None,
+    spindle: str | None = None,
 ) -> Recording:
     """Open a recording: rosbag2 folder, .mcap, .db3, ROS 1 .bag, arrays, files of other programs.
 
@@ -253,6 +254,9 @@ def open_recording(
     mark : str or None
         Channel or column that is high while the robot moves (``ama plan --digital-output``): the
         recording is cut to that.
+    spindle : str or None
+        Topic (Float64), channel or column with the speed of a spindle [rpm], unless its name or
+        unit says Hz or rad/s; None: the topic ``/spindle_speed_rpm`` where there is one.
 
     Returns
     -------
@@ -285,6 +289,7 @@ def open_recording(
         topics=topics,
         to_look=to_look,
         mark=mark,
+        spindle=spindle,
     )
     return Recording(opened, Path(path).name)
 

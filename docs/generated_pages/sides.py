@@ -40,7 +40,7 @@ OF_BRIDGE = 'of the RAPID module that it writes; live that is the bridge, `rapid
 SIDES = {
     'oma_identifier': Side(
         'identify',
-        renamed={'topics': 'topic', 'layout_file': 'layout'},
+        renamed={'topics': 'topic', 'layout_file': 'layout', 'spindle_topic': 'spindle'},
         only_node={
             'joint_states_topic': TOPIC,
             'plan_topic': TOPIC,

@@ -76,6 +76,11 @@ class SampleBuffer:
         return tuple({channel.name: channel for channel in (*expected, *seen)}.values())
 
     @property
+    def now_ns(self) -> int | None:
+        """Time of the newest samples [ns]; None before the first."""
+        return self._clock.now_ns
+
+    @property
     def n_held(self) -> int:
         """Samples of all sources that are held now: those that wait, and those in their place."""
         placed = self._segment.rows.values() if self._segment else ()

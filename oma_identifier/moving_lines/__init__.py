@@ -2,9 +2,15 @@
 
 In come uniform samples; out go the orders of shafts whose speed changes, and what is left without
 them.  Nothing needs to be known of the machine: all orders of a shaft move by the same factor.
+Where the speed of its spindle is measured, it tells the course.
 """
 
-from oma_identifier.moving_lines.course import Course, find_course, known_course
+from oma_identifier.moving_lines.course import (
+    Course,
+    find_course,
+    known_course,
+    measured_course,
+)
 from oma_identifier.moving_lines.crossed import with_moving
 from oma_identifier.moving_lines.removal import (
     by_modes,
@@ -22,6 +28,7 @@ __all__ = [
     'by_notch',
     'find_course',
     'known_course',
+    'measured_course',
     'with_moving',
     'without_moving',
 ]

@@ -33,6 +33,10 @@ WIDEST_STEP, PRICE = 2, 0.3
 MOST_CHANNELS = 6
 """That tell the course; amplitudes are those of all."""
 LEAST_FRAME, FEWEST_FRAMES = 64, 16
+MEASURED_FRAME_S = 4.0
+"""A measured speed is right to 4 / this [Hz] at the line that corrects it."""
+MEASURED_LEAST = 1e-5
+"""Share of the speed that no tachometer tells better."""
 CLIP = (-3.0, 6.0)
 """Of the logarithm of power: no frame decides alone."""
 
@@ -112,6 +116,47 @@ def find_course(samples: Samples) -> Course | None:
         if enough and course.has_lines_of(samples):
             return course
     return None
+
+
+def measured_course(samples: Samples) -> Course | None:
+    """Return the course of the spindle's measured speed.
+
+    Returns
+    -------
+    Course or None
+        None: no speed is known, it does not move, or no line moves with it.
+    """
+    rate_hz, n_rows = samples.sample_rate_hz, len(samples.acceleration)
+    if samples.speed is None or n_rows < LEAST_FRAME:
+        return None
+    speed_hz = samples.speed.at(samples.start_ns, rate_hz, n_rows)
+    if speed_hz is None:
+        return None
+    speed_hz, n_knots = _plain_course(speed_hz, rate_hz, len(samples.speed.stamp_ns))
+    # A line at half the sample rate would have to move far enough.
+    if not np.ptp(speed_hz) * n_rows > 2.0 * MOVING.moved * speed_hz.mean():
+        return None
+    course = known_course(samples, speed_hz)
+    if not course.orders_hz:
+        return None
+    line_hz = speed_hz * course.orders_hz[0] / speed_hz.mean()
+    finer = known_course(
+        samples, _corrected(_scaled(samples), rate_hz, line_hz, MEASURED_FRAME_S, n_knots)
+    )
+    course = finer if len(finer.orders_hz) >= len(course.orders_hz) else course
+    return course if course.has_lines_of(samples) else None
+
+
+def _plain_course(speed_hz: Real, rate_hz: float, n_values: int) -> tuple[Real, int]:
+    """Return a measured speed without its noise, and the knots of that course (Schwarz)."""
+    time, every = np.arange(len(speed_hz)) / rate_hz, []
+    for n_knots in MOVING.steps:
+        course = smooth(time, speed_hz, np.ones(len(time)), (0.0, time[-1]), n_knots)(time)
+        left = np.mean((speed_hz - course) ** 2) + (MEASURED_LEAST * speed_hz.mean()) ** 2
+        price = n_values * np.log(left) + n_knots * np.log(n_values)
+        every.append((price, n_knots, course))
+    _, n_knots, course = min(every, key=lambda each: each[:2])
+    return course, n_knots
 
 
 def known_course(samples: Samples, speed_hz: Real) -> Course:
@@ -196,6 +241,12 @@ def _followed(
     coarse = smooth(time, path_hz, np.ones(len(time)), span, min(n_knots, len(time) // 4))
     within = np.clip(every, *span)
     speed = coarse(within) + (every - within) * coarse.derivative()(within)
+    return _corrected(rows, rate_hz, speed, frame_s, n_knots)
+
+
+def _corrected(rows: Real, rate_hz: float, speed: Real, frame_s: float, n_knots: int) -> Real:
+    """Return the frequency of a line at every sample [Hz], corrected by its phase."""
+    every = np.arange(len(rows)) / rate_hz
     for reach_hz in (4.0 / frame_s, 2.0 / frame_s, 1.0 / frame_s):
         turn = 2.0 * np.pi * np.cumsum(speed) / rate_hz
         slow, at = baseband(rows, turn, rate_hz, reach_hz)

@@ -35,6 +35,7 @@ from oma_identifier.moving_lines.course import (
     Course,
     find_course,
     from_cosines,
+    measured_course,
 )
 from oma_identifier.moving_lines.thresholds import MOVING
 
@@ -92,8 +93,17 @@ def without_moving(
         Returned as they are where no line moves.
     gain : callable
         :func:`by_notch` or :func:`by_modes`.
+
+    Notes
+    -----
+    Where the speed of a spindle is known its orders are taken out first; other lines are then
+    looked for as without it.
     """
     lines: list[MovingLine] = []
+    course = measured_course(samples)
+    if course is not None:
+        samples, found = _without_orders(samples, course, gain)
+        lines += found
     for _ in range(MOVING.most_shafts):
         course = find_course(samples)
         if course is None:

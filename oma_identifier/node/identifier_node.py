@@ -58,6 +58,7 @@ from oma_identifier.node.ros_messages import (
     stabilisation_diagram,
 )
 from oma_identifier.node.shape_view_node import ShapeView
+from oma_identifier.node.spindle_topic_node import SpindleTopic
 from oma_identifier.node.worker import IdentificationWorker, Job
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
@@ -106,6 +107,7 @@ class IdentifierNode(Node):
             keeps_record=False,
         )
         self._polled = PolledGroup()
+        self._spindle = SpindleTopic(self, self._polled, self._value('spindle_topic'))
         self._subscriptions_of: dict[str, tuple[str, PolledTopic]] = {}
         self._last_result: WindowResult | None = None
         self.worker = IdentificationWorker(self.publish_result, self._window_failed)
@@ -149,6 +151,7 @@ class IdentifierNode(Node):
         named = {self.resolve_topic_name(topic) for topic in self._value('topics') if topic}
         joints = self.resolve_topic_name(self._value('joint_states_topic'))
         topics = self.get_topic_names_and_types()
+        self._spindle.look(topics)
         others = cells(self, topics)
         if others is None:
             return
@@ -189,6 +192,7 @@ class IdentifierNode(Node):
         # A late poll holds seconds of every topic: side by side again, as they came.
         for measurement in in_order(found):
             self.pipeline.add(measurement)
+        self.pipeline.add_speed(self._spindle.take(self.pipeline.buffer.now_ns))
         for window in self.pipeline.windows():
             if not self.worker.submit(Job(self.pipeline, window)):
                 self.get_logger().warning(

@@ -19,6 +19,13 @@ OTHERS = (
     ),
     NodeParameter('joint_states_topic', 'topic of joint states', 'joint_states', read_only=True),
     NodeParameter(
+        'spindle_topic',
+        "topic of the spindle's speed, std_msgs/Float64 [rpm] unless its name ends in _hz or"
+        ' _rad_s: it tells how lines move; nobody there, or empty: the responses tell it',
+        'spindle_speed_rpm',
+        read_only=True,
+    ),
+    NodeParameter(
         'plan_topic',
         'topic of plans: while the bridge plays one, an automatic band ends below its edge',
         'excitation_planner/excitation_plan',

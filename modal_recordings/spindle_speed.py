@@ -1,0 +1,131 @@
+"""The speed of a spindle out of a recording: a topic, a channel, or a column of a table."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+import math
+import re
+import struct
+
+import numpy as np
+
+from modal_core.errors import RecordingError
+from modal_core.measurements import Measurement
+from modal_core.spindle_speed import SpindleSpeed
+from modal_core.units import WITH_UNIT
+from modal_recordings.array_table import ArrayTable
+from modal_recordings.mark import cut, mark_pieces, Stretch
+from modal_recordings.raw_message import MessageFile, TopicEntry
+
+SPEED_TOPIC = '/spindle_speed_rpm'
+"""Taken where a recording has it and no other is named."""
+FLOAT64 = 'std_msgs/msg/Float64'
+FORMATS = {FLOAT64: 'd', 'std_msgs/msg/Float32': 'f'}
+"""Types of topics that are a speed, with the letter of their one number."""
+TO_HZ = {
+    'rpm': 1.0 / 60.0, '1/min': 1.0 / 60.0, 'min^-1': 1.0 / 60.0, 'hz': 1.0, '1/s': 1.0,
+    'rad/s': 0.5 / math.pi, 'rad_s': 0.5 / math.pi,
+}  # fmt: skip
+ALWAYS = Stretch(np.iinfo(np.int64).min, np.iinfo(np.int64).max)
+
+
+def factor_of(name: str, unit: str = '') -> float:
+    """Return the factor to turns per second: by the unit, or the end of the name; else of rpm."""
+    bracket = re.search(r'[\[(]([^\])]+)[\])]\s*$', name)
+    text = (unit or (bracket.group(1) if bracket else '')).strip('[]() ').lower()
+    if text in TO_HZ:
+        return TO_HZ[text]
+    ending = next((word for word in TO_HZ if name.lower().endswith(f'_{word}')), 'rpm')
+    return TO_HZ[ending]
+
+
+def speed_topic(entries: Sequence[TopicEntry], asked: str | None) -> TopicEntry | None:
+    """Return the topic of the speed; None where there is none of that name.
+
+    Raises
+    ------
+    RecordingError
+        The topic that is asked for is of another type.
+    """
+    named = {entry.name: entry for entry in entries}
+    wanted = SPEED_TOPIC if asked is None else asked
+    entry = named.get(wanted) or named.get(f'/{wanted.lstrip("/")}')
+    if entry is None or entry.message_type in FORMATS:
+        return entry
+    if asked is None:
+        return None
+    raise RecordingError(
+        'no speed of a spindle', where=entry.name, found=entry.message_type,
+        expected=' or '.join(FORMATS),
+    )  # fmt: skip
+
+
+def speed_of_topic(file: MessageFile, entry: TopicEntry) -> SpindleSpeed:
+    """Return the values of a topic, at the times they were recorded."""
+    stamps, values = [], []
+    for message in file.messages(frozenset([entry.name])):
+        stamps.append(message.log_time_ns)
+        values.append(number_of(message.data, entry.message_type, ros1=file.ros1))
+    speed_hz = factor_of(entry.name) * np.array(values, dtype=np.float64)
+    return SpindleSpeed.of(np.array(stamps, dtype=np.int64), speed_hz)
+
+
+def number_of(raw: bytes, message_type: str, *, ros1: bool = False) -> float:
+    """Return the number of a serialised message; NaN where it is too short to hold it."""
+    start, letter = 0 if ros1 else 4, FORMATS[message_type]
+    if len(raw) < start + struct.calcsize(letter):
+        return math.nan
+    return float(struct.unpack_from(f'<{letter}', raw, start)[0])
+
+
+def speed_of_channel(
+    measurements: Callable[[], Iterable[Measurement]], name: str, where: object
+) -> SpindleSpeed:
+    """Return the values of a channel.
+
+    Raises
+    ------
+    RecordingError
+        There is no such channel.
+    """
+    pieces = list(mark_pieces(measurements, name)())
+    if not pieces:
+        raise no_speed(where, name, ())
+    stamps, values = (np.concatenate(each) for each in zip(*pieces, strict=True))
+    return SpindleSpeed.of(stamps, factor_of(name) * values)
+
+
+def without_channel(measurements: Iterable[Measurement], name: str) -> Iterator[Measurement]:
+    """Yield measurements without the channel of the speed."""
+    for item in measurements:
+        part = cut(item, ALWAYS, name)
+        if part is not None:
+            yield part
+
+
+def no_speed(where: object, name: str, others: Sequence[str]) -> RecordingError:
+    """Return that the speed asked for is not there."""
+    return RecordingError(
+        'no speed of a spindle', where=where, found=name,
+        expected=', '.join(others) or 'a topic (Float64) or a channel of this name',
+        advice='without it lines that move are found in the responses',
+    )  # fmt: skip
+
+
+def speed_column(table: ArrayTable, name: str, where: object) -> tuple[ArrayTable, int, float]:
+    """Return a table whose speed is no response, the column, and its factor to turns per second.
+
+    Raises
+    ------
+    RecordingError
+        There is no such column.
+    """
+    plain = [WITH_UNIT.sub(r'\1', heading).strip() for heading in table.headings]
+    if name not in plain:
+        raise no_speed(where, name, plain or ('a file with headings',))
+    number = plain.index(name)
+    factor = factor_of(table.headings[number], table.units[number] if table.units else '')
+    headings, units = list(table.headings), list(table.units)
+    headings[number] = f'{name} [rpm]'
+    if units:
+        units[number] = 'rpm'
+    return replace(table, headings=tuple(headings), units=tuple(units)), number, factor
