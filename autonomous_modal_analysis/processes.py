@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import IO, Self
 
 from modal_core.errors import ModalAnalysisError
+from modal_core.started_by import started_by_this
 
 LONGEST_STOP_S = 10.0
 CHECK_EVERY_S = 0.5
@@ -196,7 +197,7 @@ class NodeProcesses:
             self._logs.append(output)
         self._running[command.name] = subprocess.Popen(  # noqa: S603
             command.arguments(self._namespace),
-            env=self._environment,
+            env={**self._environment, **started_by_this()},
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT if output else None,

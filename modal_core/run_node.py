@@ -17,6 +17,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from modal_core.errors import ModalAnalysisError
+from modal_core.started_by import end_with_starter
 
 InvalidHandleError = rclpy_implementation.InvalidHandle
 RCLError = rclpy_implementation.RCLError
@@ -35,7 +36,8 @@ def run_node(
 ) -> None:
     """Make a node and spin it until it is stopped.
 
-    SIGINT and SIGTERM end it quietly, also while it is still starting.  Taking it down may take
+    SIGINT and SIGTERM end it quietly, also while it is still starting; so does the end of a
+    command that started it (``started_by``).  Taking it down may take
     ``ENDING_S``; after that the process ends with status 1 and says where it was stuck.
 
     Parameters
@@ -62,6 +64,7 @@ def run_node(
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     node = None
     try:
+        end_with_starter()
         _init(args)
         node = make()
         # Nor may a full collection hold up every thread for 60 ms while the node runs.

@@ -1,8 +1,10 @@
 """A node's process: what is wrong is one line, and no collection stops it for long."""
 
+from pathlib import Path
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -123,3 +125,33 @@ life.run_node('some', lambda: Some('some'), spin)
     assert found.returncode in ends, found.stderr
     if stuck == 'taking_down':
         assert 'in destroy_node' in found.stderr
+
+
+def is_running(pid):
+    try:
+        state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != 'Z'  # of a process whose new parent has not looked after it yet
+
+
+def test_nodes_end_with_the_command_that_started_them_however_it_ends():
+    starter = """
+import sys, time
+from autonomous_modal_analysis.processes import NodeCommand, NodeProcesses
+command = NodeCommand('arm_state', 'robot_bridge.node.arm_state_node')
+with NodeProcesses([command]) as nodes:
+    print(*(process.pid for process in nodes._running.values()), flush=True)
+    time.sleep(600)
+"""
+    process = subprocess.Popen([sys.executable, '-c', starter], stdout=subprocess.PIPE, text=True)
+    node = int(process.stdout.readline())
+    environment = Path(f'/proc/{node}/environ')
+    deadline_s = time.monotonic() + 60.0
+    while b'AMA_STARTED_BY' not in environment.read_bytes():
+        assert time.monotonic() < deadline_s
+    process.kill()
+    process.wait()
+    while is_running(node):
+        assert time.monotonic() < deadline_s, 'the node is left'
+        time.sleep(0.05)

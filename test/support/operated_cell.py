@@ -13,6 +13,9 @@ PATIENCE_S = 120.0
 MOST_ATTEMPTS = 3
 HELD = 'hold the SPACE bar'
 ASKED = 'type the first'
+OFFERED = 'Enter does it'
+LET_GO = 'let go: the motion is stopped'
+AT_ITS_END = r'HOLDING: the plan is at its end .\d+ beats'
 
 
 @contextmanager
@@ -33,15 +36,21 @@ def running_cell(environment, port, folder, *parameters):
 
 
 def release(terminal, after=0):
-    """Type the hash that is shown; return the place on the screen behind the answer."""
-    place = terminal.until(ASKED, PATIENCE_S, after)
+    """Type the hash that is shown; return the place on the screen behind the answer.
+
+    A machine that stands still loses the controller's stream, and offers to begin it again.
+    """
+    place = terminal.until(f'{ASKED}|{OFFERED}', PATIENCE_S, after)
+    while terminal.screen[:place].endswith(OFFERED):
+        terminal.type('\n')
+        place = terminal.until(f'{ASKED}|{OFFERED}', PATIENCE_S, place)
     terminal.type(re.findall('hash ([0-9a-f]{64})', terminal.screen)[-1][:8] + '\n')
     return terminal.until(HELD, PATIENCE_S, place)
 
 
 def recover(terminal, after):
     """Reset what stopped; return the place on the screen behind it."""
-    place = terminal.until('next: reset it.*Enter does it', PATIENCE_S, after)
+    place = terminal.until(f'next: reset it.*{OFFERED}', PATIENCE_S, after)
     terminal.type('\n')
     return place
 
@@ -59,8 +68,20 @@ def run_held(terminal, watcher, drivers, after=0):
         if moving(watcher, drivers):
             return place
         terminal.let_go()
-        place = terminal.until('let go: the motion is stopped', PATIENCE_S, place)
+        place = terminal.until(LET_GO, PATIENCE_S, place)
         after = recover(terminal, place)
+    raise AssertionError(f'let go {MOST_ATTEMPTS} times: {terminal.screen}')
+
+
+def hold_to_the_end(terminal, after):
+    """Hold a released plan's key until its end, again where the machine stood still."""
+    for _ in range(MOST_ATTEMPTS):
+        terminal.hold()
+        place = terminal.until(f'{AT_ITS_END}|{LET_GO}', PATIENCE_S, after)
+        terminal.let_go()
+        if not terminal.screen[:place].endswith(LET_GO):
+            return
+        after = release(terminal, recover(terminal, place))
     raise AssertionError(f'let go {MOST_ATTEMPTS} times: {terminal.screen}')
 
 

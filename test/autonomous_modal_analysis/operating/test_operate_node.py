@@ -15,6 +15,8 @@ from test.support.domains import ros_domain
 from test.support.operated_cell import (
     AMA,
     ASKED,
+    hold_to_the_end,
+    LET_GO,
     moving,
     PATIENCE_S,
     recover,
@@ -104,9 +106,7 @@ def test_one_command_a_full_run_and_what_it_found(terminal, watcher, drivers):
     here.type(' ')  # one stroke is no hold
     time.sleep(2.0)
     assert watcher.last.state == drivers.BridgeState.ARMED
-    here.hold()
-    here.until(r'HOLDING: the plan is at its end .\d+ beats', PATIENCE_S, place)
-    here.let_go()
+    hold_to_the_end(here, place)
     assert here.wait(PATIENCE_S) == 0
     angles_deg = np.degrees([message.position for message in watcher.joints])
     assert np.ptp(angles_deg, axis=0).max() > 0.03
@@ -120,7 +120,7 @@ def test_letting_go_stops_within_the_stated_time_and_the_way_back_is_named(
     place = run_held(here, watcher, drivers)
     assert stopped_after_s(watcher, here.let_go()) < STOPPED_S
     assert watcher.last.state == drivers.BridgeState.ABORTED
-    place = recover(here, here.until('let go: the motion is stopped', PATIENCE_S, place))
+    place = recover(here, here.until(LET_GO, PATIENCE_S, place))
     # And on: a new release, for another key to stop.
     place = run_held(here, watcher, drivers, place)
     here.type('x')
@@ -185,7 +185,7 @@ def test_a_button_of_a_joystick_holds_to_run(terminal, watcher, drivers, pad):
         time.sleep(0.02)
     assert moving(watcher, drivers), here.screen
     pad(False)
-    place = recover(here, here.until('let go: the motion is stopped', PATIENCE_S, place))
+    place = recover(here, here.until(LET_GO, PATIENCE_S, place))
     place = here.until(ASKED, PATIENCE_S, place)
     here.type('q\n')
     assert here.wait(PATIENCE_S) == 1

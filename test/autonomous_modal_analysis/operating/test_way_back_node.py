@@ -10,6 +10,7 @@ from test.support.domains import ros_domain
 from test.support.operated_cell import (
     AMA,
     ASKED,
+    LET_GO,
     PATIENCE_S,
     recover,
     release,
@@ -54,7 +55,7 @@ def _lead_back(here, watcher):
         'a sweep', PATIENCE_S,
     )  # fmt: skip
     here.let_go()
-    place = recover(here, here.until('let go: the motion is stopped', PATIENCE_S, place))
+    place = recover(here, here.until(LET_GO, PATIENCE_S, place))
     place = here.until(
         r'away from the start of the plan: axis \d by [\d.]+ deg', PATIENCE_S, place
     )
