@@ -54,13 +54,20 @@ def remarks(
         That were used.
     """
     found = (
+        _conditions(whole),
         _too_short_record(whole),
         _damping_without_deviation(whole),
         _too_short_windows(whole, windows),
-        _empty_windows(windows),
+        _empty_windows(whole, windows),
         _odd_rate(whole, sample_rate_hz, settings),
     )
     return tuple(line for line in found if line)
+
+
+def _conditions(whole: WindowResult) -> str:
+    if not whole.n_conditions:
+        return ''
+    return f'{whole.n_conditions} loading conditions were told apart, of which two are needed'
 
 
 def _too_short_record(whole: WindowResult) -> str:
@@ -108,7 +115,9 @@ def _too_short_windows(whole: WindowResult, windows: Sequence[IdentifiedWindow])
     )
 
 
-def _empty_windows(windows: Sequence[IdentifiedWindow]) -> str:
+def _empty_windows(whole: WindowResult, windows: Sequence[IdentifiedWindow]) -> str:
+    if whole.n_conditions:
+        return ''  # A window sees one condition.
     empty = [window for window in windows if not len(window.modes)]
     if len(windows) < 2 or 2 * len(empty) <= len(windows):
         return ''

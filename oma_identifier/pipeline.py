@@ -136,7 +136,7 @@ class IdentificationPipeline:
         self.tracker = tracker or ModeTracker()
         self.last_tracked: TrackedModes | None = None
         self._buffer = SampleBuffer(self.settings, layout)
-        self._speed: SpindleSpeed | None = None
+        self.speed: SpindleSpeed | None = None
         self._has_robot = robot is not None
         self._robot_signals = RobotSignals(robot)
         self._synchroniser = Synchroniser()
@@ -165,7 +165,7 @@ class IdentificationPipeline:
     def add_speed(self, speed: SpindleSpeed | None) -> None:
         """Take in the speed of a spindle, before the windows that it belongs to."""
         if speed is not None:
-            self._speed = speed if self._speed is None else self._speed.joined(speed)
+            self.speed = speed if self.speed is None else self.speed.joined(speed)
 
     def windows(self) -> Iterator[Window]:
         """Yield the windows that are complete."""
@@ -221,9 +221,9 @@ class IdentificationPipeline:
         return self._sensor_changes.mark(every, peaks, cleaned, window.pose)
 
     def _with_speed(self, samples: Samples) -> Samples:
-        if self._speed is None:
+        if self.speed is None:
             return samples
-        return replace(samples, speed=self._speed.between(samples.start_ns, samples.end_ns))
+        return replace(samples, speed=self.speed.between(samples.start_ns, samples.end_ns))
 
     def _with_inputs(self, cleaned: Cleaned, joints: JointSamples | None) -> Cleaned:
         """Return a window with the motion of its joints, where it is on the responses' clock."""

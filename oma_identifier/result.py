@@ -38,6 +38,8 @@ class WindowResult:
         Health of the data, and why there is no mode when there is none.
     pose : Pose or None
         Where the robot was.
+    n_conditions : int
+        Loading conditions that were told apart, by a method that compares them; else 0.
     """
 
     index: int
@@ -49,6 +51,7 @@ class WindowResult:
     spectrum: SingularValueSpectrum
     quality: DataQuality
     pose: Pose | None = None
+    n_conditions: int = 0
 
 
 def result_of(
@@ -70,6 +73,7 @@ def result_of(
         spectrum=spectrum,
         quality=_explained(quality, found),
         pose=pose,
+        n_conditions=found.n_conditions,
     )
 
 

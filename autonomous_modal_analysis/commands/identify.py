@@ -19,6 +19,14 @@ def identify(
     source: Source,
     identifier: Identifier,
     keeping: Keeping,
+    others: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            help='Further recordings of the same sensors and pose, one per loading condition:'
+            ' --method psdtm compares them.',
+            show_default=False,
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help='Folder for modes.json, modes.csv and report.html.')
     ] = None,
@@ -36,6 +44,7 @@ def identify(
     No setting is required: band, model orders, references and the choice of modes follow from
     the data.
     """
+    from autonomous_modal_analysis.loading_conditions import check_one, joined
     from autonomous_modal_analysis.output import (
         show_damage,
         show_exported,
@@ -46,7 +55,8 @@ def identify(
     from autonomous_modal_analysis.plan_record import recorded_robot_name
     from autonomous_modal_analysis.terminal import print_json, progress_bar
 
-    recording = source.open()
+    check_one(1 + len(others or ()), identifier.settings.method)
+    recording = joined([source.open(), *(source.open_file(path) for path in others or ())])
     # What the history lacks is said before the work.
     shift_ns = keeping.shift_ns(recording.info.start_ns, recording.name) if keeping.history else 0
     with progress_bar(f'identifying {recording.name}') as progress:

@@ -52,6 +52,7 @@ SIDES = {
         },
         only_command={
             'recording': 'the file',
+            'others': 'loading conditions recorded one by one; live they follow in one window',
             'at': 'joint angles of a recording that has none; live they are a topic',
             'mark': 'cuts a recording to the motion; live `plan_topic` and `bridge_topic` tell it',
             'sample_rate_hz': FILE,

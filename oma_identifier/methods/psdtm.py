@@ -25,7 +25,6 @@ Maamar, Abdi and Gagnol (2019), transmissibility of a machining robot in operati
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-import logging
 import math
 
 import numpy as np
@@ -45,7 +44,6 @@ from oma_identifier.selection import Identified
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import RawPoles
 
-log = logging.getLogger(__name__)
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
@@ -130,9 +128,12 @@ class Psdtm:
                 advice='record other joints, poses or tool paths one after the other, '
                 'or use ssi_cov',
             )
-        log.info('psdtm: %d loading conditions', bands.most_conditions)
         modes = tuple(_without_deviations(mode) for mode in found.modes)
-        return replace(found, modes=replace(found.modes, modes=modes))
+        return replace(
+            found,
+            modes=replace(found.modes, modes=modes),
+            n_conditions=bands.most_conditions,
+        )
 
 
 def _without_deviations(mode: Mode) -> Mode:

@@ -28,12 +28,15 @@ class Identified:
         All poles; ``mode_id`` is the position in ``modes``, counted from 1.
     doubtful_hz : tuple of float [Hz]
         Harmonics that may be modes of light damping.
+    n_conditions : int
+        Loading conditions that were told apart, by a method that compares them; else 0.
     """
 
     modes: ModeSet
     harmonics: ModeSet
     poles: PoleTable
     doubtful_hz: tuple[float, ...] = ()
+    n_conditions: int = 0
 
     @property
     def sure_lines_hz(self) -> NDArray[np.float64]:
