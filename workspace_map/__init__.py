@@ -4,7 +4,7 @@ In come the arm's flexible-joint model and modes that were measured at some pose
 with their covariance at any pose, the response of the tool point, and where to measure next.
 """
 
-from workspace_map.arm import Arm, ToolPoint
+from workspace_map.arm import Arm, ToolPoint, turned_poses, TurnedPose
 from workspace_map.following import Followed, followed_from, followed_ids
 from workspace_map.map_file import (
     layout_fingerprint,
@@ -32,6 +32,7 @@ __all__ = [
     'PredictedModes',
     'ToolPoint',
     'ToolPointResponse',
+    'TurnedPose',
     'WorkspaceMap',
     'candidates',
     'choose_series',
@@ -44,4 +45,5 @@ __all__ = [
     'save_map',
     'tool_modes',
     'tool_point_response',
+    'turned_poses',
 ]

@@ -1,4 +1,4 @@
-"""`ama lobes`: spindle speed, depth and feed of a cut that does not chatter."""
+"""`ama lobes`: spindle speed, depth, feed and pose of a cut that does not chatter."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,8 +7,9 @@ from typing import Annotated, Any
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.options import Json, POSE_HELP, Serial
 from machining.cut_settings import CutSettings, KINDS
+from modal_core.errors import SettingsError
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,7 @@ def lobes(
         Path,
         typer.Argument(
             help='Modes at the tool with their masses (YAML, JSON of a map, modes.json of ama '
-            'impact), or a table of its frequency response (.csv).',
+            'impact), a table of its frequency response (.csv), or a map with --pose-deg.',
             show_default=False,
         ),
     ],
@@ -48,6 +49,23 @@ def lobes(
     response: Annotated[
         str, typer.Option(help=f'What a table holds: {", ".join(KINDS)}.')
     ] = KINDS[0],
+    pose_deg: Annotated[
+        str | None, typer.Option(help=f'Of a map: the pose of the cut. {POSE_HELP}')
+    ] = None,
+    serial: Serial = False,
+    turn_deg: Annotated[
+        float,
+        typer.Option(
+            help='Of a map: the task leaves the tool free to turn about the spindle so far either'
+            ' way; the best pose is proposed.'
+        ),
+    ] = 0.0,
+    robot: Annotated[
+        str, typer.Option(help='Of a map: robot of config/robots, or its folder.')
+    ] = ('irb6660_205_190'),
+    sensors: Annotated[
+        str, typer.Option(help='Of a map: sensor layout of the robot.')
+    ] = 'sensors',
     out: Annotated[
         Path | None, typer.Option(help='Folder for lobes.json, lobes.csv and report.html.')
     ] = None,
@@ -58,23 +76,30 @@ def lobes(
     The more is known of how sure modes and coefficients are, the better the chance of chatter.
     """
     from autonomous_modal_analysis.api.lobes import lobes as stability_lobes
+    from autonomous_modal_analysis.api.lobes import MapPose
     from autonomous_modal_analysis.lobes_report import FILES, show_lobes
     from autonomous_modal_analysis.output import show_written
     from autonomous_modal_analysis.terminal import print_json, progress_bar
 
+    if pose_deg is None and turn_deg:
+        raise SettingsError('a turn from no pose', where='--turn-deg', advice='give --pose-deg')
+    at = None
+    if pose_deg is not None:
+        at = MapPose(pose=pose_deg, serial=serial, turn_deg=turn_deg, robot=robot, sensors=sensors)
     with progress_bar('limits of samples') as progress:
         result = stability_lobes(
             tool,
             wanted.cut,
             tool_channels=[name.strip() for name in (tool_channels or '').split(',') if name],
             response=response,
+            at=at,
             progress=progress,
             **wanted.changes,
         )
     if json:
         print_json(result.to_dict())
     else:
-        show_lobes(result.found, result.name)
+        show_lobes(result.found, result.name, result.poses)
     if out is not None:
         result.save(out)
         show_written(out, FILES)

@@ -1,5 +1,6 @@
 """Files of stability lobes: lobes.json, lobes.csv, report.html."""
 
+from collections.abc import Sequence
 import csv
 from dataclasses import asdict
 import io
@@ -20,9 +21,14 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def lobes_json(found: Lobes) -> dict[str, Any]:
+Poses = Sequence[dict[str, Any]]
+"""Poses that were looked at, of `LobesResult.poses`; empty where the tool is of no map."""
+
+
+def lobes_json(found: Lobes, poses: Poses = ()) -> dict[str, Any]:
     """Return stability lobes as plain values; None where there is no limit, or no number."""
     return {
+        **({'poses': list(poses)} if poses else {}),
         'proposals': [plain(each) for each in found.proposals],
         'charts': [_chart_json(chart, found.settings.risk) for chart in found.charts],
         'remarks': list(found.remarks),
@@ -30,13 +36,13 @@ def lobes_json(found: Lobes) -> dict[str, Any]:
     }
 
 
-def save_lobes(folder: Path, found: Lobes, name: str) -> None:
+def save_lobes(folder: Path, found: Lobes, name: str, poses: Poses = ()) -> None:
     """Write the files into a folder, each whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
     file = file_header(FORMAT_VERSION, tool=name)
-    write_text(folder / FILES[0], json_text({'file': file, **lobes_json(found)}))
+    write_text(folder / FILES[0], json_text({'file': file, **lobes_json(found, poses)}))
     write_text(folder / FILES[1], _csv_text(found))
-    write_text(folder / FILES[2], render_lobes(found, name))
+    write_text(folder / FILES[2], render_lobes(found, name, poses))
 
 
 def _columns(chart: Chart, risk: float) -> dict[str, Any]:

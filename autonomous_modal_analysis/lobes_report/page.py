@@ -1,12 +1,19 @@
 """One HTML file that shows stability lobes."""
 
+from collections.abc import Sequence
 import math
 from pathlib import Path
+from typing import Any
 
 from markupsafe import Markup
 import numpy as np
 
-from autonomous_modal_analysis.lobes_report.words import cut_words, HEADINGS
+from autonomous_modal_analysis.lobes_report.words import (
+    cut_words,
+    HEADINGS,
+    POSE_HEADINGS,
+    pose_words,
+)
 from machining.lobes import Chart, Lobes
 from modal_core.version import software
 from modal_reports import course_plot, Mark, number, Page, render, Row, Table
@@ -16,7 +23,7 @@ HEADROOM = 1.3
 AXES = ('spindle speed [rpm]', 'axial depth [mm]')
 
 
-def render_lobes(found: Lobes, name: str) -> str:
+def render_lobes(found: Lobes, name: str, poses: Sequence[dict[str, Any]] = ()) -> str:
     """Return the report as one HTML document; names in it are only ever shown as text."""
     cut = found.settings
     values = {
@@ -26,6 +33,7 @@ def render_lobes(found: Lobes, name: str) -> str:
             [number(heading) for heading in HEADINGS],
             [Row([number(text) for text in cut_words(each)]) for each in found.proposals],
         ),
+        'poses': poses_table(poses) if poses else None,
         'remarks': found.remarks,
         'drawings': [_drawing(chart, found) for chart in found.charts],
         'sampled': found.charts[0].sample is not None,
@@ -38,6 +46,12 @@ def render_lobes(found: Lobes, name: str) -> str:
         'provenance': {'software': software(), 'seed': str(cut.seed)},
     }
     return render(Page('Stability lobes', 'The cut that does not chatter', TEMPLATE, values, {}))
+
+
+def poses_table(poses: Sequence[dict[str, Any]]) -> Table:
+    """Return the poses that were looked at."""
+    rows = [[number(text) for text in pose_words(each)] for each in poses]
+    return Table('Poses', [number(heading) for heading in POSE_HEADINGS], [Row(r) for r in rows])
 
 
 def _drawing(chart: Chart, found: Lobes) -> Markup:

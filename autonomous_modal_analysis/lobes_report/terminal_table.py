@@ -1,17 +1,31 @@
 """Stability lobes on a terminal."""
 
+from collections.abc import Sequence
 import math
+from typing import Any
 
 from rich.markup import escape
 from rich.table import Table
 
-from autonomous_modal_analysis.lobes_report.words import cut_words, HEADINGS
+from autonomous_modal_analysis.lobes_report.words import (
+    cut_words,
+    HEADINGS,
+    POSE_HEADINGS,
+    pose_words,
+)
 from autonomous_modal_analysis.terminal import OUTPUT
 from machining.lobes import Lobes
 
 
-def show_lobes(found: Lobes, name: str) -> None:
-    """Print the cuts that are proposed, the least limits, and remarks."""
+def show_lobes(found: Lobes, name: str, poses: Sequence[dict[str, Any]] = ()) -> None:
+    """Print the poses looked at, the cuts that are proposed, the least limits, and remarks."""
+    if poses:
+        shown = Table(title='poses', title_justify='left')
+        for heading in POSE_HEADINGS:
+            shown.add_column(escape(heading), justify='right')
+        for pose in poses:
+            shown.add_row(*(escape(text) for text in pose_words(pose)))
+        OUTPUT.print(shown)
     table = Table(title=escape(name), title_justify='left')
     for heading in HEADINGS:
         table.add_column(escape(heading), justify='right')

@@ -1,6 +1,8 @@
 """Numbers of a proposed cut as people read them."""
 
+from collections.abc import Mapping
 import math
+from typing import Any
 
 from machining.lobes import Proposal
 
@@ -23,3 +25,15 @@ def cut_words(proposal: Proposal) -> tuple[str, str, str, str]:
 
 
 HEADINGS = ('spindle speed [rpm]', 'depth [mm]', 'feed [°]', 'chance of chatter')
+
+POSE_HEADINGS = ('turn [°]', 'axes [°]', 'spindle speed [rpm]', 'depth [mm]', 'feed [°]')
+
+
+def pose_words(pose: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return turn, controller axes and the cut of a pose, or why there is none."""
+    turn = f'{pose["turn_deg"]:+.0f}{" (best)" if pose["best"] else ""}'
+    axes = ', '.join(f'{angle:.1f}' for angle in pose['pose_deg'])
+    if pose['depth_m'] is None:
+        return (turn, axes, pose['reason'], '', '')
+    cut = f'{pose["speed_rpm"]:.0f}', f'{1e3 * pose["depth_m"]:.2f}', f'{pose["feed_deg"]:g}'
+    return (turn, axes, *cut)

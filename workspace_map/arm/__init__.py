@@ -8,6 +8,7 @@ from workspace_map.arm.arm_at_pose import Arm, ArmAtPose, PAYLOAD_NUMBERS, ToolP
 from workspace_map.arm.local_modes import local_modes, LocalModes
 from workspace_map.arm.slopes import damping_slopes, frequency_slopes, shape_slopes, Slopes
 from workspace_map.arm.state import State
+from workspace_map.arm.turned import turned_poses, TurnedPose
 
 __all__ = [
     'PAYLOAD_NUMBERS',
@@ -17,8 +18,10 @@ __all__ = [
     'Slopes',
     'State',
     'ToolPoint',
+    'TurnedPose',
     'damping_slopes',
     'frequency_slopes',
     'local_modes',
     'shape_slopes',
+    'turned_poses',
 ]
