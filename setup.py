@@ -117,6 +117,7 @@ setup(
         'bench': [
             'h5py>=3.10',
             'koma-python>=1.3',
+            'mujoco>=3.2',
             'pyOMA-2>=1.4',
             'scikit-learn>=1.4',
             'strid>=0.4',

@@ -16,6 +16,7 @@ import json
 import os
 from pathlib import Path
 import sys
+import time
 
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # small matrices: threads only wait
 
@@ -44,8 +45,8 @@ SENSOR_NAMES = [name for name, _, _ in SENSORS]
 TABLES = ('gap_full_size', 'gap_outside', 'gap_small')
 QUICK = {'n_fit': 3, 'n_held': 2, 'duration': 16.0}
 OUTSIDE = (
-    'hysteresis', 'drifting_stiffness', 'end_stop', 'clipping', 'stribeck_friction',
-    'clock_drift', 'loose_sensor', 'picked_up_payload',
+    'drifting_stiffness', 'clipping', 'stribeck_friction', 'clock_drift', 'loose_sensor',
+    'picked_up_payload',
 )  # fmt: skip
 # The catalogue's nearest relative at the right place is a fair name for these.
 RELATIVE = {'stribeck_friction': 'coulomb_friction'}
@@ -54,7 +55,8 @@ RELATIVE = {'stribeck_friction': 'coulomb_friction'}
 SINGLE = (
     'payload', 'joint_stiffness', 'joint_damping', 'base_compliance', 'link_flexibility',
     'rod_spring', 'tuned_mass', 'coulomb_friction', 'backlash', 'cubic_stiffness',
-    'speed_dependent_stiffness', 'transmission_error', 'tonal_disturbance',
+    'speed_dependent_stiffness', 'hysteresis', 'end_stop', 'transmission_error',
+    'tonal_disturbance',
     'servo_compliance', 'command_delay', 'sensor_gain',
     'sensor_polarity', 'sensor_axis_swap', 'sensor_rotation', 'sensor_delay',
     'sensor_mount_resonance', 'sensor_mass',
@@ -64,6 +66,7 @@ VALUE = {
     'joint_damping': ('factor', 'factor'), 'base_compliance': ('compliance', 'compliance'),
     'link_flexibility': ('compliance', 'compliance'), 'rod_spring': ('k', 'stiffness'),
     'tuned_mass': ('f', 'frequency'), 'coulomb_friction': ('torque', 'torque'),
+    'hysteresis': ('share', 'share'), 'end_stop': ('gap', 'gap'),
     'backlash': ('gap', 'half_gap'), 'cubic_stiffness': ('alpha', 'alpha'),
     'servo_compliance': ('f', 'frequency'), 'tonal_disturbance': ('f', 'frequency'),
     'speed_dependent_stiffness': ('beta', 'beta'),
@@ -129,6 +132,7 @@ def main():
     parser.add_argument('--quick', action='store_true', help='3 + 2 poses of 16 s')
     parser.add_argument('--calibrate', type=int, metavar='N', help='N healthy arms, no effects')
     parser.add_argument('--tolerance', type=float, default=1.0, help='times the stated tolerances')
+    parser.add_argument('--minutes', type=float, default=np.inf, help='then begin nothing new')
     parser.add_argument('--out', type=Path)
     parser.add_argument('--table', choices=TABLES, help='of the documentation, to be written anew')
     options = parser.parse_args()
@@ -142,9 +146,10 @@ def main():
     if options.out and options.out.exists():
         rows = json.loads(options.out.read_text())
     done = {(row['kind'], row['seed'], row['quick']) for row in rows}
+    end = time.monotonic() + 60.0 * options.minutes
     for seed in range(options.first_seed, options.first_seed + options.seeds):
         for kind in kinds:
-            if (kind, seed, options.quick) in done:
+            if (kind, seed, options.quick) in done or time.monotonic() > end:
                 continue
             rows.append(one(kind, seed, options.quick))
             if options.out:

@@ -72,12 +72,6 @@ def _paper(programs: str, *names: str) -> tuple[Group, ...]:
     return tuple(Group(f'paper_{name}', own, command, 'explanation') for name in names)
 
 
-GAP = (
-    'benchmarks/gap_matrix.py',
-    'benchmarks/hidden_effects.py',
-    'test/support/hidden_campaign.py',
-    'test/support/independent_arm.py',
-)
 MATRIX = 'benchmarks/gap_matrix.py'
 FINDINGS = tuple(
     f'examples/paper/{program}.py'
@@ -128,9 +122,9 @@ GROUPS = {
         ),
         Group('shapes', (), 'by hand'),
         Group('complex_shapes', (), 'by hand'),
-        Group('gap_full_size', GAP, f'{MATRIX} --first-seed 901 --seeds 2 --table gap_full_size'),
-        Group('gap_small', GAP, f'{MATRIX} --first-seed 900 --quick --table gap_small'),
-        Group('gap_outside', GAP, f'{MATRIX} --only outside --first-seed 903 --table gap_outside'),
+        Group('gap_full_size', (), f'{MATRIX} --first-seed 901 --seeds 2 --table gap_full_size'),
+        Group('gap_small', (), f'{MATRIX} --first-seed 900 --quick --table gap_small'),
+        Group('gap_outside', (), f'{MATRIX} --only outside --first-seed 903 --table gap_outside'),
         Group('gap_healthy', (), f'{MATRIX} --calibrate 16 --first-seed 2000 --quick'),
         Group('gap_other_simulator', (), 'by hand'),
         Group('gap_single_runs', (), 'by hand'),

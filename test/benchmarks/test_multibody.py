@@ -1,0 +1,132 @@
+"""The multibody engine against analysis: it is an independent truth only if it is right.
+
+Needs MuJoCo (the ``bench`` environment).
+"""
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+pytest.importorskip('mujoco')
+
+from benchmarks.multibody import campaign, laws
+from benchmarks.multibody.compiled import compiled
+from benchmarks.multibody.description import read
+from benchmarks.multibody.hidden import draw, KINDS, law_of, put
+from benchmarks.multibody.simulate import _Run, Motion, simulate, STEP_S
+from modal_core.share import share_path
+from structural_model import load_robot
+
+POSE = np.array([0.3, 0.4, -0.2, 0.5, -0.6, 0.3])
+STILL = Motion(np.zeros((3, 6)), np.zeros((3, 6)))
+ROBOT = 'irb6660_205_190'
+BRIEF = campaign.Conditions(n_fit=1, n_held=0, duration_s=0.9, noise=0.0)
+
+
+def arm_of(*cases):
+    description = read(share_path('config', 'robots', ROBOT))
+    for case in cases:
+        put(case, description)
+    sensors, _ = campaign._sensors(cases, campaign.Conditions(), np.random.default_rng(0))
+    return compiled(description, sensors)
+
+
+def frequencies(arm):
+    """Return the natural frequencies of the engine's own equations about rest [Hz]."""
+    run = _Run(arm, (), POSE, STILL, STEP_S)
+    state, size = run.at_rest(), 1e-7
+    around = [size * way for way in np.eye(run.size)]
+    slopes = np.array([run.rate(0, state + d) - run.rate(0, state - d) for d in around]).T
+    found = scipy.linalg.eigvals(slopes / (2.0 * size))
+    return np.sort(np.abs(found[found.imag > 1.0])) / (2.0 * np.pi)
+
+
+def test_frequencies_agree_with_the_structural_model():
+    """Two formulations, one arm: below 60 Hz to 0.1 %, all that sag may shift."""
+    own = frequencies(arm_of())
+    model = load_robot(ROBOT).damped_modes(POSE, ()).frequency_hz
+    below = np.sort(model[model < 60.0])
+    np.testing.assert_allclose(own[: len(below)], below, rtol=1e-3)
+
+
+def test_at_rest_every_sensor_reads_gravity():
+    arm = arm_of()
+    readings = simulate(arm, (), POSE, Motion(np.zeros((21, 6)), np.zeros((21, 6))))
+    lengths = np.linalg.norm(readings.reshape(len(readings), -1, 3), axis=2)
+    np.testing.assert_allclose(lengths, 9.81, rtol=1e-9)
+
+
+def test_compliance_under_the_base_is_in_series():
+    """Both rocking springs of the plate and of the base carry the same moment."""
+    soft = 1e-6
+    case = {'type': 'base_compliance', 'place': None, 'compliance': soft, 'loss': 4e-4}
+    lowest = frequencies(arm_of(case))[0]
+    stiff = frequencies(arm_of())[0]
+    assert lowest < 0.7 * stiff
+
+
+def test_a_stiffer_joint_is_that_factor():
+    case = {'type': 'joint_stiffness', 'place': 'joint_2', 'factor': 1.5}
+    changed, plain = arm_of(case), arm_of()
+    np.testing.assert_allclose(changed.k / plain.k, [1, 1.5, 1, 1, 1, 1])
+
+
+@pytest.fixture(scope='module')
+def plain():
+    """What an arm without anything hidden shows (seed 5)."""
+    return campaign.make_records(share_path('config', 'robots', ROBOT), [], 5, BRIEF)[-1]
+
+
+@pytest.mark.parametrize('kind', sorted(KINDS))
+def test_every_kind_changes_what_is_recorded(kind, plain):
+    folder, rng = share_path('config', 'robots', ROBOT), np.random.default_rng([5, *kind.encode()])
+    case = draw(kind, rng, campaign.SENSOR_NAMES)
+    if kind == 'knocks':
+        case['per_s'] = 20.0  # some, in so short a time
+    changed = campaign.make_records(folder, [case], 5, BRIEF)[-1].acceleration
+    assert np.all(np.isfinite(changed))
+    own = plain.acceleration  # play on one flank hardly shows in so short a time
+    assert np.abs(changed - own).max() > 1e-5 * np.abs(own - own.mean(axis=0)).max()
+
+
+def test_bristles_slide_at_their_level_and_give_way_before():
+    law = laws.Friction(0, 1e6, level=100.0, bristle=5e7)
+    force, step = np.zeros(1), 1e-5
+    for number in range(2000):
+        still = np.zeros(6)
+        rate = np.full(6, 1e-2)
+        torque, change = law.torque(number * step, still, rate, still, still, force)
+        force = force + step * change
+        if number == 1:
+            assert torque[0] == pytest.approx(-5e7 * 1e-2 * step, rel=0.1)
+    assert force[0] == pytest.approx(100.0, rel=1e-3)
+
+
+def test_play_carries_nothing_between_its_flanks():
+    law = laws.Play(0, 1e6, half=1e-4, c=200.0)
+    zeros = np.zeros(6)
+    for twist, carried in ((5e-5, 0.0), (3e-4, 200.0), (-3e-4, -200.0)):
+        e = np.full(6, twist)
+        torque, _ = law.torque(0.0, e, zeros, zeros, zeros, np.zeros(0))
+        assert 1e6 * twist - torque[0] == pytest.approx(carried, abs=1e-9)
+
+
+def test_a_smooth_slip_carries_no_more_than_its_share():
+    """Wen's spring: pulled far enough it carries share * k * limit."""
+    law, state, step = laws.BoucWen(0, 1e6, share=0.3, limit=5e-5), np.zeros(1), 1e-4
+    still = np.zeros(6)
+    for _ in range(5000):
+        torque, change = law.torque(0.0, still, np.full(6, 2e-3), still, still, state)
+        state = state + step * change
+    assert torque[0] == pytest.approx(-0.3 * 1e6 * 5e-5, rel=1e-3)
+
+
+def test_laws_have_their_places():
+    """Every torque law belongs to a kind, and is in the gear it was drawn for."""
+    arm = arm_of()
+    rng = np.random.default_rng(3)
+    for kind in KINDS:
+        case = draw(kind, rng, campaign.SENSOR_NAMES)
+        law = law_of(case, arm, POSE, 1.0, rng)
+        if law is not None and kind != 'servo_compliance':
+            assert f'joint_{law.gear + 1}' == case['place']
