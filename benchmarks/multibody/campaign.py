@@ -82,7 +82,7 @@ def make_records(folder, cases, seed, conditions=None):
     how = conditions or Conditions()
     rng = np.random.default_rng(seed)
     description = _ordinary(read(folder), how, rng)
-    sensors, gains = _sensors(cases, how, rng)
+    sensors, gains = sensors_of(cases, how, rng)
     for case in cases:
         put(case, description)
     arm = compiled(description, sensors)
@@ -129,7 +129,7 @@ def _vary(spring, how, rng):
     spring.c *= share * math.exp(how.damping * rng.standard_normal())
 
 
-def _sensors(cases, how, rng):
+def sensors_of(cases, how, rng):
     """Return sensors as they really sit, and the gains of their channels."""
     found = []
     for name, link, at in SENSORS:

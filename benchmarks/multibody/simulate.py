@@ -41,7 +41,7 @@ def simulate(arm, laws, pose, motion, finer=1):
         to 0.9 ms; bristles are stiffer.
     """
     step_s = STEP_S / finer
-    run = _Run(arm, laws, pose, motion, step_s)
+    run = Run(arm, laws, pose, motion, step_s)
     state = run.at_rest()
     rows = []
     for number in range((len(motion.position) - 1) // 2):
@@ -58,7 +58,9 @@ def simulate(arm, laws, pose, motion, finer=1):
     return found
 
 
-class _Run:
+class Run:
+    """One recording: its state is every coordinate, every rate, and what the laws remember."""
+
     def __init__(self, arm, laws, pose, motion, step_s):
         self.arm, self.laws, self.pose, self.motion = arm, laws, np.asarray(pose), motion
         self.step_s = step_s

@@ -13,7 +13,7 @@ from benchmarks.multibody import campaign, laws
 from benchmarks.multibody.compiled import compiled
 from benchmarks.multibody.description import read
 from benchmarks.multibody.hidden import draw, KINDS, law_of, put
-from benchmarks.multibody.simulate import _Run, Motion, simulate, STEP_S
+from benchmarks.multibody.simulate import Motion, Run, simulate, STEP_S
 from modal_core.share import share_path
 from structural_model import load_robot
 
@@ -27,13 +27,13 @@ def arm_of(*cases):
     description = read(share_path('config', 'robots', ROBOT))
     for case in cases:
         put(case, description)
-    sensors, _ = campaign._sensors(cases, campaign.Conditions(), np.random.default_rng(0))
+    sensors, _ = campaign.sensors_of(cases, campaign.Conditions(), np.random.default_rng(0))
     return compiled(description, sensors)
 
 
 def frequencies(arm):
     """Return the natural frequencies of the engine's own equations about rest [Hz]."""
-    run = _Run(arm, (), POSE, STILL, STEP_S)
+    run = Run(arm, (), POSE, STILL, STEP_S)
     state, size = run.at_rest(), 1e-7
     around = [size * way for way in np.eye(run.size)]
     slopes = np.array([run.rate(0, state + d) - run.rate(0, state - d) for d in around]).T
