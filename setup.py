@@ -35,7 +35,7 @@ def shared_files(folder):
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version='0.2.0',
     packages=[
         *find_packages(include=[name for room in ROOMS for name in (room, f'{room}.*')]),
         DEFINITIONS,

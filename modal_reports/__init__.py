@@ -7,6 +7,7 @@ implementation in `charts`.  The kit knows `modal_core` only.
 """
 
 from modal_reports.charts import (
+    Axis,
     Bar,
     bar_chart,
     channel_spectra_data,
@@ -15,6 +16,8 @@ from modal_reports.charts import (
     ComparedSpectrum,
     complexity_plot,
     course_plot,
+    Curves,
+    curves_data,
     damping_plane,
     error_mark,
     Geometry,
@@ -39,7 +42,6 @@ from modal_reports.charts import (
     Strip,
     svg,
     Trace,
-    trace_plot,
     tracks_data,
 )
 from modal_reports.health_words import channel_words, flag_words, quality_words
@@ -93,10 +95,12 @@ __all__ = [
     'SMALL',
     'STATUS_WORDS',
     'UNKNOWN',
+    'Axis',
     'Bar',
     'Cell',
     'ChannelSpectra',
     'ComparedSpectrum',
+    'Curves',
     'Geometry',
     'HeatScale',
     'Mark',
@@ -120,6 +124,7 @@ __all__ = [
     'complexity_plot',
     'count',
     'course_plot',
+    'curves_data',
     'damping_plane',
     'deviation_text',
     'duration',
@@ -150,7 +155,6 @@ __all__ = [
     'svg',
     'tags',
     'text',
-    'trace_plot',
     'tracks_data',
     'value_and_sigma',
     'value_text',

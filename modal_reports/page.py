@@ -23,6 +23,7 @@ SCRIPTS = (
     'static/channel_spectra.js',
     'static/spectrogram.js',
     'static/compared_spectra.js',
+    'static/curves.js',
     'static/page.js',
 )
 REPORT = HERE / 'static/report.js'
@@ -47,9 +48,9 @@ class Page:
     charts : mapping of str to object
         Data of the charts that move, by the name in their element's ``data-chart``:
         ``stabilisation``, ``mode_shapes``, ``tracks``, ``channel_spectra``,
-        ``spectrogram``, ``compared_spectra``; of several of a kind, a list, and the element's
-        ``data-of`` says which.  Without any the page
-        has no script.
+        ``spectrogram``, ``compared_spectra``, ``curves``; of several of a
+        kind, a list, and the element's ``data-of`` says which.  Without any the page has no
+        script.
     styles : tuple of Path
         Style sheets of this report alone.
     """

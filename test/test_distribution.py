@@ -25,7 +25,9 @@ def test_one_version_is_stated_everywhere():
     released = re.search(
         r'^(\d\S+) \(\d{4}-\d\d-\d\d\)$', (ROOT / 'CHANGELOG.rst').read_text(), re.M
     )
-    assert released is None or released[1] in stated.values()
+    assert released is not None and released[1] in stated.values()
+    cited = yaml.safe_load((ROOT / 'CITATION.cff').read_text())
+    assert str(cited['date-released']) in released[0]
 
 
 def test_the_citation_names_what_the_format_requires():

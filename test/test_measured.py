@@ -36,9 +36,17 @@ def shown() -> list[str]:
 
 
 def stale(group: Group, results: dict) -> bool:
-    """A program that changed since, or a drawing that it did not make."""
+    """A program or its settings that changed since, or a drawing that it did not make."""
     drawn = 'picture' not in results or results['picture'] == fingerprint(group.picture)
-    return results['definition'] != definition(group) or not drawn
+    same = results['definition'] == definition(group) and results['command'] == group.command
+    return not (same and drawn)
+
+
+def versions() -> list[str]:
+    """Return the present version and all before it, as the changelog names them."""
+    present = re.search(r"version='([^']+)'", (ROOT / 'setup.py').read_text())[1]
+    changes = (ROOT / 'CHANGELOG.rst').read_text()
+    return [present, *re.findall(r'^(\d\S+) \(\d{4}-\d\d-\d\d\)$', changes, re.M)]
 
 
 def test_every_file_of_results_is_shown_once_and_no_other():
@@ -68,12 +76,18 @@ def test_prose_of_the_paper_states_settings_and_no_results():
 
 @pytest.mark.parametrize('name', GROUPS)
 def test_no_figure_is_stale(name):
-    """A change of what is measured, or a new version, asks for measuring again."""
+    """A change of what is measured asks for measuring again; a new version alone does not.
+
+    What a figure was measured with, and when, stands beside it on its page.
+    """
     group = GROUPS[name]
     results = json.loads(group.path.read_text())
     advice = f'{name}.json is stale: run {group.command}, and commit what it wrote'
     assert not stale(group, results), advice
-    assert f"version='{results['version']}'" in (ROOT / 'setup.py').read_text(), advice
+    assert results['version'] in versions(), f'{name}.json: no version of the changelog'
+    assert re.fullmatch(r'\d{4}-\d\d-\d\d(?: and \d{4}-\d\d-\d\d)?', results['date']), name
+    shown = markdown(results)
+    assert results['date'] in shown and f'version {results["version"]}' in shown
     assert all(len(row) == len(results['columns']) for row in results['rows'])
     table = markdown(results).count('\n')
     assert table == (len(results['rows']) + 4 if results['columns'] else 1)
@@ -97,6 +111,26 @@ def test_a_changed_program_makes_its_figures_stale(tmp_path, monkeypatch):
     assert not stale(group, results)
     program.write_text('import new\n\nREACH = 0.9\n')
     assert stale(group, results)
+
+
+def test_other_settings_make_figures_stale(tmp_path, monkeypatch):
+    import benchmarks.results as module
+
+    monkeypatch.setattr(module, 'ROOT', tmp_path)
+    monkeypatch.setattr(module, 'FOLDER', tmp_path / 'results')
+    monkeypatch.setitem(module.GROUPS, 'tracking', Group('tracking', ('b.py',), 'bench --seeds 8'))
+    (tmp_path / 'b.py').write_text('REACH = 0.99\n')
+    write_lines('tracking', [Line('right ids', '1', reach='2', met=False)])
+    results = json.loads((tmp_path / 'results' / 'tracking.json').read_text())
+    assert not stale(module.GROUPS['tracking'], results)
+    assert stale(Group('tracking', ('b.py',), 'bench --seeds 80'), results)
+
+
+def test_versions_are_those_of_the_changelog_newest_first():
+    present, *named = versions()
+    assert len(named) == len(set(named))
+    assert named == sorted(named, key=lambda text: [*map(int, text.split('.'))], reverse=True)
+    assert present == named[0]
 
 
 def test_a_picture_that_no_program_drew_is_stale(tmp_path, monkeypatch):

@@ -10,6 +10,7 @@ from modal_reports.charts.channel_spectra import channel_spectra_data, ChannelSp
 from modal_reports.charts.compared_spectra import compared_spectra_data, ComparedSpectrum
 from modal_reports.charts.complexity import complexity_plot
 from modal_reports.charts.courses import course_plot, Mark
+from modal_reports.charts.curves import Axis, Curves, curves_data, Trace
 from modal_reports.charts.damping_plane import damping_plane, PlacedMode
 from modal_reports.charts.geometry import (
     Geometry,
@@ -27,16 +28,17 @@ from modal_reports.charts.stabilisation import (
     stabilisation_data,
     STATUS_WORDS,
 )
-from modal_reports.charts.traces import Trace, trace_plot
 from modal_reports.charts.tracks import Strip, tracks_data
 
 __all__ = [
     'LARGE',
     'SMALL',
     'STATUS_WORDS',
+    'Axis',
     'Bar',
     'ChannelSpectra',
     'ComparedSpectrum',
+    'Curves',
     'Geometry',
     'Mark',
     'OtherShape',
@@ -51,6 +53,7 @@ __all__ = [
     'compared_spectra_data',
     'complexity_plot',
     'course_plot',
+    'curves_data',
     'damping_plane',
     'error_mark',
     'heat_map',
@@ -63,6 +66,5 @@ __all__ = [
     'spectrum_plot',
     'stabilisation_data',
     'svg',
-    'trace_plot',
     'tracks_data',
 ]

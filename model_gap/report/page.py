@@ -6,6 +6,7 @@ from pathlib import Path
 from modal_core.atomic_file import write_text
 from modal_reports import (
     capital,
+    curves_data,
     fixed,
     Page,
     render,
@@ -38,7 +39,7 @@ def write_report(result: GapResult, path: Path, comparison: ModelComparison | No
 
 
 def render_report(result: GapResult, comparison: ModelComparison | None = None) -> str:
-    """Return the report as one HTML document without scripts or links.
+    """Return the report as one HTML document without links.
 
     Parameters
     ----------
@@ -58,15 +59,15 @@ def render_report(result: GapResult, comparison: ModelComparison | None = None) 
         'bars': gap_bars(result),
         'arm': gap_on_arm(result),
         'places': gap_map(result, shown),
-        'first': pictures[0] if pictures else '',
-        'pictures': pictures[1:],
+        'pictures': range(len(pictures)),
         'capital': capital,
         'gravity': gravity_words(result),
         'calibration': calibration_words(calibration(result), mounts(result)),
         **_tables(result, comparison),
     }
     title = f'Model gap: {result.search.model.robot_name}'
-    return render(Page('Model gap report', title, TEMPLATE, values, styles=STYLES))
+    charts = {'curves': [curves_data(each) for each in pictures]}
+    return render(Page('Model gap report', title, TEMPLATE, values, charts, STYLES))
 
 
 def _tables(result: GapResult, comparison: ModelComparison) -> dict[str, object]:

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_reports import (
+    Axis,
     Bar,
     bar_chart,
+    Curves,
     fixed,
     heat_map,
-    LARGE,
     percent,
-    SMALL,
-    spectrum_plot,
+    Trace,
 )
-from model_gap.campaign import record_spectra
+from model_gap.campaign import HANN_POWER, record_spectra
 from model_gap.comparison import SpectraPair, used_bands
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects
@@ -27,6 +27,7 @@ from model_gap.report.arm_picture import arm_picture, TIMES_THE_NOISE
 SMOOTHING_HZ = 0.3
 FINE_BINS = 1200
 PICTURES = 7
+TRACES = ('measured', 'measured'), ('before', 'model before'), ('after', 'model after')
 
 
 def gap_bars(result: GapResult) -> Markup:
@@ -88,7 +89,7 @@ def gap_map(result: GapResult, shown: list[SpectraPair]) -> Markup:
     )
 
 
-def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Markup]:
+def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Curves]:
     """Draw the recording with the largest gap, the sensors in the order of theirs, bin by bin."""
     search = result.search
     channels = search.campaign.layout.channels
@@ -103,7 +104,9 @@ def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Markup]:
     predictor = dataclasses.replace(search.data.fitting, records=[item])
     (before,) = predictor.predict(search.nominal.cell())
     (after,) = predictor.predict(result.final.cell())
-    pictures: list[Markup] = []
+    # From the spectra's own scale to a density: one-sided, and the power a Hann window keeps.
+    density = math.sqrt(2.0 / (item.record.sample_rate_hz * HANN_POWER))
+    pictures: list[Curves] = []
     seen: set[str] = set()
     for row in order.tolist():
         sensor = channels[row].name.rsplit('.', 1)[0]
@@ -113,18 +116,18 @@ def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Markup]:
         smooth = [
             _smoothed(item.frequency_hz, values[row]) for values in (item.measured, before, after)
         ]
+        unit = f'({channels[row].unit})/√Hz'
         pictures.append(
-            spectrum_plot(
+            Curves(
                 f'{channels[row].name}, {item.record.name}',
-                smooth[0][0],
+                Axis('Frequency', 'Hz'),
+                Axis('Amplitude density', unit),
                 [
-                    (name, level)
-                    for name, (_, level) in zip(
-                        ('measured', 'before', 'after'), smooth, strict=True
-                    )
+                    Trace(kind, hz, density * level, name)
+                    for (kind, name), (hz, level) in zip(TRACES, smooth, strict=True)
                 ],
-                float(np.sqrt(np.median(item.noise_power[row]))),
-                SMALL if pictures else LARGE,
+                logarithmic=True,
+                level=density * float(np.sqrt(np.median(item.noise_power[row]))),
             )
         )
     return pictures

@@ -1,5 +1,6 @@
 """One HTML file that shows what encoders and torques tell of a robot."""
 
+import itertools
 from pathlib import Path
 
 from markupsafe import Markup
@@ -7,21 +8,21 @@ import numpy as np
 
 from modal_core.atomic_file import write_text
 from modal_reports import (
+    Axis,
     Bar,
     bar_chart,
     capital,
     Cell,
-    LARGE,
+    Curves,
+    curves_data,
     number,
     Page,
     percent,
     render,
     Row,
-    SMALL,
     Table,
     text,
     Trace,
-    trace_plot,
     with_sigma,
 )
 from model_gap.trajectory.motion import EDGE_S, RATE_HZ
@@ -38,6 +39,8 @@ from model_gap.trajectory.words import (
 
 TEMPLATE = Path(__file__).parent / 'templates' / 'encoders.html.j2'
 MICRO, KILO = 1e6, 1e-3
+ACROSS = {'angle': 'rad', 'speed': 'rad/s', 'load': 'N m'}
+NAMES = {'measured': 'measured', 'before': 'model before', 'after': 'model after'}
 
 
 def write_page(gap: EncoderGap, path: Path) -> None:
@@ -46,17 +49,21 @@ def write_page(gap: EncoderGap, path: Path) -> None:
 
 
 def render_page(gap: EncoderGap) -> str:
-    """Return the report as one HTML document without scripts or links."""
+    """Return the report as one HTML document without links."""
     heldout = [item.name for item in gap.campaign.heldout]
+    groups = _loops(gap), _courses(gap), _rests(gap)
+    first = list(itertools.accumulate(map(len, groups), initial=0))
+    loops, courses, rests = itertools.starmap(range, itertools.pairwise(first))
+    charts = {'curves': [curves_data(each) for group in groups for each in group]}
     values = {
         'verdict': gap.verdict.value,
         'headline': headline(gap),
         'sentences': [sentence(law) for law in gap.laws],
         'bars': _bars(gap, heldout),
         'table': _table(gap),
-        'loops': _loops(gap),
-        'courses': _courses(gap),
-        'rests': _rests(gap),
+        'loops': loops,
+        'courses': courses,
+        'rests': rests,
         'unexplained': [capital(line) for line in unexplained_lines(gap)],
         'not_told': [capital(line) for line in not_told(gap)],
         'rivals': _rivals(gap),
@@ -65,7 +72,7 @@ def render_page(gap: EncoderGap) -> str:
         'fitted': ', '.join(item.name for item in gap.campaign.fitting),
     }
     title = f'Encoders and torques: {gap.model.robot_name}'
-    return render(Page('Model gap report', title, TEMPLATE, values))
+    return render(Page('Model gap report', title, TEMPLATE, values, charts))
 
 
 def _bars(gap: EncoderGap, heldout: list[str]) -> Markup:
@@ -117,7 +124,7 @@ def _after(track: Track, quantity: Quantity) -> Array:
     return predicted(track, quantity.found.problem.layout, quantity.found.fit)
 
 
-def _courses(gap: EncoderGap) -> list[Markup]:
+def _courses(gap: EncoderGap) -> list[Curves]:
     """Draw what was measured and predicted in the last held-out recording, over time."""
     track, pictures = gap.tracks[-1], []
     time = np.arange(track.motion.count) / RATE_HZ + EDGE_S
@@ -134,13 +141,17 @@ def _courses(gap: EncoderGap) -> list[Markup]:
             ('after', known + _after(track, quantity) - begin),
         )
         for place, row in enumerate(quantity.rows):
-            traces = [Trace(kind, time, factor * values[:, place]) for kind, values in curves]
+            traces = [
+                Trace(kind, time, factor * values[:, place], NAMES[kind])
+                for kind, values in curves
+            ]
             title = f'{quantity.name} of {place_words(row)}, {track.motion.name}'
-            pictures.append(trace_plot(title, ('s', unit), traces, SMALL if place else LARGE))
+            axes = Axis('time', 's'), Axis(quantity.name, unit)
+            pictures.append(Curves(title, *axes, traces))
     return pictures
 
 
-def _loops(gap: EncoderGap) -> list[Markup]:
+def _loops(gap: EncoderGap) -> list[Curves]:
     """Draw the twist of every gear against its load, and the law through it."""
     pictures = []
     for quantity in (item for item in gap.quantities if item.name == TWIST):
@@ -152,23 +163,24 @@ def _loops(gap: EncoderGap) -> list[Markup]:
                 law = track.known[TWIST] + _after(track, quantity)
                 traces += [
                     Trace('measured', load, MICRO * track.motion.twist_rad[:, place]),
-                    Trace('after', load, MICRO * law[:, place]),
+                    Trace('after', load, MICRO * law[:, place], 'law'),
                 ]
             title = f'twist of {place_words(row)} against its load'
-            pictures.append(trace_plot(title, ('kN m', 'µrad'), traces))
+            pictures.append(Curves(title, Axis('load', 'kN m'), Axis('twist', 'µrad'), traces))
     return pictures
 
 
-def _rests(gap: EncoderGap) -> list[Markup]:
+def _rests(gap: EncoderGap) -> list[Curves]:
     """Draw what is left over where data alone explain it, against what it goes with."""
     pictures = []
     for name, row, rival in gap.unexplained:
         factor, unit = (1.0, 'N m') if name == TORQUE else (MICRO, 'µrad')
         kind, joint = rival.input
         across = f'{kind} of {place_words(gap.model.axis_names[joint])}'
-        trace = Trace('after', rival.shape[0], factor * rival.shape[1])
+        trace = Trace('after', rival.shape[0], factor * rival.shape[1], 'data alone')
         title = f'left over of the {name} of {place_words(row)}'
-        pictures.append(trace_plot(title, (across, unit), [trace]))
+        axes = Axis(across, ACROSS.get(kind, '')), Axis('left over', unit)
+        pictures.append(Curves(title, *axes, [trace]))
     return pictures
 
 

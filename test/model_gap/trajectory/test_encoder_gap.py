@@ -129,4 +129,5 @@ def test_a_law_outside_the_catalogue_is_unexplained_and_drawn(robot, tmp_path):
     EncoderFolder(tmp_path / 'out').write(gap)
     page = (tmp_path / 'out' / 'report.html').read_text()
     assert 'left over of the torque of axis 1' in page
-    assert '<script' not in page
+    assert 'src=' not in page and "default-src 'none'" in page
+    assert 'data-chart="curves"' in page and 'kN m' in page
