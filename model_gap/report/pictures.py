@@ -121,7 +121,7 @@ def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Curves]:
             Curves(
                 f'{channels[row].name}, {item.record.name}',
                 Axis('Frequency', 'Hz'),
-                Axis('Amplitude density', unit),
+                Axis('Amplitude', unit),
                 [
                     Trace(kind, hz, density * level, name)
                     for (kind, name), (hz, level) in zip(TRACES, smooth, strict=True)

@@ -143,7 +143,7 @@ def test_result_files(softer, compared, tmp_path):
     assert f'Joint 2 is {softer_by:.0f} % softer than the model says' in page
     assert 'joint stiffness at joint_2' in page
     assert 'src=' not in page and "default-src 'none'" in page
-    assert 'Amplitude density [(m/s^2)/' in page
+    assert 'Amplitude [(m/s^2)/' in page
     assert 'http://' not in page
     assert 'https://' not in page
     assert "'unsafe-inline'" not in page
