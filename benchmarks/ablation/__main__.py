@@ -6,6 +6,9 @@ is identified as one stretch, as in the headline of `ama identify`, without its 
 
     python -m benchmarks.ablation FILE --seeds 7000 7006     measures, and keeps what it measured
     python -m benchmarks.ablation FILE                       prints the table of it
+    python -m benchmarks.ablation FILE --keep                the documentation shows it
+
+Kept are also the rows of before of stages that FILE does not hold.
 """
 
 import argparse
@@ -20,10 +23,10 @@ import warnings
 
 from benchmarks.ablation.shared import Shared, verdict_of
 from benchmarks.ablation.stages import Stage, STAGES_OFF
-from benchmarks.ablation.table import COLUMNS, rows_of, WHOLE
+from benchmarks.ablation.table import COLUMNS, GONE, rows_of, WHOLE
 from benchmarks.families.drawing import draw
 from benchmarks.families.family import FAMILIES
-from benchmarks.results import versions, write_rows
+from benchmarks.results import FOLDER, versions, write_rows
 
 
 def measure(file: Path, seeds: range, families: Sequence[str], stages: Sequence[Stage]) -> None:
@@ -50,6 +53,14 @@ def _entries(file: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 
 
+def _kept_before(anew: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Return the rows kept of stages that were not measured anew."""
+    kept = FOLDER / 'ablation.json'
+    before = json.loads(kept.read_text())['rows'] if kept.exists() else []
+    names = {row[0].removesuffix(GONE) for row in anew}
+    return [row for row in before if row[0].removesuffix(GONE) not in names]
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Measure, or print the table."""
     parser = argparse.ArgumentParser(prog='benchmarks.ablation', description=__doc__)
@@ -68,6 +79,7 @@ def main(words: Sequence[str] | None = None) -> int:
     for row in rows:
         print(f'| {" | ".join(row)} |')
     if chosen.keep:
+        rows += _kept_before(rows)
         write_rows('ablation', COLUMNS, rows, (*versions(), f'{n_records} records'))
     return 0
 

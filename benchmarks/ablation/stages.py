@@ -12,7 +12,6 @@ import numpy as np
 from modal_core.indicators import mac
 from oma_identifier.likelihood import SlopePrior
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
-from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.stages import STAGES
 
 SELECTION, FITS, DECISION = 'selection', 'fits', 'decision'
@@ -107,10 +106,6 @@ def _no_outside(*given: Any) -> Any:
     )
 
 
-def _all_refined(each: Any, *_: Any) -> Any:
-    return Outcome.REFINED if each.fit is not None and each.fit.converged else Outcome.TOO_SHORT
-
-
 STAGES_OFF = (
     # Selection.
     Stage(
@@ -195,7 +190,6 @@ STAGES_OFF = (
         {'refinement.stages.undo_label_switching': lambda now, fits, _: (now, fits)},
     ),
     Stage('motion with the force', DECISION, {'refinement.acceptance.moves_with_force': _no}),
-    Stage('far from the start', DECISION, {'refinement.stages.accept': _all_refined}),
     Stage('shape alike', DECISION, {'refinement.adopt.is_alike': _yes}),
     Stage('poles agree', DECISION, {'refinement.adopt._agree': _yes}),
     Stage('told apart', DECISION, {'refinement.adopt.repeated': lambda _: set()}),

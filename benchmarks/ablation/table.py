@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.ablation.stages import STAGES_OFF
 
 WHOLE = 'all stages'
+GONE = ' (gone since)'
 CAPPED = 6.0
 """Errors over the law beyond this count as this: one outlier shall not decide."""
 COLUMNS = (
@@ -55,7 +56,7 @@ def rows_of(entries: Sequence[Mapping[str, Any]]) -> tuple[list[list[str]], int]
     for name, own in by_stage.items():
         change = np.array([np.subtract(own[key], whole[key]) for key in own if key in whole])
         here = any(stage.name == name for stage in STAGES_OFF)
-        rows.append(_row(name if here else f'{name} (gone since)', change))
+        rows.append(_row(name if here else name + GONE, change))
     return rows, len(whole)
 
 

@@ -37,8 +37,6 @@ class Record:
     ----------
     modes : ModeSet
         As given.
-    duration_s : float [s]
-        Of the samples.
     channels : (n_alive,) int array
         That are not dead.
     spectra : Spectra
@@ -56,7 +54,6 @@ class Record:
     """
 
     modes: ModeSet
-    duration_s: float
     channels: NDArray[np.intp]
     spectra: Spectra
     usable: NDArray[np.bool_]
@@ -83,7 +80,6 @@ class Record:
             give_back()
         return cls(
             modes,
-            samples.duration_s + sum(each.duration_s for each in more),
             channels,
             spectra,
             usable_lines(spectra, harmonics or ()),

@@ -93,9 +93,7 @@ def decide(of: Refining) -> Refining:
             elif split and is_demanded(each, position):
                 outcome = Outcome.SPLIT
             else:
-                outcome = accept(
-                    each, position, of.given_mode(mode), of.start, mode, of.record.duration_s
-                )
+                outcome = accept(each, position)
             outcomes[of.given[mode]] = outcome
             log.debug(
                 '%.4g Hz: %s, misfit %.3g',
@@ -150,8 +148,7 @@ def _is_better(of: Refining, plain: GroupFit, known: GroupFit) -> bool:
     if not set(beside) <= set(known.group) or not improves(plain, known):
         return False
     return all(
-        accept(known, position, of.given_mode(mode), of.start, mode, of.record.duration_s)
-        is Outcome.REFINED
+        accept(known, position) is Outcome.REFINED
         for position, mode in known.members()
         if mode < of.n_given
     )

@@ -49,13 +49,6 @@ class RefinementThresholds:
     none was below 0.01."""
     known_chance: float = 1e-3
     """Share of bands whose response to known inputs the model describes that are taken to bend."""
-    far_std: float = 5.0
-    """Standard deviations from the start beyond which, and beyond ``far_half_widths``, a refined
-    mode is another."""
-    far_half_widths: float = 0.75
-    """Distance from the start beyond which, and beyond ``far_std``, a refined mode is another."""
-    kept_mac: float = 0.8
-    """Least part of a refined shape in the span of the shapes around it at the start."""
 
     # It replaces the plain estimate (Hausman 1978).
     adopted_misfit: float = 1.05

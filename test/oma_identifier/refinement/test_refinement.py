@@ -198,13 +198,14 @@ def test_a_mode_that_is_not_there_is_kept_as_it_came():
     samples = simulate(plant, generator, DURATION_S, RATE_HZ)
     wrong = Mode(40.0, 0.02, generator.standard_normal(6).astype(complex), 0.01, 0.001)
     start = start_modes(plant, samples, generator)
-    result = refine(samples, ModeSet((*start.modes, wrong), samples.channel_names))
-    assert result.outcomes[3] is not Outcome.REFINED
-    assert result.modes.modes[3] is wrong
-    assert result.outcomes[:3] == (Outcome.REFINED,) * 3
+    listed = ModeSet((*start.modes, wrong), samples.channel_names)
+    found = adopt.adopt_refined(samples, listed, ModeSet((), samples.channel_names))
+    assert found.origin == (0, 1, 2, 3)
+    assert found.modes.modes[3] is wrong
+    assert refine(samples, listed).outcomes[:3] == (Outcome.REFINED,) * 3
 
 
-def test_a_start_far_from_the_truth_is_reported():
+def test_a_mode_far_from_the_truth_is_not_refined():
     plant = small_plant()
     generator = np.random.default_rng(5)
     samples = simulate(plant, generator, DURATION_S, RATE_HZ)
@@ -212,9 +213,9 @@ def test_a_start_far_from_the_truth_is_reported():
     wrong = replace(
         start.modes[2], frequency_hz=21.8, frequency_std_hz=0.02, damping_ratio_std=0.002
     )
-    result = refine(samples, replace(start, modes=(*start.modes[:2], wrong)))
-    assert result.outcomes[2] is not Outcome.REFINED
-    assert result.modes.modes[2] is wrong
+    listed = replace(start, modes=(*start.modes[:2], wrong))
+    found = adopt.adopt_refined(samples, listed, ModeSet((), samples.channel_names))
+    assert found.modes.modes[found.origin.index(2)] is wrong
 
 
 def test_a_harmonic_beside_a_mode_does_not_bias_it():
