@@ -5,7 +5,12 @@
   /* Each takes the element to draw in and its data. */
   modal.charts = {};
 
-  modal.colour = (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
+  /* Asking for a style has the page laid out anew, so each colour is asked for once per look of the page. */
+  let colours = new Map();
+  modal.colour = (name) => {
+    if (!colours.has(name)) colours.set(name, getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim());
+    return colours.get(name);
+  };
 
   modal.element = (tag, className, text) => {
     const made = document.createElement(tag);
@@ -23,7 +28,10 @@
     });
     charts.push({ host, redraw, end });
   };
-  modal.redraw = () => charts.forEach((chart) => { if (chart.host.isConnected) chart.redraw(); });
+  modal.redraw = () => {
+    colours = new Map();
+    charts.forEach((chart) => { if (chart.host.isConnected) chart.redraw(); });
+  };
 
   /* Give a canvas as many pixels as it covers on screen; return its context in CSS pixels. */
   modal.context = (canvas) => {

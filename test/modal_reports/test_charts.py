@@ -19,6 +19,7 @@ from modal_reports import (
     PlacedMode,
     spectrum_plot,
 )
+from modal_reports.charts.plain_numbers import number, numbers
 
 HOSTILE = '</svg><script>1</script>"\'&'
 SVG = '{http://www.w3.org/2000/svg}'
@@ -146,3 +147,18 @@ def test_modes_lie_in_the_plane_where_their_numbers_say():
 def test_a_single_mode_without_damping_has_a_place(frequency_hz):
     (dot,) = kinds(damping_plane('damping', [PlacedMode('one', frequency_hz, 0.0)]), 'circle')
     assert math.isfinite(float(dot.get('cx'))) and math.isfinite(float(dot.get('cy')))
+
+
+def test_many_numbers_at_once_are_those_one_by_one():
+    seed = 12
+    rng = np.random.default_rng(seed)
+    values = rng.normal(size=3000) * 10.0 ** rng.uniform(-14, 5, 3000)
+    values[:6] = 0.0, np.nan, np.inf, -np.inf, 1.0, 123456.75
+    together, single = numbers(values), [number(value) for value in values.tolist()]
+    assert together[:6] == single[:6] == [0.0, None, None, None, 1.0, 123456.8]
+    # Half of the last digit may fall either way; what is written has no more digits.
+    for one, other in zip(together[4:], single[4:], strict=True):
+        assert one == pytest.approx(other, rel=2e-6)
+        assert float(f'{one:.7g}') == one, seed
+    assert numbers(np.array([[1e300, 2e-300]])) == [[1e300, 2e-300]]
+    assert numbers(np.empty((0,))) == []
