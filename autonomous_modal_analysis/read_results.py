@@ -6,12 +6,14 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
+from autonomous_modal_analysis.operating_state import OperatingState, state_of, UNKNOWN_STATE
 from autonomous_modal_analysis.output import show_damage
 from autonomous_modal_analysis.results import FORMAT_VERSION
 from autonomous_modal_analysis.terminal import progress_bar
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.mode import Mode, ModeSet
+from modal_core.window import Pose
 from modal_reports import Spectrum
 
 if TYPE_CHECKING:
@@ -65,11 +67,14 @@ class ReadResult:
         Its largest singular value; None where none was kept.
     result : ModalResult or None
         Of a recording that was identified now.
+    at : OperatingState
+        Joint speed, pose and load while it was made.
     """
 
     modes: ModeSet
     spectrum: Spectrum | None = None
     result: 'ModalResult | None' = None
+    at: OperatingState = UNKNOWN_STATE
 
 
 def read_result(path: Path, identifier: 'Identifier') -> ReadResult:
@@ -87,9 +92,31 @@ def read_result(path: Path, identifier: 'Identifier') -> ReadResult:
     found = result_of(path, identifier)
     if isinstance(found, Path):
         kept = results_file(found) or found
-        return ReadResult(read_modes(kept), _kept_spectrum(kept))
+        modes = read_modes(kept)
+        return ReadResult(modes, _kept_spectrum(kept), at=state_of(_kept_poses(kept)))
     whole = found.found.whole.spectrum
-    return ReadResult(found.modes, Spectrum(whole.frequency_hz, whole.singular_value), found)
+    at = state_of(window.pose for window in found.windows)
+    return ReadResult(found.modes, Spectrum(whole.frequency_hz, whole.singular_value), found, at)
+
+
+def _kept_poses(path: Path) -> list[Pose | None]:
+    """Return the poses of the windows in a file of results."""
+    try:
+        windows = load_json(path, LARGEST_BYTES).get('windows', [])
+        return [_kept_pose(window.get('pose')) for window in windows]
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise _no_results(path, f'pose: {type(error).__name__}: {error}') from error
+
+
+def _kept_pose(kept: Any) -> Pose | None:
+    if kept is None:
+        return None
+    names = tuple(str(name) for name in kept['joint_names'])
+    angles, spread, speed = (
+        None if kept.get(field) is None else np.array(kept[field], dtype=float).reshape(len(names))
+        for field in ('position', 'position_range', 'mean_speed')
+    )
+    return None if angles is None or spread is None else Pose(names, angles, spread, speed)
 
 
 def _kept_spectrum(path: Path) -> Spectrum | None:

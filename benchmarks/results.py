@@ -116,6 +116,11 @@ GROUPS = {
             'python -m benchmarks.methods',
         ),
         Group(
+            'moving',
+            ('benchmarks/moving.py', 'benchmarks/milled.py'),
+            'python -m benchmarks.moving',
+        ),
+        Group(
             'ablation',
             ('benchmarks/ablation',),
             'python -m benchmarks.ablation FILE --seeds FIRST END --keep',

@@ -24,11 +24,14 @@ class Pose:
         Mean over the window, serial joints.
     position_range : (n_joints,) array [rad]
         Largest minus smallest in the window.
+    mean_speed : (n_joints,) array [rad/s] or None
+        Mean magnitude of the speed; None where it is not kept.
     """
 
     joint_names: tuple[str, ...]
     position: NDArray[np.float64]
     position_range: NDArray[np.float64]
+    mean_speed: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,7 @@
 """`ama compare`: the modes of recordings, such as at rest and at work, and what changed."""
 
+from dataclasses import replace
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -27,6 +29,10 @@ def compare(
     ],
     identifier: Identifier,
     out: Annotated[Path | None, typer.Option(help='Folder for comparison.html.')] = None,
+    load_kg: Annotated[
+        str | None,
+        typer.Option(help='Load of each recording in their order [kg], separated by commas.'),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Compare the modes of recordings with those of the first: at rest and at work.
@@ -35,6 +41,8 @@ def compare(
     deviations of both.
     """
     from autonomous_modal_analysis.change_view import changes_json, show_changes
+    from autonomous_modal_analysis.course_view import courses_json, show_courses
+    from autonomous_modal_analysis.mode_courses import mode_courses
     from autonomous_modal_analysis.output import show_written
     from autonomous_modal_analysis.read_results import read_result
     from autonomous_modal_analysis.report import ComparedState, StateDrawn, write_comparison
@@ -47,21 +55,46 @@ def compare(
             'there is nothing to compare with', where='ama compare', expected='two'
         )
     first, *others = recordings
+    loads = _loads(load_kg, len(recordings))
     base = read_result(first, identifier)
+    base = replace(base, at=replace(base.at, load_kg=loads[0]))
     drawing = base.result.drawing() if base.result is not None and out is not None else None
     states = []
-    for path in others:
+    for path, load in zip(others, loads[1:], strict=True):
         other = read_result(path, identifier)
+        at = replace(other.at, load_kg=load)
         found = compare_modes(base.modes, other.modes)
         on_arm = base.result.drawing(other.modes) if base.result and drawing else None
         drawn = StateDrawn(other.spectrum, on_arm)
-        states.append(ComparedState(path.name, other.modes, found, drawn))
+        states.append(ComparedState(path.name, other.modes, found, drawn, at))
+    courses = mode_courses(base.modes, [state.found for state in states])
+    named = [first.name, *(state.name for state in states)]
+    at_all = [base.at, *(state.at for state in states)]
     if json:
-        print_json(changes_json(first.name, states))
+        print_json(changes_json(first.name, states) | courses_json(named, at_all, courses))
     else:
         for state in states:
             show_changes(state.found, first.name, state.name)
+        show_courses(named, at_all, courses)
     if out is not None:
         drawn = StateDrawn(base.spectrum, drawing)
-        write_comparison(out / REPORT, first.name, base.modes, states, drawn)
+        write_comparison(out / REPORT, first.name, base.modes, states, drawn, base.at)
         show_written(out, (REPORT,))
+
+
+def _loads(text: str | None, n_recordings: int) -> tuple[float, ...]:
+    """Return the load of each recording, NaN where none is stated."""
+    from autonomous_modal_analysis.options import numbers
+    from modal_core.errors import SettingsError
+
+    if text is None:
+        return (math.nan,) * n_recordings
+    loads = numbers(text, '--load-kg')
+    if len(loads) != n_recordings:
+        raise SettingsError(
+            'one load for each recording',
+            where='--load-kg',
+            found=len(loads),
+            expected=n_recordings,
+        )
+    return loads

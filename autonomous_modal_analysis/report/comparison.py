@@ -6,6 +6,9 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from autonomous_modal_analysis.mode_courses import mode_courses
+from autonomous_modal_analysis.operating_state import OperatingState, UNKNOWN_STATE
+from autonomous_modal_analysis.report.courses import courses_shown
 from autonomous_modal_analysis.report.overlay import (
     damping_of_both,
     shapes_of_both,
@@ -54,6 +57,8 @@ class ComparedState:
         Its modes.
     found : ModeComparison
         The first, then this one.
+    at : OperatingState
+        Joint speed, pose and load while it was made.
     drawn : StateDrawn
         Its spectrum, and its modes on the arm of the first.
     """
@@ -62,6 +67,7 @@ class ComparedState:
     modes: ModeSet
     found: ModeComparison
     drawn: StateDrawn = NOT_DRAWN
+    at: OperatingState = UNKNOWN_STATE
 
 
 def write_comparison(
@@ -70,6 +76,7 @@ def write_comparison(
     modes: ModeSet,
     others: Sequence[ComparedState],
     drawn: StateDrawn = NOT_DRAWN,
+    at: OperatingState = UNKNOWN_STATE,
 ) -> None:
     """Write the report of recordings beside the first, whole or not at all.
 
@@ -85,6 +92,8 @@ def write_comparison(
         The others, in their order.
     drawn : StateDrawn
         Spectrum of the first, and its modes on the arm.
+    at : OperatingState
+        Joint speed, pose and load of the first.
     """
     spectra = [
         spectra_of_both((first, modes, drawn), (each.name, each.modes, each.drawn))
@@ -93,8 +102,11 @@ def write_comparison(
     shapes = [shapes_of_both(each.found, modes, each.modes, drawn, each.drawn) for each in others]
     charts = {'compared_spectra': spectra, 'mode_shapes': shapes}
     names = ', '.join(each.name for each in others)
+    courses = mode_courses(modes, [each.found for each in others])
+    states = [at, *(each.at for each in others)]
     values = {
         'first': first,
+        'courses': courses_shown([first, *(each.name for each in others)], states, courses),
         'states': [
             {
                 'name': each.name,

@@ -21,6 +21,7 @@ from modal_reports.charts.heat import heat_map
 from modal_reports.charts.lines import LARGE, SMALL, spectrum_plot
 from modal_reports.charts.marks import error_mark, meter
 from modal_reports.charts.mode_shapes import mode_shapes_data, OtherShape
+from modal_reports.charts.over_state import over_state, StatePoint
 from modal_reports.charts.spectrogram import Spectrogram, spectrogram_data, SpeedSpectra
 from modal_reports.charts.stabilisation import (
     pooled,
@@ -46,6 +47,7 @@ __all__ = [
     'Spectrogram',
     'Spectrum',
     'SpeedSpectra',
+    'StatePoint',
     'Strip',
     'Trace',
     'bar_chart',
@@ -60,6 +62,7 @@ __all__ = [
     'interpolate_displacements',
     'meter',
     'mode_shapes_data',
+    'over_state',
     'pooled',
     'sensor_displacements',
     'spectrogram_data',

@@ -4,11 +4,15 @@ from collections import Counter, deque
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modal_core.measurements import JointSamples, NANOSECONDS_PER_SECOND
 from modal_core.window import Pose
 from oma_identifier.intake.thresholds import INTAKE
 from oma_identifier.time_axis import Candidates, TIME_AXIS
+
+SPEED_STEP_NS = 100_000_000
+"""Between the angles whose difference is the speed: the ripple of encoders is none."""
 
 
 class JointTrack:
@@ -159,7 +163,20 @@ def pose_of(joints: JointSamples | None) -> Pose | None:
         joint_names=joints.joint_names,
         position=joints.position.mean(axis=0),
         position_range=np.ptp(joints.position, axis=0),
+        mean_speed=_mean_speed(joints),
     )
+
+
+def _mean_speed(joints: JointSamples) -> NDArray[np.float64] | None:
+    """Return the mean magnitude of the joints' speeds, between angles too far apart for noise."""
+    stamps = joints.stamp_ns
+    asked = np.arange(stamps[0], stamps[-1] + 1, SPEED_STEP_NS)
+    if len(asked) < 2:
+        return None
+    rows = np.unique(np.searchsorted(stamps, asked))
+    way = np.abs(np.diff(joints.position[rows], axis=0)).sum(axis=0)
+    span_s = (stamps[rows[-1]] - stamps[rows[0]]) / NANOSECONDS_PER_SECOND
+    return np.asarray(way / span_s) if span_s > 0.0 else None
 
 
 def _rows(joints: JointSamples, rows: slice) -> JointSamples:

@@ -1,0 +1,102 @@
+"""Modes through several recordings in one table, over joint speed, load and pose."""
+
+from collections.abc import Sequence
+import math
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from autonomous_modal_analysis.mode_courses import CoursePoint
+from autonomous_modal_analysis.operating_state import differing, NUMBER, OperatingState
+from autonomous_modal_analysis.results import plain
+from autonomous_modal_analysis.terminal import OUTPUT
+from modal_reports import DAMPING, fixed, FREQUENCY, percent
+
+NAME_WIDTH = 14
+"""Of a recording's name: with two states that differ a row has 80 columns."""
+MOST_STATES = 2
+SHORT = {'joint speed [°/s]': '°/s', 'load [kg]': 'kg'}
+Courses = Sequence[tuple[CoursePoint, ...]]
+
+
+def show_courses(names: Sequence[str], states: Sequence[OperatingState], courses: Courses) -> None:
+    """Print one row per mode and recording; the states in words above.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the recordings, the first first.
+    states : sequence of OperatingState
+        Of the same.
+    courses : sequence of tuple of CoursePoint
+        One per mode.
+    """
+    for name, state in zip(names, states, strict=True):
+        if state.words():
+            OUTPUT.print(f'{name}: {state.words()}', soft_wrap=True, markup=False)
+    axes = [axis for axis in differing(states) if axis[0] != NUMBER][:MOST_STATES]
+    table = Table(
+        title='modes through all recordings',
+        title_justify='left',
+        box=SIMPLE_HEAD,
+        padding=(0, 0),
+        show_edge=False,
+    )
+    table.add_column('recording', max_width=NAME_WIDTH, no_wrap=True)
+    heads = [SHORT.get(name, 'angle °') for name, _ in axes]
+    for heading in (*heads, 'Hz', 'Δ %', '/σ', 'ζ %', '/σ', ''):
+        table.add_column(heading, justify='right', no_wrap=True)
+    for course in courses:
+        for point in course:
+            where = [f'{values[point.recording]:.3g}' for _, values in axes]
+            table.add_row(escape(names[point.recording]), *where, *_cells(point))
+        table.add_section()
+    OUTPUT.print(table)
+
+
+def _cells(point: CoursePoint) -> tuple[str, ...]:
+    mode, change = point.mode, point.change
+    hz = FREQUENCY.number(mode.frequency_hz, mode.frequency_std_hz)
+    ratio = DAMPING.number(mode.damping_ratio, mode.damping_ratio_std)
+    if change is None:
+        return hz, '', '', ratio, '', ''
+    return (
+        hz,
+        percent(change.frequency_change, 2, sign=True).removesuffix(' %'),
+        fixed(change.frequency_surprise, 1, sign=True),
+        ratio,
+        fixed(change.damping_surprise, 1, sign=True),
+        '*' * change.is_significant + '~' * change.is_shape_changed,
+    )
+
+
+def courses_json(
+    names: Sequence[str], states: Sequence[OperatingState], courses: Courses
+) -> dict[str, object]:
+    """Return states and courses as plain values."""
+    return {
+        'recordings': [
+            {
+                'name': name,
+                'joint_names': list(state.joint_names),
+                'joint_angles_deg': plain(state.angle_deg),
+                'joint_speeds_deg_s': plain(state.speed_deg_s),
+                'load_kg': state.load_kg if math.isfinite(state.load_kg) else None,
+            }
+            for name, state in zip(names, states, strict=True)
+        ],
+        'courses': [
+            [
+                {
+                    'recording': point.recording,
+                    'frequency_hz': plain(point.mode.frequency_hz),
+                    'frequency_std_hz': plain(point.mode.frequency_std_hz),
+                    'damping_ratio': plain(point.mode.damping_ratio),
+                    'damping_ratio_std': plain(point.mode.damping_ratio_std),
+                }
+                for point in course
+            ]
+            for course in courses
+        ],
+    }
