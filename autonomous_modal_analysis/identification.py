@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from statistics import mode
 
 from autonomous_modal_analysis.joint_sliding import SlidingWatch
+from autonomous_modal_analysis.measured_force import measured_force
 from autonomous_modal_analysis.plan_record import recorded_edge_hz
 from autonomous_modal_analysis.remarks import remarks
 from autonomous_modal_analysis.results import Identification, IdentifiedWindow
@@ -91,7 +92,8 @@ def identify_recording(
         It cannot be identified with these settings at all.
     """
     asked, settings = settings, below_edge(settings, recorded_edge_hz(recording))
-    pipeline = IdentificationPipeline(settings, layout, robot=robot, only_whole=True)
+    force = measured_force(recording) if settings.method == 'force' else None
+    pipeline = IdentificationPipeline(settings, layout, robot=robot, force=force, only_whole=True)
     sliding, spectra = SlidingWatch(robot), SpectrogramWatch(robot)
     windows: list[IdentifiedWindow] = []
     rates_hz: list[float] = []

@@ -30,6 +30,7 @@ from modal_core.spindle_speed import SpindleSpeed
 from modal_core.window import Pose, Window
 from oma_identifier.identify import check_samples, identify_parts
 from oma_identifier.intake import SampleBuffer
+from oma_identifier.known_force import KnownForce
 from oma_identifier.motion import (
     Cleaned,
     PeakTest,
@@ -115,6 +116,8 @@ class IdentificationPipeline:
     robot : RobotMotion or None
         Model that predicts rigid motion and lines of the drives from joint states; None: slow
         motion is filtered, and large motion recognised by its size.
+    force : KnownForce or None
+        Measured beside the responses; ``force`` needs it.
     only_whole : bool
         The spectra of single windows are not looked at: where windows overlap, only as many are
         made as that of the whole record needs.
@@ -129,6 +132,7 @@ class IdentificationPipeline:
         tracker: ModeTracker | None = None,
         robot: RobotMotion | None = None,
         *,
+        force: KnownForce | None = None,
         only_whole: bool = False,
         keeps_record: bool = True,
     ) -> None:
@@ -137,7 +141,7 @@ class IdentificationPipeline:
         self.last_tracked: TrackedModes | None = None
         self._buffer = SampleBuffer(self.settings, layout)
         self.speed: SpindleSpeed | None = None
-        self._has_robot = robot is not None
+        self._has_robot, self._force = robot is not None, force
         self._robot_signals = RobotSignals(robot)
         self._synchroniser = Synchroniser()
         self._sensor_changes = SensorChanges()
@@ -227,6 +231,15 @@ class IdentificationPipeline:
 
     def _with_inputs(self, cleaned: Cleaned, joints: JointSamples | None) -> Cleaned:
         """Return a window with the motion of its joints, where it is on the responses' clock."""
+        if self.settings.method == 'force':
+            if self._force is None:
+                raise IdentificationError(
+                    'force needs a measured force',
+                    found='no force channel',
+                    expected='a table with a column in N beside the responses',
+                    advice='use ssi_cov, or record the cutting force',
+                )
+            return replace(cleaned, samples=self._force.beside(cleaned.samples))
         if self.settings.method == 'csi' and cleaned.motion is None:
             raise IdentificationError(
                 "csi needs the joints' motion",

@@ -36,7 +36,8 @@ class IdentificationSettings:
     method : str
         How modes are identified, by name (:data:`oma_identifier.methods.METHODS`); all but
         ``ssi_cov`` and ``rvar`` start afresh with every window, all but ``ssi_cov`` keep the
-        samples of a whole record; ``csi`` takes the joints' accelerations as known inputs.
+        samples of a whole record; ``csi`` takes the joints' accelerations as known inputs,
+        ``force`` a measured force.
     memory_s : float [s] or None
         Of ``rvar``: weights fall by e in this time; None: half a window, which puts the mean of
         the weights in the middle of the window.
@@ -77,7 +78,7 @@ class IdentificationSettings:
     method: str = setting(
         'ssi_cov',
         'identification method: ssi_cov, ssi_data, plscf, var, rvar, notch, vmd, psdtm, csi, '
-        'efdd or fdd',
+        'force, efdd or fdd',
     )
     memory_s: float | None = setting(
         None,

@@ -43,7 +43,7 @@ def identify(
         Told the fraction done, 0..1.
     **settings
         Fields of :class:`oma_identifier.settings.IdentificationSettings`: ``method`` (ssi_cov,
-        ssi_data, plscf, var, rvar, notch, vmd, psdtm, csi, efdd or fdd), ``window_s`` [s],
+        ssi_data, plscf, var, rvar, notch, vmd, psdtm, csi, force, efdd or fdd), ``window_s`` [s],
         ``hop_s`` [s], ``min_frequency_hz``, ``max_frequency_hz`` [Hz], ...
 
     Returns

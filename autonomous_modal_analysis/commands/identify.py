@@ -1,13 +1,16 @@
 """`ama identify`: the modes of a recording."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TYPE_CHECKING
 
 import typer
 
 from autonomous_modal_analysis.keeping import Keeping
 from autonomous_modal_analysis.option_groups import grouped, Identifier, Source
 from autonomous_modal_analysis.options import Export, Json
+
+if TYPE_CHECKING:
+    from autonomous_modal_analysis.api.modal_result import ModalResult
 
 
 def register(app: typer.Typer) -> None:
@@ -71,6 +74,8 @@ def identify(
     if out is not None:
         result.save(out)
         show_written(out)
+    if identifier.settings.method == 'force':
+        _tell_masses(result, out, json)
     for file in export or ():
         result.export(file)
         show_exported(file)
@@ -79,3 +84,15 @@ def identify(
         told = keeping.circumstances(robot, result.found.identification.settings, source.recording)
         n_new = keeping.add(told, (*result.windows, result.found.whole), shift_ns)
         show_kept(keeping.history, n_new)
+
+
+def _tell_masses(result: 'ModalResult', out: Path | None, json: bool) -> None:
+    from autonomous_modal_analysis.force_view import FILE, save_scaling, scaling_of, show_scaling
+    from autonomous_modal_analysis.output import show_written
+
+    scaling = scaling_of(result)
+    if not json:
+        show_scaling(scaling)
+    if out is not None:
+        save_scaling(out, scaling)
+        show_written(out, (FILE,))

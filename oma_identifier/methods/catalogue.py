@@ -10,6 +10,7 @@ from modal_core.errors import SettingsError
 from modal_core.samples import Samples
 from oma_identifier.identify import check_samples
 from oma_identifier.methods.csi import Csi
+from oma_identifier.methods.force import Force
 from oma_identifier.methods.method import Method
 from oma_identifier.methods.notch import NOTCH
 from oma_identifier.methods.plscf import Plscf
@@ -35,6 +36,7 @@ CATALOGUE: tuple[Method, ...] = (
     VMD,
     Psdtm(),
     Csi(),
+    Force(),
     Efdd(),
     Fdd(),
 )
@@ -73,7 +75,8 @@ def identify_by(
     settings : IdentificationSettings or None
         None: the defaults.
     inputs : (n_samples, n_inputs) array or None
-        Known inputs on the grid of the samples; ``csi`` needs them, the others do without.
+        Known inputs on the grid of the samples; ``csi`` and ``force`` need them, the
+        others do without.
     explains : callable
         Tells a peak that motion of the robot explains from a mode.
 

@@ -183,7 +183,7 @@ def test_methods_are_refused_by_name(samples):
         identify_by('magic', samples)
     with pytest.raises(SettingsError, match='known inputs'):
         identify_by('csi', samples)
-    names = 'ssi_cov ssi_data plscf var rvar notch vmd psdtm csi efdd fdd'
+    names = 'ssi_cov ssi_data plscf var rvar notch vmd psdtm csi force efdd fdd'
     assert set(METHODS) == set(names.split())
 
 
