@@ -67,7 +67,7 @@ def adopt_refined(
     candidates : sequence of Mode
         What may be modes that are missing.
     """
-    return Refiner().adopt(samples, modes, harmonics, more, candidates)
+    return Refiner(is_whole=True).adopt(samples, modes, harmonics, more, candidates)
 
 
 class Refiner:
@@ -75,9 +75,15 @@ class Refiner:
 
     Where the model does not describe the spectrum, the modes are left as they are for a while
     (:class:`Backoff`).  Where it does, the refined modes of one window are where the next begins.
+
+    Parameters
+    ----------
+    is_whole : bool
+        Whether there is one window, a record as one.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, is_whole: bool = False) -> None:
+        self._is_whole = is_whole
         self._backoff = Backoff()
         self._warm_start: WarmStart | None = None
         self._channel_names: tuple[str, ...] = ()
@@ -103,7 +109,16 @@ class Refiner:
         if modes.channel_names != self._channel_names:
             self._warm_start, self._channel_names = None, modes.channel_names
         try:
-            found = refine(samples, modes, harmonics, resting, self._warm_start, more, candidates)
+            found = refine(
+                samples,
+                modes,
+                harmonics,
+                resting,
+                self._warm_start,
+                more,
+                candidates,
+                is_whole=self._is_whole,
+            )
         except np.linalg.LinAlgError:
             log.debug('not refined: a matrix was singular')
             return _as_given(modes)

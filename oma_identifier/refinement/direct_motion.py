@@ -10,6 +10,8 @@ Rao (1948), doi:10.1017/S0305004100023987 (score test); Ewins (2000), Modal Test
 section 4.4 (residuals).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
@@ -36,6 +38,18 @@ def moves_with_force(data: BandData, model: BandModel, position: BandIndex) -> b
     weight *= np.abs(1.0 - turned * turn) ** 2
     score = np.einsum('k,kcd,kd->c', data.n_averaged, precision, left)
     return _chance(score, np.tensordot(weight, precision, axes=1)) < REFINEMENT.force_chance
+
+
+def in_step(model: BandModel, position: BandIndex, added: Sequence[BandIndex]) -> bool:
+    """Tell whether one force may drive a mode and one that the fit of its band had to add.
+
+    Then nothing tells the added mode from motion that this force causes itself: a pole above the
+    band took such motion for its own, and the shapes of the others turned.
+    """
+    others = [at for at in added if at != position]
+    power = np.abs(np.diag(model.force))
+    square = np.abs(model.force[position, others]) ** 2
+    return bool(np.any(square > REFINEMENT.one_force * power[position] * power[others]))
 
 
 def _chance(score: NDArray[np.complex128], metric: NDArray[np.complex128]) -> float:

@@ -77,6 +77,8 @@ def refine(
     warm_start: WarmStart | None = None,
     more: Sequence[Samples] = (),
     candidates: Sequence[Mode] = (),
+    *,
+    is_whole: bool = False,
 ) -> Refinement:
     """Refine modes by maximising the Whittle likelihood of the samples.
 
@@ -97,6 +99,8 @@ def refine(
         Further stretches of the same channels and rate, between gaps.
     candidates : sequence of Mode
         What may be modes that are missing.
+    is_whole : bool
+        Whether the samples are a record as one, and no window.
 
     Returns
     -------
@@ -126,7 +130,9 @@ def refine(
     if not given:
         return _unrefined(modes)
     with one_thread():
-        record = Record.of(samples, modes, harmonics, resting, warm_start, more, candidates)
+        record = Record.of(
+            samples, modes, harmonics, resting, warm_start, more, candidates, is_whole
+        )
         of = Refining.begin(record, given)
         for stage in STAGES:
             of = stage(of)

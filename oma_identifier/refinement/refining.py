@@ -51,6 +51,8 @@ class Record:
         Transforms of known inputs at the frequencies of the spectra.
     candidates : tuple of Mode
         What may be modes that are missing.
+    is_whole : bool
+        Whether it is a record as one, and no window.
     """
 
     modes: ModeSet
@@ -61,6 +63,7 @@ class Record:
     warm_start: WarmStart | None
     inputs: NDArray[np.complex64] | None = None
     candidates: tuple[Mode, ...] = ()
+    is_whole: bool = False
 
     @classmethod
     def of(
@@ -72,6 +75,7 @@ class Record:
         warm_start: WarmStart | None,
         more: Sequence[Samples] = (),
         candidates: Sequence[Mode] = (),
+        is_whole: bool = False,
     ) -> 'Record':
         """Transform the samples."""
         channels = moving_channels(samples)
@@ -87,6 +91,7 @@ class Record:
             warm_start,
             inputs_of(samples, more),
             tuple(candidates),
+            is_whole,
         )
 
     def start_of(self, modes: Sequence[Mode]) -> StartModes:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import logging
 
 from oma_identifier.likelihood import (
+    BandIndex,
     fit_known,
     group_modes,
     GroupFit,
@@ -16,6 +17,7 @@ from oma_identifier.likelihood import (
 from oma_identifier.refinement.acceptance import accept, improves, Outcome, overlap, TAKEN
 from oma_identifier.refinement.band_fitter import middle
 from oma_identifier.refinement.completion import add_candidates, add_missing, demanded
+from oma_identifier.refinement.direct_motion import in_step
 from oma_identifier.refinement.label_switching import undo_label_switching
 from oma_identifier.refinement.mode_evidence import is_demanded, superfluous
 from oma_identifier.refinement.refining import Refining
@@ -90,6 +92,8 @@ def decide(of: Refining) -> Refining:
             split = any(overlap(of.now, mode, other) for other in of.added)
             if not of.idle.isdisjoint(each.group):
                 outcome = Outcome.NOT_TRIED
+            elif _in_step(of, each, position):
+                outcome = Outcome.MODEL_MISFIT
             elif split and is_demanded(each, position):
                 outcome = Outcome.SPLIT
             else:
@@ -102,6 +106,13 @@ def decide(of: Refining) -> Refining:
                 each.misfit,
             )
     return replace(of, outcomes=outcomes)
+
+
+def _in_step(of: Refining, each: GroupFit, position: BandIndex) -> bool:
+    if not of.record.is_whole or each.fit is None:
+        return False
+    added = [at for at, mode in each.members() if mode >= of.n_given]
+    return in_step(each.fit.model, position, added)
 
 
 def _overlapping(of: Refining, mode: ModeIndex) -> list[ModeIndex]:

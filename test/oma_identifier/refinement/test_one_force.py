@@ -8,7 +8,7 @@ import pytest
 from modal_core.mode import Mode
 from oma_identifier.likelihood import accelerance, BandData, BandIndex, BandModel
 from oma_identifier.refinement.adopt import is_alike
-from oma_identifier.refinement.direct_motion import moves_with_force
+from oma_identifier.refinement.direct_motion import in_step, moves_with_force
 from oma_identifier.refinement.told_apart import repeated
 
 
@@ -40,6 +40,29 @@ def test_motion_in_step_with_the_force_is_noticed(direct, noticed):
         )
         found += moves_with_force(data, model, BandIndex(0))
     assert found == noticed
+
+
+@pytest.mark.parametrize(('coherence', 'same'), [(0.0, False), (0.7, False), (0.95, True)])
+def test_one_force_of_a_mode_and_one_that_was_added_is_noticed(coherence, same):
+    power = np.array([2.0, 0.5, 3.0])
+    force = np.diag(power).astype(complex)
+    cross = np.sqrt(coherence * power[0] * power[2]) * np.exp(0.6j)
+    force[0, 2], force[2, 0] = cross, cross.conj()
+    model = BandModel(
+        np.array([10.0, 11.0, 14.0]),
+        np.full(3, 0.01),
+        np.eye(4)[:, :3] + 0j,
+        force,
+        np.ones(4),
+        n_free=3,
+        one_noise=False,
+        reference_hz=10.0,
+    )
+    added = [BandIndex(2)]
+    assert in_step(model, BandIndex(0), added) is same
+    assert not in_step(model, BandIndex(1), added)
+    assert not in_step(model, BandIndex(2), added), 'with itself'
+    assert not in_step(model, BandIndex(0), [])
 
 
 def mode(frequency_hz: float, ratio: float, shape: np.ndarray, mac_loss: float = np.nan) -> Mode:
