@@ -45,7 +45,7 @@
       cursor: { points: { show: false }, y: false, drag: { x: true, y: false, setScale: true } },
       scales: { x: { time: false, range: (u, a, b) => (a === b ? [low, high] : [a, b]) }, y: log ? { distr: 3, range: (u) => decades(u.data.slice(1)) } : { range: () => [0, 1] } },
       axes: [modal.axis({ label: 'Frequency [Hz]', labelSize: 24 }),
-        modal.axis({ scale: 'y', label: name, size: 62, grid: { show: !log, stroke: () => modal.colour('rule'), width: 1 }, values: (u, ticks) => ticks.map((tick) => (tick === null ? '' : log ? (Math.abs(Math.log10(tick) % 1) < 1e-9 ? tick.toExponential(0) : '') : String(tick))) })],
+        (log ? modal.logAxis : modal.axis)({ scale: 'y', label: name, size: 62 })],
       series: [{}].concat(series), hooks: { setScale: [zoomed], setCursor: [show] },
     });
     plots.push(new uPlot(options(300, 'PSD [(SI unit)²/Hz]', [line('measured', 'spectrum', 1.2), line('synthesised', 'accent', 1.8)], true),

@@ -66,6 +66,25 @@
 
   modal.font = (size) => size + 'px system-ui, -apple-system, "Segoe UI", Roboto, Arial, "DejaVu Sans", sans-serif';
 
+  /* Places of a logarithmic axis. uPlot's own never end where an axis begins between powers of ten. */
+  const WIDE_DECADES = 3;
+  function decadePlaces(low, high) {
+    const first = Math.floor(Math.log10(low)), last = Math.ceil(Math.log10(high)), places = [];
+    const parts = last - first > WIDE_DECADES ? [1] : [1, 2, 3, 4, 5, 6, 7, 8, 9];
+    for (let decade = first; decade <= last; decade++) parts.forEach((part) => {
+      const place = Number(part + 'e' + decade);
+      if (place >= low && place <= high) places.push(place);
+    });
+    return places;
+  }
+  const isPower = (tick) => Math.abs(Math.log10(tick) - Math.round(Math.log10(tick))) < 1e-9;
+  modal.logAxis = (extra) => modal.axis(Object.assign({
+    splits: (u, axis, low, high) => decadePlaces(low, high),
+    filter: (u, places) => places,
+    /* Without two powers of ten in sight every place is named. */
+    values: (u, places) => places.map((place) => (isPower(place) || places.filter(isPower).length < 2 ? place.toExponential(0) : '')),
+  }, extra));
+
   modal.axis = (extra) => Object.assign({
     stroke: () => modal.colour('soft'), font: modal.font(12), labelFont: modal.font(12), labelSize: 20, labelGap: 2,
     grid: { stroke: () => modal.colour('rule'), width: 1 }, ticks: { show: false }, gap: 6,

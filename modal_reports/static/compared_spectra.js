@@ -73,8 +73,7 @@
       width: host.clientWidth, height: HEIGHT, legend: { show: false }, padding: [30, 14, null, null],
       cursor: { points: { show: false }, y: false, drag: { x: true, y: false, setScale: true } },
       scales: { x: { time: false, range: (u, a, b) => (a === b ? [low, high] : [a, b]) }, y: { distr: 3, range: () => range } },
-      axes: [modal.axis({ label: 'Frequency [Hz]', labelSize: 24 }), modal.axis({ label: host.clientWidth < 560 ? undefined : 'Singular value [(SI unit)²/Hz]', size: 62, grid: { show: false },
-        values: (u, ticks) => ticks.map((tick) => (tick > 0 && Math.abs(Math.log10(tick) % 1) < 1e-9 ? tick.toExponential(0) : '')) })],
+      axes: [modal.axis({ label: 'Frequency [Hz]', labelSize: 24 }), modal.logAxis({ label: host.clientWidth < 560 ? undefined : 'Singular value [(SI unit)²/Hz]', size: 62 })],
       series: [{}].concat(states.map((state, index) => ({ label: state.name, stroke: () => modal.colour(COLOURS[index]), width: 1.4, spanGaps: true, points: { show: false } }))),
       hooks: {
         draw: [(u) => drawModes(u, states)],

@@ -82,9 +82,7 @@
     const whole = ranges(data), height = host.classList.contains('lesser') ? SMALL : HEIGHT;
     const within = (key) => (u, a, b) => (a === b || a === null ? whole[key] : [a, b]);
     const full = () => plot.batch(() => { plot.setScale('x', { min: whole.x[0], max: whole.x[1] }); plot.setScale('y', { min: whole.y[0], max: whole.y[1] }); });
-    const decade = (u, ticks) => ticks.map((tick) => (tick > 0 && Math.abs(Math.log10(tick) % 1) < 1e-9 ? tick.toExponential(0) : ''));
-    const up = modal.axis({ label: data.up.words, size: 58 });
-    if (data.logarithmic) up.values = decade;
+    const up = (data.logarithmic ? modal.logAxis : modal.axis)({ label: data.up.words, size: 58 });
     const plot = new uPlot({
       width: host.clientWidth, height, legend: { show: false }, padding: [8, 14, null, null],
       cursor: { points: { show: false }, drag: { x: true, y: true, uni: 20, setScale: true } },

@@ -83,3 +83,20 @@ def test_pointing_says_values_with_units_and_dragging_zooms(tmp_path, width, dar
         wide = "[...document.querySelectorAll('.uplot')].map((plot) => plot.clientWidth)"
         first, second = page.evaluate(wide)
         assert first == second > 300
+
+
+@pytest.mark.skipif(browser.find_browser() is None, reason='no Chromium')
+def test_a_logarithmic_axis_may_begin_anywhere(tmp_path):
+    """Places made by adding up never reached the end of an axis that begins at 0.0955."""
+    template = tmp_path / 'p.html.j2'
+    template.write_text("{% extends 'page.html.j2' %}{% block main %}<p></p>{% endblock %}")
+    path = tmp_path / 'p.html'
+    write_text(path, render(Page('kind', 'title', template, {}, {'none': 0})))
+    with browser.browser_page() as page:
+        page.open(path)
+        for low, high in ((0.0955, 2004.0), (0.0955, 0.5), (3.1e-9, 4e-9), (1.0, 10.0)):
+            places = page.evaluate(f'modal.logAxis({{}}).splits(null, 0, {low}, {high})')
+            assert 1 <= len(places) < 60
+            assert all(low <= place <= high for place in places)
+            named = page.evaluate(f'modal.logAxis({{}}).values(null, {places})')
+            assert any(named)
