@@ -4,15 +4,12 @@ In come force and responses; out go judged taps, FRFs with coherence, and natura
 damping ratios, mass-normalised shapes and modal masses with their standard deviations.
 """
 
-from impact_testing.frf import PointFrf
 from impact_testing.impact_test import impact_modes, ImpactSettings
-from impact_testing.judge import Fault, judge_taps, JudgedTap
 from impact_testing.read import read_impact
 from impact_testing.record import ImpactRecord
+from impact_testing.responses import PointFrf, PointSpectra
 from impact_testing.result import frac, ImpactResult, ScaledMode, TestedPoint
-from impact_testing.spectra import PointSpectra
-from impact_testing.tap_judge import Guidance, TapJudge
-from impact_testing.taps import find_taps, Tap
+from impact_testing.taps import Fault, find_taps, Guidance, judge_taps, JudgedTap, Tap, TapJudge
 
 __all__ = [
     'Fault',

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.band_data import PointData
-from impact_testing.free_fit import FreePoint
-from impact_testing.places import Places
+from impact_testing.fit import FreePoint, Places
+from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
 
 Complex = NDArray[np.complex128]

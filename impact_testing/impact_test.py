@@ -6,17 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.band_data import band_lines, PointData
 from impact_testing.checks import driving_phases, reciprocity, remarks_on
-from impact_testing.free_fit import free_fit
-from impact_testing.frf import PointFrf
-from impact_testing.judge import Fault, gaps, judge_taps, JudgedTap, usual_length, with_length
-from impact_testing.modal_model import ModalModel, synthesised
-from impact_testing.mode_search import fitted
+from impact_testing.fit import fitted, free_fit, ModalModel, synthesised
 from impact_testing.modes import scaled_modes
 from impact_testing.record import ImpactRecord
+from impact_testing.responses import band_lines, PointData, PointFrf, PointSpectra
 from impact_testing.result import ImpactResult, TestedPoint
-from impact_testing.spectra import PointSpectra
+from impact_testing.taps import Fault, gaps, judge_taps, JudgedTap, usual_length, with_length
 from impact_testing.thresholds import IMPACT
 from modal_core.errors import IdentificationError, SettingsError
 from oma_identifier.one_thread import one_thread

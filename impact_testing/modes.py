@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.modal_model import ModalModel
+from impact_testing.fit import ModalModel
 from impact_testing.result import ScaledMode
 from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.band_data import PointData
-from impact_testing.judge import JudgedTap
+from impact_testing.responses import PointData
+from impact_testing.taps import JudgedTap
 from modal_core.mode import Mode, ModeSet
 
 Complex = NDArray[np.complex128]

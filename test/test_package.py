@@ -336,6 +336,7 @@ FOLDED = (
     'modal_reports',
     'robot_bridge',
     'abb_emulator',
+    'impact_testing',
     'machining',
     'workspace_map',
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact_testing.record import ImpactRecord
-from impact_testing.taps import find_taps, Tap
+from impact_testing.taps.search import find_taps, Tap
 from impact_testing.thresholds import IMPACT
 
 Real = NDArray[np.float64]

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.band_data import PointData
+from impact_testing.responses import PointData
 
 Complex = NDArray[np.complex128]
 LEAST_ALIKE = np.sqrt(0.95)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.judge import BEHIND_S, Fault, judge_taps, JudgedTap, LEAST_SHARE
 from impact_testing.record import ImpactRecord
-from impact_testing.taps import REBOUND_S
+from impact_testing.taps.judge import BEHIND_S, Fault, judge_taps, JudgedTap, LEAST_SHARE
+from impact_testing.taps.search import REBOUND_S
 from impact_testing.thresholds import IMPACT
 from modal_core.channel import Channel
 from modal_core.samples import Samples

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.free_fit import FreePoint
-from impact_testing.places import Places
+from impact_testing.fit.free_fit import FreePoint
+from impact_testing.fit.places import Places
 
 Complex = NDArray[np.complex128]
 STEPS = 10

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft, rfftfreq
 
-from impact_testing.judge import begin_of, FILTER_SAMPLES, JudgedTap
 from impact_testing.record import ImpactRecord
-from impact_testing.taps import ForceLevel, Tap
+from impact_testing.taps import begin_of, FILTER_SAMPLES, ForceLevel, JudgedTap, Tap
 from modal_core.units import TIMES_DERIVED
 
 Complex = NDArray[np.complex128]

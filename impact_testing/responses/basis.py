@@ -10,7 +10,7 @@ set of basis functions serves them all.
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.band_data import PointData
+from impact_testing.responses.band_data import PointData
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]

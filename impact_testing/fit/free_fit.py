@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from impact_testing.band_data import PointData
-from impact_testing.basis import apart, functions, N_RESIDUAL
+from impact_testing.responses import apart, functions, N_RESIDUAL, PointData
 
 Complex = NDArray[np.complex128]
 RIDGE = 1e-11

@@ -18,10 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.arrow import Arrow
-from impact_testing.band_data import PointData
-from impact_testing.basis import apart, derivatives, functions, N_RESIDUAL, residual_terms
-from impact_testing.places import Places
+from impact_testing.fit.arrow import Arrow
+from impact_testing.fit.places import Places
+from impact_testing.responses import (
+    apart,
+    derivatives,
+    functions,
+    N_RESIDUAL,
+    PointData,
+    residual_terms,
+)
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]

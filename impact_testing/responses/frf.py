@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.spectra import PointSpectra
+from impact_testing.responses.spectra import PointSpectra
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.band_data import PointData
-from impact_testing.basis import apart, bells
-from impact_testing.modal_model import ModalModel, remainder
-from impact_testing.places import Places
+from impact_testing.fit.modal_model import ModalModel, remainder
+from impact_testing.fit.places import Places
+from impact_testing.responses import apart, bells, PointData
 from impact_testing.thresholds import IMPACT
 
 Complex = NDArray[np.complex128]

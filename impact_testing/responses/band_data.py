@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.frf import PointFrf
+from impact_testing.responses.frf import PointFrf
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]

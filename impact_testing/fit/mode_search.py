@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from impact_testing.band_data import PointData
-from impact_testing.first_shapes import first_shapes
-from impact_testing.free_fit import free_fit
-from impact_testing.further_mode import chance_gain, further_mode, trial_poles
-from impact_testing.modal_model import climb, evaluate, ModalModel
-from impact_testing.places import Places
-from impact_testing.start_poles import start_poles
-from impact_testing.ties import loose_points
+from impact_testing.fit.first_shapes import first_shapes
+from impact_testing.fit.free_fit import free_fit
+from impact_testing.fit.further_mode import chance_gain, further_mode, trial_poles
+from impact_testing.fit.modal_model import climb, evaluate, ModalModel
+from impact_testing.fit.places import Places
+from impact_testing.fit.start_poles import start_poles
+from impact_testing.fit.ties import loose_points
+from impact_testing.responses import PointData
 from modal_core.errors import IdentificationError
 
 MOST_ADDED = 20

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.band_data import PointData
+from impact_testing.responses import PointData
 
 
 @dataclass(frozen=True, slots=True)

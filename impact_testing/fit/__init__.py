@@ -1,0 +1,18 @@
+"""Poles, shapes and masses that describe all frequency response functions of a band at once.
+
+In come the lines of a band; out goes the modal model of largest likelihood.
+"""
+
+from impact_testing.fit.free_fit import free_fit, FreePoint
+from impact_testing.fit.modal_model import ModalModel, synthesised
+from impact_testing.fit.mode_search import fitted
+from impact_testing.fit.places import Places
+
+__all__ = [
+    'FreePoint',
+    'ModalModel',
+    'Places',
+    'fitted',
+    'free_fit',
+    'synthesised',
+]

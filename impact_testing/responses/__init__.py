@@ -1,0 +1,30 @@
+"""What taps say of the structure: spectra of each point, FRFs, and their lines in a band.
+
+In come judged taps; out go frequency response functions with the scatter of each line, and the
+terms that a pole brings into them.
+"""
+
+from impact_testing.responses.band_data import band_lines, PointData
+from impact_testing.responses.basis import (
+    apart,
+    bells,
+    derivatives,
+    functions,
+    N_RESIDUAL,
+    residual_terms,
+)
+from impact_testing.responses.frf import PointFrf
+from impact_testing.responses.spectra import PointSpectra
+
+__all__ = [
+    'N_RESIDUAL',
+    'PointData',
+    'PointFrf',
+    'PointSpectra',
+    'apart',
+    'band_lines',
+    'bells',
+    'derivatives',
+    'functions',
+    'residual_terms',
+]
