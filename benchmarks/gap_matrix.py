@@ -313,6 +313,9 @@ def share(flags):
 
 
 def summary(rows):
+    if not rows:
+        print('no campaigns')
+        return
     single = [row for row in rows if row['kind'] in SINGLE]
     types = [row['first'] is not None and row['first'][0] == row['kind'] for row in single]
     places = [

@@ -20,7 +20,7 @@ import numpy as np
 
 from benchmarks.gap_counts import COLUMNS, counted, OUTSIDE, printed, SINGLE
 from benchmarks.multibody.campaign import Conditions, make_records, SENSORS
-from benchmarks.multibody.hidden import draw
+from benchmarks.multibody.hidden import draw, plain
 from benchmarks.results import write_rows
 from modal_core.atomic_file import write_text
 from modal_core.channel import Sensor, SensorLayout
@@ -118,7 +118,7 @@ def one(kind, seed):
     row = {
         'kind': kind,
         'seed': seed,
-        'truth': [_plain(case) for case in cases],
+        'truth': [plain(case) for case in cases],
         'verdict': result.decision.verdict.value,
         'found': found_effects(result),
         'rivals': [list(item.effect.key) for item in result.decision.rivals],
@@ -128,13 +128,6 @@ def one(kind, seed):
     }
     _tell(row)
     return row
-
-
-def _plain(case):
-    return {
-        key: np.asarray(value).tolist() if isinstance(value, np.ndarray) else value
-        for key, value in case.items()
-    }
 
 
 def _course(result):

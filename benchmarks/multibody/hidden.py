@@ -31,6 +31,14 @@ def draw(kind, rng, sensors):
     return {'type': kind, 'place': place, **numbers}
 
 
+def plain(case):
+    """Return a case as files keep it."""
+    return {
+        key: value.tolist() if isinstance(value, np.ndarray) else value
+        for key, value in case.items()
+    }
+
+
 def _payload(rng, s):
     at = np.array([rng.uniform(0.05, 0.25), *rng.uniform(-0.12, 0.12, 2)])
     return 'flange', {'mass': rng.uniform(8, 50), 'at': at, 'sides': rng.uniform(0.1, 0.3, 3)}

@@ -1,9 +1,12 @@
 """Rates of verdicts, counted from campaigns whose answer is known."""
 
+import json
+
+import numpy as np
 import pytest
 
 from benchmarks.gap_counts import counted, interval, OUTSIDE, right_place, wrong_and_sure
-from benchmarks.multibody.hidden import KINDS
+from benchmarks.multibody.hidden import draw, KINDS, plain
 from model_gap.effects import CATALOGUE
 
 PLAY = {'type': 'backlash', 'place': 'joint_1', 'half': 5e-5}
@@ -27,6 +30,14 @@ def test_almost_all_of_the_catalogue_is_hidden():
     names = {effect.type for effect in CATALOGUE}
     assert names - set(KINDS) <= {'sensor_mass', 'stiffness_drift'}
     assert {'clipping', 'knocks', 'lopsided_spring'} <= set(OUTSIDE)
+
+
+@pytest.mark.parametrize('kind', sorted(KINDS))
+def test_a_case_is_kept_as_it_was_drawn(kind):
+    """Also those with places and directions (seeds 0 to 4)."""
+    for seed in range(5):
+        case = draw(kind, np.random.default_rng(seed), ('frame', 'elbow'))
+        assert json.loads(json.dumps(plain(case)))['type'] == kind
 
 
 def test_place_of_a_sensor_is_its_name():
