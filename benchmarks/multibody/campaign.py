@@ -23,7 +23,7 @@ SENSORS = (
 )
 SENSOR_NAMES = tuple(name for name, _, _ in SENSORS)
 CENTRE, SPREAD = (0, 0.2, 0.1, 0.3, -0.6, 0.2), (1.0, 0.5, 0.5, 1.2, 0.7, 1.5)
-BAND_HZ, REST_S = (2.5, 50.0), 0.4
+BAND_HZ, LOWEST_HZ, REST_S = (2.5, 50.0), 1.8, 0.4
 LEVELS = (0.35, 1.0)
 RATE_HZ = 500.0
 # Half of the shortest step.
@@ -90,7 +90,7 @@ def make_records(folder, cases, seed, conditions=None):
     for number in range(how.n_fit + how.n_held):
         pose = np.array(CENTRE) + np.array(SPREAD) * rng.uniform(-1.0, 1.0, 6)
         for level, size in enumerate(LEVELS):
-            motion = _motion(how.duration_s, size, rng)
+            motion = motion_of(how.duration_s, size, rng)
             readings = _readings(arm, cases, pose, motion, how, rng)
             for case in cases:
                 own = _columns(case)
@@ -142,7 +142,7 @@ def sensors_of(cases, how, rng):
     return found, 1.0 + how.gain * rng.standard_normal(3 * len(SENSORS))
 
 
-def _motion(duration_s, size, rng):
+def motion_of(duration_s, size, rng):
     """Return random motion of all motors, a sixth of a step apart, from rest to rest.
 
     Filtered white noise, made smooth at both ends, drawn by a spline whose derivatives are exact.
@@ -153,7 +153,8 @@ def _motion(duration_s, size, rng):
     wanted = sosfiltfilt(shaking, rng.standard_normal((count + 2000, 6)), axis=0)[1000:-1000]
     spectrum = np.fft.rfft(wanted, axis=0)
     omega = 2.0 * np.pi * np.fft.rfftfreq(count, 1.0 / rate)
-    omega[0] = np.inf
+    # Twice integrated, what leaks below the band would be degrees of slow wandering.
+    omega[omega < 2.0 * np.pi * LOWEST_HZ] = np.inf
     shift = np.fft.irfft(-spectrum / omega[:, None] ** 2, count, axis=0)
     edge = np.minimum(np.arange(count), np.arange(count)[::-1]) / rate
     window = np.sin(0.5 * np.pi * np.clip((edge - 0.01) / REST_S, 0.0, 1.0)) ** 4
@@ -208,14 +209,15 @@ def _record(name, pose, level, readings, motion, held):
     acceleration = np.gradient(velocity, GRID_S, axis=0)
     count = min(len(readings), (len(velocity) + keep - 1) // keep)
     rows = slice(0, count * keep, keep)
+    middle = motion.position.mean(axis=0)
     return GapRecord(
         name,
-        np.array(pose),
+        np.array(pose) + middle,
         str(level),
         RATE_HZ,
         readings[:count],
         acceleration[rows][:count],
         velocity[rows][:count],
-        motion.position[rows][:count],
+        motion.position[rows][:count] - middle,
         heldout=held,
     )
