@@ -19,7 +19,7 @@ help:
 	@echo 'make coverage   which lines the quick tests without nodes run'
 	@echo 'make lint    ruff and mypy'
 	@echo 'make docs    build the documentation: docs/_build/html/index.html'
-	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours, BENCH=faults for random faults, BENCH=families for random structures'
+	@echo 'make bench   compare with the peers (installs them in $(VENV)-bench); BENCH=--full for hours, BENCH=faults for random faults, BENCH=families for random structures, BENCH=operation for an arm that mills'
 	@echo 'make reproduce   compute the findings of the paper anew (under ten minutes of one core)'
 	@echo 'make gap-matrix   hide effects in arms of a multibody engine and of our own, and count what is named (two hours)'
 	@echo 'make wheels  the suite and the messages it needs, as wheels: dist/*.whl'

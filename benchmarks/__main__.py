@@ -116,6 +116,11 @@ def main() -> None:
         from benchmarks.families.__main__ import main as families
 
         sys.exit(families(sys.argv[2:]))
+    if sys.argv[1:2] == ['operation']:
+        from benchmarks.operation.__main__ import main as operation
+
+        operation(sys.argv[2:])
+        return
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('groups', nargs='*', choices=[*GROUPS, []], help='none: all of them')
     parser.add_argument('--full', action='store_true')

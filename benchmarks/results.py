@@ -115,6 +115,7 @@ GROUPS = {
             ('benchmarks/methods.py', 'benchmarks/milled.py', 'benchmarks/plant.py'),
             'python -m benchmarks.methods',
         ),
+        Group('operation', ('benchmarks/operation',), 'make bench BENCH=operation'),
         Group(
             'moving',
             ('benchmarks/moving.py', 'benchmarks/milled.py'),

@@ -164,7 +164,8 @@ def _regressed(lines: Complex, seen: Complex) -> tuple[Real, Real, Complex]:
         power = np.maximum(uniform_filter1d(np.abs(rest) ** 2, SMOOTHED), 1e-300)
     # Hann's window lets every line share its noise with its neighbours; the power of a real and
     # an imaginary part is half of this each.
-    return value, 0.5 * HANN_BANDWIDTH * np.linalg.inv(gram), rest
+    covariance = 0.5 * HANN_BANDWIDTH * np.linalg.inv(gram)
+    return np.asarray(value, float), np.asarray(covariance, float), rest
 
 
 def _pole(mode: Mode) -> tuple[complex, float]:
