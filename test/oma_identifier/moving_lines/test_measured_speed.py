@@ -7,9 +7,12 @@ import pytest
 
 from benchmarks.milled import Cut, DURATION_S, excess_db, Milled, milled
 from modal_core.channel import Channel
+from modal_core.measurements import SampleBlock
 from modal_core.samples import Samples
 from modal_core.spindle_speed import SpindleSpeed
 from oma_identifier.moving_lines import measured_course, without_moving
+from oma_identifier.pipeline import IdentificationPipeline
+from oma_identifier.settings import IdentificationSettings
 
 SECOND_NS = 1_000_000_000
 
@@ -69,3 +72,24 @@ def test_a_part_of_samples_keeps_its_time():
     samples = Samples(np.arange(20.0)[:, None], 10.0, (Channel('a'),), start_ns=5 * SECOND_NS)
     assert samples.part(slice(10, None)).start_ns == 6 * SECOND_NS
     assert samples.part(slice(-5, None)).start_ns == 5 * SECOND_NS + 3 * SECOND_NS // 2
+
+
+def test_the_pipeline_gives_each_window_the_speed_of_its_time():
+    rng = np.random.default_rng(5)
+    pipeline = IdentificationPipeline(IdentificationSettings(window_s=10.0, hop_s=10.0))
+    times = np.arange(0.0, 40.0, 0.1)
+    stamps = np.round(times * SECOND_NS).astype(np.int64)
+    pipeline.add_speed(None)
+    pipeline.add_speed(SpindleSpeed.of(stamps[:200], 20.0 + times[:200]))
+    pipeline.add_speed(SpindleSpeed.of(stamps[200:], 20.0 + times[200:]))
+    rows = rng.standard_normal((3000, 2)).astype(np.float32)
+    for first in range(0, 3000, 100):
+        part = rows[first : first + 100]
+        pipeline.add(SampleBlock('s', first * SECOND_NS // 100, first, 100.0, ('a', 'b'), part))
+    windows = [pipeline.begin(window) for window in pipeline.finish()]
+    assert len(windows) == 3
+    for number, begun in enumerate(windows):
+        samples = begun.cleaned.samples
+        speed_hz = samples.speed.at(samples.start_ns, samples.sample_rate_hz, 1000)
+        np.testing.assert_allclose(speed_hz[[0, -1]], 20.0 + 10.0 * number + np.array([0, 9.99]))
+        assert len(samples.speed.stamp_ns) <= 141  # not that of the whole record
