@@ -17,6 +17,7 @@ from workspace_map.pairing import alike, pair
 from workspace_map.prior import (
     damping_scales,
     FREQUENCY,
+    of_same_make,
     SPREAD,
     state_of,
     structure_of,
@@ -43,7 +44,6 @@ SLOW, LEAST_PART = 0.8, 0.1
 """A step that is more than this part of the last one is halved, down to this part."""
 FAR = 0.1
 """What a step of one in the farthest spring does to log f: half, times a share of the energy."""
-MOST_NEAR = 3
 BEYOND_BAND = 1.5
 """Modes that the model has above the band may be below it in truth."""
 DRAWS, WIDTHS, SHARES, LOOKED_AT, ROUGH_STD = 500, (0.3, 1.0, 3.0), (0.03, 0.2, 1.0), 5, 0.05
@@ -102,6 +102,7 @@ def fit(
     scales: tuple[Scales, Scales] | None = None,
     prior: tuple[Scales, Scales] | None = None,
     centres: Centres | None = None,
+    other: 'Fitted | None' = None,
 ) -> Fitted:
     """Return the most probable functions, given measured poses.
 
@@ -121,13 +122,16 @@ def fit(
         Medians; by default those of arms in general.
     centres : Centres, optional
         Of an earlier fit to the same poses: not sought anew.
+    other : Fitted, optional
+        Of the arm that is known beforehand: what is not known of it is not known of this one.
     """
     q = np.array([each.q for each in measured]).reshape(-1, arm.model.n_joints)
     places = [arm.at(row) for row in q]
     known = [before(row) for row in q]
-    medians = prior or (structure_scales(q.shape[1]), damping_scales(q.shape[1]))
+    general = structure_scales(q.shape[1]), damping_scales(q.shape[1])
+    medians = prior or (general if other is None else of_same_make(*general))
     beyond_hz = BEYOND_BAND * highest_hz
-    problem = _Problem(arm, tuple(measured), tuple(places), q, tuple(known), beyond_hz)
+    problem = _Problem(arm, tuple(measured), tuple(places), q, tuple(known), beyond_hz, other)
     if scales is not None and centres is not None:
         system = _System.about(problem, centres.states, centres.pairs)
         return system.calibrated(system.solved(scales))
@@ -144,6 +148,12 @@ class _Problem:
     q: Array
     known: tuple[State, ...]
     highest_hz: float
+    other: Fitted | None = None
+
+    @property
+    def before(self) -> tuple[Posterior | None, Posterior | None]:
+        """What is known of the other arm's structure and dampers."""
+        return (None, None) if self.other is None else (self.other.structure, self.other.dampers)
 
     def modes(self, states: Sequence[State]) -> list[LocalModes]:
         each = zip(self.places, self.known, states, strict=True)
@@ -160,15 +170,15 @@ def _descend(
     problem: _Problem, prior: tuple[Scales, Scales], kept: tuple[Scales, Scales] | None
 ) -> Fitted:
     scales = kept or prior
-    found = _nothing(problem.arm, scales)
+    found = _nothing(problem, scales)
     states = [most_alike(problem, scales[0])] * len(problem.measured)
     part, moved = 1.0, np.inf
     for step in range(MOST_STEPS if states else 0):
         system = _System.about(problem, states, _paired(problem, states, found, moved))
         if kept is None and step in SCALES_AT and len(states) >= FEWEST_POSES:
             scales = (
-                _scales(system.structure, prior[0], scales[0], SCALES_AT[step]),
-                _scales(system.dampers, prior[1], scales[1], SCALES_AT[step]),
+                system.scales(0, prior[0], scales[0], SCALES_AT[step]),
+                system.scales(1, prior[1], scales[1], SCALES_AT[step]),
             )
         found = system.solved(scales)
         before, aimed = moved, problem.aimed(found)
@@ -192,31 +202,41 @@ class _System:
     structure: Linear
     dampers: Linear
     centres: Centres
+    before: tuple[Posterior | None, Posterior | None]
 
     @classmethod
     def about(
         cls, problem: _Problem, states: Sequence[State], pairs: Sequence[Pairs]
     ) -> '_System':
-        arm, near = problem.arm, near_tool(problem.arm)
+        arm = problem.arm
         structure, dampers = [], []
         each = zip(problem.modes(states), problem.measured, states, pairs, strict=True)
         for modes, measured, state, same in each:
-            block = structure_block(arm, modes, measured, same, near)
+            block = structure_block(arm, modes, measured, same)
             structure.append(_from_nothing(block, structure_of(arm, state)))
             block = damping_block(arm, modes, measured, same)
             own = state.damper[~arm.is_base], state.damper[arm.is_base]
             dampers.append(_from_nothing(block, own))
         linear = stacked(structure, problem.q), stacked(dampers, problem.q)
-        return cls(*linear, Centres(tuple(states), tuple(pairs)))
+        return cls(*linear, Centres(tuple(states), tuple(pairs)), problem.before)
 
     def solved(self, scales: tuple[Scales, Scales]) -> Fitted:
         structure, dampers = (
-            posterior(*linear, scale)
-            for linear, scale in zip((self.structure, self.dampers), scales, strict=True)
+            posterior(*linear, scale, before)
+            for linear, scale, before in zip(
+                (self.structure, self.dampers), scales, self.before, strict=True
+            )
         )
         residual = self.structure[1]
         misfit = float(residual @ structure.weight) / max(len(residual), 1)
         return Fitted(structure, dampers, self.centres, misfit=misfit)
+
+    def scales(self, part: int, prior: Scales, start: Scales, restarts: int) -> Scales:
+        """Return the most probable scales of structure (0) or dampers (1)."""
+        linear, before = (self.structure, self.dampers)[part], self.before[part]
+        known = None if before is None else before.covariance(linear[0], linear[0])
+        evidence = evidence_of(*linear, prior, SPREAD, known)
+        return most_probable_scales(evidence, start, restarts)
 
     def calibrated(self, found: Fitted) -> Fitted:
         structure, dampers = (
@@ -287,17 +307,9 @@ def rows_at(parts: tuple[Array, ...], q: Array, kind: int = FREQUENCY) -> Rows:
     return Rows(parts, q[None], np.zeros(count, dtype=np.intp), np.full(count, kind))
 
 
-def near_tool(arm: Arm) -> NDArray[np.intp]:
-    """Return the channels nearest the tool: on its link, or on the last link that has any."""
-    names = arm.model.link_names
-    places = np.array([names.index(channel.frame_id) for channel in arm.channels])
-    own = names.index(arm.tool.link)
-    at = own if own in places else places.max()
-    return np.flatnonzero(places == at)[:MOST_NEAR]
-
-
-def _nothing(arm: Arm, scales: tuple[Scales, Scales]) -> Fitted:
+def _nothing(problem: _Problem, scales: tuple[Scales, Scales]) -> Fitted:
     """Return what is known before anything is measured."""
+    arm = problem.arm
     none = State.none(arm.n_dof, arm.n_masses)
     members = structure_of(arm, none), (none.damper[~arm.is_base], none.damper[arm.is_base])
     empty = (
@@ -311,7 +323,8 @@ def _nothing(arm: Arm, scales: tuple[Scales, Scales]) -> Fitted:
     )
     nothing = np.zeros(0)
     structure, dampers = (
-        posterior(rows, nothing, nothing, scale) for rows, scale in zip(empty, scales, strict=True)
+        posterior(rows, nothing, nothing, scale, before)
+        for rows, scale, before in zip(empty, scales, problem.before, strict=True)
     )
     return Fitted(structure, dampers, Centres())
 
@@ -320,10 +333,6 @@ def _from_nothing(block: Block, members: tuple[Array, ...]) -> Block:
     """Return a block about a state as one about no departure: rows times the state added."""
     there = sum(part @ own for part, own in zip(block.parts, members, strict=True))
     return replace(block, residual=block.residual + there)
-
-
-def _scales(linear: Linear, prior: Scales, start: Scales, restarts: int) -> Scales:
-    return most_probable_scales(evidence_of(*linear, prior, SPREAD), start, restarts)
 
 
 def _farthest(states: Sequence[State], aimed: Sequence[State]) -> float:

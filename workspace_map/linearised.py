@@ -1,7 +1,7 @@
 """Measured modes of all poses as linear rows about the present state of each pose."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,9 @@ from workspace_map.arm import (
 )
 from workspace_map.measured_pose import MeasuredPose
 from workspace_map.prior import damping_parts, FREQUENCY, SHAPE, structure_parts
+from workspace_map.principal_rows import principal_rows
 from workspace_map.regression import Rows
+from workspace_map.subspace import aligned
 
 Array = NDArray[np.float64]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
@@ -52,20 +54,6 @@ def stacked_slopes(*slopes: Slopes) -> Slopes:
     )
 
 
-def shape_of(modes: LocalModes, near: NDArray[np.intp]) -> Array:
-    """Return the change of a shape of unit length at some channels, per shape at all of them.
-
-    Returns
-    -------
-    (n_modes, n_near, n_channels) array
-    """
-    shapes = modes.channel_shapes
-    size = np.linalg.norm(shapes, axis=0)
-    unit = (shapes / size).T
-    picked = np.eye(len(shapes))[near]
-    return np.asarray((picked - unit[:, near, None] * unit[:, None, :]) / size[:, None, None])
-
-
 def damping_structure(modes: LocalModes) -> Slopes:
     """Return the derivatives of log ζ = log φᵀCφ - log 2ω with respect to the structure."""
     pulled = modes.damping @ modes.shapes[:, : modes.n]
@@ -80,10 +68,8 @@ def damping_structure(modes: LocalModes) -> Slopes:
     )
 
 
-def structure_block(
-    arm: Arm, modes: LocalModes, measured: MeasuredPose, pairs: Pairs, near: NDArray[np.intp]
-) -> Block:
-    """Return rows of log f and of the shape near the tool, relative to the whole shape.
+def structure_block(arm: Arm, modes: LocalModes, measured: MeasuredPose, pairs: Pairs) -> Block:
+    """Return rows of log f and of the whole shape where it tells most.
 
     Parameters
     ----------
@@ -95,30 +81,32 @@ def structure_block(
         Found there.
     pairs : tuple of two int arrays
         Measured modes and which of the expected they are.
-    near : (n_near,) int array
-        Channels near the tool.
     """
     found, expected = pairs
-    shapes = modes.channel_shapes
-    unit = shapes / np.linalg.norm(shapes, axis=0)
-    shape = shape_slopes(modes, shape_of(modes, near), modes.arm.channels)
-    slopes = stacked_slopes(frequency_slopes(modes), shape)
-    n_near = len(near)
-    take = np.concatenate(
-        [expected, modes.n + (expected[:, None] * n_near + np.arange(n_near)).ravel()]
-    )
-    sign = np.sign(np.sum(measured.shapes[:, found] * unit[:, expected], axis=0))
-    off = sign * measured.shapes[:, found] - unit[:, expected]
+    modes = replace(modes, n=int(np.max(expected, initial=-1)) + 1)
+    principal = principal_rows(arm, modes)
+    shapes = aligned(measured.shapes[:, found], modes, expected)
+    turn = principal.turn[expected]
+    off = np.einsum('rkc,cr->rk', turn, shapes)
+    spread = np.sqrt(np.einsum('rkc,cr->rk', turn**2, measured.shape_std[:, found] ** 2))
     relative = measured.frequency_std_hz[found] / measured.frequency_hz[found]
     higher = np.log(measured.frequency_hz[found] / modes.frequency_hz[expected])
-    std = np.concatenate([relative, measured.shape_std[np.ix_(near, found)].T.ravel()])
+    std = np.concatenate([relative, spread.ravel()])
     known = np.isfinite(std)
+    own = structure_parts(arm, frequency_slopes(modes))
+    each = zip(own, principal.parts, strict=True)
+    parts = (np.vstack([a[expected], _flat(b[expected])]) for a, b in each)
     return Block(
-        parts=tuple(part[take[known]] for part in structure_parts(arm, slopes)),
-        residual=np.concatenate([higher, off[near].T.ravel()])[known],
+        parts=tuple(part[known] for part in parts),
+        residual=np.concatenate([higher, off.ravel()])[known],
         std=std[known],
-        kind=np.repeat([FREQUENCY, SHAPE], [len(found), n_near * len(found)])[known],
+        kind=np.repeat([FREQUENCY, SHAPE], [len(found), off.size])[known],
     )
+
+
+def _flat(rows: Array) -> Array:
+    """Return the rows of all modes, one after the other."""
+    return rows.reshape(-1, rows.shape[-1])
 
 
 def damping_block(arm: Arm, modes: LocalModes, measured: MeasuredPose, pairs: Pairs) -> Block:

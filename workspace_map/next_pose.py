@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 import scipy.linalg
 
-from workspace_map.arm import frequency_slopes, local_modes, LocalModes, shape_slopes
-from workspace_map.fit import near_tool
-from workspace_map.linearised import shape_of, stacked_slopes
+from workspace_map.arm import frequency_slopes, local_modes, LocalModes
 from workspace_map.prior import FREQUENCY, SHAPE, structure_parts
+from workspace_map.principal_rows import principal_rows
 from workspace_map.regression import Rows
 from workspace_map.workspace_map import WorkspaceMap
 
@@ -33,7 +32,7 @@ class Candidates:
     q : (n_candidates, n_joints) array [rad]
         Serial joint angles.
     rows : Rows
-        Of log f and of the shape near the tool, of all candidates.
+        Of log f and of the shapes, of all candidates.
     variance : (n_rows,) array
         Of a measurement of each, with the part of each row that no function of the pose has.
     of_interest : Rows
@@ -68,16 +67,13 @@ def candidates(known: WorkspaceMap, q: Array, of_interest: Array, duration_s: fl
     """
     there = [_modes(known, pose) for pose in q]
     own = [_frequency_parts(known, modes) for modes in (_modes(known, p) for p in of_interest)]
-    near = near_tool(known.arm)
     both, variance, kinds = [], [], []
     white = known.found_scales[0].white
     for modes in there:
-        of = shape_of(modes, near)
-        slopes = stacked_slopes(
-            frequency_slopes(modes), shape_slopes(modes, of, modes.arm.channels)
-        )
-        both.append(structure_parts(known.arm, slopes))
-        kind = np.repeat([FREQUENCY, SHAPE], [modes.n, modes.n * len(near)])
+        shapes = principal_rows(known.arm, modes)
+        each = zip(_frequency_parts(known, modes), shapes.parts, strict=True)
+        both.append(tuple(np.vstack([a, b.reshape(-1, b.shape[-1])]) for a, b in each))
+        kind = np.repeat([FREQUENCY, SHAPE], [modes.n, modes.n * shapes.turn.shape[1]])
         std = np.full(len(kind), SHAPE_STD)
         std[: modes.n] = frequency_bound(modes, duration_s)
         kinds.append(kind)

@@ -1,5 +1,7 @@
 """What arms of a kind may have that their models lack: parts of the unknown and their scales."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,8 @@ FREQUENCY, SHAPE = 0, 1
 """Kinds of rows."""
 SPREAD = 1.0
 """Standard deviation of the logarithm of every scale: e times more or less is no surprise."""
+PART_OF_TOLERANCES = 0.2
+"""Of what the springs of arms in general depart by, between two of one make: 4 % of a spring."""
 
 
 def structure_scales(n_joints: int) -> Scales:
@@ -35,6 +39,20 @@ def damping_scales(n_joints: int) -> Scales:
         varying=np.array([0.1, 0.0]),
         white=np.array([0.03]),
         length=np.ones(n_joints),
+    )
+
+
+def of_same_make(structure: Scales, damping: Scales) -> tuple[Scales, Scales]:
+    """Return the median scales of how one arm differs from another of the same make.
+
+    Both lack the same of their model; what is left are tolerances of parts, and floor and tool,
+    which are the site's and not the maker's.
+    """
+    part = PART_OF_TOLERANCES
+    constant = structure.constant * np.array([part, 1.0, part, 1.0, part])
+    return (
+        replace(structure, constant=constant, varying=part * structure.varying),
+        replace(damping, constant=2.0 * part * damping.constant, varying=part * damping.varying),
     )
 
 

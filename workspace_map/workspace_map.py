@@ -74,6 +74,7 @@ class WorkspaceMap:
             self.scales,
             self.prior,
             self.centres,
+            None if self.before is None else self.before.fitted,
         )
 
     @property
@@ -159,9 +160,7 @@ class WorkspaceMap:
             ]
         )
         whole[np.diag_indices_from(whole)] += white**2
-        own = whole * np.outer(factor, factor)
-        # What the other arm's map did not know is not learnt by beginning with it.
-        return own if self.before is None else own + self.before._covariance(modes)
+        return np.asarray(whole * np.outer(factor, factor))
 
     def predict_surely(self, q: ArrayLike) -> PredictedModes:
         """Return `predict`, or refuse where the map does not know.

@@ -31,6 +31,8 @@ class Evidence:
         Standard deviation of the logarithms.
     grams : tuple of (n_rows, n_rows) array
         Products of the rows, per part.
+    known : (n_rows, n_rows) array
+        Covariance of the rows that no scale changes: what is not known of another arm.
     """
 
     rows: Rows
@@ -39,6 +41,7 @@ class Evidence:
     prior: Scales
     spread: float
     grams: tuple[Array, ...]
+    known: Array
 
     def at(self, logs: Array) -> tuple[float, Array]:
         """Return the value and its gradient at some logarithms of the scales."""
@@ -47,7 +50,7 @@ class Evidence:
         at = rows.pose[:, None], rows.pose
         k = likeness(rows.q, rows.q, scales.length)[at]
         varying = self._sum(scales.varying)
-        whole = self._sum(scales.constant) + varying * k
+        whole = self._sum(scales.constant) + varying * k + self.known
         white = scales.white[rows.kind] ** 2
         whole[np.diag_indices_from(whole)] += self.std**2 + white
         factor = np.linalg.cholesky(whole)
@@ -77,10 +80,18 @@ class Evidence:
         return found
 
 
-def evidence_of(rows: Rows, residual: Array, std: Array, prior: Scales, spread: float) -> Evidence:
+def evidence_of(
+    rows: Rows,
+    residual: Array,
+    std: Array,
+    prior: Scales,
+    spread: float,
+    known: Array | None = None,
+) -> Evidence:
     """Return the marginal likelihood to maximise; see `Evidence`."""
     grams = tuple(part @ part.T for part in rows.parts)
-    return Evidence(rows, residual, std, prior, spread, grams)
+    fixed = np.zeros((len(rows), len(rows))) if known is None else known
+    return Evidence(rows, residual, std, prior, spread, grams, fixed)
 
 
 def most_probable_scales(

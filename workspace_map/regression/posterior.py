@@ -26,25 +26,41 @@ class Posterior:
         Lower Cholesky factor of their covariance.
     weight : (n_rows,) array
         Covariance⁻¹ times residual.
+    before : Posterior or None
+        Of another arm: the functions are its functions and a difference, of which `scales` are.
     """
 
     rows: Rows
     scales: Scales
     factor: Array
     weight: Array
+    before: 'Posterior | None' = None
 
     def functions(self, q: Array) -> tuple[Array, ...]:
-        """Return the posterior means of the unknown functions at a pose, one array per part."""
+        """Return the posterior means of the unknown functions at a pose, one array per part.
+
+        With another arm before, of what departs from its posterior means.
+        """
+        return self._pull(q, self.rows, self.weight)
+
+    def pull(self, q: Array, rows: Rows, weight: Array) -> tuple[Array, ...]:
+        """Return the posterior covariance of the functions at a pose with rows, times weights."""
+        found = self._pull(q, rows, weight)
         if not len(self.rows):
-            return tuple(np.zeros(part.shape[1]) for part in self.rows.parts)
-        k = likeness(self.rows.q, q[None], self.scales.length)[self.rows.pose, 0]
-        both = zip(self.scales.constant, self.scales.varying, strict=True)
-        weights = [(c**2 + v**2 * k) * self.weight for c, v in both]
-        return tuple(w @ part for w, part in zip(weights, self.rows.parts, strict=True))
+            return found
+        inner = self.prior(self.rows, rows) @ weight
+        known = scipy.linalg.cho_solve((self.factor, True), inner, check_finite=False)
+        seen = self._pull(q, self.rows, known)
+        return tuple(a - b for a, b in zip(found, seen, strict=True))
+
+    def prior(self, first: Rows, second: Rows) -> Array:
+        """Return the covariance of rows before anything was measured, without white parts."""
+        own = covariance(first, second, self.scales)
+        return own if self.before is None else own + self.before.covariance(first, second)
 
     def covariance(self, first: Rows, second: Rows) -> Array:
         """Return the posterior covariance of rows without their white parts."""
-        prior = covariance(first, second, self.scales)
+        prior = self.prior(first, second)
         if not len(self.rows):
             return prior
         seen = self.seen(first)
@@ -52,12 +68,31 @@ class Posterior:
 
     def seen(self, other: Rows) -> Array:
         """Return L⁻¹ Cov(measured, other), (n_measured, n_other)."""
-        cross = covariance(self.rows, other, self.scales)
+        cross = self.prior(self.rows, other)
         found = scipy.linalg.solve_triangular(self.factor, cross, lower=True, check_finite=False)
         return np.asarray(found)
 
+    def _pull(self, q: Array, rows: Rows, weight: Array) -> tuple[Array, ...]:
+        """Return the prior covariance of the functions at a pose with rows, times weights."""
+        if not len(rows):
+            return tuple(np.zeros(part.shape[1]) for part in rows.parts)
+        k = likeness(rows.q, q[None], self.scales.length)[rows.pose, 0]
+        both = zip(self.scales.constant, self.scales.varying, strict=True)
+        weights = [(c**2 + v**2 * k) * weight for c, v in both]
+        found = tuple(w @ part for w, part in zip(weights, rows.parts, strict=True))
+        if self.before is None:
+            return found
+        other = self.before.pull(q, rows, weight)
+        return tuple(a + b for a, b in zip(found, other, strict=True))
 
-def posterior(rows: Rows, residual: Array, std: Array, scales: Scales) -> Posterior:
+
+def posterior(
+    rows: Rows,
+    residual: Array,
+    std: Array,
+    scales: Scales,
+    before: Posterior | None = None,
+) -> Posterior:
     """Condition on measured rows.
 
     Parameters
@@ -68,11 +103,15 @@ def posterior(rows: Rows, residual: Array, std: Array, scales: Scales) -> Poster
         Measured less what the prior's mean says, and the standard deviation of the measurement.
     scales : Scales
         Of the prior.
+    before : Posterior, optional
+        Of another arm, which this one differs from by what the prior says.
     """
     if not len(rows):
-        return Posterior(rows, scales, np.zeros((0, 0)), np.zeros(0))
+        return Posterior(rows, scales, np.zeros((0, 0)), np.zeros(0), before)
     whole = covariance(rows, rows, scales)
+    if before is not None:
+        whole += before.covariance(rows, rows)
     whole[np.diag_indices_from(whole)] += std**2 + scales.white[rows.kind] ** 2
     factor = np.asarray(np.linalg.cholesky(whole), dtype=float)
     weight = scipy.linalg.cho_solve((factor, True), residual, check_finite=False)
-    return Posterior(rows, scales, factor, weight)
+    return Posterior(rows, scales, factor, weight, before)
