@@ -5,7 +5,7 @@ with their covariance at any pose, the response of the tool point, and where to 
 """
 
 from workspace_map.arm import Arm, ToolPoint, turned_poses, TurnedPose
-from workspace_map.following import Followed, followed_from, followed_ids
+from workspace_map.following import Carried, carried_on, Followed, followed_from, Named
 from workspace_map.map_file import (
     layout_fingerprint,
     load_map,
@@ -27,17 +27,19 @@ __all__ = [
     'LARGEST_STD',
     'Arm',
     'Candidates',
+    'Carried',
     'Followed',
     'MeasuredPose',
+    'Named',
     'PredictedModes',
     'ToolPoint',
     'ToolPointResponse',
     'TurnedPose',
     'WorkspaceMap',
     'candidates',
+    'carried_on',
     'choose_series',
     'followed_from',
-    'followed_ids',
     'layout_fingerprint',
     'load_map',
     'model_fingerprint',

@@ -15,8 +15,8 @@ from workspace_map.arm import (
     Slopes,
 )
 from workspace_map.measured_pose import MeasuredPose
-from workspace_map.prior import damping_parts, FREQUENCY, SHAPE, structure_parts
 from workspace_map.principal_rows import principal_rows
+from workspace_map.prior import damping_parts, FREQUENCY, SHAPE, structure_parts
 from workspace_map.regression import Rows
 from workspace_map.subspace import aligned
 
@@ -85,7 +85,7 @@ def structure_block(arm: Arm, modes: LocalModes, measured: MeasuredPose, pairs: 
     found, expected = pairs
     modes = replace(modes, n=int(np.max(expected, initial=-1)) + 1)
     principal = principal_rows(arm, modes)
-    shapes = aligned(measured.shapes[:, found], modes, expected)
+    shapes = aligned(measured.shapes[:, found], modes, expected).shapes
     turn = principal.turn[expected]
     off = np.einsum('rkc,cr->rk', turn, shapes)
     spread = np.sqrt(np.einsum('rkc,cr->rk', turn**2, measured.shape_std[:, found] ** 2))

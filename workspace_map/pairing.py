@@ -35,7 +35,7 @@ def pair(
     tuple of two (n_pairs,) int arrays
         Measured, expected.
     """
-    like = likeness(measured, modes, log_frequency_std)
+    like = _of_modes(measured, modes, log_frequency_std)
     rows, columns = linear_sum_assignment(-like)
     same = like[rows, columns] >= LEAST_LIKE
     return rows[same], columns[same]
@@ -43,13 +43,19 @@ def pair(
 
 def alike(measured: MeasuredPose, modes: LocalModes, log_frequency_std: Array) -> float:
     """Return how much the measured modes look like the expected ones: the number of equal ones."""
-    like = likeness(measured, modes, log_frequency_std)
+    like = _of_modes(measured, modes, log_frequency_std)
     return float(like[linear_sum_assignment(-like)].sum())
 
 
-def likeness(measured: MeasuredPose, modes: LocalModes, log_frequency_std: Array) -> Array:
+def likeness(
+    measured: MeasuredPose, frequency_hz: Array, shapes: Array, log_frequency_std: Array
+) -> Array:
     """Return MAC times exp(-z²/2) of each measured mode with each expected, z in log f."""
     own = measured.frequency_std_hz / measured.frequency_hz
-    apart = np.log(measured.frequency_hz[:, None] / modes.frequency_hz)
+    apart = np.log(measured.frequency_hz[:, None] / frequency_hz)
     variance = own[:, None] ** 2 + log_frequency_std**2 + SMALLEST_STD**2
-    return mac(measured.shapes, modes.channel_shapes) * np.exp(-0.5 * apart**2 / variance)
+    return mac(measured.shapes, shapes) * np.exp(-0.5 * apart**2 / variance)
+
+
+def _of_modes(measured: MeasuredPose, modes: LocalModes, log_frequency_std: Array) -> Array:
+    return likeness(measured, modes.frequency_hz, modes.channel_shapes, log_frequency_std)

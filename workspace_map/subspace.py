@@ -4,6 +4,8 @@ Within it a hair of stiffness decides how the shapes are mixed; the subspace its
 over the poses as any other mode.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,8 +41,25 @@ def nearest_rotation(matrix: Array) -> Array:
     return np.asarray(left @ right)
 
 
-def aligned(shapes: Array, modes: LocalModes, expected: NDArray[np.intp]) -> Array:
-    """Return measured shapes turned, within each subspace, to what is expected there.
+@dataclass(frozen=True)
+class Aligned:
+    """Measured shapes turned, within each subspace, to what is expected there.
+
+    Parameters
+    ----------
+    shapes : (n_channels, n_pairs) array
+        Of unit length but for what the turn changes; a mode by itself keeps its shape but for
+        the sign.
+    turn : (n_pairs, n_pairs) array
+        Rotation that makes expected shapes the measured ones, sign and all.
+    """
+
+    shapes: Array
+    turn: Array
+
+
+def aligned(shapes: Array, modes: LocalModes, expected: NDArray[np.intp]) -> Aligned:
+    """Turn measured shapes to expected ones.
 
     Parameters
     ----------
@@ -50,14 +69,8 @@ def aligned(shapes: Array, modes: LocalModes, expected: NDArray[np.intp]) -> Arr
         Expected.
     expected : (n_pairs,) int array
         Which of them each measured one is.
-
-    Returns
-    -------
-    (n_channels, n_pairs) array
-        Of unit length, but for what the turn changes; a mode by itself keeps its shape but for
-        the sign.
     """
-    found = shapes.copy()
+    found, turn = shapes.copy(), np.eye(len(expected))
     size = np.linalg.norm(modes.channel_shapes, axis=0)
     for own in members(modes):
         pairs = np.flatnonzero(np.isin(expected, own))
@@ -66,5 +79,7 @@ def aligned(shapes: Array, modes: LocalModes, expected: NDArray[np.intp]) -> Arr
         here = expected[pairs]
         scaled = shapes[:, pairs] * size[here]
         mixed = np.linalg.lstsq(modes.channel_shapes[:, here], scaled, rcond=None)[0]
-        found[:, pairs] = scaled @ nearest_rotation(mixed).T / size[here]
-    return found
+        rotation = nearest_rotation(mixed)
+        found[:, pairs] = scaled @ rotation.T / size[here]
+        turn[np.ix_(pairs, pairs)] = rotation
+    return Aligned(found, turn)
