@@ -73,8 +73,8 @@ def rows(n_arms: int = N_ARMS, first_seed: int = FIRST_SEED) -> Iterator[Line]:
     yield _transfer(full, arms)
     milliseconds = 1e3 * np.median(np.concatenate([each.seconds for each in errors]))
     yield Line(
-        'prediction at one pose, 15 poses measured, σ included, processor time', f'{milliseconds:.1f} ms',
-        reach='≤ 5 ms', met=bool(milliseconds <= 5.0),
+        'prediction at one pose, 15 poses measured, σ included, processor time',
+        f'{milliseconds:.1f} ms', reach='≤ 5 ms', met=bool(milliseconds <= 5.0),
     )  # fmt: skip
 
 

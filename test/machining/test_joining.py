@@ -61,6 +61,59 @@ def soft_machine(lines, mass=20.0, hz=40.0):
     return found
 
 
+def drawn_structure(n_dof, rng):
+    """Return mass, damping and stiffness of a structure with cross terms everywhere."""
+    mass, stiffness = (
+        size * (root @ root.T + n_dof * np.eye(n_dof))
+        for size, root in ((0.1, rng.standard_normal((n_dof, n_dof))),
+                           (1e4, rng.standard_normal((n_dof, n_dof))))
+    )  # fmt: skip
+    return mass, 1e-4 * stiffness, stiffness
+
+
+def dynamic_stiffness(parts, hz):
+    mass, damping, stiffness = parts
+    omega = 2 * np.pi * hz
+    return stiffness + 1j * omega * damping - omega**2 * mass
+
+
+@pytest.mark.parametrize('soft', [False, True])
+def test_joined_receptances_are_those_of_the_assembled_structure(soft):
+    """Primal assembly of mass, damping and stiffness, then solved, knows nothing of coupling.
+
+    A tool of 10 and a machine of 9 coordinates, 5 of which meet; x, y and slopes hang together in
+    both.  Also against the textbook form with all interface coordinates side by side and a signed
+    Boolean matrix (de Klerk, Rixen and Voormeeren 2008, equation 26); seed 8.
+    """
+    rng, lines = np.random.default_rng(8), np.array([7.0, 31.0, 55.0])
+    tool, machine = drawn_structure(10, rng), drawn_structure(9, rng)
+    spring = np.array([2e5, 3e4, 1e5, 5e4, 4e5])
+    joint = with_joint(lines, spring, np.zeros(5)) if soft else None
+    inverse = np.linalg.inv
+    free = np.array([inverse(dynamic_stiffness(tool, hz)) for hz in lines])
+    holder = np.array([inverse(dynamic_stiffness(machine, hz)) for hz in lines])
+    found = joined_tip(free, holder[:, :5, :5], joint)
+    boolean = np.hstack([np.zeros((5, 5)), np.eye(5), -np.eye(5), np.zeros((5, 4))])
+    for number, hz in enumerate(lines):
+        whole = np.zeros((19, 19), complex)
+        whole[:10, :10] = dynamic_stiffness(tool, hz)
+        whole[10:, 10:] = dynamic_stiffness(machine, hz)
+        apart = inverse(whole)
+        give = np.diag(1.0 / spring) if soft else 0.0
+        push = inverse(boolean @ apart @ boolean.T + give) @ boolean @ apart
+        textbook = apart - apart @ boolean.T @ push
+        assert found[number] == pytest.approx(textbook[:5, :5], rel=1e-8)
+        if soft:
+            assembled = inverse(whole + boolean.T @ np.diag(spring) @ boolean)
+        else:
+            both = np.zeros((19, 14))
+            both[:10, :10] = np.eye(10)
+            both[10:15, 5:10] = np.eye(5)
+            both[15:, 10:] = np.eye(4)
+            assembled = inverse(both.T @ whole @ both)
+        assert found[number] == pytest.approx(assembled[:5, :5], rel=1e-8)
+
+
 def test_far_below_its_modes_a_tool_is_a_mass():
     lines = np.array([20.0, 35.0, 45.0])
     machine = soft_machine(lines)

@@ -48,10 +48,59 @@ def test_posterior_is_that_of_the_joint_normal_distribution():
         assert mean == pytest.approx(cross[:, row] @ whole @ residual)
 
 
-def test_gradient_of_the_evidence_is_its_slope():
+def test_an_arm_after_another_is_one_regression_on_both():
+    """Functions of the second are those of the first and a difference, which has its own scales.
+
+    Against the joint normal distribution of all rows of both; the first knows its functions no
+    better than it measured them.
+    """
     rng = np.random.default_rng(SEED)
+    first, second, asked = (drawn_rows(n, rng) for n in (15, 10, 5))
+    apart = Scales(np.array([0.1, 0.3]), np.array([0.05, 0.0]), SCALES.white, np.full(3, 2.0))
+    off, std = rng.standard_normal(25), np.full(25, 0.1)
+    one = posterior(first, off[:15], std[:15], SCALES)
+
+    def mean(rows):
+        at = [one.functions(q) for q in rows.q]
+        each = zip(range(len(rows)), rows.pose, strict=True)
+        return np.array(
+            [sum(p[r] @ f for p, f in zip(rows.parts, at[k], strict=True)) for r, k in each]
+        )
+
+    two = posterior(second, off[15:] - mean(second), std[15:], apart, one)
+
+    def shared(a, b, both_second):
+        return covariance(a, b, SCALES) + (covariance(a, b, apart) if both_second else 0.0)
+
+    noise = np.concatenate([SCALES.white[first.kind], apart.white[second.kind]]) ** 2 + std**2
+    whole = np.block(
+        [
+            [shared(first, first, False), shared(first, second, False)],
+            [shared(second, first, False), shared(second, second, True)],
+        ]
+    ) + np.diag(noise)
+    cross = np.vstack([shared(first, asked, False), shared(second, asked, True)])
+    left = shared(asked, asked, True) - cross.T @ np.linalg.solve(whole, cross)
+    assert two.covariance(asked, asked) == pytest.approx(left, abs=1e-9)
+    expected = cross.T @ np.linalg.solve(whole, off)
+    for row in range(5):
+        q = asked.q[asked.pose[row]]
+        found = [a + b for a, b in zip(one.functions(q), two.functions(q), strict=True)]
+        value = sum(part[row] @ own for part, own in zip(asked.parts, found, strict=True))
+        assert value == pytest.approx(expected[row], abs=1e-9)
+
+
+@pytest.mark.parametrize('known', [0.0, 0.3])
+def test_gradient_of_the_evidence_is_its_slope(known):
+    rng = np.random.default_rng(SEED)
+    root = known * rng.standard_normal((30, 30))
     found = evidence_of(
-        drawn_rows(30, rng), rng.standard_normal(30), np.full(30, 0.1), SCALES, 1.0
+        drawn_rows(30, rng),
+        rng.standard_normal(30),
+        np.full(30, 0.1),
+        SCALES,
+        1.0,
+        root @ root.T,
     )
     at = SCALES.logs() + 0.3 * rng.standard_normal(len(SCALES.logs()))
     steps = 1e-5 * np.eye(len(at))
