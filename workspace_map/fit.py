@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workspace_map.arm import Arm, ArmAtPose, frequency_slopes, local_modes, LocalModes, State
-from workspace_map.linearised import Block, damping_block, Pairs, stacked, structure_block
 from workspace_map.measured_pose import MeasuredPose
 from workspace_map.pairing import alike, pair
 from workspace_map.prior import (
@@ -33,6 +32,7 @@ from workspace_map.regression import (
     Rows,
     Scales,
 )
+from workspace_map.rows import Block, damping_block, Pairs, stacked, structure_block
 
 Array = NDArray[np.float64]
 Before = Callable[[Array], State]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 import scipy.linalg
 
 from workspace_map.arm import frequency_slopes, local_modes, LocalModes
-from workspace_map.principal_rows import principal_rows
 from workspace_map.prior import FREQUENCY, SHAPE, structure_parts
 from workspace_map.regression import Rows
+from workspace_map.rows import principal_rows
 from workspace_map.workspace_map import WorkspaceMap
 
 Array = NDArray[np.float64]

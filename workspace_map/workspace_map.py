@@ -17,11 +17,11 @@ from workspace_map.arm import (
     State,
 )
 from workspace_map.fit import Centres, fit, Fitted, rows_at, WORTH
-from workspace_map.linearised import damping_structure, stacked_slopes
 from workspace_map.measured_pose import MeasuredPose
 from workspace_map.predicted import PredictedModes
 from workspace_map.prior import damping_parts, FREQUENCY, SHAPE, state_of, structure_parts
 from workspace_map.regression import Scales
+from workspace_map.rows import damping_structure, stacked_slopes
 
 Array = NDArray[np.float64]
 LARGEST_STD = 0.08

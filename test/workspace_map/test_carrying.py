@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from workspace_map import Carried, carried_on
-from workspace_map.subspace import subspaces
+from workspace_map.rows import subspaces
 
 STIFFNESS = (2 * np.pi * 10.0) ** 2
 RATIO = 0.02

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.hidden_arms import hidden_arm, known_arm
-from excitation_planner.mode_following import follow, modes_at
-from structural_model.scan import random_poses
 from workspace_map import followed_from, WorkspaceMap
-from workspace_map.subspace import aligned
+from workspace_map.rows import aligned
 
 SEED = 101
 
@@ -18,20 +16,6 @@ SEED = 101
 def known():
     arm = known_arm()
     return WorkspaceMap(arm, 60.0).with_measured(hidden_arm(SEED).measured(arm.model.pose('P1')))
-
-
-def test_modes_are_followed_as_the_planner_follows_them():
-    """The planner's is another program; with nothing measured both know the model alone."""
-    nothing = WorkspaceMap(known_arm(), 60.0)
-    model = nothing.arm.model
-    poses = random_poses(model.limits, 8, np.random.default_rng(SEED))
-    for start, end in poses.reshape(4, 2, -1):
-        expected = follow(model, modes_at(model, start, 60.0), start, end)
-        here = followed_from(nothing, start).moved(end)
-        for number, frequency_hz in zip(here.ids, here.modes.frequency_hz, strict=True):
-            if number:
-                true_hz = expected.frequency_hz[number - 1]
-                assert frequency_hz == pytest.approx(true_hz, rel=1e-6)
 
 
 def test_measured_modes_that_are_mixed_within_a_subspace_number_the_map_s():

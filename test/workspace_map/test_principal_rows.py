@@ -7,9 +7,8 @@ import pytest
 
 from benchmarks.hidden_arms import known_arm
 from workspace_map.arm import local_modes, State
-from workspace_map.principal_rows import principal_rows, ROWS
 from workspace_map.prior import structure_of
-from workspace_map.subspace import aligned
+from workspace_map.rows import aligned, principal_rows, ROWS
 
 SEED = 4
 

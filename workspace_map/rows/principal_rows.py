@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from workspace_map.arm import Arm, LocalModes, shape_slopes
 from workspace_map.prior import structure_parts, structure_scales
-from workspace_map.subspace import members
+from workspace_map.rows.subspace import members
 
 Array = NDArray[np.float64]
 ROWS = 4
@@ -41,10 +41,9 @@ def principal_rows(arm: Arm, modes: LocalModes) -> PrincipalRows:
     slopes = shape_slopes(modes, _beyond_subspace(modes), modes.arm.channels)
     parts = [part.reshape(n, count, -1) for part in structure_parts(arm, slopes)]
     scales = structure_scales(arm.model.n_joints).constant
-    moved = sum(
-        scale**2 * part @ part.transpose(0, 2, 1)
-        for scale, part in zip(scales, parts, strict=True)
-    )
+    moved = np.zeros((n, count, count))
+    for scale, part in zip(scales, parts, strict=True):
+        moved += scale**2 * part @ part.transpose(0, 2, 1)
     turn = np.linalg.eigh(moved)[1][:, :, -min(ROWS, count) :].transpose(0, 2, 1)
     return PrincipalRows(turn, tuple(turn @ part for part in parts))
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from workspace_map.arm import local_modes, LocalModes
-from workspace_map.carrying import Carried, carried_on
 from workspace_map.fit import BEYOND_BAND, frequency_std, ROUGH_STD
+from workspace_map.following.carrying import Carried, carried_on
 from workspace_map.measured_pose import MeasuredPose
 from workspace_map.pairing import LEAST_LIKE, likeness, pair
-from workspace_map.subspace import aligned
+from workspace_map.rows import aligned
 from workspace_map.workspace_map import WorkspaceMap
 
 Array = NDArray[np.float64]

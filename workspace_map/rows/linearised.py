@@ -15,10 +15,10 @@ from workspace_map.arm import (
     Slopes,
 )
 from workspace_map.measured_pose import MeasuredPose
-from workspace_map.principal_rows import principal_rows
 from workspace_map.prior import damping_parts, FREQUENCY, SHAPE, structure_parts
 from workspace_map.regression import Rows
-from workspace_map.subspace import aligned
+from workspace_map.rows.principal_rows import principal_rows
+from workspace_map.rows.subspace import aligned
 
 Array = NDArray[np.float64]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
