@@ -56,4 +56,4 @@ def _beyond_subspace(modes: LocalModes) -> Array:
     for own in members(modes):
         within = np.linalg.qr(shapes[:, own])[0]
         found[own] = np.eye(len(shapes)) - within @ within.T
-    return found / size[:, None, None]
+    return np.asarray(found / size[:, None, None])
