@@ -79,7 +79,7 @@ class LivePlayer(Node):
         self._state: BridgeState | None = None
         self._refusal = ''
         self._bridge = self.resolve_topic_name(BRIDGE)
-        self._plan_topic = self.resolve_topic_name(PLAN_TOPIC)
+        self.plan_topic = self.resolve_topic_name(PLAN_TOPIC)
         self._plans = self.create_publisher(PlanMessage, PLAN_TOPIC, LATCHED)
         self.create_subscription(BridgeState, f'{BRIDGE}/state', self._take_state, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
@@ -92,8 +92,8 @@ class LivePlayer(Node):
         BridgeError
             No bridge, one that only pretends, no sensors, or the bridge does not take the plan.
         """
-        topics = self._sensors()
-        self._plans.publish(plan_to_message(plan))
+        topics = self.sensors()
+        self.publish(plan)
         self._wait('bridge', lambda: self._state, DISCOVERY_S)
         self._wait(
             'plan at the bridge',
@@ -107,6 +107,10 @@ class LivePlayer(Node):
         while not self._recorded(plan, path, topics, progress):
             pass
 
+    def publish(self, plan: ExcitationPlan) -> None:
+        """Offer a plan to the bridge."""
+        self._plans.publish(plan_to_message(plan))
+
     def _recorded(
         self,
         plan: ExcitationPlan,
@@ -117,8 +121,8 @@ class LivePlayer(Node):
         """Record one attempt; return whether the plan came to its end."""
         recorder = RecorderNode(
             path,
-            {**topics, self._plan_topic: PlanMessage},
-            (self._plan_topic,),
+            {**topics, self.plan_topic: PlanMessage},
+            (self.plan_topic,),
             held_s=HELD_S,
             context=self.context,
         )
@@ -166,8 +170,14 @@ class LivePlayer(Node):
                 return state
             time.sleep(POLL_S)
 
-    def _sensors(self) -> dict[str, type[Any]]:
-        """Return the topics to record: all responses of the cell, and its joint states."""
+    def sensors(self) -> dict[str, type[Any]]:
+        """Return the topics to record: all responses of the cell, and its joint states.
+
+        Raises
+        ------
+        BridgeError
+            There are none.
+        """
         found: dict[str, type[Any]] = {}
         joints = self.resolve_topic_name(JOINTS)
 

@@ -9,8 +9,10 @@ import math
 
 import numpy as np
 
+from excitation_planner.expected_modes import ExpectedModes
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
+from excitation_planner.raised_shape import LARGEST_GAIN, raised_shape, Stretch
 from excitation_planner.request import PlanRequest
 from excitation_planner.signals import NOISES
 from modal_core.channel import SensorLayout
@@ -18,10 +20,6 @@ from modal_core.errors import PlanError
 from modal_core.mode import Mode, ModeSet
 from structural_model.flexible_joint_model import FlexibleJointModel
 
-# A mode gets at most this times the amplitude of its surroundings: the others must stay visible.
-LARGEST_GAIN = 4.0
-# Half widths of a raised stretch in units of the mode's half-power bandwidth, and at least.
-STRETCH_BANDWIDTHS, LEAST_STRETCH_HZ = 2.0, 1.0
 LONGEST_STEP = 2.0
 BACK_OFF = 0.8
 MOST_TRIES = 8
@@ -113,7 +111,10 @@ def next_step(request: PlanRequest, modes: ModeSet, targets: Targets) -> LoopSte
 
 
 def plan_next(
-    model: FlexibleJointModel, layout: SensorLayout | None, request: PlanRequest
+    model: FlexibleJointModel,
+    layout: SensorLayout | None,
+    request: PlanRequest,
+    expected: ExpectedModes | None = None,
 ) -> ExcitationPlan:
     """Plan a window whose amplitude may have to give way to the limits.
 
@@ -127,10 +128,10 @@ def plan_next(
     """
     for _ in range(MOST_TRIES - 1):
         try:
-            return plan_excitation(model, layout, request)
+            return plan_excitation(model, layout, request, expected)
         except PlanError:
             request = replace(request, acceleration_rms=BACK_OFF * request.acceleration_rms)
-    return plan_excitation(model, layout, request)
+    return plan_excitation(model, layout, request, expected)
 
 
 def _following(
@@ -142,8 +143,13 @@ def _following(
         'duration_s': _longer(request, max(finite), targets),
     }
     if request.signal in NOISES:
-        frequency_hz, gain = _shape(request, modes, finite)
-        changes |= {'shape_frequency_hz': frequency_hz, 'shape_gain': gain}
+        band_hz = request.band_low_hz, request.band_high_hz
+        stretches = [
+            Stretch(mode.frequency_hz, mode.damping_ratio, shortfall)
+            for mode, shortfall in zip(modes, finite, strict=True)
+        ]
+        shape = raised_shape(band_hz, stretches)
+        changes |= {'shape_frequency_hz': shape.frequency_hz, 'shape_gain': shape.gain}
     else:
         # More pulses in the same time bring more energy (Fig. 10 of the paper).
         changes['interval_high_s'] = max(
@@ -155,21 +161,3 @@ def _following(
 def _longer(request: PlanRequest, shortfall: float, targets: Targets) -> float:
     factor = min(LONGEST_STEP, max(1.0, shortfall**2))
     return float(min(request.duration_s * factor, max(targets.longest_s, request.duration_s)))
-
-
-def _shape(
-    request: PlanRequest, modes: list[Mode], shortfalls: list[float]
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return amplitude over frequency: raised around modes that are worse known than the best."""
-    low, high = request.band_low_hz, request.band_high_hz
-    grid = np.geomspace(low, high, 121)
-    gain = np.ones_like(grid)
-    best = min(shortfalls)
-    for mode, shortfall in zip(modes, shortfalls, strict=True):
-        wanted = min(LARGEST_GAIN, shortfall / best)
-        half_width = max(
-            LEAST_STRETCH_HZ, 2.0 * STRETCH_BANDWIDTHS * mode.damping_ratio * mode.frequency_hz
-        )
-        near = 1.0 - np.clip(np.abs(grid - mode.frequency_hz) / half_width - 1.0, 0.0, 1.0)
-        gain = np.maximum(gain, 1.0 + (wanted - 1.0) * near)
-    return tuple(float(f) for f in np.round(grid, 6)), tuple(float(g) for g in np.round(gain, 6))

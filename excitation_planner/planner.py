@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from excitation_planner.allowed_range import largest_change
 from excitation_planner.approach import plan_approach
 from excitation_planner.drawing import draw_motion
+from excitation_planner.exciting import exciting
+from excitation_planner.expected_modes import ExpectedModes, with_expected
 from excitation_planner.limits import check_limits, Envelope, PlanLimits
 from excitation_planner.participation import (
     analysed_hz,
@@ -44,7 +46,10 @@ Array = NDArray[np.float64]
 
 
 def plan_excitation(
-    model: FlexibleJointModel, layout: SensorLayout | None, request: PlanRequest
+    model: FlexibleJointModel,
+    layout: SensorLayout | None,
+    request: PlanRequest,
+    expected: ExpectedModes | None = None,
 ) -> ExcitationPlan:
     """Make a plan, of an excitation or of the approach to one, check it, and seal it.
 
@@ -56,6 +61,9 @@ def plan_excitation(
         The sensors; without them every mode counts as missed.
     request : PlanRequest
         What is asked.
+    expected : ExpectedModes or None
+        Of a map, at the start; None: what the model has. Noise is strongest where one of them
+        would be known worst, unless the request states a shape.
 
     Raises
     ------
@@ -68,6 +76,8 @@ def plan_excitation(
         limits = plan_limits(model, request)
         return plan_approach(here, start_of(model, request), limits, request.sample_period_s)
     setting = bring_together(model, layout, request)
+    if expected is not None:
+        setting = exciting(replace(setting, expected=expected), expected)
     if request.signal != AUTOMATIC:
         return _planned(setting)
     try:
@@ -131,6 +141,8 @@ def forecast_modes(
     modes = mode_participation(
         setting.model, setting.start, setting.channels, request.band_high_hz
     )
+    if setting.expected is not None:
+        modes = with_expected(modes, setting.expected)
     edge_hz = analysed_hz(request.signal, request.band_high_hz)
     return forecast(modes, spectrum, request.noise_density**2, duration_s, edge_hz)
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+import numpy as np
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
@@ -12,26 +13,32 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from excitation_planner.closed_loop import next_step, plan_next, Targets
+from excitation_planner.expected_modes import ExpectedModes
 from excitation_planner.latest_joints_node import LatestJoints
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation, plan_limits
 from excitation_planner.planner_parameters import PARAMETERS, REQUEST
 from excitation_planner.request import PlanRequest
 from excitation_planner.ros_messages import (
+    expected_from_message,
     modes_from_message,
     plan_to_message,
     trajectory_message,
 )
+from excitation_planner.setting import start_of
+from excitation_planner.signals import APPROACH
 from excitation_planner.way_back import is_there, plan_way_back
 from modal_core.errors import ModalAnalysisError, PlanError
 from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
 from modal_core.schema import from_parameters
 from oma_msgs.msg import ExcitationPlan as PlanMessage
-from oma_msgs.msg import ModalParameters
+from oma_msgs.msg import ModalParameters, PredictedModes
 from structural_model.robot_files import load_layout, load_robot
 
 DIAGNOSTICS_PERIOD_S = 1.0
+SAME_POSE_RAD = 0.05
+"""Within which a map's modes are those of a plan's start; the tracker's poses are as wide."""
 # rclpy has no empty list of a type: this stands for an empty one.
 
 
@@ -68,6 +75,11 @@ class PlannerNode(Node):
             LATCHED,
             callback_group=group,
         )
+        self.expected: ExpectedModes | None = None
+        if topic := self.get_parameter('predicted_modes_topic').value:
+            self.create_subscription(
+                PredictedModes, topic, self._on_predicted, LATCHED, callback_group=group
+            )
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
         if self.get_parameter('plan_on_start').value:
             self._plan_again(self.request)
@@ -143,10 +155,28 @@ class PlannerNode(Node):
             self.request = step.request
             self._plan_again(step.request, give_way=True)
 
-    def _plan_again(self, request: PlanRequest, give_way: bool = False) -> ExcitationPlan | None:
-        make = plan_next if give_way else plan_excitation
+    def _on_predicted(self, message: PredictedModes) -> None:
+        """Keep what a map expects where the arm is."""
         try:
-            plan = make(self.model, self.layout, request)
+            self.expected = expected_from_message(message, self.model.joint_names)
+        except ModalAnalysisError as error:
+            self.n_bad_messages += 1
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+
+    def _expected(self, request: PlanRequest) -> ExpectedModes | None:
+        """Return what a map expects where a plan starts; None where it tells of elsewhere."""
+        found = self.expected
+        if found is None or not len(found.frequency_hz) or request.signal == APPROACH:
+            return None
+        away = np.max(np.abs(found.joints - start_of(self.model, request)))
+        return found if away <= SAME_POSE_RAD else None
+
+    def _plan_again(self, request: PlanRequest, give_way: bool = False) -> ExcitationPlan | None:
+        try:
+            expected = self._expected(request)
+            # A spectrum that is raised somewhere may have to give way to the limits.
+            make = plan_next if give_way or expected is not None else plan_excitation
+            plan = make(self.model, self.layout, request, expected)
         except ModalAnalysisError as error:
             self.n_refused += 1
             self.last_error = str(error)

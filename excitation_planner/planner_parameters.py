@@ -12,6 +12,13 @@ OWN = (
     NodeParameter('plan_on_start', 'plan as soon as the node is up', True),
     NodeParameter('closed_loop', 'plan the next window after each modal_parameters', False),
     NodeParameter(
+        'predicted_modes_topic',
+        'topic of the modes a map predicts: where it knows the start of a plan, these are excited;'
+        ' empty: those of the model',
+        'modal_map/predicted_modes',
+        read_only=True,
+    ),
+    NodeParameter(
         'start_pose', 'named pose to start at; empty: start_position, or the first pose', ''
     ),
     NodeParameter(

@@ -1,6 +1,7 @@
 """Plans to and from ROS messages; everything received is validated before it is used."""
 
 from array import array
+from collections.abc import Sequence
 from typing import Any
 
 from builtin_interfaces.msg import Duration
@@ -8,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from excitation_planner.expected_modes import ExpectedModes
 from excitation_planner.plan import check_plan, check_size, ExcitationPlan
 from modal_core.errors import MessageError, PlanError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode, MODE_KEYS, ModeSet
 from oma_msgs.msg import ExcitationPlan as PlanMessage
-from oma_msgs.msg import ModalParameters
+from oma_msgs.msg import ModalParameters, PredictedModes
 
 SCALARS = (
     'plan_hash',
@@ -136,6 +138,43 @@ def modes_from_message(message: ModalParameters) -> ModeSet:
             modes.append(found)
     ordered = sorted(modes, key=lambda mode: mode.frequency_hz)
     return ModeSet(tuple(ordered), tuple(message.channel_names), message.method)
+
+
+def expected_from_message(
+    message: PredictedModes, joint_names: Sequence[str]
+) -> ExpectedModes | None:
+    """Return the modes that a map expects; None where it tells of none, or of another arm.
+
+    Parameters
+    ----------
+    message : PredictedModes
+        Of a map.
+    joint_names : sequence of str
+        Serial joints, in the order wanted.
+
+    Raises
+    ------
+    MessageError
+        A length or a number that cannot be.
+    """
+    at = dict(zip(message.joint_names, message.joint_positions, strict=False))
+    if not message.known or not set(joint_names) <= set(at):
+        return None
+    modes, n_channels = message.modes[: MOST_MODES + 1], len(message.channel_names)
+    if len(modes) > MOST_MODES:
+        raise MessageError('too long', where='PredictedModes.modes', expected=f'<= {MOST_MODES}')
+    if any(len(mode.shape_real) != n_channels for mode in modes):
+        raise MessageError('wrong length', where='PredictedModes.modes', expected=n_channels)
+    columns = ('frequency_hz', 'frequency_std_hz', 'damping_ratio')
+    numbers = [np.array([getattr(mode, name) for mode in modes]) for name in columns]
+    shapes = np.array([mode.shape_real for mode in modes]).reshape(len(modes), n_channels).T
+    joints = np.array([at[name] for name in joint_names])
+    if not all(np.isfinite(part).all() for part in (*numbers, shapes, joints)):
+        raise MessageError('not finite', where='PredictedModes')
+    if any((part <= 0.0).any() for part in numbers):
+        raise MessageError('not positive', where='PredictedModes.modes')
+    names = tuple(message.channel_names)
+    return ExpectedModes(joints, numbers[0], numbers[1], numbers[2], shapes, names)
 
 
 def _refused(error: PlanError) -> MessageError:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.amplitudes import informative_amplitudes, ROOM, ROOM_OF_PULSES
+from excitation_planner.expected_modes import ExpectedModes
 from excitation_planner.request import PlanRequest
 from excitation_planner.signals import RANDOM_PULSES
 from modal_core.channel import Channel, SensorLayout
@@ -31,6 +32,8 @@ class Setting:
         Serial joints.
     weights : (n_joints,) array
         Relative amplitude of every controller axis, 0 for one that rests.
+    expected : ExpectedModes or None
+        Of a map, at the start; None: what the model has.
     """
 
     request: PlanRequest
@@ -38,6 +41,7 @@ class Setting:
     channels: tuple[Channel, ...]
     start: Array
     weights: Array
+    expected: ExpectedModes | None = None
 
 
 def bring_together(

@@ -5,11 +5,19 @@ from typing import Annotated, Any, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.options import Json, POSE_HELP, Serial
+from autonomous_modal_analysis.options import (
+    check_namespace,
+    Json,
+    Namespace,
+    POSE_HELP,
+    Serial,
+)
 from modal_core.errors import SettingsError
 
 if TYPE_CHECKING:
-    from autonomous_modal_analysis.mapping import Series
+    from contextlib import AbstractContextManager
+
+    from autonomous_modal_analysis.mapping import MapWish, Series
     from structural_model import FlexibleJointModel
     from workspace_map import ToolPoint
 
@@ -67,11 +75,27 @@ def measure(
             help='Hash of the series of motions, as shown without this option: releases them all.'
         ),
     ] = None,
+    live: Annotated[
+        bool,
+        typer.Option(
+            '--live',
+            help='On the robot at the bridge of this ROS domain: its motions run while the SPACE'
+            ' bar is held.',
+        ),
+    ] = False,
+    namespace: Namespace = '',
+    joy: Annotated[
+        bool,
+        typer.Option('--joy', help='With --live: hold a button of a joystick, not a key.'),
+    ] = False,
+    joy_topic: Annotated[str, typer.Option(help='Topic of the joystick.')] = 'joy',
+    button: Annotated[int, typer.Option(min=0, help='Number of its deadman button.')] = 4,
 ) -> None:
-    """Measure a map on the emulated arm: poses, ways and motions are chosen and checked first.
+    """Measure a map: poses, ways and motions are chosen and checked before the first.
 
-    Without --release the series is shown with its hash and nothing moves. The map is written
-    after every pose; given again, the command goes on where it stopped.
+    On the emulated arm, or with --live on the robot. Without --release the series is shown with
+    its hash and nothing moves. The map is written after every pose; given again, the command goes
+    on where it stopped.
     """
     from dataclasses import replace
 
@@ -88,6 +112,13 @@ def measure(
     from structural_model import load_layout, load_robot
     from workspace_map import Arm, load_map, WorkspaceMap
 
+    check_namespace(namespace)
+    if (namespace or joy) and not live:
+        raise SettingsError(
+            'the emulated arm is in no ROS domain', where='--namespace, --joy', advice='add --live'
+        )
+    if arm is not None and live:
+        raise SettingsError('of an emulated arm', where='--arm', advice='leave it out')
     wish = MapWish(
         poses=poses,
         accuracy=accuracy_percent / 100.0,
@@ -114,16 +145,43 @@ def measure(
             'not the hash of this series', where='--release', found=release,
             expected=series.series_hash, advice='look at the series without --release',
         )  # fmt: skip
-    options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
-    player = EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors))
 
     def tell(text: str) -> None:
         MESSAGES.print(text, soft_wrap=True, markup=False)
 
-    found = measure_series(folder, start, series, wish, player.play, tell)
+    if live:
+        with _at_the_robot(series, wish, robot, namespace, joy_topic if joy else '', button) as at:
+            found = measure_series(folder, start, series, wish, at.play, tell, travel=at.travel)
+    else:
+        options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
+        player = EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors))
+        found = measure_series(folder, start, series, wish, player.play, tell)
     OUTPUT.print(f'written: {folder.map_path}, {len(found.measured)} poses', markup=False)
     if other is not None and found.worth_of_transfer() < 0.0:
         tell(f'{transfer} does not fit this arm: the model alone explains it better')
+
+
+def _at_the_robot(
+    series: 'Series', wish: 'MapWish', robot: str, namespace: str, joy_topic: str, button: int
+) -> 'AbstractContextManager[Any]':
+    """Return, as a context manager, who plays a released series at the bridge."""
+    from autonomous_modal_analysis.ros_ready import require_ros
+
+    require_ros()
+    from autonomous_modal_analysis.mapping import request_of
+    from autonomous_modal_analysis.mapping.live_series_node import Deadman, live_series
+    from autonomous_modal_analysis.operating.keyboard import check_terminal
+    from autonomous_modal_analysis.operating.terminal_person import TerminalPerson
+    from structural_model import load_robot
+
+    if not joy_topic:
+        check_terminal()
+    request = request_of(wish, series.duration_s)
+    person, deadman = TerminalPerson(robot), Deadman(joy_topic, button)
+    made: AbstractContextManager[Any] = live_series(
+        load_robot(robot), request, series, person, deadman, namespace
+    )
+    return made
 
 
 def predict(

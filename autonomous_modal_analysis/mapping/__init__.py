@@ -5,6 +5,24 @@ and a map that is written whole after every pose.
 """
 
 from autonomous_modal_analysis.mapping.measuring import MappingFolder, measure
-from autonomous_modal_analysis.mapping.series import MapWish, plan_series, Series, Stop
+from autonomous_modal_analysis.mapping.series import (
+    MapWish,
+    plan_series,
+    plan_way,
+    request_of,
+    Series,
+    Stop,
+)
+from autonomous_modal_analysis.mapping.series_release import SeriesRelease
 
-__all__ = ['MapWish', 'MappingFolder', 'Series', 'Stop', 'measure', 'plan_series']
+__all__ = [
+    'MapWish',
+    'MappingFolder',
+    'Series',
+    'SeriesRelease',
+    'Stop',
+    'measure',
+    'plan_series',
+    'plan_way',
+    'request_of',
+]

@@ -40,6 +40,10 @@ class MappingFolder:
         """The map's file."""
         return self.path / MAP_FILE
 
+    def recording(self, number: int) -> Path:
+        """Return the file of a pose's recording, counted from 0."""
+        return self.path / f'pose_{number + 1:02d}.mcap'
+
     def series(self, start: WorkspaceMap, wish: MapWish) -> Series | None:
         """Return the series of this wish that was planned before, None where there is none."""
         path = self.path / SERIES_FILE
@@ -80,6 +84,7 @@ def measure(
     play: Player,
     tell: Callable[[str], None],
     progress: Callable[[float], None] = lambda _: None,
+    travel: Callable[[ExcitationPlan], None] | None = None,
 ) -> WorkspaceMap:
     """Measure poses until the map is as sure as wanted; the file is written after every pose.
 
@@ -97,6 +102,8 @@ def measure(
         Plays a plan and leaves its recording.
     tell, progress : callable
         Told what happens, in words and as the fraction done.
+    travel : callable or None
+        Moves the arm along a way; None: the player brings it to each pose itself.
     """
     known = folder.begun(start, series)
     for number, stop in enumerate(series.stops):
@@ -108,6 +115,8 @@ def measure(
             tell(f'{label}: not needed, {100 * left:.2f} % is sure enough')
             break
         plan = series.excitation(start.arm.model, folder.layout, wish, stop)
+        if travel is not None and number and not is_whole(folder.recording(number), plan):
+            travel(series.way(start.arm.model, folder.layout, wish, number))
         pose = _measured(folder, number, plan, start, play)
         known = known.with_measured(pose)
         save_map(folder.map_path, known, folder.layout, series.series_hash)
@@ -130,7 +139,7 @@ def _measured(
     folder: MappingFolder, number: int, plan: ExcitationPlan, start: WorkspaceMap, play: Player
 ) -> MeasuredPose:
     """Play, identify and return the modes of a pose; a whole recording is not played again."""
-    path = folder.path / f'pose_{number + 1:02d}.mcap'
+    path = folder.recording(number)
     if not is_whole(path, plan):
         folder.path.mkdir(parents=True, exist_ok=True)
         play(plan, path, lambda _: None)

@@ -138,6 +138,29 @@ class Series:
             )  # fmt: skip
         return plan
 
+    def way(
+        self, model: FlexibleJointModel, layout: SensorLayout, wish: MapWish, number: int
+    ) -> ExcitationPlan:
+        """Return the way to a stop from the one before.
+
+        Raises
+        ------
+        PlanError
+            It is not the one that was released.
+        """
+        before, there = (
+            self.excitation(model, layout, wish, self.stops[at]) for at in (number - 1, number)
+        )
+        request = request_of(wish, self.duration_s)
+        start, end = before.position[-1], there.start_position
+        plan = plan_way(model, request, start, end, there.sample_period_s)
+        if plan.plan_hash != self.stops[number].way_hash:
+            raise PlanError(
+                'not the way that was released', where=f'pose {number + 1}',
+                advice='plan and release the series anew, in another folder',
+            )  # fmt: skip
+        return plan
+
     def save(self, path: Path) -> None:
         """Write the series, whole or not at all."""
         write_text(path, json.dumps(asdict(self), indent=1) + '\n')
@@ -312,8 +335,34 @@ class _Planner:
 
     def _approach(self, before: ExcitationPlan, to: ExcitationPlan) -> ExcitationPlan:
         start, end = before.position[-1], to.start_position
-        for part in np.linspace(0.0, 1.0, ON_THE_WAY):
-            if not is_possible(self.model, start + part * (end - start), self.request):
-                raise PlanError('the way between two poses is too near to the floor or the arm')
-        limits = plan_limits(self.model, replace(self.request, signal='band_limited_noise'))
-        return plan_approach(start, end, replace(limits, guided=False), to.sample_period_s)
+        return plan_way(self.model, self.request, start, end, to.sample_period_s)
+
+
+def plan_way(
+    model: FlexibleJointModel,
+    request: PlanRequest,
+    start: Array,
+    end: Array,
+    sample_period_s: float,
+) -> ExcitationPlan:
+    """Plan a way from pose to pose, straight in axis angles, clear of the floor and the arm.
+
+    Parameters
+    ----------
+    model, request
+        The robot, and what its motions are planned for.
+    start, end : (n_joints,) array [rad]
+        Serial joints.
+    sample_period_s : float [s]
+        Of the trajectory.
+
+    Raises
+    ------
+    PlanError
+        A pose on the way is not possible, or a limit is broken.
+    """
+    for part in np.linspace(0.0, 1.0, ON_THE_WAY):
+        if not is_possible(model, start + part * (end - start), request):
+            raise PlanError('the way between two poses is too near to the floor or the arm')
+    limits = plan_limits(model, replace(request, signal='band_limited_noise'))
+    return plan_approach(start, end, replace(limits, guided=False), sample_period_s)

@@ -43,6 +43,8 @@ class Panel:
         Returns, as a context manager, what is held to run.
     chosen : str
         Beginning of the hash to release without asking; empty asks.
+    windows_s : float [s]
+        How long what was identified of the motion is waited for.
     """
 
     def __init__(
@@ -51,9 +53,10 @@ class Panel:
         person: Person,
         holding: Callable[[], AbstractContextManager[Holding]],
         chosen: str = '',
+        windows_s: float = WINDOWS_S,
     ) -> None:
         self._cell, self._person, self._holding = cell, person, holding
-        self._chosen = chosen
+        self._chosen, self._windows_s = chosen, windows_s
         self._way_back = ''
 
     def run(self) -> None:
@@ -84,8 +87,9 @@ class Panel:
             if outcome.done and plan.plan_hash == self._way_back:
                 # The arm is there: the same question gives the plan it went back for.
                 self._plan_way_back()
+                self._way_back = ''
             elif outcome.done:
-                self._show_windows(WINDOWS_S)
+                self._show_windows(self._windows_s)
                 return
 
     # -- before --------------------------------------------------------------------------------

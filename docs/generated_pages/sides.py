@@ -74,6 +74,7 @@ SIDES = {
         only_node={
             'plan_on_start': 'a command plans once',
             'closed_loop': LOOP,
+            'predicted_modes_topic': TOPIC,
             'target_frequency_std_ratio': LOOP,
             'target_damping_ratio_std_ratio': LOOP,
             'longest_window_s': LOOP,

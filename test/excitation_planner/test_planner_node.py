@@ -17,7 +17,7 @@ from excitation_planner.planner_node import LATCHED, PlannerNode
 from excitation_planner.ros_messages import plan_from_message
 from modal_core.errors import MessageError
 from oma_msgs.msg import ExcitationPlan as PlanMessage
-from oma_msgs.msg import ModalParameters, Mode
+from oma_msgs.msg import ModalParameters, Mode, PredictedModes
 
 pytestmark = pytest.mark.node
 
@@ -221,3 +221,48 @@ def test_tampered_messages_are_refused_by_field(cell):
         plan_from_message(message)
     message.velocity[600] = velocity
     plan_from_message(message)
+
+
+def test_what_a_map_predicts_at_the_start_is_planned_for(cell):
+    own = cell(signal='band_limited_noise', require_full_rank=False, acceleration_rms=0.2)
+    publisher = own.user.create_publisher(PredictedModes, '/modal_map/predicted_modes', LATCHED)
+    own.until(lambda: own.plans)
+    plain = plan_from_message(own.plans[-1])
+    model, channels = own.planner.model, own.planner.layout.channels
+    modes = model.modes(plain.start_position, channels)
+    message = PredictedModes(
+        known=True,
+        joint_names=[*reversed(model.joint_names)],
+        joint_positions=plain.start_position[::-1].tolist(),
+        channel_names=[channel.name for channel in channels],
+    )
+    for at in range(4):
+        hz = 1.07 * modes.frequency_hz[at]
+        mode = Mode(id=at + 1, frequency_hz=hz, frequency_std_hz=0.1, damping_ratio=0.03)
+        mode.shape_real = modes.channel_shapes[:, at].tolist()
+        message.modes.append(mode)
+    publisher.publish(message)
+    own.until(lambda: own.planner.expected is not None)
+    own.client.call_async(Trigger.Request())
+    own.until(lambda: len(own.plans) > 1)
+    told = plan_from_message(own.plans[-1])
+    expected = 1.07 * modes.frequency_hz[:4]
+    assert told.mode_frequency_hz[:4] == pytest.approx(expected, rel=1e-4)
+    assert plain.mode_frequency_hz[:4] == pytest.approx(modes.frequency_hz[:4], rel=1e-4)
+    # Of another place, or of no modes: those of the model.
+    for changes in ({'joint_positions': [0.5] * 6}, {'known': False}):
+        for name, value in changes.items():
+            setattr(message, name, value)
+        seen = own.planner.expected
+        publisher.publish(message)
+        own.until(lambda seen=seen: own.planner.expected is not seen)
+        count = len(own.plans)
+        own.client.call_async(Trigger.Request())
+        own.until(lambda count=count: len(own.plans) > count)
+        again = plan_from_message(own.plans[-1])
+        assert again.plan_hash == plain.plan_hash
+    message.known = True
+    message.modes[0].frequency_hz = float('nan')
+    message.joint_positions = plain.start_position[::-1].tolist()
+    publisher.publish(message)
+    own.until(lambda: own.planner.n_bad_messages == 1)

@@ -1,0 +1,47 @@
+"""Noise that excites the modes that are expected, most where one would be known worst."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from excitation_planner.expected_modes import ExpectedModes, pairs, with_expected
+from excitation_planner.participation import forecast, mode_participation
+from excitation_planner.raised_shape import raised_shape, Stretch
+from excitation_planner.setting import Setting
+from excitation_planner.signals import RANDOM_PULSES
+from excitation_planner.spectrum import PredictedSpectrum
+
+
+def exciting(setting: Setting, expected: ExpectedModes) -> Setting:
+    """Return a setting whose noise is strongest where an expected mode would be known worst.
+
+    A request that states a shape, or pulses, which have none, keep what they have.
+    """
+    request = setting.request
+    if request.shape_gain or request.signal == RANDOM_PULSES:
+        return setting
+    low, high = request.band_low_hz, request.band_high_hz
+    own = mode_participation(setting.model, setting.start, setting.channels, high)
+    columns = dict(pairs(own, expected))
+    density = (request.acceleration_rms * setting.weights) ** 2 / (high - low)
+    flat = PredictedSpectrum(np.array([0.0, high]), np.tile(density, (2, 1)))
+    found = forecast(
+        with_expected(own, expected), flat, request.noise_density**2, request.duration_s
+    )
+    stretches = [
+        Stretch(
+            mode.frequency_hz,
+            mode.damping_ratio,
+            mode.frequency_std_hz / mode.frequency_hz,
+            float(expected.frequency_std_hz[columns[row]]),
+        )
+        for row, mode in enumerate(found)
+        if row in columns
+        and low <= mode.frequency_hz <= high
+        and np.isfinite(mode.frequency_std_hz)
+    ]
+    if not stretches:
+        return setting
+    shape = raised_shape((low, high), stretches)
+    changed = replace(request, shape_frequency_hz=shape.frequency_hz, shape_gain=shape.gain)
+    return replace(setting, request=changed)
