@@ -1,21 +1,28 @@
-"""Noise that excites the modes that are expected, most where one would be known worst."""
+"""Noise that excites the modes that are expected, most where one would drown."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from excitation_planner.expected_modes import ExpectedModes, pairs, with_expected
-from excitation_planner.participation import forecast, mode_participation
+from excitation_planner.participation import cramer_rao_std, forecast, mode_participation
 from excitation_planner.raised_shape import raised_shape, Stretch
 from excitation_planner.setting import Setting
 from excitation_planner.signals import RANDOM_PULSES
 from excitation_planner.spectrum import PredictedSpectrum
 
+STRONG = 1e9
+"""Force over noise at which a mode's σ is as small as the length of the record lets it be."""
+ENOUGH = 1.1
+"""σ over that of a mode without noise, up to which more excitation is worth nothing."""
+
 
 def exciting(setting: Setting, expected: ExpectedModes) -> Setting:
-    """Return a setting whose noise is strongest where an expected mode would be known worst.
+    """Return a setting whose noise is strongest where an expected mode would drown.
 
-    A request that states a shape, or pulses, which have none, keep what they have.
+    A mode that stands well above the noise is known as well as the length of the record lets it
+    be: where all do, nothing is changed.  A request that states a shape, or pulses, which have
+    none, keep what they have.
     """
     request = setting.request
     if request.shape_gain or request.signal == RANDOM_PULSES:
@@ -32,7 +39,10 @@ def exciting(setting: Setting, expected: ExpectedModes) -> Setting:
         Stretch(
             mode.frequency_hz,
             mode.damping_ratio,
-            mode.frequency_std_hz / mode.frequency_hz,
+            mode.frequency_std_hz
+            / cramer_rao_std(
+                mode.frequency_hz, mode.damping_ratio, STRONG, request.duration_s
+            ).frequency_hz,
             float(expected.frequency_std_hz[columns[row]]),
         )
         for row, mode in enumerate(found)
@@ -40,7 +50,7 @@ def exciting(setting: Setting, expected: ExpectedModes) -> Setting:
         and low <= mode.frequency_hz <= high
         and np.isfinite(mode.frequency_std_hz)
     ]
-    if not stretches:
+    if not any(each.shortfall > ENOUGH for each in stretches):
         return setting
     shape = raised_shape((low, high), stretches)
     changed = replace(request, shape_frequency_hz=shape.frequency_hz, shape_gain=shape.gain)

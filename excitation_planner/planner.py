@@ -63,7 +63,7 @@ def plan_excitation(
         What is asked.
     expected : ExpectedModes or None
         Of a map, at the start; None: what the model has. Noise is strongest where one of them
-        would be known worst, unless the request states a shape.
+        would drown, unless the request states a shape.
 
     Raises
     ------
