@@ -22,6 +22,7 @@ from model_gap.gravity import (
 from model_gap.hypothesis import Hypothesis, stretch, STRETCHED
 from model_gap.named_at_rest import with_faults
 from model_gap.predict import compile_laws
+from model_gap.quick_look import look_at, QuickLook
 from model_gap.search import run_search, Search, SearchSettings
 from structural_model import FlexibleJointModel
 
@@ -78,6 +79,7 @@ def find_gap(
     settings: SearchSettings | None = None,
     seed: int = 0,
     progress: Callable[[float], None] = lambda _: None,
+    first: Callable[[QuickLook], None] = lambda _: None,
 ) -> GapResult:
     """Find where a model and a campaign disagree, and why.
 
@@ -93,6 +95,8 @@ def find_gap(
         Of the draw of held-out poses, where the campaign does not say.
     progress : callable
         Takes the fraction done.
+    first : callable
+        Takes what can be said before any effect is tried, while the work goes on.
 
     Raises
     ------
@@ -101,15 +105,15 @@ def find_gap(
     """
     if model.n_dof == 0:
         raise ModelError('model has no flexibility', where=model.robot_name)
-    compile_laws()
     settings = settings or SearchSettings()
+    compile_laws()
     rest = rest_of(model, campaign)
     faults = weigh(rest, settings.tolerances)
     divided = split(put_right(campaign, faults), np.random.default_rng(seed))
     open_ = replace(settings, tolerances=left_open(settings.tolerances, faults))
     search = Search.begin(as_it_stands(model, faults), divided, open_)
     with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait
-        found = run_search(search, progress)
+        found = run_search(search, progress, lambda begun: first(look_at(begun, faults)))
         told = encoders_told(rest, settings.tolerances)
         return _result(found, faults, told, model, seed)
 

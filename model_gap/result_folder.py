@@ -10,7 +10,8 @@ import tempfile
 from model_gap.comparison import ModelComparison
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import write_gap_json
-from model_gap.report import write_report
+from model_gap.quick_look import QuickLook
+from model_gap.report import COMPARING, effect_words, FirstPage, headline, write_report
 from model_gap.updated_model import write_updated_model
 
 FOUND, REPORT = 'gap.json', 'report.html'
@@ -40,10 +41,22 @@ class ResultFolder:
         with tempfile.TemporaryFile(dir=self.path):
             pass
 
+    def write_first(self, robot: str, look: QuickLook) -> None:
+        """Write a first page in the report's place; what an older search found goes."""
+        (self.path / FOUND).unlink(missing_ok=True)
+        FirstPage.of_look(robot, look).write(self.path / REPORT)
+
     def write_found(self, result: GapResult) -> None:
-        """Write gap.json without the comparison and the corrected model; an older report goes."""
+        """Write gap.json without the comparison, the corrected model and a page of the verdict."""
         (self.path / REPORT).unlink(missing_ok=True)
         write_gap_json(result, self.path / FOUND)
+        FirstPage(
+            result.search.model.robot_name,
+            headline(result),
+            (*effect_words(result), *result.decision.reasons),
+            result.decision.experiments,
+            COMPARING,
+        ).write(self.path / REPORT)
         write_updated_model(result, self.path)
 
     def write_compared(self, result: GapResult, comparison: ModelComparison) -> None:

@@ -1,6 +1,6 @@
 """Where model and measurement disagree, and what the model lacks."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from model_gap.campaign import Campaign, campaign_layout, read_campaign
 from model_gap.comparison import compare_model, ModelComparison
 from model_gap.find_gap import find_gap, GapResult
 from model_gap.gap_json import found_effects, gap_mapping, over_noise
+from model_gap.quick_look import QuickLook
 from model_gap.report import effect_words, headline
 from model_gap.result_folder import ResultFolder
 from model_gap.search import SearchSettings
@@ -165,11 +166,9 @@ def campaign_of(
     model: Robot,
     layout: Layout | None = None,
     progress: ProgressCallback = no_progress,
+    most: int | None = None,
 ) -> Campaign:
-    """Read the recordings of a campaign.
-
-    Parameters and raises as :func:`gap`.
-    """
+    """Read the recordings of a campaign, at most so many; parameters and raises as :func:`gap`."""
     robot, place = read_robot(model), Path(folder)
     if is_encoder_campaign(place):
         raise SettingsError(
@@ -180,7 +179,7 @@ def campaign_of(
     sensors = read_layout(layout)
     if sensors is None and isinstance(model, str | Path):
         sensors = campaign_layout(place, str(model))
-    return read_campaign(place, robot, sensors, progress)
+    return read_campaign(place, robot, sensors, progress, most)
 
 
 def gap(
@@ -193,6 +192,7 @@ def gap(
     tolerances: Mapping[str, object] | None = None,
     seed: int = 0,
     progress: ProgressCallback = no_progress,
+    first: Callable[[QuickLook], None] = lambda _: None,
 ) -> ModelGap:
     """Find where simulation and measurement disagree, name the missing effect, add it.
 
@@ -216,6 +216,8 @@ def gap(
         Of the draw of held-out poses.
     progress : callable
         Told the fraction done of the search, 0..1.
+    first : callable
+        Told, while the search goes on, what can be said before any effect is tried.
 
     Returns
     -------
@@ -230,4 +232,4 @@ def gap(
     data = campaign if isinstance(campaign, Campaign) else campaign_of(campaign, model, layout)
     robot = read_robot(model)
     stated = stated_settings(robot, data, settings, effects, tolerances)
-    return ModelGap(find_gap(robot, data, stated, seed, progress))
+    return ModelGap(find_gap(robot, data, stated, seed, progress, first))

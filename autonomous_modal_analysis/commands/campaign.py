@@ -9,9 +9,13 @@ from autonomous_modal_analysis.option_groups import grouped, Wish
 from autonomous_modal_analysis.options import check_namespace, Namespace, POSE_HELP, Serial
 from modal_core.errors import SettingsError
 
+# Of poses that are looked at for one more recording.
+MOST_ASKED = 4
+
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
+    from autonomous_modal_analysis.campaign_plan import CampaignWish
     from structural_model.flexible_joint_model import FlexibleJointModel
 
 
@@ -63,6 +67,14 @@ def campaign(
     dry_run: Annotated[
         bool, typer.Option('--dry-run', help='Choose and check all motions; record nothing.')
     ] = False,
+    following: Annotated[
+        Path | None,
+        typer.Option(
+            '--next',
+            help='Folder of recordings: say what they can tell apart, and which one more would'
+            ' add most; record nothing.',
+        ),
+    ] = None,
 ) -> None:
     """Record a campaign: poses far apart, times amplitude levels.
 
@@ -104,6 +116,9 @@ def campaign(
         states=asked_states,
         request=wish.plan_request(**(STATE_DEFAULTS if asked_states else DEFAULTS)),
     )
+    if following:
+        _tell_next(following, robot, asked)
+        return
     planned = planned_recordings(model, layout, asked)
     with progress_bar('checking the motions') as progress:
         check_all(model, layout, planned, progress)
@@ -125,6 +140,28 @@ def campaign(
         OUTPUT.print(f'next: ama compare {files} --robot {robot}', soft_wrap=True, markup=False)
     else:
         OUTPUT.print(f'next: ama gap {out} --model {robot}', markup=False)
+
+
+def _tell_next(folder: Path, robot: str, asked: 'CampaignWish') -> None:
+    """Say what recordings can tell apart, and what one more would add."""
+    from autonomous_modal_analysis.api.gap import campaign_of
+    from autonomous_modal_analysis.campaign_poses import choose_poses
+    from autonomous_modal_analysis.terminal import OUTPUT, progress_bar
+    from model_gap.report import telling_lines
+    from model_gap.stated import stated_settings
+    from model_gap.telling import what_it_tells
+    from structural_model.robot_files import load_robot
+
+    model = load_robot(robot)
+    with progress_bar(f'reading {folder.name}') as progress:
+        data = campaign_of(folder, robot, None, progress)
+    poses = list(asked.poses) or choose_poses(
+        model, data.layout, min(asked.n_poses, MOST_ASKED), asked.request
+    )
+    with progress_bar('predicting every effect') as progress:
+        found = what_it_tells(model, data, poses, stated_settings(model, data), progress)
+    for line in telling_lines(found, model):
+        OUTPUT.print(line, soft_wrap=True, markup=False)
 
 
 def _at_the_robot(model: 'FlexibleJointModel', namespace: str) -> 'AbstractContextManager[Any]':

@@ -8,6 +8,9 @@ import typer
 from autonomous_modal_analysis.options import Json, LayoutPath
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from model_gap.quick_look import QuickLook
     from structural_model import FlexibleJointModel
 
 
@@ -44,6 +47,13 @@ def gap(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help='Of the draw of held-out poses.')] = 0,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            '--quick',
+            help='Say within seconds whether there is a gap, and where; write nothing.',
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Find where simulation and measurement disagree, name the missing effect, add it.
@@ -57,9 +67,9 @@ def gap(
     import autonomous_modal_analysis as ama
     from autonomous_modal_analysis.api.gap import campaign_of
     from autonomous_modal_analysis.options import stated_pair
-    from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
+    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json, progress_bar
     from modal_core.side_by_side import processor_time_s
-    from model_gap.report import summary_lines
+    from model_gap.report import look_lines, summary_lines
     from model_gap.result_folder import ResultFolder
     from model_gap.trajectory import is_encoder_campaign
     from structural_model import load_robot
@@ -67,11 +77,20 @@ def gap(
     begin_s = time.monotonic()
     sizes = dict(stated_pair(item) for item in tolerance or ())
     robot = load_robot(model)
+    if quick:
+        _quick_look(campaign, model, layout, effects or (), sizes, seed, json)
+        return
     folder = ResultFolder(out)
     folder.prepare()
     if is_encoder_campaign(campaign):
         _encoder_gap(campaign, robot, sizes, out, json)
         return
+
+    def tell_first(look: 'QuickLook') -> None:
+        folder.write_first(robot.robot_name, look)
+        MESSAGES.print(f'first look: {look_lines(look)[0]}', markup=False, soft_wrap=True)
+        MESSAGES.print(f'first page: {out / "report.html"}', markup=False, soft_wrap=True)
+
     with progress_bar(f'reading {campaign.name}') as progress:
         data = campaign_of(campaign, model, layout, progress)
     with progress_bar('locating, naming, deciding') as progress:
@@ -82,6 +101,7 @@ def gap(
             tolerances=sizes,
             seed=seed,
             progress=progress,
+            first=tell_first,
         )
     folder.write_found(found.result)
     with progress_bar('comparing mode by mode') as progress:
@@ -99,6 +119,36 @@ def gap(
         f'{memory_mb:.0f} MB in one process at most',
         markup=False,
     )
+
+
+def _quick_look(
+    campaign: Path,
+    model: str,
+    layout: Path | None,
+    effects: 'Sequence[Path]',
+    sizes: dict[str, str],
+    seed: int,
+    json: bool,
+) -> None:
+    """Say whether there is a gap, and where, from the beginning of the first recordings."""
+    from autonomous_modal_analysis.api.gap import campaign_of
+    from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
+    from model_gap.quick_look import quick_look, READ
+    from model_gap.report import look_lines
+    from model_gap.stated import stated_settings
+    from structural_model import load_robot
+
+    robot = load_robot(model)
+    with progress_bar(f'reading {campaign.name}') as progress:
+        data = campaign_of(campaign, model, layout, progress, most=READ)
+    settings = stated_settings(robot, data, None, effects, sizes)
+    with progress_bar('looking') as progress:
+        look = quick_look(robot, data, settings, seed, progress)
+    if json:
+        print_json(look.to_dict())
+        return
+    for line in look_lines(look):
+        OUTPUT.print(line, soft_wrap=True, markup=False)
 
 
 def _encoder_gap(

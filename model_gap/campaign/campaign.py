@@ -65,6 +65,8 @@ class GapRecord:
         Of the motor side.
     heldout : bool or None
         As the campaign says; None: the workflow decides.
+    start_s : float [s]
+        When it begins, from the beginning of the campaign's first.
     """
 
     name: str
@@ -77,6 +79,7 @@ class GapRecord:
     motor_shift: Array
     motion_noise: MotionNoise = field(default_factory=MotionNoise)
     heldout: bool | None = None
+    start_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ def read_campaign(
     model: FlexibleJointModel,
     layout: SensorLayout | None = None,
     progress: Callable[[float], None] = lambda _: None,
+    most: int | None = None,
 ) -> Campaign:
     """Read all recordings of a campaign.
 
@@ -43,6 +44,8 @@ def read_campaign(
         Overrides the campaign's own.
     progress : callable
         Takes the fraction done.
+    most : int or None
+        Read the first so many recordings only; None: all.
 
     Raises
     ------
@@ -50,15 +53,16 @@ def read_campaign(
         What is missing, and what to record.
     """
     file = read_campaign_file(folder)
+    entries = file.entries[:most]
     sensors = _layout(file.layout, layout, folder)
     sensors.check_links(model.link_names, model.robot_name)
     notes: list[str] = []
     raws: list[tuple[CampaignEntry, RawRecording]] = []
     useless: list[RecordingError] = []
-    for number, entry in enumerate(file.entries):
+    for number, entry in enumerate(entries):
         with _left_out(useless, notes):
             raws.append((entry, _gathered(entry, sensors, model, notes)))
-        progress((number + 1) / len(file.entries))
+        progress((number + 1) / len(entries))
     if not raws:
         raise useless[0]
     kept = _common_layout(sensors, [raw for _, raw in raws], notes)
@@ -71,7 +75,7 @@ def read_campaign(
     sources = sorted({motion.source for _, _, motion in read})
     positions = [raw.position for raw, _, _ in read if raw.position is not None]
     return Campaign(
-        records=tuple(_with_levels([record for _, record, _ in read])),
+        records=tuple(_from_the_first(_with_levels([record for _, record, _ in read]))),
         layout=kept,
         joint_names=model.joint_names,
         excitation=' and '.join(sources),
@@ -201,6 +205,7 @@ def _record(
         motor_shift=motion.shift,
         motion_noise=motion.noise,
         heldout=entry.heldout,
+        start_s=float(start),
     )
     return record, motion
 
@@ -307,6 +312,12 @@ def _joint_order(names: tuple[str, ...], model: FlexibleJointModel, where: str) 
             expected=', '.join(model.joint_names),
         )
     return columns
+
+
+def _from_the_first(records: list[GapRecord]) -> list[GapRecord]:
+    """Return records whose time counts from the beginning of the first."""
+    first_s = min(record.start_s for record in records)
+    return [replace(record, start_s=record.start_s - first_s) for record in records]
 
 
 def _with_levels(records: list[GapRecord]) -> list[GapRecord]:

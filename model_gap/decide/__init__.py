@@ -4,15 +4,26 @@ In come the explanations of a search; out go the verdict, where the gap is, and 
 would tell two explanations apart.
 """
 
-from model_gap.decide.decide import decide, Decision, Verdict
+from model_gap.decide.adequacy import Adequacy, adequacy
+from model_gap.decide.decide import decide, Decision, objections, Verdict
 from model_gap.decide.locate import gap_fraction, locate, noise_floor, Where
+from model_gap.decide.telling_apart import all_fitted, NextRecording, Telling, telling_apart
+from model_gap.decide.what_remains import what_remains
 
 __all__ = [
+    'Adequacy',
     'Decision',
+    'NextRecording',
+    'Telling',
     'Verdict',
     'Where',
+    'adequacy',
+    'all_fitted',
     'decide',
     'gap_fraction',
     'locate',
     'noise_floor',
+    'objections',
+    'telling_apart',
+    'what_remains',
 ]

@@ -116,7 +116,7 @@ def _asked(
             )
     for factor in RANGE.level_factors:
         asked.append(
-            (f'the same poses, motion {factor:g} times as large', _scaled(loudest, factor))
+            (f'the same poses, motion {factor:g} times as large', scaled_motion(loudest, factor))
         )
     moving = dataclasses.replace(record, motor_velocity=record.motor_velocity + RANGE.steady_rad_s)
     words = (
@@ -126,7 +126,8 @@ def _asked(
     return asked
 
 
-def _scaled(item: RecordSpectra, factor: float) -> RecordSpectra:
+def scaled_motion(item: RecordSpectra, factor: float) -> RecordSpectra:
+    """Return a record whose motion is so many times as large."""
     record = dataclasses.replace(
         item.record,
         motor_acceleration=factor * item.record.motor_acceleration,

@@ -4,7 +4,7 @@ And what to record next to see it better.
 """
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,8 @@ class Part:
         Bins.
     excess, response : (n_channels, n_bins) array
         |Y - Ŷ|²/σ² - 1, and |Y|²/σ².
+    natural_hz : (n_modes,) array [Hz]
+        Natural frequencies of the model at the pose.
     """
 
     pose: int
@@ -85,6 +87,7 @@ class Part:
     frequency_hz: Array
     excess: Array
     response: Array
+    natural_hz: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def what_remains(search: Search, hypothesis: Hypothesis) -> tuple[Remainder, ...]:
@@ -119,8 +122,13 @@ def _parts(search: Search, hypothesis: Hypothesis) -> list[Part]:
     for predictor in (search.data.fitting, search.data.heldout):
         if not predictor.records:
             continue
-        squares = predictor.squares(hypothesis.cell())
-        for item, square in zip(predictor.records, squares, strict=True):
+        cell = hypothesis.cell()
+        squares = predictor.squares(cell)
+        natural_hz = [
+            np.unique(np.abs(system.poles[system.poles.imag > 0.0])) / (2.0 * np.pi)
+            for system in predictor.systems(cell.spec, cell.channels)
+        ]
+        for item, square, group in zip(predictor.records, squares, predictor.groups, strict=True):
             found.append(
                 Part(
                     pose_of[item.record.name],
@@ -129,6 +137,7 @@ def _parts(search: Search, hypothesis: Hypothesis) -> list[Part]:
                     item.frequency_hz,
                     square - 1.0,
                     _response(item),
+                    natural_hz[group],
                 )
             )
     return found
@@ -153,12 +162,28 @@ def _resonance(parts: Sequence[Part]) -> Remainder | None:
         return None
     if np.mean(apart < LIMITS.same_frequency) < 2.0 / 3.0:
         return None
+    if _owned(parts, middle):
+        return Remainder(
+            f'{np.median(shares):.0%} of it is around {middle:.1f} Hz, where the model has a '
+            'natural frequency in every pose: that mode is damped or held otherwise',
+            f'record two more amplitude levels, moving around {middle:.1f} Hz only, each joint '
+            'alone: which of them turns that mode, and does it depend on amplitude',
+        )
     return Remainder(
         f'{np.median(shares):.0%} of it is a resonance at {middle:.1f} Hz, at the same frequency '
         'in every pose, that no link of the model owns: the foundation, a hose, a mount',
         f'record with a sensor on the base plate and one on each hose or mount, moving around '
         f'{middle:.1f} Hz only; then the same with the hoses tied down',
     )
+
+
+def _owned(parts: Sequence[Part], frequency_hz: float) -> bool:
+    """Return whether the model has a natural frequency there, in two poses of three."""
+    near = [
+        bool(np.any(np.abs(part.natural_hz / frequency_hz - 1.0) < LIMITS.same_frequency))
+        for part in parts
+    ]
+    return float(np.mean(near)) >= 2.0 / 3.0
 
 
 def _narrow(parts: Sequence[Part]) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from model_gap.effects.hysteresis import Hysteresis
 from model_gap.effects.joint_damping import JointDamping
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.link_flexibility import LinkFlexibility
+from model_gap.effects.load_friction import LoadFriction
 from model_gap.effects.own_effects import GROUP, with_own_effects
 from model_gap.effects.payload import Payload
 from model_gap.effects.places import arm_mass, moving_links
@@ -35,6 +36,8 @@ from model_gap.effects.sensor_rotation import SensorRotation
 from model_gap.effects.sensor_unit import SensorUnit
 from model_gap.effects.servo_compliance import ServoCompliance
 from model_gap.effects.speed_dependent_stiffness import SpeedDependentStiffness
+from model_gap.effects.stiffness_drift import StiffnessDrift
+from model_gap.effects.stribeck_friction import StribeckFriction
 from model_gap.effects.tonal_disturbance import TonalDisturbance
 from model_gap.effects.transmission_error import TransmissionError
 from model_gap.effects.tuned_mass import TunedMass
@@ -52,12 +55,15 @@ CATALOGUE: tuple[type[Effect], ...] = (
     TunedMass,
     Cable,
     CoulombFriction,
+    StribeckFriction,
+    LoadFriction,
     Backlash,
     CubicStiffness,
     SpeedDependentStiffness,
     Hysteresis,
     EndStop,
     CubicDamping,
+    StiffnessDrift,
     TransmissionError,
     TonalDisturbance,
     CommandDelay,

@@ -6,9 +6,11 @@ from typing import ClassVar
 
 from model_gap.cell import BETWEEN_LINKS, CellModel, JointForce, marked
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.laws import FrictionLaw, JointFrictionLaw
+from model_gap.laws import FrictionLaw, JointFrictionLaw, JointLaw
 
 WHOLE_JOINT = 'whole joint'
+# In the gear, and on the whole joint.
+Laws = tuple[type[JointLaw], type[JointLaw]]
 # Of the joint's own compliance.  What gives way more is a lossy spring rather than friction.
 MOST_YIELDING = 0.12
 
@@ -28,6 +30,7 @@ class CoulombFriction(DetailedEffect):
     signature = 'damping falls as amplitude rises; sticks at low amplitude; odd harmonics'
     says = '{place} has dry friction of {torque:.3g} N m'
     amplitude_dependent = True
+    laws: ClassVar[Laws] = (FrictionLaw, JointFrictionLaw)
     confused_with: ClassVar[Mapping[str, str]] = {
         'joint_damping': 'a third, lower amplitude level: viscous damping keeps its ratio',
         'backlash': 'a pose with gravity off the joint: play rattles, friction does not',
@@ -59,8 +62,12 @@ class CoulombFriction(DetailedEffect):
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
-        law = JointFrictionLaw if self.variant == WHOLE_JOINT else FrictionLaw
-        force = JointForce(self.place, law, (*values[:2], *(values[2:] or (0.0,))))
+        return self.with_torque(cell, (*values[:2], *(values[2:] or (0.0,))))
+
+    def with_torque(self, cell: CellModel, values: tuple[float, ...]) -> CellModel:
+        """Return a cell with the torque, in the gear or on the whole joint."""
+        law = self.laws[self.variant == WHOLE_JOINT]
+        force = JointForce(self.place, law, values)
         return dataclasses.replace(cell, forces=(*cell.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:

@@ -121,6 +121,9 @@ class Effect(ABC):
     confused_with: ClassVar[Mapping[str, str]] = MappingProxyType({})
     amplitude_dependent: ClassVar[bool] = False
     moves_poles: ClassVar[bool] = True
+    # Type of the effect that it generalises: tried only where that is good, and named only where
+    # it is better by more than what two explanations are told apart by.
+    special_case: ClassVar[str] = ''
     # Acts at a place on a link, and nearly alike from the next link.
     on_links: ClassVar[bool] = False
     # What it finds is written into the sensor layout: how readings mix, at all frequencies alike.
@@ -156,6 +159,10 @@ class Effect(ABC):
 
     def other_starts(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
         """Return further ways into a fit of what promised most, where one may end in a trap."""
+        return ()
+
+    def generalise(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
+        """Return starts near what its special case was fitted to."""
         return ()
 
     def instead_of(

@@ -8,24 +8,28 @@ from model_gap.laws.backlash import BacklashLaw
 from model_gap.laws.cubic import CubicLaw
 from model_gap.laws.cubic_damping import CubicDampingLaw
 from model_gap.laws.friction import FrictionLaw, JointFrictionLaw
+from model_gap.laws.friction_curve import FrictionCurveLaw, WholeFrictionCurveLaw
 from model_gap.laws.hysteresis import HysteresisLaw
-from model_gap.laws.law import Follow, JointContext, JointLaw
-from model_gap.laws.solve import BACKLASH, stepped
+from model_gap.laws.law import Array, Follow, JointContext, JointLaw, SpringLaw
 from model_gap.laws.speed_stiffness import SpeedStiffnessLaw
+from model_gap.laws.step import stepped
 from model_gap.laws.stop import StopLaw
 
 __all__ = [
-    'BACKLASH',
+    'Array',
     'BacklashLaw',
     'CubicDampingLaw',
     'CubicLaw',
     'Follow',
+    'FrictionCurveLaw',
     'FrictionLaw',
     'HysteresisLaw',
     'JointContext',
     'JointFrictionLaw',
     'JointLaw',
     'SpeedStiffnessLaw',
+    'SpringLaw',
     'StopLaw',
+    'WholeFrictionCurveLaw',
     'stepped',
 ]

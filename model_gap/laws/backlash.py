@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from model_gap.laws.law import Follow, JointContext, SpringLaw
-from model_gap.laws.solve import BACKLASH
+from model_gap.laws.solve import play
 
 # Of the play: teeth under less static twist than this rest between the flanks, not on one.
 CENTRED = 1e-3
@@ -17,7 +17,7 @@ class BacklashLaw(SpringLaw):
 
     sees = Follow.PARTED
     sees_first = Follow.PARTED
-    kind = BACKLASH
+    torque = play
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:

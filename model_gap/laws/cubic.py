@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import sqrt
 
 from model_gap.laws.law import JointContext, SpringLaw
-from model_gap.laws.solve import CUBIC, cubic_root
+from model_gap.laws.solve import cubic, cubic_root
 
 # Of α y² and of √α y: beyond, the torque that is not linear stays as it is there.
 MOST_SOFTENING = 0.6
@@ -17,7 +17,7 @@ class CubicLaw(SpringLaw):
     Values α [1/rad²] and the share of gravity that preloads the spring.
     """
 
-    kind = CUBIC
+    torque = cubic
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:

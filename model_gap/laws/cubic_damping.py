@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 
 from model_gap.laws.law import JointContext, JointLaw
-from model_gap.laws.solve import CUBIC_DAMPING
+from model_gap.laws.solve import cubic_damper
 
 
 class CubicDampingLaw(JointLaw):
     """N = c v³ of the twist's rate v; value c."""
 
-    kind = CUBIC_DAMPING
+    torque = cubic_damper
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from model_gap.laws.law import JointContext, JointLaw
-from model_gap.laws.solve import FRICTION, JOINT_FRICTION
+from model_gap.laws.solve import friction, joint_friction
 
 
 class FrictionLaw(JointLaw):
@@ -18,7 +18,7 @@ class FrictionLaw(JointLaw):
     Implicit steps: Curtiss and Hirschfelder (1952), doi:10.1073/pnas.38.3.235.
     """
 
-    kind = FRICTION
+    torque = friction
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
@@ -32,4 +32,4 @@ class FrictionLaw(JointLaw):
 class JointFrictionLaw(FrictionLaw):
     """The same on the whole joint speed: friction between two links."""
 
-    kind = JOINT_FRICTION
+    torque = joint_friction

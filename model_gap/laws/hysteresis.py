@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from model_gap.laws.law import JointContext, JointLaw
-from model_gap.laws.solve import HYSTERESIS
+from model_gap.laws.solve import slipping
 
 
 class HysteresisLaw(JointLaw):
@@ -14,7 +14,7 @@ class HysteresisLaw(JointLaw):
     Iwan (1966), doi:10.1115/1.3625199 (one Jenkin element beside a spring).
     """
 
-    kind = HYSTERESIS
+    torque = slipping
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:

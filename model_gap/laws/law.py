@@ -1,9 +1,18 @@
 """What a torque law is: solved implicitly, step by step."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+# (constants, memory, twist, rate, motor speed) to the torque and the surplus: laws/solve.py.
+Torque = Callable[..., tuple[float, float]]
+# Numbers a law keeps from step to step.
+MEMORY = 4
 
 
 class Follow(Enum):
@@ -28,6 +37,8 @@ class JointContext:
         Fall of twist and of its rate at the end of a step per unit of torque there.
     period_s : float [s]
         From step to step.
+    start_s : float [s]
+        When the record begins, from the beginning of the campaign.
     """
 
     stiffness: float
@@ -35,15 +46,17 @@ class JointContext:
     give: float
     rate_give: float
     period_s: float
+    start_s: float = 0.0
 
 
 class JointLaw:
     """A torque between motor and link of one joint; used as a class, never instantiated.
 
-    ``kind`` selects its equation in ``laws/solve.py``, and ``constants`` are that equation's.
+    ``torque`` is its equation solved, machine code as in ``laws/solve.py``, and ``constants`` are
+    what that takes.
     """
 
-    kind: ClassVar[int]
+    torque: ClassVar[Torque]
     # Which twist it sees, and while its numbers are still far off.
     sees: ClassVar[Follow] = Follow.PREDICTED
     sees_first: ClassVar[Follow] = Follow.PREDICTED

@@ -1,21 +1,28 @@
-"""The laws' equations solved implicitly, and stepped along a record, as machine code.
+"""The laws' equations solved implicitly, as machine code.
 
-All in one file: what is kept of a compiled function is forgotten only when its own file changes.
+Each takes (constants, memory, twist, rate, motor_speed) and returns the torque N beyond the linear
+spring's at the end of a step, and the surplus:
+
+constants : (n_constants,) array
+    ``JointLaw.constants``.
+memory : (MEMORY,) array
+    The law's own, zero before the first step.
+twist, rate : float [rad], [rad/s]
+    What they would be without N; they fall by ``give`` N and ``rate_give`` N with it.
+motor_speed : float [rad/s]
+    Of the joint.
+N, surplus : float [N m]
+    The surplus is the mean torque over the step less the mean of its ends.
+
+In one file with what they share: what is kept of a compiled function is forgotten only when its
+own file changes.
 """
 
 from math import asin, asinh, exp, log1p, sin, sinh, sqrt, tanh
 
-import numpy as np
-from numpy.typing import NDArray
-
 from modal_core.compiled import compiled
+from model_gap.laws.law import Array
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-FRICTION, JOINT_FRICTION, CUBIC, BACKLASH, SPEED_STIFFNESS = range(5)
-HYSTERESIS, STOP, CUBIC_DAMPING = range(5, 8)
-# Numbers a law keeps from step to step.
-MEMORY = 4
 MOST_NEWTON_STEPS = 20
 SOLVED = 1e-9
 # Third of the give times what the spring stiffens by: beyond, no parabola follows its steps.
@@ -47,7 +54,9 @@ def log_cosh(x: float) -> float:
 
 
 @compiled
-def friction(constants: Array, memory: Array, rate: float) -> tuple[float, float]:
+def friction(
+    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
+) -> tuple[float, float]:
     """Return the torque at a sliding speed, and the surplus.
 
     The speed runs straight: its sign turns between steps, not at one.
@@ -70,6 +79,14 @@ def friction(constants: Array, memory: Array, rate: float) -> tuple[float, float
         surplus = mean - 0.5 * (last + torque)
     memory[0], memory[1], memory[2] = last, torque, speed
     return torque, surplus
+
+
+@compiled
+def joint_friction(
+    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
+) -> tuple[float, float]:
+    """Return the torque at the whole joint's speed, and the surplus."""
+    return friction(constants, memory, twist, rate + motor_speed, motor_speed)
 
 
 @compiled
@@ -110,7 +127,9 @@ def cubic_root(value: float, alpha: float) -> float:
 
 
 @compiled
-def cubic(constants: Array, memory: Array, twist: float) -> tuple[float, float]:
+def cubic(
+    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
+) -> tuple[float, float]:
     """Return the torque: with y = r + e, y + give k α y³ is what it would be without."""
     hardening, at_rest, offset = constants[0], constants[1], constants[2]
     yielding, largest = constants[3], constants[4]
@@ -120,7 +139,9 @@ def cubic(constants: Array, memory: Array, twist: float) -> tuple[float, float]:
 
 
 @compiled
-def play(constants: Array, twist: float) -> tuple[float, float]:
+def play(
+    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
+) -> tuple[float, float]:
     """Return the torque, continuous in the twist; between steps it runs straight."""
     load, slope, give = constants[0], constants[1], constants[2]
     lower, upper = constants[3], constants[4]
@@ -130,7 +151,7 @@ def play(constants: Array, twist: float) -> tuple[float, float]:
 
 @compiled
 def speed_spring(
-    constants: Array, memory: Array, twist: float, motor_speed: float
+    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
 ) -> tuple[float, float]:
     """Return the torque: linear in the twist."""
     change, rest, give = constants[0], constants[1], constants[2]
@@ -140,7 +161,9 @@ def speed_spring(
 
 
 @compiled
-def slipping(constants: Array, memory: Array, twist: float) -> tuple[float, float]:
+def slipping(
+    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
+) -> tuple[float, float]:
     """Return the torque of a spring that slips: it follows the twist up to its limit."""
     stiffness, limit, give = constants[0], constants[1], constants[2]
     free = memory[0] + twist - memory[1]
@@ -151,7 +174,9 @@ def slipping(constants: Array, memory: Array, twist: float) -> tuple[float, floa
 
 
 @compiled
-def stopped(constants: Array, twist: float) -> tuple[float, float]:
+def stopped(
+    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
+) -> tuple[float, float]:
     """Return the torque of stops to either side of a middle."""
     gap, stiffness, give, middle = constants[0], constants[1], constants[2], constants[3]
     beyond = max(twist - middle - gap, 0.0) + min(twist - middle + gap, 0.0)
@@ -159,89 +184,10 @@ def stopped(constants: Array, twist: float) -> tuple[float, float]:
 
 
 @compiled
-def cubic_damper(constants: Array, rate: float) -> tuple[float, float]:
+def cubic_damper(
+    constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
+) -> tuple[float, float]:
     """Return the torque c v³, v what the damper leaves of the rate."""
     coefficient, rate_give = constants[0], constants[1]
     speed = cubic_root(rate, rate_give * coefficient)
     return coefficient * speed * speed * speed, 0.0
-
-
-@compiled
-def solve(
-    kind: int, constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
-) -> tuple[float, float]:
-    """Return the torque N beyond the linear spring's at the end of a step, and the surplus.
-
-    Parameters
-    ----------
-    kind : int
-        Of the law.
-    constants : (n_constants,) array
-        ``JointLaw.constants``.
-    memory : (MEMORY,) array
-        The law's own, zero before the first step.
-    twist, rate : float [rad], [rad/s]
-        What they would be without N; they fall by ``give`` N and ``rate_give`` N with it.
-    motor_speed : float [rad/s]
-        Of the joint.
-
-    Returns
-    -------
-    float [N m], float [N m]
-        N, and the mean torque over the step less the mean of its ends.
-    """
-    if kind == FRICTION:
-        return friction(constants, memory, rate)
-    if kind == JOINT_FRICTION:
-        return friction(constants, memory, rate + motor_speed)
-    if kind == CUBIC:
-        return cubic(constants, memory, twist)
-    if kind == BACKLASH:
-        return play(constants, twist)
-    if kind == HYSTERESIS:
-        return slipping(constants, memory, twist)
-    if kind == STOP:
-        return stopped(constants, twist)
-    if kind == CUBIC_DAMPING:
-        return cubic_damper(constants, rate)
-    return speed_spring(constants, memory, twist, motor_speed)
-
-
-@compiled
-def stepped(
-    kind: int, constants: Array, modes: Complex, twist: Array, rate: Array, speed: Array
-) -> Array:
-    """Return the mean torque from each step to the next.
-
-    Parameters
-    ----------
-    kind : int
-        Of the law.
-    constants : (n_constants,) array
-        Of the law in this joint of this record.
-    modes : (5, n_modes) complex array
-        Residues of twist and rate; factors of a step: of the state, of a torque held over it, of
-        one that rises linearly from nothing and falls back.
-    twist, rate, speed : (n_steps,) array
-        Twist and rate without the torque; motor speed.
-    """
-    readout, rate_readout, grow, now, mixed = modes[0], modes[1], modes[2], modes[3], modes[4]
-    state = np.zeros(len(grow), dtype=np.complex128)
-    memory = np.zeros(MEMORY)
-    means = np.zeros(len(twist))
-    last = 0.0
-    for number in range(len(twist)):
-        free, free_rate = twist[number], rate[number]
-        for mode in range(len(grow)):
-            free += (readout[mode] * state[mode]).real
-            free_rate += (rate_readout[mode] * state[mode]).real
-        torque, surplus = solve(kind, constants, memory, free, free_rate, speed[number])
-        if number > 0:
-            means[number - 1] = 0.5 * (last + torque) + surplus
-        last = torque
-        for mode in range(len(grow)):
-            left = state[mode] - now[mode] * surplus
-            state[mode] = grow[mode] * left - mixed[mode] * torque
-    if len(means) > 1:
-        means[-1] = means[-2]
-    return means

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 
 from model_gap.laws.law import JointContext, SpringLaw
-from model_gap.laws.solve import SPEED_STIFFNESS
+from model_gap.laws.solve import speed_spring
 
 
 class SpeedStiffnessLaw(SpringLaw):
     """k β |q'| (r + e), r the twist at rest; values β [s/rad] and the share of gravity in r."""
 
-    kind = SPEED_STIFFNESS
+    torque = speed_spring
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 
 from model_gap.laws.law import JointContext, JointLaw
-from model_gap.laws.solve import STOP
+from model_gap.laws.solve import stopped
 
 
 class StopLaw(JointLaw):
     """N = r k (x - m ∓ g) beyond ±g of the middle m: values g, r (of the stiffness k) and m."""
 
-    kind = STOP
+    torque = stopped
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:

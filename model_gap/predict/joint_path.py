@@ -44,6 +44,8 @@ class JointPath:
         Of the series.
     noisy : ((n_steps,) array, (n_steps,) array) or None
         Twist and rate once more, with as much noise again as a measured twist has.
+    start_s : float [s]
+        When the record begins, from the beginning of the campaign.
     """
 
     poles: Complex
@@ -57,6 +59,7 @@ class JointPath:
     static_twist: float
     steps_per_s: float = PREDICTION.steps_per_s
     noisy: tuple[Array, Array] | None = None
+    start_s: float = 0.0
 
     def with_noise(self) -> 'JointPath':
         """Return the path along the noisier twist."""
@@ -118,6 +121,7 @@ def joint_path(
         stiffness=spring.stiffness,
         static_twist=static_twist(model, vector, record.pose),
         noisy=noisy,
+        start_s=record.start_s,
     )
 
 

@@ -5,11 +5,13 @@ the torque, stepped mode by mode.  Only the torque comes out; it enters the line
 further force, so that sensors, poses and leakage are treated as for any other force.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.cell import JointForce
-from model_gap.laws import BACKLASH, JointContext, stepped
+from model_gap.laws import JointContext, JointLaw, stepped
 from model_gap.predict.joint_path import JointPath
 from model_gap.predict.ring_out import summed
 
@@ -43,15 +45,25 @@ def step_torque(path: JointPath, force: JointForce) -> Array:
         give=give,
         rate_give=max(rate_give, 1e-3 * give / period),
         period_s=period,
+        start_s=path.start_s,
     )
     constants = np.array(force.law.constants(force.values, context), dtype=float)
     # The state without the present torque: y' = g y - (g change + held) N.
     modes = np.array([residues, residues * poles, grow, now, grow * change + now - change])
-    return stepped(force.law.kind, constants, modes, path.twist, path.rate, path.speed)
+    return stepped(force.law.torque, constants, modes, path.twist, path.rate, path.speed)
 
 
 def compile_laws() -> None:
-    """Compile what steps torques, so that forked processes find it."""
+    """Compile every law and what steps it, so that forked processes find them."""
     nothing, still = np.zeros((5, 1), dtype=complex), np.zeros(2)
-    stepped(BACKLASH, np.zeros(5), nothing, still, still, still)
+    for law in _laws(JointLaw):
+        stepped(law.torque, np.ones(16), nothing, still, still, still)
     summed(still, nothing[0])
+
+
+def _laws(kind: type[JointLaw]) -> Iterator[type[JointLaw]]:
+    """Yield all laws there are, those of users' own effects included."""
+    for law in kind.__subclasses__():
+        if hasattr(law, 'torque'):
+            yield law
+        yield from _laws(law)

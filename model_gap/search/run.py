@@ -37,7 +37,11 @@ ROUND: tuple[tuple[Step, float], ...] = (
 )
 
 
-def run_search(search: Search, progress: Callable[[float], None] = lambda _: None) -> Search:
+def run_search(
+    search: Search,
+    progress: Callable[[float], None] = lambda _: None,
+    first: Callable[[Search], None] = lambda _: None,
+) -> Search:
     """Search until nothing more is worth adding.
 
     Parameters
@@ -46,8 +50,11 @@ def run_search(search: Search, progress: Callable[[float], None] = lambda _: Non
         As :meth:`Search.begin` gives it.
     progress : callable
         Takes the fraction done.
+    first : callable
+        Takes the search once tolerances are fitted.
     """
     search = fit_tolerances(search)
+    first(search)
     while len(search.rounds) < search.settings.most_effects and not search.finished:
         search = run_round(search, progress)
     search = confirm(search)

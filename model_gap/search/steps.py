@@ -7,6 +7,7 @@ import logging
 from model_gap.fit import Fit, fit, tolerance_columns
 from model_gap.hypothesis import stretch, STRETCHED
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
+from model_gap.search.generalise import generalised
 from model_gap.search.joint_screening import screen_jointly
 from model_gap.search.lines import lines_left
 from model_gap.search.orders import orders_left
@@ -100,6 +101,7 @@ def screen_catalogue(search: Search) -> Search:
     candidates = [
         effect
         for kind in search.settings.catalogue
+        if kind.special_case not in {other.type for other in search.settings.catalogue}
         for effect in kind.instances(search.scene)
         if not any(same(effect, item) for item in base.effects)
     ]
@@ -149,7 +151,8 @@ def _promising(search: Search) -> bool:
 
 def fit_finely(search: Search) -> Search:
     """Fit the closest on all records."""
-    return replace(search, fits=tuple(fine_fits(search.fits, search.data)))
+    fine = fine_fits(search.fits, search.data)
+    return replace(search, fits=tuple(generalised(fine, search.settings.catalogue, search.data)))
 
 
 def fit_again_without(search: Search) -> Search:

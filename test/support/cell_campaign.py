@@ -66,7 +66,8 @@ def cell_campaign(folder, seed, *cell, mount_deg=0.5, gravity=True, effects=(), 
         )
         return found
 
-    laws = {**hidden_campaign.NONLINEAR, 'cubic_damping': cubic_damping}
+    own = {'cubic_damping': cubic_damping, 'load_friction': load_friction}
+    laws = {**hidden_campaign.NONLINEAR, **own}
     changed = {'read_arm': read_arm, 'linearise': linearise, 'NONLINEAR': laws}
     with mock.patch.multiple(hidden_campaign, **changed):
         sensors = [(name, link, moved(name, at, cell)) for name, link, at in SENSORS]
@@ -80,6 +81,19 @@ def cell_campaign(folder, seed, *cell, mount_deg=0.5, gravity=True, effects=(), 
 def cubic_damping(e, plant):
     i, c = plant.row(e['joint']), e['c']
     return [(i, lambda t, x, xv: -c * xv[:, i] ** 3)]
+
+
+def load_friction(e, plant):
+    """Coulomb's, and a part of the whole torque in the spring, weight included."""
+    i, k, r = plant.row(e['joint']), plant.stiffness(e['joint']), plant.sag(e['joint'])
+    return [
+        (
+            i,
+            lambda t, x, xv: (
+                -(e['torque'] + e['share'] * abs(k * (r + x[:, i]))) * np.tanh(xv[:, i] / e['v0'])
+            ),
+        )
+    ]
 
 
 def standing(pose, cell):

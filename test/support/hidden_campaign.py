@@ -104,7 +104,7 @@ def make_campaign(
     steps_per_s = 2000 if nonlinear else 1000
     if any(e.get('preload') for e in by.get('cubic_stiffness', [])):
         steps_per_s = 4000
-    if 'coulomb_friction' in by or 'stribeck_friction' in by:
+    if any('friction' in kind for kind in by):
         steps_per_s = 16000
     dt = 1 / steps_per_s
     samples = int(duration / dt)

@@ -1,5 +1,7 @@
 """What is left over is described: a resonance, an amplitude, a pose, a sensor, or none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,3 +50,12 @@ def test_noise_alone_is_not_described():
     rng = np.random.default_rng(3)
     size = len(SENSORS), len(FREQUENCY)
     assert described(parts(lambda pose, level: -rng.random(size))) == ()
+
+
+@pytest.mark.parametrize(
+    ('natural_hz', 'said'), [((9.0, 13.5), 'has a natural frequency'), ((9.0,), 'no link')]
+)
+def test_a_resonance_that_the_model_has_is_not_said_to_be_a_strangers(natural_hz, said):
+    own = [replace(it, natural_hz=np.array(natural_hz)) for it in parts(lambda *_: peak(13.6))]
+    (found,) = described(own)
+    assert said in found.words, found.words

@@ -16,8 +16,11 @@ from model_gap.effects.end_stop import EndStop
 from model_gap.effects.foundation_mode import FoundationMode
 from model_gap.effects.gravity_compensator import GravityCompensator
 from model_gap.effects.hysteresis import Hysteresis
+from model_gap.effects.load_friction import LoadFriction
 from model_gap.effects.sensor_position import SensorPosition
 from model_gap.effects.sensor_unit import SensorUnit
+from model_gap.effects.stiffness_drift import StiffnessDrift
+from model_gap.effects.stribeck_friction import StribeckFriction
 from model_gap.predict.predict import Predictor
 from structural_model import load_robot
 from test.model_gap.conftest import ROBOT
@@ -86,12 +89,30 @@ LAWS = {
         EndStop('joint_1'),
         (1e-4, 4e6 / STIFF),
     ),
+    'stribeck_friction': (
+        {
+            'type': 'stribeck_friction', 'joint': 'joint_1', 'torque': 80.0, 'static': 160.0,
+            'speed': 5e-3,
+        },
+        StribeckFriction('joint_1'),
+        (80.0, 1e-3, 1.0, 5e-3),
+    ),
+    'load_friction': (
+        {'type': 'load_friction', 'joint': 'joint_2', 'torque': 30.0, 'share': 0.04, 'v0': 1e-3},
+        LoadFriction('joint_2'),
+        (30.0, 1e-3, 0.04),
+    ),
+    'stiffness_drift': (
+        {'type': 'drifting_stiffness', 'joint': 'joint_1', 'rate': 0.2},
+        StiffnessDrift('joint_1'),
+        (-0.2 / 6.0,),
+    ),
     'cubic_damping': (
         {'type': 'cubic_damping', 'joint': 'joint_1', 'c': 2e7},
         CubicDamping('joint_1'),
         (2e7,),
     ),
-}
+}  # fmt: skip
 
 
 def left_over(hidden, robot, layout, folder, *hypotheses):

@@ -16,10 +16,13 @@ NEEDED = {
     'sensor_gain', 'sensor_polarity', 'sensor_axis_swap', 'sensor_rotation', 'sensor_delay',
     'sensor_mount_resonance', 'sensor_mass', 'encoder_offset', 'sensor_position', 'sensor_unit',
     'gravity_compensator', 'foundation_mode', 'cable', 'hysteresis', 'end_stop', 'cubic_damping',
+    'stribeck_friction', 'load_friction', 'stiffness_drift',
 }  # fmt: skip
 # Values at which an effect does nothing, where its parameters' neutral values are not that.
 HARMLESS = {
     'coulomb_friction': (1e-9, 1e-3),
+    'stribeck_friction': (1e-9, 1e-3, 1.0, 5e-3),
+    'load_friction': (1e-9, 1e-3, 0.0),
     'backlash': (1e-12, 1.0),
     'end_stop': (1e-2, 3.0),
     'sensor_mount_resonance': (3e6, 0.05),

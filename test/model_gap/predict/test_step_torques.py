@@ -6,8 +6,15 @@ from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.optimize import brentq
 
 from model_gap.cell.cell_model import JointForce
-from model_gap.laws import CubicLaw, FrictionLaw, JointContext, SpeedStiffnessLaw
-from model_gap.laws.solve import MEMORY, solve
+from model_gap.effects.stiffness_drift import DriftLaw
+from model_gap.laws import (
+    CubicLaw,
+    FrictionCurveLaw,
+    FrictionLaw,
+    JointContext,
+    SpeedStiffnessLaw,
+)
+from model_gap.laws.law import MEMORY
 from model_gap.predict.joint_path import JointPath
 from model_gap.predict.step_torque import step_torque
 
@@ -17,9 +24,7 @@ def torques_at(law, values, context, twists, rates=None):
     constants = np.array(law.constants(values, context))
     rates = np.zeros_like(twists) if rates is None else rates
     pairs = zip(twists, rates, strict=True)
-    return np.array(
-        [solve(law.kind, constants, np.zeros(MEMORY), *pair, 0.0)[0] for pair in pairs]
-    )
+    return np.array([law.torque(constants, np.zeros(MEMORY), *pair, 0.0)[0] for pair in pairs])
 
 
 MASS, LOSS, SPRING = 40.0, 900.0, 2e6  # kg m², N m s/rad, N m/rad: 36 Hz, 5 %
@@ -265,8 +270,8 @@ def test_mean_friction_over_a_step_is_the_integral_of_the_law(rng):
     for _ in range(50):
         memory = np.zeros(MEMORY)
         start, end = -rng.uniform(1e-3, 1e-1), rng.uniform(1e-3, 1e-1)
-        first, _ = solve(FrictionLaw.kind, constants, memory, 0.0, start, 0.0)
-        last, surplus = solve(FrictionLaw.kind, constants, memory, 0.0, end, 0.0)
+        first, _ = FrictionLaw.torque(constants, memory, 0.0, start, 0.0)
+        last, surplus = FrictionLaw.torque(constants, memory, 0.0, end, 0.0)
         fine = start + (end - start) * (np.arange(20000) + 0.5) / 20000
         expected = np.mean(30.0 * np.tanh(fine / 2e-3))
         assert 0.5 * (first + last) + surplus == pytest.approx(expected, abs=1e-3)
@@ -285,3 +290,47 @@ def test_friction_solves_its_implicit_equation(rng):
         grip = np.tanh(left / width)
         slope = 1.0 + give * level / width * (1.0 - grip * grip)
         assert abs((torque - level * grip) / slope / level) < 1e-6
+
+
+def test_a_friction_curve_solves_its_implicit_equation(rng):
+    """w + g F(w) = v, F = (τ + μ|k (r + e)|) (1 + s exp(-(w/v_s)²)) tanh(w/v₀), whatever it is."""
+    stiffness, at_rest = 2e6, 3e-5
+    for _ in range(200):
+        level, width = rng.uniform(1.0, 200.0), 10.0 ** rng.uniform(-4.0, -2.0)
+        rise, knee, per_load = (
+            rng.uniform(0.0, 3.0),
+            10.0 ** rng.uniform(-3, -1),
+            rng.uniform(0, 0.1),
+        )
+        rate_give, twist, rate = (
+            10.0 ** rng.uniform(-6, -4),
+            rng.normal(0, 1e-4),
+            rng.normal(0, 0.02),
+        )
+        context = JointContext(stiffness, at_rest, 0.0, rate_give, 1e-3)
+        values = (level, width, rise, knee, per_load)
+        constants = np.array(FrictionCurveLaw.constants(values, context))
+        torque, _ = FrictionCurveLaw.torque(constants, np.zeros(MEMORY), twist, rate, 0.0)
+        speed = rate - rate_give * torque
+        size = level + per_load * abs(stiffness * (at_rest + twist))
+        wanted = size * (1.0 + rise * np.exp(-((speed / knee) ** 2))) * np.tanh(speed / width)
+        assert torque == pytest.approx(wanted, rel=1e-5, abs=1e-6 * size)
+
+
+def test_a_friction_curve_without_rise_and_load_is_coulombs(rng):
+    context = JointContext(2e6, 0.0, 0.0, 1e-5, 1e-3)
+    plain = np.array(FrictionLaw.constants((50.0, 1e-3, 0.0), context), dtype=float)
+    curve = np.array(FrictionCurveLaw.constants((50.0, 1e-3, 0.0, 1.0, 0.0), context))
+    one, two = np.zeros(MEMORY), np.zeros(MEMORY)
+    for rate in rng.normal(0.0, 5e-3, 50):
+        expected = FrictionLaw.torque(plain, one, 0.0, rate, 0.0)
+        assert FrictionCurveLaw.torque(curve, two, 0.0, rate, 0.0) == pytest.approx(
+            expected, rel=1e-5, abs=1e-5
+        )
+
+
+def test_a_drifting_spring_has_gained_what_time_says():
+    context = JointContext(1e6, 0.0, 0.0, 0.0, 0.5, start_s=100.0)
+    constants, memory = np.array(DriftLaw.constants((-1e-3,), context)), np.zeros(MEMORY)
+    found = [DriftLaw.torque(constants, memory, 1e-4, 0.0, 0.0)[0] for _ in range(3)]
+    assert found == pytest.approx([-10.0, -10.05, -10.1])
