@@ -11,9 +11,10 @@ from model_gap.trajectory.campaign import (
     read_encoder_campaign,
 )
 from model_gap.trajectory.corrected import corrected_model
+from model_gap.trajectory.encoder_gap import EncoderGap, gap_share
+from model_gap.trajectory.find_encoder_gap import find_encoder_gap
 from model_gap.trajectory.folder import EncoderFolder
 from model_gap.trajectory.recording import EncoderRecording, read_encoder_recording
-from model_gap.trajectory.result import EncoderGap, find_encoder_gap, gap_share
 from model_gap.trajectory.words import summary_lines
 
 __all__ = [

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from model_gap.trajectory.encoder_gap import EncoderGap, gap_share, Law, Quantity
 from model_gap.trajectory.motion import BAND_HZ
-from model_gap.trajectory.result import EncoderGap, gap_share, Law, Quantity
 from model_gap.trajectory.rival import Rival
 from model_gap.trajectory.words import not_told, unexplained_lines
 from structural_model.spec import KnownEffect

@@ -9,21 +9,19 @@ import numpy as np
 import pinocchio as pin
 
 from model_gap.cell import Tolerances
-from model_gap.trajectory.motion import Motion
-from model_gap.trajectory.rigid import lower, NUMBERS, steiner
-from model_gap.trajectory.term import Array, Term, Track, Weight
-from model_gap.trajectory.torque_terms import (
+from model_gap.trajectory.friction_terms import (
     AsymmetricFriction,
     CoulombFriction,
-    GravityCompensator,
     HoseSpring,
     LoadFriction,
     OfFriction,
-    Payload,
-    RotorInertia,
     StribeckFriction,
     ViscousFriction,
 )
+from model_gap.trajectory.motion import Motion
+from model_gap.trajectory.rigid import lower, NUMBERS, steiner
+from model_gap.trajectory.term import Array, Term, Track, Weight
+from model_gap.trajectory.torque_terms import GravityCompensator, Payload, RotorInertia
 from model_gap.trajectory.twist_terms import (
     Backlash,
     CubicStiffness,

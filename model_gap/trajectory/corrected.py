@@ -9,7 +9,7 @@ import numpy as np
 
 from modal_core.atomic_file import atomic_path, write_text
 from model_gap.trajectory.catalogue import LinkTolerance
-from model_gap.trajectory.result import EncoderGap, Quantity
+from model_gap.trajectory.encoder_gap import EncoderGap, Quantity
 from model_gap.trajectory.term import TWIST
 from structural_model import FlexibleJointModel
 from structural_model.robot_writer import model_text

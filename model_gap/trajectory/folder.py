@@ -7,8 +7,8 @@ from pathlib import Path
 from modal_core.atomic_file import write_text
 from model_gap.trajectory.as_json import encoder_gap_mapping
 from model_gap.trajectory.corrected import write_corrected_model
+from model_gap.trajectory.encoder_gap import EncoderGap
 from model_gap.trajectory.page import write_page
-from model_gap.trajectory.result import EncoderGap
 
 FOUND, REPORT = 'gap.json', 'report.html'
 

@@ -25,9 +25,9 @@ from modal_reports import (
     Trace,
     with_sigma,
 )
+from model_gap.trajectory.encoder_gap import EncoderGap, Law, Quantity
 from model_gap.trajectory.motion import EDGE_S, RATE_HZ
 from model_gap.trajectory.predict import predicted
-from model_gap.trajectory.result import EncoderGap, Law, Quantity
 from model_gap.trajectory.term import Array, TORQUE, Track, TWIST
 from model_gap.trajectory.words import (
     headline,

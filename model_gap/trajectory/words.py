@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from modal_reports import capital, listed, percent, with_sigma
-from model_gap.trajectory.result import EncoderGap, gap_share, Law, Quantity
+from model_gap.trajectory.encoder_gap import EncoderGap, gap_share, Law, Quantity
 from model_gap.trajectory.term import TORQUE, TWIST
 from model_gap.trajectory.twist_terms import JointStiffness
 

@@ -1,0 +1,149 @@
+"""From a search to a quantity: laws with numbers of all recordings, errors before and after."""
+
+from collections.abc import Sequence
+import dataclasses
+import math
+
+import numpy as np
+
+from model_gap.trajectory.confirm import (
+    confirmed,
+    errors,
+    heldout_square,
+    size_of,
+    square_before,
+)
+from model_gap.trajectory.encoder_gap import Law, Quantity
+from model_gap.trajectory.fit import Fit, fit_terms
+from model_gap.trajectory.predict import predicted
+from model_gap.trajectory.problem import Layout, problem_of, sums_of, total
+from model_gap.trajectory.rival import Rival, rival_of
+from model_gap.trajectory.search import Found, honest_covariance, recentred
+from model_gap.trajectory.term import Array, TORQUE, Track, TWIST
+from structural_model.spec import KnownEffect
+
+
+def quantity_of(
+    name: str,
+    rows: Sequence[str],
+    searched: Found,
+    tracks: Sequence[Track],
+    count: int,
+) -> Quantity:
+    """Return what was found of torques or twists, confirmed by the held-out recordings.
+
+    Parameters
+    ----------
+    name : str
+        ``torque`` or ``twist``.
+    rows : sequence of str
+        Joints.
+    searched : Found
+        In the fitted recordings.
+    tracks : sequence of Track
+        All recordings, fitted ones first.
+    count : int
+        How many were fitted.
+    """
+    sought, unconfirmed = confirmed(searched, tracks[count:])
+    found = recentred(sought, tracks[:count])
+    layout, all_fit, spread = _fitted(tracks, found)
+    after = {track.motion.name: np.sqrt(errors(track, found, found.fit)) for track in tracks}
+    other = _fitted(tracks[count:], found)
+    laws = tuple(
+        _law(item, found, ((layout, all_fit, spread), other), tracks[count:])
+        for item in found.accepted
+    )
+    return Quantity(
+        name,
+        tuple(rows),
+        found,
+        laws,
+        layout,
+        all_fit,
+        spread,
+        unconfirmed,
+        size_of(tracks[count:], name),
+        _rivals(name, rows, found, tracks, count),
+        _before(tracks, name),
+        after,
+    )
+
+
+def _rivals(
+    name: str, rows: Sequence[str], found: Found, tracks: Sequence[Track], count: int
+) -> tuple[Rival, ...]:
+    """Return what data alone make of every row."""
+    layout, fit = found.problem.layout, found.fit
+    before = [_centred(track.left(name), name) for track in tracks]
+    after = [track.left(name) - predicted(track, layout, fit) for track in tracks]
+    motion = tracks[0].motion
+    joints = range(len(rows)) if name == TORQUE else motion.encoders
+    return tuple(
+        rival_of(
+            tracks,
+            count,
+            joint,
+            [item[:, row] for item in before],
+            [item[:, row] for item in after],
+        )
+        for row, joint in enumerate(joints)
+    )
+
+
+def _centred(left: Array, name: str) -> Array:
+    """Return what is left over; of twists without what the encoders count from."""
+    return left - left.mean(axis=0) if name == TWIST else left
+
+
+def _before(tracks: Sequence[Track], name: str) -> dict[str, Array]:
+    return {track.motion.name: np.sqrt(square_before(track, name)) for track in tracks}
+
+
+def _fitted(tracks: Sequence[Track], found: Found) -> tuple[Layout, Fit, Array]:
+    """Return the laws that were found fitted to other recordings."""
+    problem = problem_of(tracks, found.problem.layout.terms)
+    sums = total(sums_of(problem, found.memory))
+    fit = fit_terms(sums, problem.layout, found.fit.chosen)
+    return problem.layout, fit, honest_covariance(problem, fit)
+
+
+def _widened(whole: KnownEffect, heldout: KnownEffect, fitted: KnownEffect) -> KnownEffect:
+    """Return an effect with σ no smaller than half of what the two parts differ by.
+
+    That is the standard error of the mean of two: what a law gets wrong in one whole motion no
+    block of it shows.
+    """
+    parameters = tuple(
+        dataclasses.replace(item, sigma=max(item.sigma, 0.5 * abs(one.value - two.value)))
+        for item, one, two in zip(
+            whole.parameters, fitted.parameters, heldout.parameters, strict=True
+        )
+    )
+    return dataclasses.replace(whole, parameters=parameters)
+
+
+def _law(
+    item: int,
+    found: Found,
+    others: Sequence[tuple[Layout, Fit, Array]],
+    heldout: Sequence[Track],
+) -> Law:
+    own = found.problem.layout
+    term = own.terms[item]
+    effects = [
+        term.known(*dataclasses.replace(fit, covariance=spread).of(layout, item))
+        for layout, fit, spread in (*others, (own, found.fit, found.covariance))
+    ]
+    rest = tuple(other for other in found.fit.chosen if other != item)
+    fewer = fit_terms(found.sums, own, rest)
+    return Law(
+        term=term,
+        effect=_widened(*effects),
+        heldout=effects[1],
+        fitted=effects[2],
+        gain=found.gains[item],
+        without=math.sqrt(heldout_square(found, fewer, heldout)),
+        all_in=math.sqrt(heldout_square(found, found.fit, heldout)),
+        rivals=tuple(own.terms[other].label for other in found.rivals[item]),
+    )
