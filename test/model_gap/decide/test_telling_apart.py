@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modal_core.channel import SensorLayout
+from model_gap.decide.telling_apart import _Views
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.sensor_mass import SensorMass
 from model_gap.effects.stiffness_drift import StiffnessDrift
@@ -13,7 +13,6 @@ from model_gap.report import telling_lines
 from model_gap.search import SearchSettings
 from model_gap.telling import what_it_tells
 
-pytestmark = pytest.mark.slow
 SEED = 53
 FEW = SearchSettings(catalogue=(JointStiffness, SensorMass, StiffnessDrift))
 
@@ -23,20 +22,25 @@ def campaign(campaign_of):
     return campaign_of((), SEED, n_fit=1, n_held=0, duration=6.0)
 
 
-def test_many_sensors_see_what_one_does_not(campaign, robot):
-    every = what_it_tells(robot, campaign, (), FEW)
-    first = slice(0, 3)  # one IMU, on the frame
-    one = replace(
-        campaign,
-        layout=SensorLayout((campaign.layout.sensors[0],)),
-        records=tuple(
-            replace(item, acceleration=item.acceleration[:, first]) for item in campaign.records
-        ),
+def test_what_tolerances_or_another_effect_can_do_is_not_told():
+    """By hand: four directions of three data, and a tolerance along the third."""
+    rows = np.array([[10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [20.0, 0.0, 0.0], [0.0, 0.0, 10.0]])
+    tolerance = np.array([[0.0, 0.0, 5.0]])
+    places = tuple(slice(number, number + 1) for number in range(4))
+    views = _Views(places, rows @ rows.T, rows @ tolerance.T, tolerance @ tolerance.T, count=100)
+    told = views.telling()
+    # 300 ln(1 + s/600), s = 600/100 |d|² less what the tolerance takes of it.
+    alone = 300.0 * np.log(2.0)
+    taken = 600.0 - 6.0**2 * 50.0**2 / (6.0 * 25.0 + 1.0)
+    assert told.gain == pytest.approx(
+        [alone, alone, 300.0 * np.log(5.0), 300.0 * np.log1p(taken / 600.0)]
     )
-    less = what_it_tells(robot, one, (), FEW)
-    assert len(every.unseen) < len(less.unseen) < len(less.sights), f'seed {SEED}'
+    assert told.gain[3] < 3.0
+    assert told.apart[0, 2] == pytest.approx(0.0, abs=1e-3) == told.apart[2, 0]
+    assert told.apart[0, 1] == pytest.approx(alone) == told.apart[1, 0]
 
 
+@pytest.mark.slow
 def test_a_time_not_waited_for_is_told_by_nothing(campaign, robot):
     """Records that begin at one time show drift of seconds only; later ones tell it apart."""
     later = tuple(
@@ -47,6 +51,7 @@ def test_a_time_not_waited_for_is_told_by_nothing(campaign, robot):
     assert found.sights and all(np.isfinite(item.gain) for item in found.sights)
 
 
+@pytest.mark.slow
 def test_another_pose_tells_more_and_is_said_as_an_option(campaign, robot):
     pose = campaign.records[0].pose + np.array([0.0, 0.4, -0.5, 0.8, 0.6, 0.3])
     found = what_it_tells(robot, campaign, (pose,), FEW)
