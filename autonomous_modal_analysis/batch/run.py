@@ -117,21 +117,25 @@ def _run(
         for job in jobs:
             future = client.submit(identify_job, job, pure=False)
             by_key[future] = job
-        for n_done, future in enumerate(distributed.as_completed(list(by_key)), 1):
-            outcome = _outcome(future, by_key.pop(future), distributed)
+        # Results are fetched side by side: one that died with its worker is computed again, and
+        # the rows of all that are done meanwhile must not wait for it.
+        done = distributed.as_completed(list(by_key), with_results=True, raise_errors=False)
+        for n_done, (future, found) in enumerate(done, 1):
+            outcome = _outcome(found, by_key.pop(future), distributed)
             if outcome.is_new:
                 _keep(outcome, request.keeping, manifest)
             progress(n_done / len(jobs))
 
 
-def _outcome(future: Any, job: BatchJob, distributed: Any) -> Outcome:
+def _outcome(found: Any, job: BatchJob, distributed: Any) -> Outcome:
     """Return what became of a job; workers that die of one recording again and again tell so."""
-    try:
-        outcome: Outcome = future.result()
-        return outcome
-    except distributed.KilledWorker as error:
+    if isinstance(found, Outcome):
+        return found
+    # A recording that cannot be handed over is a row: type, error and trace, or the error alone.
+    error = found[1] if isinstance(found, tuple) else found
+    if isinstance(error, distributed.KilledWorker):
         deaths = f'{error.allowed_failures + 1} workers ended from outside while they worked on it'
-    except Exception as error:  # noqa: BLE001 - a recording that cannot be handed over is a row
+    else:
         deaths = f'{type(error).__name__}: {error}'
     return Outcome(replace(job.row, error=deaths))
 
