@@ -12,6 +12,13 @@ from abb_emulator.process import ProcessLine, ProcessSettings, speed_message
 from abb_emulator.recorder import Recorder
 from abb_emulator.run_plan import BLOCK_TOPIC, START_NS
 from autonomous_modal_analysis.identification import IdentifiedRecording, identify_recording
+from autonomous_modal_analysis.methods_beside import (
+    every_method,
+    MethodBeside,
+    METHODS_PAGE,
+    show_methods,
+    write_methods,
+)
 from autonomous_modal_analysis.output import save_results, show_written
 from autonomous_modal_analysis.report import match_truth, TrueMode
 from autonomous_modal_analysis.terminal import OUTPUT, ProgressCallback
@@ -64,6 +71,8 @@ class MillingDemo:
         How far each line stands above the response around it, in the strongest channel.
     arm_hz, arm_width : (n_modes,) array [Hz], [-]
         All modes of the arm, and their half-power half-widths: what lies there is no line.
+    beside : tuple of MethodBeside
+        Every method on the same samples.
     """
 
     found: IdentifiedRecording
@@ -73,6 +82,7 @@ class MillingDemo:
     above_db: dict[str, float]
     arm_hz: NDArray[np.float64]
     arm_width: NDArray[np.float64]
+    beside: tuple[MethodBeside, ...] = ()
 
     @property
     def missed_hz(self) -> list[float]:
@@ -100,6 +110,7 @@ def milling_demo(
     seed: int,
     progress: ProgressCallback,
     process: ProcessSettings = CUT,
+    every: bool = True,
 ) -> MillingDemo:
     """Let the arm mill at rest in a pose, record it, identify it, and compare with the truth.
 
@@ -115,6 +126,8 @@ def milling_demo(
         Takes the fraction done.
     process : ProcessSettings
         What the spindle does.
+    every : bool
+        Ask every method, which takes minutes, and write a page of them.
     """
     model, layout = load_robot(robot), load_layout(robot)
     angles = model.pose(pose)
@@ -148,8 +161,20 @@ def milling_demo(
         },
     )
     above_db = _above_db(path, lines, process)
+    beside: tuple[MethodBeside, ...] = ()
+    if every:
+        lines_hz = _at_hz(lines, process.speed_rpm)
+        beside = every_method(found, truth, true.frequency_hz, lines_hz)
+        write_methods(folder / METHODS_PAGE, truth, beside)
     return MillingDemo(
-        found, truth, lines, process.speed_rpm, above_db, true.frequency_hz, true.damping_ratio
+        found,
+        truth,
+        lines,
+        process.speed_rpm,
+        above_db,
+        true.frequency_hz,
+        true.damping_ratio,
+        beside,
     )
 
 
@@ -183,6 +208,13 @@ def show_milling_demo(demo: MillingDemo, folder: Path) -> None:
     for each in demo.lines_as_modes_hz:
         OUTPUT.print(f'a line was taken for a mode: {each:.2f} Hz')
     show_written(folder)
+    if demo.beside:
+        show_methods(demo.beside, len(demo.truth))
+        show_written(folder, (METHODS_PAGE,))
+
+
+def _at_hz(lines: tuple[ProcessLine, ...], speed_rpm: float) -> NDArray[np.float64]:
+    return np.array([line.order * speed_rpm / 60.0 for line in lines])
 
 
 def _record(
