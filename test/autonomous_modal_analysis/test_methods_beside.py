@@ -32,7 +32,7 @@ def test_one_mode_is_not_found_twice():
 
 def test_the_page_shows_truth_methods_and_refusals(tmp_path):
     methods = (
-        _judged('good', [mode(10.01), mode(20.02)], TRUTH, ARM_HZ, LINES_HZ),
+        _judged('good', [mode(10.01)], TRUTH, ARM_HZ, LINES_HZ),
         MethodBeside('poor', (None, None), refused='one loading condition'),
     )
     write_methods(tmp_path / 'methods.html', TRUTH, methods)
