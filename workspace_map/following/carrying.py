@@ -95,20 +95,3 @@ def carried_on(before: Carried, modes: Modes) -> tuple[NDArray[np.intp], Carried
         within = np.sum(like[np.ix_(own, came[held])] ** 2, axis=0)
         share[held] = np.minimum(before.share[came[held]], within)
     return came, replace(Carried.of(modes).turned(turn), share=share)
-
-
-def followed_ids(before: Array, ids: NDArray[np.intp], after: Array) -> NDArray[np.intp]:
-    """Return ids of the modes of a neighbouring pose by step alone; 0: none of those before.
-
-    Parameters
-    ----------
-    before, after : (n_dof, n_dof) array
-        Mass-normalised shapes, a column each.
-    ids : (n,) int array
-        Of the lowest n before.
-    """
-    like = np.linalg.solve(after, before[:, : len(ids)]) ** 2
-    rows, columns = linear_sum_assignment(-like)
-    found = np.zeros(len(after), dtype=np.intp)
-    found[rows] = ids[columns]
-    return found
