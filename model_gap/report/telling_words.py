@@ -23,8 +23,10 @@ def telling_lines(found: Telling, model: FlexibleJointModel) -> list[str]:
     ]
     if seen and not found.alike:
         lines.append('all that are seen would be told apart')
-    lines += [f'next: {_words(item, model)}' for item in found.following if item.told or item.seen]
-    if not any(item.told or item.seen for item in found.following):
+    lines += [
+        f'next: {_words(item, model)}' for item in found.following if max(item.told, item.seen) > 0
+    ]
+    if not any(max(item.told, item.seen) > 0 for item in found.following):
         lines.append('next: none of the recordings that were considered would tell more')
     return lines
 
