@@ -64,7 +64,7 @@ def every_method(
         All modes of the arm, and the lines of the process.
     """
     own = identified.identification.modes
-    results = [_judged(own.method, list(own), truth, arm_hz, lines_hz)]
+    results = [judged(own.method, list(own), truth, arm_hz, lines_hz)]
     for method in CATALOGUE:
         if method.needs_inputs or method.name == own.method:
             continue
@@ -74,11 +74,11 @@ def every_method(
             nothing = (None,) * len(truth)
             results.append(MethodBeside(method.name, nothing, refused=str(error)))
             continue
-        results.append(_judged(method.name, modes, truth, arm_hz, lines_hz))
+        results.append(judged(method.name, modes, truth, arm_hz, lines_hz))
     return tuple(results)
 
 
-def _judged(
+def judged(
     name: str,
     modes: Sequence[Mode],
     truth: Sequence[TrueMode],

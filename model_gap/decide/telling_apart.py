@@ -3,10 +3,6 @@
 Every effect of a catalogue, at one plausible size, changes the spectra in one direction.  What
 tolerances can do as well is projected out of it; what is left is what the evidence would see.  Two
 effects are told apart where one of them leaves enough that the other, at any size, cannot do.
-
-References
-----------
-Hunter and Reiner (1965), doi:10.1080/00401706.1965.10490265.
 """
 
 from collections.abc import Sequence
@@ -18,10 +14,10 @@ from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
 from modal_core.side_by_side import side_by_side
-from model_gap.campaign import Campaign, RecordSpectra, Rows
+from model_gap.campaign import Campaign, RecordSpectra
+from model_gap.decide.directions import Directions, Sized, Told
 from model_gap.decide.discriminate import scaled_motion
 from model_gap.effects import Effect
-from model_gap.fit import FIT, tolerance_columns
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 from model_gap.search import EVIDENCE_BETWEEN, larger, SEARCH, Search
@@ -128,7 +124,7 @@ def telling_apart(search: Search, poses: Sequence[Array] = ()) -> Telling:
     ]
     sizes = side_by_side(lambda effect: _sizes(effect, present, predictor), effects)
     sized = [(effect, size) for effect, size in zip(effects, sizes, strict=True) if size]
-    now = _Views.of(sized, present, predictor)
+    now = Directions.of(sized, present, predictor)
     before = now.telling()
     least = search.settings.worth_adding
     sights = tuple(
@@ -151,106 +147,6 @@ def telling_apart(search: Search, poses: Sequence[Array] = ()) -> Telling:
     found = [item for item in following if item is not None]
     found.sort(key=lambda item: (-item.told - item.seen, -item.told))
     return Telling(sights, least, tuple(found))
-
-
-# Effects, each with the sizes it is looked at with: the first is the one that is asked about.
-Sized = Sequence[tuple[Effect, tuple[tuple[float, ...], ...]]]
-
-
-@dataclass(frozen=True)
-class _Told:
-    """Log evidence of every effect (n,), and of every one over every other (n, n)."""
-
-    gain: Array
-    apart: Array
-
-
-@dataclass(frozen=True)
-class _Views:
-    """Products of the directions effects and tolerances have in some records.
-
-    Parameters
-    ----------
-    places : tuple of slice
-        Directions of every effect.
-    own : (n, n) array
-        Of directions of effects with each other.
-    cross : (n, n_tolerances) array
-        Of them with tolerances.
-    gram : (n_tolerances, n_tolerances) array
-        Of tolerances with each other.
-    count : int
-        Complex data.
-    """
-
-    places: tuple[slice, ...]
-    own: Array
-    cross: Array
-    gram: Array
-    count: int
-
-    @classmethod
-    def of(cls, sized: Sized, present: Hypothesis, predictor: Predictor) -> '_Views':
-        """Predict every effect alone."""
-        base = predictor.rows(present.cell())
-        columns = tolerance_columns(present, predictor)
-
-        def changed(item: tuple[Effect, tuple[tuple[float, ...], ...]]) -> list[Rows]:
-            effect, sizes = item
-            found = []
-            for values in sizes:
-                try:
-                    cell = effect.apply(present.cell(), values, present.scene)
-                    change = predictor.rows(cell) - base
-                except ModelError:  # not a possible arm at this pose
-                    change = np.zeros_like(base)
-                found.append(change if np.isfinite(change).all() else np.zeros_like(base))
-            return found
-
-        parts = side_by_side(changed, sized)
-        rows = np.array([row for part in parts for row in part], dtype=np.float32)
-        ends = np.cumsum([len(part) for part in parts]).tolist()
-        return cls(
-            tuple(slice(end - len(part), end) for end, part in zip(ends, parts, strict=True)),
-            np.asarray(rows @ rows.T, dtype=float),
-            np.asarray(rows @ columns.T, dtype=float),
-            np.asarray(columns @ columns.T, dtype=float),
-            predictor.weighting.count,
-        )
-
-    def with_more(self, other: '_Views') -> '_Views':
-        """Return the products over both sets of records."""
-        return _Views(
-            self.places,
-            self.own + other.own,
-            self.cross + other.cross,
-            self.gram + other.gram,
-            self.count + other.count,
-        )
-
-    def telling(self) -> _Told:
-        """Return what the tempered evidence would gain, tolerances free within their priors."""
-        weight = 2.0 * FIT.effective_data / self.count
-        hessian = weight * self.gram + np.eye(len(self.gram))
-        shared = weight**2 * self.cross @ np.linalg.solve(hessian, self.cross.T)
-        left = weight * self.own - shared
-        first = [place.start for place in self.places]
-        own = np.maximum(np.diag(left)[first], 0.0)
-        apart = np.empty((len(first), len(first)))
-        for column, place in enumerate(self.places):
-            basis = left[place, place] + 1e-9 * np.trace(left[place, place]) * np.eye(
-                place.stop - place.start
-            )
-            cross = left[np.ix_(first, range(place.start, place.stop))]
-            alike = np.einsum('rb,br->r', cross, np.linalg.pinv(basis) @ cross.T)
-            apart[:, column] = np.maximum(own - alike, 0.0)
-        return _Told(_evidence(own), _evidence(apart))
-
-
-def _evidence(square: Array) -> Array:
-    """Return the rise of log evidence of what leaves so much, twice the log density."""
-    data = FIT.effective_data
-    return np.asarray(data * np.log1p(square / (2.0 * data)))
 
 
 def _sizes(
@@ -302,8 +198,8 @@ def _possible(
 
 def _worth(
     item: tuple[Array | None, float, list[RecordSpectra]],
-    now: _Views,
-    before: _Told,
+    now: Directions,
+    before: Told,
     least: float,
     sized: Sized,
     present: Hypothesis,
@@ -313,7 +209,7 @@ def _worth(
     pose, factor, records = item
     there = dataclasses.replace(predictor, records=records)
     try:
-        after = now.with_more(_Views.of(sized, present, there)).telling()
+        after = now.with_more(Directions.of(sized, present, there)).telling()
     except ModelError:
         return None
     seen = (after.gain >= least).sum() - (before.gain >= least).sum()

@@ -137,15 +137,16 @@ def is_running(pid):
 
 def test_nodes_end_with_the_command_that_started_them_however_it_ends():
     starter = """
-import sys, time
+import time
 from autonomous_modal_analysis.processes import NodeCommand, NodeProcesses
-command = NodeCommand('arm_state', 'robot_bridge.node.arm_state_node')
-with NodeProcesses([command]) as nodes:
-    print(*(process.pid for process in nodes._running.values()), flush=True)
+with NodeProcesses([NodeCommand('arm_state', 'robot_bridge.node.arm_state_node')]):
+    print('started', flush=True)
     time.sleep(600)
 """
     process = subprocess.Popen([sys.executable, '-c', starter], stdout=subprocess.PIPE, text=True)
-    node = int(process.stdout.readline())
+    assert process.stdout.readline() == 'started\n'
+    children = Path(f'/proc/{process.pid}/task/{process.pid}/children')
+    node = int(children.read_text())
     environment = Path(f'/proc/{node}/environ')
     deadline_s = time.monotonic() + 60.0
     while b'AMA_STARTED_BY' not in environment.read_bytes():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from model_gap.decide.telling_apart import _Views
+from model_gap.decide.directions import Directions
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.sensor_mass import SensorMass
 from model_gap.effects.stiffness_drift import StiffnessDrift
@@ -27,7 +27,9 @@ def test_what_tolerances_or_another_effect_can_do_is_not_told():
     rows = np.array([[10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [20.0, 0.0, 0.0], [0.0, 0.0, 10.0]])
     tolerance = np.array([[0.0, 0.0, 5.0]])
     places = tuple(slice(number, number + 1) for number in range(4))
-    views = _Views(places, rows @ rows.T, rows @ tolerance.T, tolerance @ tolerance.T, count=100)
+    views = Directions(
+        places, rows @ rows.T, rows @ tolerance.T, tolerance @ tolerance.T, count=100
+    )
     told = views.telling()
     # 300 ln(1 + s/600), s = 600/100 |d|² less what the tolerance takes of it.
     alone = 300.0 * np.log(2.0)
