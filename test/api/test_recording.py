@@ -110,6 +110,8 @@ def test_results_are_what_the_command_prints_and_writes(mcap, ama_command, tmp_p
     for folder in ('api', 'command'):
         kept = json.loads((tmp_path / folder / 'modes.json').read_text())
         assert kept.pop('file')['recording'] == mcap.name
+        spectrum = kept.pop('spectrum')  # for comparisons; not printed
+        assert all(len(each) == len(spectrum['frequency_hz']) for each in spectrum.values())
         assert kept == json.loads(result.to_json())
     assert (tmp_path / 'api' / 'report.html').stat().st_size > 10_000
 

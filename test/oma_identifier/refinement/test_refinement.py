@@ -348,8 +348,8 @@ def test_a_place_the_model_does_not_describe_is_tried_less_often(monkeypatch):
     none = replace(found, modes=())
     tried = []
 
-    def counted(*arguments):
-        refinement = refine(*arguments)
+    def counted(*arguments, **options):
+        refinement = refine(*arguments, **options)
         tried.append([outcome is not Outcome.NOT_TRIED for outcome in refinement.outcomes])
         return refinement
 
