@@ -13,6 +13,8 @@ LARGEST_FILE_BYTES = 500_000
 DEEPEST = 32
 """Collections inside one another; our own files have six.  The scanner looks at every open one
 for each word: its time is depth times length."""
+LIBRARY_TOO_DEEP = 'exceeded maximum nesting depth'
+"""libyaml from 0.2.6 on says so of a line it has scanned before it gives the events."""
 # libyaml's is ten times as fast; where PyYAML was built without it, the other reads the same.
 if TYPE_CHECKING:
     _Safe = yaml.SafeLoader
@@ -76,6 +78,8 @@ def parse_yaml(text: str, where: object, largest: int = LARGEST_FILE_BYTES) -> o
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         place = f', line {mark.line + 1}, column {mark.column + 1}' if mark else ''
+        if error.problem == LIBRARY_TOO_DEEP:
+            raise _too_deep(f'{where}{place}') from error
         twice = error.problem == 'key given twice'
         raise SettingsError(
             'key given twice' if twice else 'not YAML', where=f'{where}{place}'
@@ -94,6 +98,9 @@ def _bounded(text: str, where: object) -> Iterator[yaml.Event]:
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if depth > DEEPEST:
-            expected = f'at most {DEEPEST} levels'
-            raise SettingsError('nested too deeply', where=where, expected=expected)
+            raise _too_deep(where)
         yield event
+
+
+def _too_deep(where: object) -> SettingsError:
+    return SettingsError('nested too deeply', where=where, expected=f'at most {DEEPEST} levels')

@@ -12,7 +12,7 @@ from oma_identifier.likelihood import spectra_of
 from oma_identifier.likelihood.averages import averages_from
 from oma_identifier.likelihood.band_model import BandModel
 from oma_identifier.likelihood.record_ends import without_ends
-from oma_identifier.refinement import refine
+from oma_identifier.refinement import adopt
 
 RATE_HZ, DURATION_S, N_CHANNELS, N_MODES = 150.0, 120.0, 8, 5
 
@@ -39,7 +39,7 @@ def response(frequency, damping, shapes, force, noise, rng) -> Samples:
 def refined(seed: int, n_forces: int) -> list[tuple[float, float]]:
     """Return the error of the frequency over σ, and the lost MAC over mac_loss, of each mode.
 
-    Of those that were refined, from a start at the truth.
+    Of those that were taken over refined, from a start at the truth, as sure as the law.
     """
     rng = np.random.default_rng(seed)
     frequency, damping = poles(rng)
@@ -47,21 +47,22 @@ def refined(seed: int, n_forces: int) -> list[tuple[float, float]]:
     n = round((DURATION_S + 80.0) * RATE_HZ)
     force = rng.standard_normal((n, n_forces)) @ rng.standard_normal((n_forces, N_MODES))
     samples = response(frequency, damping, shapes, force, 0.01, rng)
+    law = 1.5 * np.sqrt(damping / (2.0 * np.pi * frequency * DURATION_S))
     start = ModeSet(
         tuple(
-            Mode(f, z, normalise(shape + 0j), frequency_std_hz=0.05 * z * f)
-            for f, z, shape in zip(frequency, damping, shapes.T, strict=True)
+            Mode(f, z, normalise(shape + 0j), std * f, std)
+            for f, z, std, shape in zip(frequency, damping, law, shapes.T, strict=True)
         ),
         samples.channel_names,
     )
-    found = refine(samples, start)
+    found = adopt.adopt_refined(samples, start, ModeSet((), samples.channel_names))
     return [
         (
             (mode.frequency_hz - frequency[at]) / mode.frequency_std_hz,
             (1.0 - mac(mode.shape, shapes[:, at])[0, 0]) / mode.mac_loss,
         )
-        for at, mode in enumerate(found.modes)
-        if found.refined[at] is not None
+        for mode, at in zip(found.modes, found.origin, strict=True)
+        if at != adopt.NEW and mode is not start.modes[at]
     ]
 
 
