@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.participation import forecast, mode_participation
+from excitation_planner.forecast import forecast, mode_participation
+from excitation_planner.motion import PredictedSpectrum
 from excitation_planner.request import PlanRequest
-from excitation_planner.spectrum import PredictedSpectrum
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel

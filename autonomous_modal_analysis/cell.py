@@ -13,7 +13,7 @@ from modal_core.share import share_path
 NODES = (
     ('abb_emulator', 'abb_emulator.node.emulator_node', 'emulator.yaml'),
     ('robot_bridge', 'robot_bridge.node.bridge_node', 'bridge.yaml'),
-    ('excitation_planner', 'excitation_planner.planner_node', 'planner.yaml'),
+    ('excitation_planner', 'excitation_planner.node.planner_node', 'planner.yaml'),
     ('oma_identifier', 'oma_identifier.node.identifier_node', 'identifier.yaml'),
     ('arm_state', 'robot_bridge.node.arm_state_node', 'arm_state.yaml'),
     ('modal_dashboard', 'modal_dashboard.dashboard_node', 'dashboard.yaml'),

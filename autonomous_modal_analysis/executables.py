@@ -11,7 +11,7 @@ from modal_core.quiet_loading import quiet_loading
 NODES = {
     'abb_emulator': 'abb_emulator.node.emulator_node',
     'arm_state': 'robot_bridge.node.arm_state_node',
-    'excitation_planner': 'excitation_planner.planner_node',
+    'excitation_planner': 'excitation_planner.node.planner_node',
     'modal_dashboard': 'modal_dashboard.dashboard_node',
     'modal_history': 'modal_history.history_node',
     'modal_map': 'workspace_map.node.map_node',

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation_planner.motion import MOVING_S, SlidingJoints
 from excitation_planner.request import PlanRequest
-from excitation_planner.sliding import MOVING_S, SlidingJoints
 from modal_core.measurements import JointSamples, Measurement, NANOSECONDS_PER_SECOND
 from oma_identifier.motion import in_model_order, RobotMotion
 

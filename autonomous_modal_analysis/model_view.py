@@ -6,7 +6,7 @@ from rich.table import Table
 
 from autonomous_modal_analysis.api.model import ModelAtPose
 from autonomous_modal_analysis.terminal import OUTPUT
-from excitation_planner.sensitivity import SensitivityTable
+from excitation_planner.pose_range import SensitivityTable
 
 
 def show_model(seen: ModelAtPose) -> None:

@@ -12,7 +12,7 @@ from modal_core.yaml_file import load_yaml
 
 TABLES = {
     'oma_identifier': 'oma_identifier.node.node_parameters',
-    'excitation_planner': 'excitation_planner.planner_parameters',
+    'excitation_planner': 'excitation_planner.node.planner_parameters',
     'robot_bridge': 'robot_bridge.bridge_settings',
     'abb_emulator': 'abb_emulator.node.emulator_parameters',
     'arm_state': 'robot_bridge.node.arm_state_parameters',

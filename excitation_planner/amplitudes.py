@@ -10,7 +10,7 @@ gains.
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.torque_projection import direction_ratio, joint_axes, structure_torque
+from excitation_planner.forecast import direction_ratio, joint_axes, structure_torque
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]

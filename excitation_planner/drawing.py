@@ -5,25 +5,30 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.allowed_range import allowed_range, AllowedRange, is_allowed
-from excitation_planner.band_noise import band_noise_velocity, BandNoiseSettings
-from excitation_planner.gear_rate import twist_rate_rms
-from excitation_planner.pulses import Pulse, pulse_velocity, PulseSettings, random_pulses
-from excitation_planner.quickest_shape import LEAST_ACCELERATION, LEAST_JERK
-from excitation_planner.sensitivity import actual_change
-from excitation_planner.setting import Setting
-from excitation_planner.signals import RANDOM_PULSES, SLIDING_NOISE
-from excitation_planner.sliding import (
+from excitation_planner.motion import (
+    band_noise_velocity,
+    BandNoiseSettings,
     expected_share,
+    LEAST_ACCELERATION,
+    LEAST_JERK,
     LEAST_OF_SHARE,
+    predicted_spectrum,
+    Pulse,
+    pulse_velocity,
+    PulseSettings,
+    RANDOM_PULSES,
+    random_pulses,
+    SLIDING_NOISE,
     sweep_speed,
     sweep_velocity,
     SweepSettings,
+    Trajectory,
     turn_rise,
+    twist_rate_rms,
     wanted_half_range,
 )
-from excitation_planner.spectrum import predicted_spectrum
-from excitation_planner.trajectory import Trajectory
+from excitation_planner.pose_range import actual_change, allowed_range, AllowedRange, is_allowed
+from excitation_planner.setting import Setting
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 

@@ -4,12 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from excitation_planner.expected_modes import ExpectedModes, pairs, with_expected
-from excitation_planner.participation import cramer_rao_std, forecast, mode_participation
-from excitation_planner.raised_shape import raised_shape, Stretch
+from excitation_planner.forecast import (
+    cramer_rao_std,
+    ExpectedModes,
+    forecast,
+    mode_participation,
+    pairs,
+    with_expected,
+)
+from excitation_planner.motion import PredictedSpectrum, raised_shape, RANDOM_PULSES, Stretch
 from excitation_planner.setting import Setting
-from excitation_planner.signals import RANDOM_PULSES
-from excitation_planner.spectrum import PredictedSpectrum
 
 STRONG = 1e9
 """Force over noise at which a mode's σ is as small as the length of the record lets it be."""

@@ -8,9 +8,8 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.prediction import PlanPrediction
-from excitation_planner.signals import LONGEST_S, MOST_SAMPLES, SIGNALS
-from excitation_planner.trajectory import CONSISTENT_RAD, Trajectory
+from excitation_planner.forecast import PlanPrediction
+from excitation_planner.motion import CONSISTENT_RAD, LONGEST_S, MOST_SAMPLES, SIGNALS, Trajectory
 from modal_core.errors import PlanError
 
 Array = NDArray[np.float64]

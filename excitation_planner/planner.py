@@ -5,39 +5,39 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.allowed_range import largest_change
-from excitation_planner.approach import plan_approach
+from excitation_planner.bounds import check_limits, Envelope, PlanLimits
 from excitation_planner.drawing import draw_motion
 from excitation_planner.exciting import exciting
-from excitation_planner.expected_modes import ExpectedModes, with_expected
-from excitation_planner.limits import check_limits, Envelope, PlanLimits
-from excitation_planner.participation import (
+from excitation_planner.forecast import (
     analysed_hz,
+    ExpectedModes,
     forecast,
     mode_participation,
     ModeForecast,
+    PlanPrediction,
+    projection_along,
+    require_full_rank,
+    TorqueProjection,
+    with_expected,
 )
-from excitation_planner.plan import ExcitationPlan, rounded, sealed
-from excitation_planner.prediction import PlanPrediction
-from excitation_planner.remedies import with_cures
-from excitation_planner.request import PlanRequest
-from excitation_planner.sensitivity import actual_change
-from excitation_planner.setting import bring_together, Setting, start_of
-from excitation_planner.signals import (
+from excitation_planner.motion import (
     APPROACH,
     AUTOMATIC,
     BAND_LIMITED_NOISE,
     NOISES,
+    predicted_spectrum,
+    PredictedSpectrum,
     SLIDING_NOISE,
+    sliding_share,
+    Trajectory,
+    whiteness,
 )
-from excitation_planner.sliding import sliding_share
-from excitation_planner.spectrum import predicted_spectrum, PredictedSpectrum, whiteness
-from excitation_planner.torque_projection import (
-    projection_along,
-    require_full_rank,
-    TorqueProjection,
-)
-from excitation_planner.trajectory import Trajectory
+from excitation_planner.plan import ExcitationPlan, rounded, sealed
+from excitation_planner.pose_range import actual_change, largest_change
+from excitation_planner.remedies import with_cures
+from excitation_planner.request import PlanRequest
+from excitation_planner.setting import bring_together, Setting, start_of
+from excitation_planner.ways import plan_approach
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel

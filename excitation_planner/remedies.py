@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.participation import (
+from excitation_planner.forecast import (
     analysed_hz,
     forecast,
     mode_participation,
@@ -14,9 +14,13 @@ from excitation_planner.participation import (
     PART_OF_BAND,
     VISIBLE_DB,
 )
+from excitation_planner.motion import (
+    BAND_LIMITED_NOISE,
+    flat_spectrum,
+    HIGHEST_PATH_HZ,
+    RANDOM_PULSES,
+)
 from excitation_planner.setting import Setting
-from excitation_planner.signals import BAND_LIMITED_NOISE, HIGHEST_PATH_HZ, RANDOM_PULSES
-from excitation_planner.spectrum import flat_spectrum
 from modal_core.channel import Channel
 
 Array = NDArray[np.float64]

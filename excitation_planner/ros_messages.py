@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from excitation_planner.expected_modes import ExpectedModes
+from excitation_planner.forecast import ExpectedModes
 from excitation_planner.plan import check_plan, check_size, ExcitationPlan
 from modal_core.errors import MessageError, PlanError
 from modal_core.measurements import NANOSECONDS_PER_SECOND

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.sensitivity import expanded_shapes
+from excitation_planner.pose_range import expanded_shapes
 from modal_core.channel import SensorLayout
 from modal_core.indicators import normalise, rotate_to_real
 from modal_core.mode import ModeSet

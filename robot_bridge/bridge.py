@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from excitation_planner.limits import check_limits, Envelope, PlanLimits
+from excitation_planner.bounds import check_limits, Envelope, PlanLimits
 from excitation_planner.plan import ExcitationPlan
 from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backends import make_backend

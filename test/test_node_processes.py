@@ -18,7 +18,7 @@ pytestmark = pytest.mark.node
 
 MODULES = {
     'oma_identifier': 'oma_identifier.node.identifier_node',
-    'excitation_planner': 'excitation_planner.planner_node',
+    'excitation_planner': 'excitation_planner.node.planner_node',
     'robot_bridge': 'robot_bridge.node.bridge_node',
     'abb_emulator': 'abb_emulator.node.emulator_node',
     'replay': 'robot_bridge.node.replay_node',

@@ -331,6 +331,7 @@ def test_a_name_of_ones_own_is_not(text):
 
 FOLDED = (
     'oma_identifier',
+    'excitation_planner',
     'model_gap',
     'modal_dashboard',
     'modal_reports',

@@ -13,7 +13,7 @@ from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_robot, Robot, sensors_of
 from autonomous_modal_analysis.pose import parse_pose, PoseGiven
 from autonomous_modal_analysis.results import plain
-from excitation_planner.sensitivity import sensitivity_table, SensitivityTable
+from excitation_planner.pose_range import sensitivity_table, SensitivityTable
 from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError
 from modal_core.indicators import normalise

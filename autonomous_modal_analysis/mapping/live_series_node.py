@@ -31,10 +31,10 @@ from autonomous_modal_analysis.operating.situation import Act
 from autonomous_modal_analysis.operator_node import OperatorNode
 from autonomous_modal_analysis.recorder_node import RecorderNode
 from autonomous_modal_analysis.spinning_node import ros_context, spinning
-from excitation_planner.latest_joints_node import LatestJoints
+from excitation_planner.node.latest_joints_node import LatestJoints
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.request import PlanRequest
-from excitation_planner.way_back import is_there
+from excitation_planner.ways import is_there
 from modal_core.errors import BridgeError, ModalAnalysisError
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomous_modal_analysis.campaign_poses import choose_poses, is_possible
-from excitation_planner.approach import PART_OF_SPEED, plan_approach
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation, plan_limits
 from excitation_planner.request import PlanRequest
+from excitation_planner.ways import PART_OF_SPEED, plan_approach
 from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError, SettingsError

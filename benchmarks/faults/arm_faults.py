@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.faults.guided_arm import COASTS_S, CYCLE_S, GuidedArm
-from excitation_planner.trajectory import Trajectory
+from excitation_planner.motion.trajectory import Trajectory
 from modal_core.errors import BridgeError
 from robot_bridge.egm import EgmRobot, SessionLimits
 from robot_bridge.operator import FlowSettings, FlowState

@@ -21,8 +21,8 @@ from examples.paper.output import (
     show_findings,
     show_table,
 )
-from excitation_planner.pulses import rectangular_train
-from excitation_planner.spectrum import predicted_spectrum, PredictedSpectrum
+from excitation_planner.motion.pulses import rectangular_train
+from excitation_planner.motion.spectrum import predicted_spectrum, PredictedSpectrum
 
 Array = NDArray[np.float64]
 SEED = 2025

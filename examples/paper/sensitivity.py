@@ -20,9 +20,13 @@ from examples.paper.output import (
     show_findings,
     show_table,
 )
-from excitation_planner.allowed_range import allowed_range
-from excitation_planner.mode_following import follow, modes_at
-from excitation_planner.sensitivity import actual_change, added_mass_change, predicted_change
+from excitation_planner.pose_range.allowed_range import allowed_range
+from excitation_planner.pose_range.mode_following import follow, modes_at
+from excitation_planner.pose_range.sensitivity import (
+    actual_change,
+    added_mass_change,
+    predicted_change,
+)
 from structural_model import load_layout
 from structural_model.flexible_joint_model import FlexibleJointModel
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.trajectory import Trajectory
+from excitation_planner.motion import Trajectory
 from modal_core.errors import PlanError
 
 Array = NDArray[np.float64]

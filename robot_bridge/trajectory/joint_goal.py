@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation_planner.motion import MotionOnGrid, Trajectory
 from excitation_planner.plan import ExcitationPlan
-from excitation_planner.trajectory import MotionOnGrid, Trajectory
 from modal_core.errors import PlanError
 
 Array = NDArray[np.float64]

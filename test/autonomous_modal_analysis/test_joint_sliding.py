@@ -7,8 +7,8 @@ import pytest
 
 import autonomous_modal_analysis as ama
 from autonomous_modal_analysis.joint_sliding import ROWS, slid_in, SlidingWatch
+from excitation_planner.motion.sliding import sliding_share
 from excitation_planner.request import PlanRequest
-from excitation_planner.sliding import sliding_share
 from modal_core.measurements import JointSamples
 from structural_model import load_robot
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from excitation_planner.participation import PART_OF_BAND
+from excitation_planner.forecast.participation import PART_OF_BAND
+from excitation_planner.forecast.torque_projection import joint_axes
+from excitation_planner.motion.sliding import sliding_share
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
-from excitation_planner.sliding import sliding_share
-from excitation_planner.torque_projection import joint_axes
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError
 from oma_identifier.covariance.thresholds import COVARIANCE

@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from benchmarks.faults.guided_arm import GUIDANCE, GuidedArm
-from excitation_planner.trajectory import Trajectory
+from excitation_planner.motion.trajectory import Trajectory
 from robot_bridge.egm.session_check import SessionLimits
 from robot_bridge.operator import FlowSettings
 from robot_bridge.player.plan_path import PlanPath

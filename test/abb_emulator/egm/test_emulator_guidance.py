@@ -8,7 +8,7 @@ import pytest
 
 from abb_emulator.cell import CellSettings
 from abb_emulator.controller_settings import ControllerSettings
-from excitation_planner.rapid import rapid_module
+from excitation_planner.rapid.rapid import rapid_module
 from test.support.lockstep_sensor import LockstepSensor
 
 CYCLE_S = 0.004032

@@ -8,10 +8,10 @@ import pytest
 from abb_emulator.drives.jerk_profile import jerk_profile
 from abb_emulator.drives.joint_move import JointMove, MoveLimits
 from abb_emulator.rapid.rapid_parser import parse_module
-from excitation_planner.moves import moves_of
 from excitation_planner.planner import plan_excitation
-from excitation_planner.rapid import rapid_module
-from excitation_planner.rapid_options import RapidOptions
+from excitation_planner.rapid.moves import moves_of
+from excitation_planner.rapid.rapid import rapid_module
+from excitation_planner.rapid.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
 from structural_model.robot_files import load_layout

@@ -5,7 +5,7 @@ import pytest
 
 from excitation_planner.plan import check_plan
 from excitation_planner.planner import plan_excitation
-from excitation_planner.rapid import rapid_module, start_tolerance_deg
+from excitation_planner.rapid.rapid import rapid_module, start_tolerance_deg
 from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError, SettingsError
 from test.support.rapid_bench import Bench, CYCLE_S, FRAME

@@ -23,7 +23,7 @@ READY = RobotFeedback(
 
 def sweep(duration_s=4.0, amplitude_deg=0.5, hz=5.0):
     """A sine about 10 deg as cubic pieces."""
-    from excitation_planner.trajectory import Trajectory
+    from excitation_planner.motion.trajectory import Trajectory
 
     time = np.arange(0.0, duration_s, 0.004)
     envelope = np.sin(np.pi * time / time[-1]) ** 2
@@ -328,7 +328,7 @@ def test_start_is_granted_at_the_period_expected_and_with_a_clock_that_stands(pe
 
 def slow_sweep(reach_deg, speed_deg_s, n_times=1):
     """Away and back, at one speed for most of the time."""
-    from excitation_planner.trajectory import Trajectory
+    from excitation_planner.motion.trajectory import Trajectory
 
     duration_s = 2.0 * n_times * reach_deg / speed_deg_s
     time = np.linspace(0.0, duration_s, round(duration_s / 0.004))

@@ -16,7 +16,7 @@ from abb_emulator.rapid.program_task import ProgramTask
 from abb_emulator.rws.rws_server import RwsServer
 from abb_emulator.rws.rws_station import Station
 from excitation_planner.planner import plan_excitation
-from excitation_planner.rapid import module_name, rapid_module
+from excitation_planner.rapid.rapid import module_name, rapid_module
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
 from robot_bridge.backends.backends import BackendSettings, make_backend

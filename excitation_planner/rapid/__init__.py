@@ -1,0 +1,23 @@
+"""A plan as a RAPID program: in come a plan and options; out goes a module to load by hand.
+
+Moves are told to the controller such that it makes the planned ones of its own limits.
+"""
+
+from excitation_planner.rapid.programmed_move import MOST_OFF, programmed_moves
+from excitation_planner.rapid.rapid import (
+    module_name,
+    rapid_module,
+    session_s,
+    start_tolerance_deg,
+)
+from excitation_planner.rapid.rapid_options import RapidOptions
+
+__all__ = [
+    'MOST_OFF',
+    'RapidOptions',
+    'module_name',
+    'programmed_moves',
+    'rapid_module',
+    'session_s',
+    'start_tolerance_deg',
+]
