@@ -1,14 +1,20 @@
 """`ama compare`: the modes of recordings, such as at rest and at work, and what changed."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TYPE_CHECKING
 
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped, Identifier
 from autonomous_modal_analysis.options import Json
+
+if TYPE_CHECKING:
+    from autonomous_modal_analysis.api.modal_result import ModalResult
+    from autonomous_modal_analysis.mode_courses import CoursePoint
+    from autonomous_modal_analysis.mode_levels import ModeLevels
 
 REPORT = 'comparison.html'
 
@@ -33,6 +39,14 @@ def compare(
         str | None,
         typer.Option(help='Load of each recording in their order [kg], separated by commas.'),
     ] = None,
+    levels: Annotated[
+        bool,
+        typer.Option(
+            '--levels',
+            help='Recordings at three levels of excitation or more: cubic stiffness, cubic damping'
+            ' or friction of each mode.',
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Compare the modes of recordings with those of the first: at rest and at work.
@@ -42,6 +56,7 @@ def compare(
     """
     from autonomous_modal_analysis.change_view import changes_json, show_changes
     from autonomous_modal_analysis.course_view import courses_json, show_courses
+    from autonomous_modal_analysis.level_view import levels_json, show_levels
     from autonomous_modal_analysis.mode_courses import mode_courses
     from autonomous_modal_analysis.output import show_written
     from autonomous_modal_analysis.read_results import read_result
@@ -59,9 +74,10 @@ def compare(
     base = read_result(first, identifier)
     base = replace(base, at=replace(base.at, load_kg=loads[0]))
     drawing = base.result.drawing() if base.result is not None and out is not None else None
-    states = []
+    states, results = [], [base.result]
     for path, load in zip(others, loads[1:], strict=True):
         other = read_result(path, identifier)
+        results.append(other.result)
         at = replace(other.at, load_kg=load)
         found = compare_modes(base.modes, other.modes)
         on_arm = base.result.drawing(other.modes) if base.result and drawing else None
@@ -70,16 +86,41 @@ def compare(
     courses = mode_courses(base.modes, [state.found for state in states])
     named = [first.name, *(state.name for state in states)]
     at_all = [base.at, *(state.at for state in states)]
+    over_levels = _over_levels(recordings, results, courses) if levels else None
     if json:
-        print_json(changes_json(first.name, states) | courses_json(named, at_all, courses))
+        said = changes_json(first.name, states) | courses_json(named, at_all, courses)
+        print_json(said | (levels_json(named, over_levels) if over_levels is not None else {}))
     else:
         for state in states:
             show_changes(state.found, first.name, state.name)
         show_courses(named, at_all, courses)
+        if over_levels is not None:
+            show_levels(over_levels)
     if out is not None:
         drawn = StateDrawn(base.spectrum, drawing)
         write_comparison(out / REPORT, first.name, base.modes, states, drawn, base.at)
         show_written(out, (REPORT,))
+
+
+def _over_levels(
+    recordings: Sequence[Path],
+    results: Sequence['ModalResult | None'],
+    courses: Sequence[tuple['CoursePoint', ...]],
+) -> list['ModeLevels']:
+    """Return modes over levels; kept results do not say how far a mode moved."""
+    from autonomous_modal_analysis.mode_levels import mode_levels
+    from modal_core.errors import SettingsError
+
+    known = [result for result in results if result is not None]
+    if len(known) < len(results):
+        path = recordings[results.index(None)]
+        raise SettingsError(
+            'kept modes do not say how far they moved',
+            where='--levels',
+            found=path.name,
+            expected='recordings',
+        )
+    return mode_levels(known, courses)
 
 
 def _loads(text: str | None, n_recordings: int) -> tuple[float, ...]:

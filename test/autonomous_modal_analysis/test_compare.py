@@ -117,3 +117,48 @@ def test_what_are_no_results_is_named(states, tmp_path, monkeypatch, capsys, tex
     assert len(said.strip().splitlines()) == 1
     for word in ('other.json', *words):
         assert word in said
+
+
+@pytest.fixture(scope='module')
+def levels(tmp_path_factory):
+    """Write the same linear structure at three levels, each twice the one before."""
+    folder = tmp_path_factory.mktemp('levels')
+    for number, level in enumerate((1.0, 2.0, 4.0)):
+        np.save(folder / f'{level:.0f}.npy', level * response((4.0, 9.0), 10 + number))
+        (folder / f'{level:.0f}.npy.yaml').write_text('sample_rate_hz: 100\nunit: m/s^2\n')
+    return folder
+
+
+def test_levels_tell_that_a_linear_structure_is_one(ama, levels):
+    run = ama('compare', *sorted(levels.glob('*.npy')), '--levels', '--json')
+    assert run.returncode == 0, run.stderr
+    found = json.loads(run.stdout)['levels']
+    assert len(found) == 2
+    for each in found:
+        law = each['law']
+        assert law['stiffness_law'] == law['damping_law'] == 'constant', f'seed {SEED}: {law}'
+        assert abs(law['cubic_stiffness']) < 3.5 * law['cubic_stiffness_std']
+        moves = [point['displacement_m'] for point in each['points']]
+        assert moves[2] / moves[0] == pytest.approx(4.0, rel=0.3)
+    table = ama('compare', *sorted(levels.glob('*.npy')), '--levels').stdout
+    assert 'over the level of their motion' in table
+    assert all(len(line) <= 120 for line in table.splitlines())
+
+
+@pytest.mark.parametrize('given', ['few', 'kept'])
+def test_what_tells_no_law_is_refused_in_one_line(ama, levels, tmp_path, given):
+    files = sorted(levels.glob('*.npy'))
+    if given == 'kept':
+        assert ama('identify', files[0], '--out', tmp_path / 'kept').returncode == 0
+        run = ama('compare', tmp_path / 'kept', *files[1:], '--levels')
+    else:
+        run = ama('compare', *files[:2], '--levels')
+    assert run.returncode == 2
+    assert len(run.stderr.strip().splitlines()) == 1 and '--levels' in run.stderr
+
+
+def test_levels_that_hardly_differ_say_so(ama, levels):
+    first = levels / '1.npy'
+    run = ama('compare', first, first, first, '--levels')
+    assert run.returncode == 0, run.stderr
+    assert 'no law, its levels differ by a factor of 1.0' in run.stdout

@@ -1,0 +1,104 @@
+"""Modes over the level of their motion, for people and for programs."""
+
+from collections.abc import Sequence
+import math
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from autonomous_modal_analysis.mode_levels import ModeLevels
+from autonomous_modal_analysis.results import plain
+from autonomous_modal_analysis.terminal import OUTPUT
+from modal_reports import FREQUENCY
+from oma_identifier.levels import Law, LevelLaw, QuantityLaw
+
+NAME_WIDTH = 12
+
+
+def show_levels(levels: Sequence[ModeLevels]) -> None:
+    """Print one row per mode; modes without a law below, with the reason."""
+    table = Table(
+        title='modes over the level of their motion: at the largest, over the smallest motion',
+        title_justify='left',
+        box=SIMPLE_HEAD,
+        padding=(0, 0),
+        show_edge=False,
+    )
+    for heading in ('Hz', 'at', 'mm rms', 'stiffness %', 'law', 'damping %', 'law'):
+        right = heading != 'at' and heading != 'law'
+        table.add_column(heading, justify='right' if right else 'left', no_wrap=True)
+    table.columns[1].max_width = NAME_WIDTH
+    for each in levels:
+        if each.law is not None:
+            table.add_row(*_row(each, each.law))
+    OUTPUT.print(table)
+    for each in levels:
+        if each.law is None and each.points:
+            hz = f'{each.points[0][1].frequency_hz:.4g} Hz'
+            OUTPUT.print(f'{hz}: no law, {each.reason}', soft_wrap=True, markup=False)
+
+
+def _row(levels: ModeLevels, law: LevelLaw) -> tuple[str, ...]:
+    smallest, largest = levels.points[0][2], levels.points[-1][2]
+    moves = f'{1e3 * smallest.displacement_m:.2g}-{1e3 * largest.displacement_m:.2g}'
+    return (
+        FREQUENCY.number(law.mode.frequency_hz, law.frequency_std_hz),
+        escape(levels.channel),
+        moves,
+        _change(law.mode.stiffness, largest.square_m2, law.stiffness, law.cubic_stiffness_std),
+        law.stiffness.law.value,
+        _change(law.mode.damping, largest.square_m2_s2, law.damping, law.cubic_damping_std),
+        law.damping.law.value,
+    )
+
+
+def _change(start: float, square: float, law: QuantityLaw, slope_std: float) -> str:
+    """Return what a cubic term adds at the largest level, over what there is without."""
+    if start <= 0.0 or law.law not in (Law.CUBIC, Law.CONSTANT, Law.CUBIC_OR_FRICTION):
+        return '-'
+    change, std = (100.0 * value * square / start for value in (law.cubic.slope, slope_std))
+    return f'{change:+.1f} ± {std:.1f}' if math.isfinite(std) else f'{change:+.1f}'
+
+
+def levels_json(names: Sequence[str], levels: Sequence[ModeLevels]) -> dict[str, object]:
+    """Return modes over levels as plain values, in SI units; without standard deviation null."""
+    return {
+        'levels': [
+            {
+                'channel': each.channel,
+                'points': [
+                    {
+                        'recording': names[number],
+                        'frequency_hz': plain(mode.frequency_hz),
+                        'damping_ratio': plain(mode.damping_ratio),
+                        'displacement_m': plain(motion.displacement_m),
+                        'velocity_m_s': plain(motion.velocity_m_s),
+                        'stiffness': plain(motion.stiffness),
+                        'stiffness_std': plain(motion.stiffness_std),
+                    }
+                    for number, mode, motion in each.points
+                ],
+                'law': None if each.law is None else _law_json(each.law),
+                'reason': each.reason,
+            }
+            for each in levels
+        ]
+    }
+
+
+def _law_json(law: LevelLaw) -> dict[str, object]:
+    return {
+        'frequency_hz': plain(law.mode.frequency_hz),
+        'frequency_std_hz': plain(law.frequency_std_hz),
+        'damping_ratio': plain(law.mode.damping_ratio),
+        'damping_ratio_std': plain(law.damping_ratio_std),
+        'cubic_stiffness': plain(law.mode.cubic_stiffness),
+        'cubic_stiffness_std': plain(law.cubic_stiffness_std),
+        'cubic_damping': plain(law.mode.cubic_damping),
+        'cubic_damping_std': plain(law.cubic_damping_std),
+        'stiffness_law': law.stiffness.law.value,
+        'damping_law': law.damping.law.value,
+        'stiffness_farthest_level': plain(law.stiffness.farthest),
+        'damping_farthest_level': plain(law.damping.farthest),
+    }

@@ -1,0 +1,23 @@
+"""How a mode changes with the level of its motion: cubic stiffness, cubic damping, or friction.
+
+In come the modes of one structure from recordings at three levels or more, and their samples; out
+go laws of stiffness and damping with standard deviations, and responses of third order.
+Equivalent linearisation (Caughey 1963, doi:10.1121/1.1918794).
+"""
+
+from oma_identifier.levels.cubic_mode import CubicMode
+from oma_identifier.levels.level_law import Law, level_law, LevelLaw, Line, QuantityLaw
+from oma_identifier.levels.modal_motion import modal_motion, ModalMotion
+from oma_identifier.levels.thresholds import LEVELS
+
+__all__ = [
+    'LEVELS',
+    'CubicMode',
+    'Law',
+    'LevelLaw',
+    'Line',
+    'ModalMotion',
+    'QuantityLaw',
+    'level_law',
+    'modal_motion',
+]

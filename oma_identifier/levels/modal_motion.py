@@ -1,0 +1,216 @@
+"""How a mode moves in a record: its displacement within a band, and moments of that.
+
+Under a white force k₁ E[q²] + k₃ E[q⁴] = E[q̇²] holds exactly for a mode with cubic stiffness,
+whatever its damping (the equation of motion times q, on average): the second spectral moment over
+the zeroth is the stiffness, and needs no linear fit of a peak that the level bends.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.mode import Mode
+from modal_core.samples import Samples
+from oma_identifier.levels.envelope import bandwidth
+from oma_identifier.levels.thresholds import LEVELS
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class ModalMotion:
+    """Motion of a mode at one channel over a record.
+
+    Parameters
+    ----------
+    displacement_m, velocity_m_s : float [m], [m/s]
+        Root mean squares.
+    square_m2, square_m2_s2 : float [m²], [m²/s²]
+        Fourth over second moment of displacement and of velocity: three times the mean square
+        where the motion is Gaussian.
+    relative_std : float
+        Standard deviation of the root mean squares over their values.
+    stiffness, stiffness_std : float [1/s²]
+        Mean square of velocity over that of displacement.
+    envelopes : tuple of complex arrays [m]
+        Displacement about the mode's frequency, of each part of the record.
+    rate_hz, carrier_hz : float [Hz]
+        Of the envelopes, and the frequency they are about.
+    duration_s : float [s]
+        Of the envelopes together.
+    """
+
+    displacement_m: float
+    velocity_m_s: float
+    square_m2: float
+    square_m2_s2: float
+    relative_std: float
+    stiffness: float
+    stiffness_std: float
+    envelopes: tuple[Complex, ...]
+    rate_hz: float
+    carrier_hz: float
+    duration_s: float
+
+    def half_width_hz(self, phase_rate: float) -> tuple[float, float]:
+        """Return the half-width of the peak without what amplitude does to the phase, and its std.
+
+        The phase is turned back by what the amplitude turned it; a force that is white about the
+        mode stays white.
+
+        Parameters
+        ----------
+        phase_rate : float [rad/(s m²)]
+            Angular frequency per square of the amplitude: 3 k₃ / (8 ω).
+
+        Returns
+        -------
+        half_width, std : float [Hz]
+        """
+        turned_back = []
+        for each in self.envelopes:
+            square = np.abs(each) ** 2
+            turn = np.cumsum(square - square.mean()) * phase_rate / self.rate_hz
+            turned_back.append(each * np.exp(-1j * turn))
+        found = bandwidth(turned_back, self.rate_hz, self.carrier_hz).half_width_hz
+        law = 1.0 / math.sqrt(2.0 * math.pi * found * self.duration_s)
+        return found, LEVELS.width_scatter * law * found
+
+
+def modal_motion(
+    parts: Sequence[Samples], mode: Mode, modes: Sequence[Mode], channel: int
+) -> ModalMotion | None:
+    """Return how a mode moves; None where the record is too short or it does not rise from noise.
+
+    Parameters
+    ----------
+    parts : sequence of Samples
+        The record, in stretches between gaps.
+    mode : Mode
+        As identified in it.
+    modes : sequence of Mode
+        All of the record; what those nearby do is taken out by their shapes.
+    channel : int
+        Whose motion is meant, of the mode's shape; it measures along a straight line, and those
+        of its unit are taken.
+    """
+    f, zeta = mode.frequency_hz, mode.damping_ratio
+    reach = min(LEVELS.half_widths * zeta * f, 0.9 * f)
+    unit = parts[0].channels[channel].unit
+    alike = [n for n, each in enumerate(parts[0].channels) if each.unit == unit]
+    row = np.zeros(len(parts[0].channels))
+    row[alike] = _filter_row(mode, modes, alike, reach)
+    derived = parts[0].channels[channel].times_derived
+    ends_s = LEVELS.ends / (2.0 * math.pi * zeta * f)
+    found = [
+        _in_band(each, row, derived, f, reach, ends_s)
+        for each in parts
+        if each.duration_s > LEVELS.fewest_ends * ends_s
+    ]
+    if not found:
+        return None
+    at_channel, rate_hz = abs(mode.shape[channel]), found[0].rate_hz
+    envelopes = tuple(at_channel * each.displacement for each in found)
+    carrier_hz = found[0].carrier_hz
+    seen = bandwidth(envelopes, rate_hz, carrier_hz)
+    if not seen.noise_share < LEVELS.largest_noise:
+        return None
+    displacement = _moments(envelopes)
+    velocity = _moments([at_channel * each.velocity for each in found])
+    duration_s = sum(map(len, envelopes)) / rate_hz
+    ratio, ratio_std, share = _linear_mode(f, zeta, reach, duration_s)
+    whole = (1.0 - seen.noise_share) / share
+    stiffness = velocity[0] / displacement[0] / ratio
+    return ModalMotion(
+        math.sqrt(whole * displacement[0]),
+        math.sqrt(whole * velocity[0]),
+        whole * displacement[1] / displacement[0],
+        whole * velocity[1] / velocity[0],
+        min(1.0, LEVELS.amplitude_scatter / math.sqrt(zeta * f * duration_s)),
+        stiffness,
+        stiffness * ratio_std,
+        envelopes,
+        rate_hz,
+        carrier_hz,
+        duration_s,
+    )
+
+
+def _filter_row(
+    mode: Mode, modes: Sequence[Mode], channels: Sequence[int], reach_hz: float
+) -> Real:
+    """Return what channels are multiplied with to see one mode of those nearby, largest 1."""
+    near = sorted(
+        (
+            other
+            for other in modes
+            if abs(other.frequency_hz - mode.frequency_hz)
+            < reach_hz + LEVELS.half_widths * other.damping_ratio * other.frequency_hz
+        ),
+        key=lambda other: abs(other.frequency_hz - mode.frequency_hz),
+    )
+    shapes = np.column_stack(
+        [other.shape.real[channels] for other in near[: max(1, len(channels) // 2)]]
+    )
+    return np.asarray(np.linalg.pinv(shapes, rcond=LEVELS.least_direction)[0])
+
+
+@dataclass(frozen=True, slots=True)
+class _Narrow:
+    """Displacement [m] and velocity [m/s] about a frequency as complex envelopes."""
+
+    displacement: Complex
+    velocity: Complex
+    rate_hz: float
+    carrier_hz: float
+
+
+def _in_band(
+    samples: Samples, row: Real, derived: int, f: float, reach_hz: float, ends_s: float
+) -> _Narrow:
+    modal = samples.widened() @ row
+    lines = np.fft.rfft(modal - modal.mean())
+    hz = np.fft.rfftfreq(len(modal), 1.0 / samples.sample_rate_hz)
+    inside = np.flatnonzero(np.abs(hz - f) <= reach_hz)
+    rate = 2j * np.pi * hz[inside]
+    displacement = 2.0 * lines[inside] / rate**derived
+    # Lines about the middle one as those of a signal of its own: what is slow is few samples.
+    n, middle = len(inside), len(inside) // 2
+    rate_hz = samples.sample_rate_hz * n / len(modal)
+    cut = math.ceil(ends_s * rate_hz)
+
+    def envelope(of: Complex) -> Complex:
+        return np.asarray(np.fft.ifft(np.roll(of, -middle)) * n / len(modal))[cut : n - cut]
+
+    return _Narrow(
+        envelope(displacement), envelope(rate * displacement), rate_hz, float(hz[inside[middle]])
+    )
+
+
+def _moments(envelopes: Sequence[Complex]) -> tuple[float, float]:
+    """Return second and fourth moment of a narrow band: E[|z|²]/2, 3/8 E[|z|⁴]."""
+    square = np.concatenate([np.abs(each) ** 2 for each in envelopes])
+    return float(square.mean()) / 2.0, 0.375 * float(np.mean(square**2))
+
+
+def _linear_mode(
+    f: float, zeta: float, reach_hz: float, duration_s: float
+) -> tuple[float, float, float]:
+    """Return the ratio of moments over ω² of a linear mode in a band, its deviation, its share.
+
+    Lines scatter as their own expectation, so that the variance of a ratio of their sums is that
+    of the sum of (ω² - ratio) times the density.  The share of all power is over π f / (4 ζ), the
+    integral of the density (Crandall and Mark 1963, Random Vibration).
+    """
+    step = 1.0 / duration_s
+    hz = np.arange(max(step, f - reach_hz), f + reach_hz, step)
+    square = (hz / f) ** 2
+    density = 1.0 / ((1.0 - square) ** 2 + 4.0 * zeta**2 * square)
+    ratio = float(density @ square / density.sum())
+    std = float(np.linalg.norm((square - ratio) * density) / density.sum())
+    share = float(density.sum()) * step / (math.pi * f / (4.0 * zeta))
+    return ratio, std / ratio, min(1.0, share)

@@ -1,0 +1,49 @@
+"""Limits of what recordings at several levels tell, in one place, with source or measure."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class LevelThresholds:
+    """Limits of laws over the level."""
+
+    # The motion of a mode.
+    half_widths: float = 8.0
+    """On either side of a mode that are looked at: a linear mode has 92 % of its power there."""
+    ends: float = 3.0
+    """Decay times at either end of a record that are left out: a band that is cut out of the
+    spectrum takes the record for periodic."""
+    fewest_ends: float = 20.0
+    """Such ends that a record has at least; chosen."""
+    largest_noise: float = 0.5
+    """Share of the power in the band that is no peak, from where on a mode's motion is not told
+    from noise; chosen."""
+    least_direction: float = 0.05
+    """Singular value of the shapes nearby, over the largest, that still counts; chosen."""
+    amplitude_scatter: float = 0.08
+    """Relative standard deviation of an amplitude, times the root of ζ f T: of 200 simulated
+    records of 60 to 1,200 s, ζ 0.5 to 6 %, it was 0.03 to 0.07."""
+    width_scatter: float = 1.5
+    """Standard deviation of a half-width over the law's 1 / √(2π ζ f T): of the same records 1.1
+    to 1.6, centre and noise being unknown too."""
+
+    # Laws.
+    fewest_levels: int = 3
+    """That tell a law from a line through two points."""
+    least_factor: float = 2.0
+    """Of the largest amplitude over the smallest; chosen: a change with the square is then at
+    least three quarters of what the largest level shows."""
+    most_bent: float = 2.0
+    """Half-widths by which cubic stiffness moves a peak at the largest level, up to which its
+    width is damping: beyond, cubic damping that was none came out 3.5 standard deviations large.
+    """
+    told_std: float = 4.0
+    """Standard deviations from where on a change is told; chosen.  Two laws are tried: of 160
+    values of linear modes three were beyond 3."""
+    told_apart: float = 6.0
+    """Difference of χ² from where on one law is told from another: odds of 20."""
+    least_chance: float = 1e-3
+    """Of the χ² of a law; below, neither law describes the levels."""
+
+
+LEVELS = LevelThresholds()
