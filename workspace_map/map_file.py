@@ -1,8 +1,9 @@
 """A map as a JSON file, written whole or not at all, and checked against the robot it is of."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from hashlib import sha256
 import json
+import math
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
@@ -15,13 +16,14 @@ from modal_core.json_file import load_json
 from workspace_map.arm import Arm, State, ToolPoint
 from workspace_map.fit import Centres
 from workspace_map.measured_pose import MeasuredPose
+from workspace_map.prior import damping_scales, structure_scales
 from workspace_map.regression import Scales
 from workspace_map.workspace_map import WorkspaceMap
 
 if TYPE_CHECKING:
     from structural_model import FlexibleJointModel
 
-KIND, VERSION = 'workspace_map', 1
+KIND, VERSION = 'workspace_map', 2
 LARGEST_BYTES = 200_000_000
 DIGITS = 6
 """Significant digits of a model's matrices that two machines agree on."""
@@ -57,7 +59,12 @@ def save_map(path: Path, known: WorkspaceMap, layout: SensorLayout, series: str 
     series : str
         Hash of the series of motions that were released for it.
     """
-    content = {
+    write_text(path, json.dumps(_content(known, layout, series), indent=1) + '\n')
+
+
+def _content(known: WorkspaceMap, layout: SensorLayout, series: str = '') -> dict[str, Any]:
+    """Return what a file holds; the other arm's map in whole, since this one departs from it."""
+    return {
         'kind': KIND,
         'version': VERSION,
         'robot': known.arm.model.robot_name,
@@ -70,8 +77,8 @@ def save_map(path: Path, known: WorkspaceMap, layout: SensorLayout, series: str 
         'poses': [_plain(each) for each in known.measured],
         'states': [_plain(each) for each in known.fitted.centres.states],
         'pairs': [[part.tolist() for part in each] for each in known.fitted.centres.pairs],
+        'before': None if known.before is None else _content(known.before, layout),
     }
-    write_text(path, json.dumps(content, indent=1) + '\n')
 
 
 def load_map(
@@ -79,7 +86,6 @@ def load_map(
     model: 'FlexibleJointModel',
     layout: SensorLayout,
     tool: ToolPoint | None = None,
-    before: WorkspaceMap | None = None,
 ) -> tuple[WorkspaceMap, str]:
     """Read a map of a robot.
 
@@ -93,13 +99,11 @@ def load_map(
         The sensors it must be of.
     tool : ToolPoint, optional
         The tool point it must be of; by default its own.
-    before : WorkspaceMap, optional
-        Map of another arm that this one began with.
 
     Returns
     -------
     tuple of WorkspaceMap, str
-        The map, and the hash of the series it was made by.
+        The map with that of the other arm it began with, and the hash of its series.
 
     Raises
     ------
@@ -107,8 +111,24 @@ def load_map(
         No map, or one of another robot, tool or layout.
     """
     data = load_json(path, LARGEST_BYTES)
-    if not isinstance(data, dict) or data.get('kind') != KIND or data.get('version') != VERSION:
+    return _map_of(path, data, model, layout, tool), str(data.get('series', ''))
+
+
+def _map_of(
+    path: Path,
+    data: Any,
+    model: 'FlexibleJointModel',
+    layout: SensorLayout,
+    tool: ToolPoint | None,
+) -> WorkspaceMap:
+    if not isinstance(data, dict) or data.get('kind') != KIND:
         raise MapError('not a modal map', where=path, advice='make one with `ama map`')
+    if data.get('version') != VERSION:
+        raise MapError(
+            'a modal map of another version', where=path, found=data.get('version'),
+            expected=VERSION,
+            advice='remove it and give `ama map measure` again: recordings beside it are kept',
+        )  # fmt: skip
     try:
         own = ToolPoint(str(data['tool']['link']), _three(data['tool']['position_m']))
         asked = {
@@ -118,16 +138,21 @@ def load_map(
             'tool point': (_words(own), _words(tool or own)),
         }
         _same(path, asked)
-        poses = tuple(_read(MeasuredPose, each) for each in data['poses'])
-        first, second = (_read(Scales, each) for each in data['scales'])
         arm = Arm(model, layout.channels, own)
-        states = tuple(_read(State, each) for each in data['states'])
-        pairs = tuple((np.array(a, int), np.array(b, int)) for a, b in data['pairs'])
-        centres = Centres(states, pairs) if states else None
-        made = WorkspaceMap(arm, float(data['highest_hz']), poses, (first, second), centres)
-        made = replace(made, before=before)
-        return made, str(data['series'])
-    except (KeyError, TypeError, ValueError) as error:
+        poses = tuple(_pose(arm, each) for each in data['poses'])
+        general = structure_scales(model.n_joints), damping_scales(model.n_joints)
+        each = zip(data['scales'], general, strict=True)
+        structure, dampers = (_scales(found, like) for found, like in each)
+        centres = _centres(arm, poses, data['states'], data['pairs'])
+        highest_hz = float(data['highest_hz'])
+        if not 0.0 < highest_hz < math.inf:
+            raise ValueError('highest_hz')
+        other = data['before']
+        before = None if other is None else _map_of(path, other, model, layout, own)
+        made = WorkspaceMap(arm, highest_hz, poses, (structure, dampers), centres, before=before)
+        _ = made.fitted  # numbers that no map has are told now, not at the first prediction
+        return made
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as error:
         raise MapError('damaged', where=path, found=repr(error)) from error
 
 
@@ -152,12 +177,60 @@ def _plain(item: Any) -> dict[str, Any]:
     }
 
 
-def _read(kind: type[Any], data: dict[str, Any]) -> Any:
-    return kind(**{k: np.array(v, float) if isinstance(v, list) else v for k, v in data.items()})
+def _like(template: Any, data: dict[str, Any]) -> Any:
+    """Return finite arrays of the shapes that a template has."""
+    found = {each.name: np.array(data[each.name], dtype=float) for each in fields(template)}
+    for name, value in found.items():
+        if value.shape != getattr(template, name).shape or not np.isfinite(value).all():
+            raise ValueError(name)
+    return type(template)(**found)
+
+
+def _scales(data: dict[str, Any], template: Scales) -> Scales:
+    found: Scales = _like(template, data)
+    for each in fields(template):
+        value, expected = getattr(found, each.name), getattr(template, each.name)
+        if np.any(value < 0.0) or np.any((value > 0.0) != (expected > 0.0)):
+            raise ValueError(each.name)
+    return found
+
+
+def _pose(arm: Arm, data: dict[str, Any]) -> MeasuredPose:
+    arrays = {
+        each.name: np.array(data[each.name], dtype=float)
+        for each in fields(MeasuredPose)
+        if each.name not in ('duration_s', 'plan_hash')
+    }
+    found = MeasuredPose(
+        **arrays, duration_s=float(data['duration_s']), plan_hash=str(data['plan_hash'])
+    )
+    expected = (arm.model.n_joints,), (len(arm.channels), len(found))
+    if (found.q.shape, found.shapes.shape) != expected:
+        raise ValueError('pose')
+    return found
+
+
+def _centres(
+    arm: Arm, poses: tuple[MeasuredPose, ...], states: list[Any], pairs: list[Any]
+) -> Centres | None:
+    none = State.none(arm.n_dof, arm.n_masses)
+    found = Centres(
+        tuple(_like(none, each) for each in states),
+        tuple((np.array(a, dtype=np.intp), np.array(b, dtype=np.intp)) for a, b in pairs),
+    )
+    if not len(found.states) == len(found.pairs) == len(poses):
+        raise ValueError('states')
+    for pose, (measured, expected) in zip(poses, found.pairs, strict=True):
+        ends = np.max(measured, initial=-1) < len(pose), np.max(expected, initial=-1) < arm.n_dof
+        if measured.shape != expected.shape or min([*measured, *expected, 0]) < 0 or not all(ends):
+            raise ValueError('pairs')
+    return found if poses else None
 
 
 def _three(values: Any) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in values)
+    if not math.isfinite(x + y + z):
+        raise ValueError('position_m')
     return x, y, z
 
 

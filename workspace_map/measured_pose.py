@@ -46,9 +46,12 @@ class MeasuredPose:
 
     def __post_init__(self) -> None:
         """Refuse what no measurement is."""
-        n = len(self.frequency_hz)
+        n = np.size(self.frequency_hz)
         own = (self.frequency_std_hz, self.damping_ratio, self.damping_ratio_std)
-        right = all(len(part) == n for part in own) and self.shapes.shape == self.shape_std.shape
+        right = (
+            all(np.shape(part) == (n,) for part in (self.frequency_hz, *own))
+            and self.shapes.shape == self.shape_std.shape
+        )
         if not right or self.shapes.ndim != 2 or self.shapes.shape[1] != n:
             raise MapError('lists of different length', where='measured pose', found=n)
         values = (self.q, self.frequency_hz, self.frequency_std_hz, self.shapes)

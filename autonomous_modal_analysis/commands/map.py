@@ -1,5 +1,6 @@
 """`ama map`: modes and tool-point response of a robot at every pose, from a few measured ones."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, TYPE_CHECKING
 
@@ -127,6 +128,7 @@ def measure(
         highest_hz=highest_hz,
         seed=seed,
     )
+    options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
     model, layout = load_robot(robot), load_layout(robot, sensors)
     point = tool_point(model, tool)
     other = load_map(transfer, model, layout, point)[0] if transfer else None
@@ -153,7 +155,6 @@ def measure(
         with _at_the_robot(series, wish, robot, namespace, joy_topic if joy else '', button) as at:
             found = measure_series(folder, start, series, wish, at.play, tell, travel=at.travel)
     else:
-        options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
         player = EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors))
         found = measure_series(folder, start, series, wish, player.play, tell)
     OUTPUT.print(f'written: {folder.map_path}, {len(found.measured)} poses', markup=False)
@@ -265,10 +266,12 @@ def tool_point(model: 'FlexibleJointModel', text: str | None) -> 'ToolPoint':
         )
     try:
         x, y, z = (float(part) for part in place.split(',')) if place else (0.0, 0.0, 0.0)
-    except ValueError as error:
+    except ValueError:
+        x = y = z = math.nan
+    if not math.isfinite(x + y + z):
         raise SettingsError(
             'not three numbers', where='--tool', found=place, expected='link:x,y,z'
-        ) from error
+        )
     return ToolPoint(link, (x, y, z))
 
 

@@ -67,7 +67,7 @@ class MappingFolder:
         if not self.map_path.exists():
             return start
         arm = start.arm
-        known, made_by = load_map(self.map_path, arm.model, self.layout, arm.tool, start.before)
+        known, made_by = load_map(self.map_path, arm.model, self.layout, arm.tool)
         if made_by != series.series_hash:
             raise MapError(
                 'the folder holds a map of another series', where=self.map_path,

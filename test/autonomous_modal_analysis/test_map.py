@@ -167,3 +167,12 @@ def test_the_report_shows_value_and_sigma_over_two_axes(tmp_path):
     assert '1 poses measured' in text
     wrong = run('report', '--map', str(file), '--out', str(page), '--axes', '2,2')
     assert 'not two axes' in str(wrong.exception)
+
+
+def test_what_is_no_setting_is_refused_before_anything_is_planned(tmp_path):
+    common = ['measure', '--out', str(tmp_path / 'map')]
+    place = run(*common, '--tool', 'flange:nan,0,0')
+    assert 'not three numbers' in str(place.exception)
+    arm = run(*common, '--arm', str(tmp_path / 'none.yaml'))
+    assert 'cannot be read' in str(arm.exception)
+    assert not list(tmp_path.iterdir())

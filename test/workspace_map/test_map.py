@@ -32,6 +32,15 @@ def unseen(ready):
     return random_poses(limits, 40, np.random.default_rng(SEED + 1))
 
 
+@pytest.fixture(scope='module')
+def one_pose(tmp_path_factory):
+    file, layout = tmp_path_factory.mktemp('map') / 'map.json', load_layout(ROBOT)
+    arm = known_arm()
+    measured = hidden_arm(SEED).measured(arm.model.pose('P1'))
+    save_map(file, WorkspaceMap(arm, 60.0, (measured,)), layout)
+    return file.read_text(), arm.model, layout
+
+
 def test_frequencies_and_damping_at_poses_never_measured(ready, unseen):
     """Seed 101, eight random poses, 40 others; the model alone is several times farther off."""
     known, hidden = ready
@@ -108,5 +117,35 @@ def test_a_map_of_another_robot_tool_or_layout_is_refused(ready, tmp_path):
     with pytest.raises(MapError, match='not a modal map'):
         load_map(file, model, layout)
     file.write_text(json.dumps({'kind': 'workspace_map', 'version': 1}))
+    with pytest.raises(MapError, match='of another version'):
+        load_map(file, model, layout)
+    file.write_text(json.dumps({'kind': 'workspace_map', 'version': 2}))
     with pytest.raises(MapError, match='damaged'):
+        load_map(file, model, layout)
+
+
+@pytest.mark.parametrize(
+    ('place', 'value'),
+    [
+        (('highest_hz',), -1.0),
+        (('tool', 'position_m', 0), float('nan')),
+        (('scales', 0, 'varying'), [1.0]),
+        (('scales', 1, 'white', 0), -0.03),
+        (('states', 0, 'coupling'), 'x'),
+        (('states',), []),
+        (('pairs', 0, 1, 0), 99),
+        (('poses', 0, 'shapes'), None),
+        (('poses', 0, 'q'), [0.0]),
+    ],
+)
+def test_a_damaged_map_is_told_when_it_is_read(one_pose, tmp_path, place, value):
+    text, model, layout = one_pose
+    content = json.loads(text)
+    part = content
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    file = tmp_path / 'map.json'
+    file.write_text(json.dumps(content))
+    with pytest.raises(MapError, match=r'damaged|different length'):
         load_map(file, model, layout)

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from benchmarks.hidden_arms import hidden_arm, known_arm
+from benchmarks.hidden_arms import hidden_arm, known_arm, ROBOT
+from structural_model import load_layout
 from structural_model.scan import random_poses
-from workspace_map import WorkspaceMap
+from workspace_map import load_map, save_map, WorkspaceMap
 
 SEED = 33
 
@@ -55,3 +56,15 @@ def test_what_the_other_map_does_not_know_is_part_of_sigma(first):
         off = np.abs(found.frequency_hz[:n] - true[:n])
         inside += list(off < 2.0 * found.frequency_std_hz[:n])
     assert np.mean(inside) > 0.85
+
+
+def test_a_file_holds_the_other_map_too(first, tmp_path):
+    """Without it the difference of the two arms would be taken for that from the model."""
+    helped, layout = mapped(hidden_arm(SEED, sibling=1), 3, first), load_layout(ROBOT)
+    save_map(tmp_path / 'map.json', helped, layout)
+    again, _ = load_map(tmp_path / 'map.json', helped.arm.model, layout)
+    q = helped.arm.model.pose('P2')
+    expected, found = helped.predict(q), again.predict(q)
+    assert found.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-9)
+    assert found.covariance == pytest.approx(expected.covariance, rel=1e-6, abs=1e-12)
+    assert again.worth_of_transfer() == pytest.approx(helped.worth_of_transfer(), rel=1e-6)
