@@ -64,20 +64,25 @@ class Dynamics:
     def matrices(self, q: ArrayLike, deflection: ArrayLike | None = None) -> StructuralMatrices:
         """Return M, C and K, gravity and compensator stiffness included."""
         assembly, damping = self.assembly, self.spec.damping
-        full = self.position(q, deflection)
-        places, count = assembly.flexible, len(assembly.flexible)
-        mass = np.zeros((self.n_dof, self.n_dof))
-        mass[:count, :count] = self.mass(full)[places[:, None], places]
-        motors = np.arange(count, self.n_dof)
-        mass[motors, motors] = assembly.motor_inertia
+        mass = self.mass_matrix(q, deflection)
         return StructuralMatrices(
             M=mass,
             C=assembly.damping
             + damping.mass_proportional_1_s * mass
             + damping.stiffness_proportional_s * assembly.stiffness,
-            K=self._stiffness(full),
+            K=self._stiffness(self.position(q, deflection)),
             dof_names=assembly.dof_names,
         )
+
+    def mass_matrix(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
+        """Return M alone, (n_dof, n_dof)."""
+        assembly = self.assembly
+        places, count = assembly.flexible, len(assembly.flexible)
+        mass = np.zeros((self.n_dof, self.n_dof))
+        mass[:count, :count] = self.mass(self.position(q, deflection))[places[:, None], places]
+        motors = np.arange(count, self.n_dof)
+        mass[motors, motors] = assembly.motor_inertia
+        return mass
 
     def _stiffness(self, full: Array) -> Array:
         """Return K, gravity and compensators included."""

@@ -142,13 +142,13 @@ class Arm:
         """The robot with each of its moving links twice as heavy; links without mass are none."""
         spec, found = self.model.spec, []
         here = np.zeros(self.model.n_joints)
-        nominal = self.model.matrices(here).M
+        nominal = self.model.mass_matrix(here)
         for name in self.model.link_names[1:]:
             known = next((link for link in spec.links if link.name == name), LinkSpec(name))
             others = tuple(link for link in spec.links if link.name != name)
             twice = replace(known, mass_factor=2.0 * known.mass_factor)
             model = self.model.replace(replace(spec, links=(*others, twice)))
-            if np.abs(model.matrices(here).M - nominal).max() > 0.0:
+            if np.abs(model.mass_matrix(here) - nominal).max() > 0.0:
                 found.append(model)
         return tuple(found)
 
@@ -162,9 +162,10 @@ class Arm:
         """
         angles = np.asarray(q, dtype=float)
         matrices = self.model.matrices(angles)
-        tool = self.model.sensor_jacobian(angles, self.tool.channels())
-        links = [model.matrices(angles).M - matrices.M for model in self.heavier]
-        payload = np.einsum('kab,ad,be->kde', _payload_forms(), tool, tool, optimize=True)
+        rows = self.model.sensor_jacobian(angles, (*self.tool.channels(), *self.channels))
+        tool, channels = np.split(rows, [len(AXES) * 2])
+        links = [model.mass_matrix(angles) - matrices.M for model in self.heavier]
+        payload = tool.T @ PAYLOAD_FORMS @ tool
         assembly, damping = self.model.assembly, self.model.spec.damping
         return ArmAtPose(
             q=angles,
@@ -174,7 +175,7 @@ class Arm:
             dampers=assembly.damping + damping.stiffness_proportional_s * assembly.stiffness,
             other_stiffness=matrices.K - assembly.stiffness,
             mass_damping_1_s=damping.mass_proportional_1_s,
-            channels=self.model.sensor_jacobian(angles, self.channels),
+            channels=channels,
             tool=tool,
         )
 
@@ -193,3 +194,6 @@ def _payload_forms() -> Array:
         forms[4 + axis, 3 + axis, 3 + axis] = 1.0
         forms[7 + axis, 3 + a, 3 + b] = forms[7 + axis, 3 + b, 3 + a] = 1.0
     return np.asarray(forms * PAYLOAD_UNITS[:, None, None])
+
+
+PAYLOAD_FORMS = _payload_forms()

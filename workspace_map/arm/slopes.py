@@ -92,9 +92,9 @@ def damping_slopes(modes: LocalModes) -> Array:
 def _rows(modes: LocalModes, mode: NDArray[np.intp], z: Array, zt: Array, x: Array) -> Slopes:
     u, ut = modes.energy[:, mode].T, modes.tension[:, mode].T
     first, second = np.triu_indices(u.shape[1], 1)
-    heavy = modes.arm.mass_changes @ modes.shapes[:, : modes.n]  # (n_masses, n_dof, n)
+    heavy = (modes.arm.mass_changes @ modes.shapes[:, : modes.n]).T  # (n, n_dof, n_masses)
     return Slopes(
         spring=0.5 * (z * ut + zt * u),
         coupling=z[:, first] * u[:, second] + z[:, second] * u[:, first],
-        mass=np.einsum('rd,mdr->rm', x, heavy[:, :, mode], optimize=True),
+        mass=(x[:, None, :] @ heavy[mode])[:, 0, :],
     )

@@ -68,7 +68,8 @@ def covariance(first: Rows, second: Rows, scales: Scales) -> Array:
     for part, (a, b) in enumerate(zip(first.parts, second.parts, strict=True)):
         gram = a @ b.T
         found += scales.constant[part] ** 2 * gram
-        varying += scales.varying[part] ** 2 * gram
+        if scales.varying[part] > 0.0:
+            varying += scales.varying[part] ** 2 * gram
     return np.asarray(found + varying * k)
 
 
