@@ -131,8 +131,9 @@ def _map_of(
         )  # fmt: skip
     try:
         own = ToolPoint(str(data['tool']['link']), _three(data['tool']['position_m']))
+        # A model of another robot may have nothing that a fingerprint is made of.
+        _same(path, {'robot': (data['robot'], model.robot_name)})
         asked = {
-            'robot': (data['robot'], model.robot_name),
             'model of the robot': (data['model'], model_fingerprint(model)),
             'sensor layout': (data['layout'], layout_fingerprint(layout)),
             'tool point': (_words(own), _words(tool or own)),

@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.hidden_arms import hidden_arm, known_arm
 from modal_core.errors import MapError, ModelError
-from structural_model import load_layout
+from structural_model import load_layout, load_robot
 from structural_model.scan import random_poses
-from workspace_map import load_map, receptance, save_map, ToolPoint, WorkspaceMap
+from workspace_map import Arm, load_map, receptance, save_map, ToolPoint, WorkspaceMap
 
 SEED, ROBOT = 101, 'irb6660_205_190'
 
@@ -109,6 +109,11 @@ def test_a_map_of_another_robot_tool_or_layout_is_refused(ready, tmp_path):
     other = model.with_parameters({'joints.joint_2.drive.spring.stiffness': 2e6})
     with pytest.raises(MapError, match='a map of another model of the robot'):
         load_map(file, other, layout)
+    rigid = load_robot('kuka_kr300')
+    with pytest.raises(MapError, match='a map of another robot'):
+        load_map(file, rigid, layout)
+    with pytest.raises(MapError, match='no springs'):
+        Arm(rigid, known.arm.channels, ToolPoint('tool'))
     with pytest.raises(MapError, match='a map of another tool point'):
         load_map(file, model, layout, ToolPoint('flange'))
     with pytest.raises(MapError, match='a map of another sensor layout'):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from modal_core.channel import AXES, Channel
+from modal_core.errors import MapError
 from modal_core.units import ACCELERATION, ANGULAR_VELOCITY
 from structural_model.spec import LinkSpec
 
@@ -120,6 +121,14 @@ class Arm:
     model: 'FlexibleJointModel'
     channels: tuple[Channel, ...]
     tool: ToolPoint
+
+    def __post_init__(self) -> None:
+        """Refuse a rigid arm."""
+        if not self.n_dof:
+            raise MapError(
+                'the model has no springs, and so no modes', where=self.model.robot_name,
+                advice='say how stiff its drives are, in model.yaml',
+            )  # fmt: skip
 
     @property
     def n_dof(self) -> int:
