@@ -12,6 +12,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_recordings.array_columns import ArrayColumns
 from modal_recordings.array_options import ArrayOptions, HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 from modal_recordings.array_table import ArrayTable
+from modal_recordings.row_period import MADE_UP_ROWS, row_period_s
 from modal_recordings.time_columns import combined, past_midnight, which_time
 
 RATE_TOLERANCE = 1e-3
@@ -73,6 +74,9 @@ def array_clock(
     if None in columns.time_factors:
         notes = (f'time without unit: taken as seconds, {measured_hz:.6g} Hz',)
         _check_seconds(path, measured_hz, time_s, stated_hz, options.advice.columns)
+    n_anew = int(np.count_nonzero(np.diff(time_s) < -MADE_UP_ROWS / measured_hz))
+    if n_anew:
+        notes += (f'time falls back {n_anew} x: what follows is a recording of its own',)
     if stated_hz is not None:
         _check_rate(path, stated_hz, measured_hz, len(time_s))
         if _is_uniform(time_s, stated_hz):
@@ -156,7 +160,7 @@ def _measured_hz(path: Path, time_s: NDArray[np.float64]) -> float:
                 found=f'steps {steps.min():.3g} to {steps.max():.3g} s',
                 expected='a constant rate',
             )
-        mean_s = float(steps[near].mean()) if near.any() else mean_s
+        mean_s = row_period_s(time_s)
     rate_hz = 1.0 / mean_s
     if not math.isfinite(rate_hz) or not LOWEST_RATE_HZ <= rate_hz <= HIGHEST_RATE_HZ:
         raise RecordingError(

@@ -61,6 +61,7 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
     """
     headings = _headings(path, table, options)
     beside = () if options.channels else _turns_beside(headings)
+    has_time = bool(table.dated) or any(heading and heading.is_time for heading in headings)
     times, counters, channels, notes = [], [], [], []
     for column, heading in enumerate(headings):
         if heading is None:
@@ -75,7 +76,9 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
                 ' taken where columns are named'
             )
         elif counts_up(table.values[:, column]):
-            if not heading.is_counter:
+            if not heading.is_counter and not (
+                has_time and not heading.name and _counts_rows(table.column(column))
+            ):
                 raise _ask(path, column, heading, 'counts up: a time or a counter?', options)
             counters.append(column)
             notes.append(f'{_called(heading, column)} left out: counts the rows')
@@ -110,6 +113,11 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         counter=counters[0] if counters else None,
         notes=(*assumed, *notes),
     )
+
+
+def _counts_rows(values: NDArray[np.float64]) -> bool:
+    """Tell whether a column has the numbers of the rows, as tables of pandas do."""
+    return bool(values[0] in (0.0, 1.0) and np.all(np.diff(values) == 1.0))
 
 
 def _turns_beside(headings: Sequence[Heading | None]) -> tuple[int, ...]:
@@ -162,7 +170,10 @@ def _named(
     names = [heading.name for heading in named]
     if len(set(names)) != len(names):
         raise RecordingError(
-            'channel named twice', where=f'{path}: channels', found=', '.join(names)
+            'channel named twice',
+            where=f'{path}: channels',
+            found=', '.join(names),
+            advice=options.advice.columns,
         )
     return named
 

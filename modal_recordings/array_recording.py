@@ -71,7 +71,7 @@ class ArrayRecording:
         self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
         self.units = columns.units
         self.channel_names = columns.names
-        self.notes = (*notes, *columns.notes, *clock.notes)
+        self.notes = (*notes, *table.notes, *columns.notes, *clock.notes)
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
         self._speed_hz = speed_hz

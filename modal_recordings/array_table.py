@@ -32,6 +32,8 @@ class ArrayTable:
         Stated beside the table.
     calibrated : bool
         False: values over full scale, of which the unit must be told.
+    notes : tuple of str
+        What was left out.
     """
 
     values: NDArray[np.generic]
@@ -40,6 +42,7 @@ class ArrayTable:
     dated: tuple[int, ...] = ()
     sample_rate_hz: float | None = None
     calibrated: bool = True
+    notes: tuple[str, ...] = ()
 
     def column(self, number: int) -> NDArray[np.float64]:
         """Return a copy of one column."""

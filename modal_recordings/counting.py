@@ -56,7 +56,12 @@ def _is_even(column: NDArray[np.float64]) -> bool:
 
 def _is_line(column: NDArray[np.float64]) -> bool:
     """Tell whether a column runs along a straight line, up or down, nearer than vibration can."""
+    largest = float(np.abs(column).max())
+    if largest == 0.0:
+        return False
+    # In units of the largest: squares of damaged numbers may be beyond what a double holds.
     row = np.arange(len(column)) - 0.5 * (len(column) - 1)
-    rest = column - column.mean()
+    rest = column / largest
+    rest -= rest.mean()
     slope = float(row @ rest / (row @ row))
     return slope != 0.0 and float(np.std(rest - slope * row)) < LARGEST_SCATTER * abs(slope)

@@ -11,6 +11,7 @@ from modal_recordings.array_table import ArrayTable, read_npy
 from modal_recordings.bag_file import BagFile
 from modal_recordings.folder import open_folder
 from modal_recordings.formats import read_arrays, READERS, table_of
+from modal_recordings.formats.lvm_file import is_lvm
 from modal_recordings.mark import marked_table
 from modal_recordings.mcap_file import McapFile
 from modal_recordings.message_recording import MessageRecording
@@ -18,12 +19,8 @@ from modal_recordings.spindle_speed import speed_column
 from modal_recordings.text_table import read_text_table
 
 Recording = MessageRecording | ArrayRecording
-ARRAY_READERS = {
-    '.npy': read_npy,
-    '.csv': read_text_table,
-    '.txt': read_text_table,
-    '.tsv': read_text_table,
-}
+TEXTS = ('.csv', '.txt', '.tsv')
+ARRAY_READERS = {'.npy': read_npy, **dict.fromkeys(TEXTS, read_text_table)}
 BAG_SUFFIXES = ('.mcap', '.db3', '.bag')
 KINDS = ', '.join(('a rosbag2 folder', *BAG_SUFFIXES, *ARRAY_READERS, *READERS))
 
@@ -44,7 +41,7 @@ def open_recording(
     ----------
     path : path
         A rosbag2 folder, or an .mcap, .db3, .bag, .npy or .csv file, or one of another program:
-        .uff, .mat, .h5, .nc, .wav, .tdms, .mf4.
+        .uff, .mat, .h5, .nc, .wav, .lvm, .tdms, .mf4.
     sample_rate_hz : float [Hz] or None
         Rate of a plain array; overrides its sidecar ``<file>.yaml``.
     unit : str or None
@@ -75,6 +72,8 @@ def open_recording(
     place = Path(path)
     suffix = place.suffix.lower()
     _check_place(place)
+    if suffix in TEXTS and place.is_file() and is_lvm(place):
+        suffix = '.lvm'
     if suffix in ARRAY_READERS and place.is_file():
         if topics:
             raise RecordingError('a plain array has no topics', where=place, found=topics[0])
@@ -82,7 +81,7 @@ def open_recording(
         return _of_table(place, ARRAY_READERS[suffix](place), options, mark, spindle)
     if suffix in READERS and place.is_file():
         options = array_options(place, sample_rate_hz, unit, channels)
-        table = table_of(place, read_arrays(place), topics or ())
+        table = table_of(place, read_arrays(place, suffix), topics or ())
         return _of_table(place, table, options, mark, spindle)
     if sample_rate_hz is not None or unit is not None or channels is not None:
         raise RecordingError(

@@ -8,18 +8,17 @@ from modal_core.errors import RecordingError
 from modal_core.printable import printable
 
 NUMBER = re.compile(r'[-+]?(?:\d+[.]?\d*|[.]\d+)(?:[eE][-+]?\d+)?', re.ASCII)
-MISSING = frozenset(
-    ('', 'nan', 'inf', '+inf', '-inf', 'na', 'n/a', '#n/a', 'null', 'none', '-', '--')
-)
+NO_VALUE = frozenset(('', 'na', 'n/a', '#n/a', 'null', 'none', '-', '--'))
+MISSING = NO_VALUE | frozenset(('nan', 'inf', '+inf', '-inf'))
 COMMENTS = ('#', '%', '//')
 
 
-def split(line: str, separator: str | None) -> list[str]:
-    """Return the cells of a line; separators at its end begin no cell."""
+def split(line: str, separator: str | None, n_least: int = 1) -> list[str]:
+    """Return the cells of a line; separators at its end begin none beyond so many."""
     if separator is None:
         return line.split()
     cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
-    while len(cells) > 1 and cells[-1] == '':
+    while len(cells) > n_least and cells[-1] == '':
         cells.pop()
     return cells
 

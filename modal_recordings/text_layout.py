@@ -9,9 +9,9 @@ import re
 from modal_core.errors import RecordingError
 from modal_core.printable import printable
 from modal_recordings.stated_rate import stated_rate_hz
-from modal_recordings.text_cells import is_comment, is_value, MISSING, split
+from modal_recordings.text_cells import is_comment, is_value, MISSING, NO_VALUE, split
 from modal_recordings.text_encoding import encoding_of
-from modal_recordings.text_headings import headings_above, Line, misfit
+from modal_recordings.text_headings import headings_above, Line, may_name, misfit
 from modal_recordings.time_text import is_time_text
 
 HEAD_LINES = 500
@@ -41,6 +41,8 @@ class TextLayout:
         Columns of dates or times of day.
     sample_rate_hz : float [Hz] or None
         Stated above the table.
+    sparse : tuple of int
+        Columns that are blank in most rows: slow channels beside fast ones.
     """
 
     encoding: str
@@ -52,10 +54,11 @@ class TextLayout:
     units: tuple[str, ...] = ()
     dated: tuple[int, ...] = ()
     sample_rate_hz: float | None = None
+    sparse: tuple[int, ...] = ()
 
     def cells(self, line: str) -> list[str]:
-        """Return the cells of a line; a separator at its end begins no cell."""
-        return split(line, self.separator)
+        """Return the cells of a line; a separator at its end begins no cell but a blank one."""
+        return split(line, self.separator, self.n_columns if self.sparse else 1)
 
     def is_number(self, cell: str) -> bool:
         """Tell whether a cell is a number or says that there is none."""
@@ -82,20 +85,46 @@ def text_layout(path: Path) -> TextLayout:
     counts = Counter(len(split(line, separator)) for line in body)
     n_columns = max(counts, key=lambda count: (counts[count], count))
     decimal = _decimal(path, [split(line, separator) for line in body], separator)
+    n_columns = _n_named(plain, separator, decimal) or n_columns
+    sparse = _sparse([split(line, separator, n_columns) for line in body], n_columns)
+    n_least = n_columns if sparse else 1
     above = []
     for number, line in rows:
         comment = is_comment(line)
         cells = split(line.lstrip('#%/ \t') if comment else line, separator)
-        if not comment and len(cells) == n_columns and _is_row(cells, decimal):
+        filled = split(line, separator, n_least)
+        if not comment and len(filled) == n_columns and _is_row(filled, decimal):
             break
         above.append(Line(number + 1, cells, comment))
     else:
         raise _no_row(path, above, n_columns, decimal)
-    dated = tuple(index for index, cell in enumerate(cells) if is_time_text(cell))
+    dated = tuple(index for index, cell in enumerate(filled) if is_time_text(cell))
     headings, units = headings_above(path, above, n_columns, decimal)
     rate_hz = stated_rate_hz(path, [line for n, line in rows if n < number])
     layout = (encoding, separator, decimal, number, n_columns)
-    return TextLayout(*layout, headings, units, dated, rate_hz)
+    return TextLayout(*layout, headings, units, dated, rate_hz, sparse)
+
+
+def _n_named(plain: Sequence[str], separator: str | None, decimal: str) -> int:
+    """Return how many columns there are where some rows have all that is named; else 0.
+
+    The others lack what is blank at their end.
+    """
+    if separator is None:
+        return 0
+    lines = [Line(0, split(line, separator), comment=False) for line in plain]
+    widest = max((len(line.cells) for line in lines if _is_row(line.cells, decimal)), default=0)
+    named = (all(line.cells) and may_name(line, widest, decimal) for line in lines)
+    return widest if any(named) else 0
+
+
+def _sparse(rows: Sequence[Sequence[str]], n_columns: int) -> tuple[int, ...]:
+    """Return the columns that are blank in most rows."""
+    whole = [cells for cells in rows if len(cells) == n_columns]
+    blank = [
+        sum(cells[column].lower() in NO_VALUE for cells in whole) for column in range(n_columns)
+    ]
+    return tuple(column for column, n in enumerate(blank) if n > len(whole) / 2)
 
 
 def _head(path: Path, encoding: str) -> list[str]:

@@ -1,6 +1,7 @@
 """Reads tables of numbers from text files of data loggers and spreadsheets."""
 
 from collections.abc import Callable, Iterator
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from modal_core.errors import RecordingError
 from modal_recordings.array_table import ArrayTable, MOST_COLUMNS
 from modal_recordings.spooled import spooled
-from modal_recordings.text_cells import is_comment, not_a_number
+from modal_recordings.text_cells import is_comment, NO_VALUE, not_a_number
 from modal_recordings.text_layout import LONGEST_LINE, text_layout, TextLayout
 from modal_recordings.time_text import is_time_text, seconds_of
 
@@ -41,7 +42,8 @@ def read_text_table(path: Path) -> ArrayTable:
                 found=layout.n_columns,
                 expected=f'<= {MOST_COLUMNS}',
             )
-        pieces = _pieces(path, layout)
+        notes: list[str] = []
+        pieces = _pieces(path, layout, notes)
         values = (
             np.concatenate(list(pieces))
             if size <= IN_MEMORY_BYTES
@@ -61,11 +63,27 @@ def read_text_table(path: Path) -> ArrayTable:
         units=layout.units,
         dated=layout.dated,
         sample_rate_hz=layout.sample_rate_hz,
+        notes=tuple(notes),
     )
 
 
-def _pieces(path: Path, layout: TextLayout) -> Iterator[NDArray[np.float64]]:
-    """Yield the rows, some megabytes of text at a time."""
+def _is_cut(last: str, before: str, layout: TextLayout) -> bool:
+    """Tell whether the last number was cut off: no line end, and fewer digits than above it."""
+    cells, above = layout.cells(last), layout.cells(before)
+    if last.endswith('\n') or not len(cells) == len(above) == layout.n_columns:
+        return False
+    there, usual = _digits(cells[-1]), _digits(above[-1])
+    return there[0] < usual[0] or there[1] < usual[1]
+
+
+def _digits(cell: str) -> tuple[int, int]:
+    """Return how many digits stand behind the decimal mark, and in the exponent."""
+    number, _, exponent = cell.lower().replace(',', '.').partition('e')
+    return len(number.partition('.')[2]), len(exponent.lstrip('+-'))
+
+
+def _pieces(path: Path, layout: TextLayout, notes: list[str]) -> Iterator[NDArray[np.float64]]:
+    """Yield the rows, some megabytes of text at a time; one that is cut off is noted, not read."""
     first, lines, n_letters = layout.n_before, [], 0
     with path.open(encoding=layout.encoding, newline=None) as file:
         for number, line in enumerate(iter(lambda: file.readline(LONGEST_LINE), '')):
@@ -76,14 +94,16 @@ def _pieces(path: Path, layout: TextLayout) -> Iterator[NDArray[np.float64]]:
             if n_letters > PIECE_LETTERS:
                 yield _numbers(path, lines, layout, first)
                 first, lines, n_letters = number + 1, [], 0
+    if len(lines) > 1 and _is_cut(lines[-1], lines[-2], layout):
+        notes.append('last row left out: it ends in the middle of a number')
+        lines.pop()
     if lines:
         yield _numbers(path, lines, layout, first)
 
 
 def _numbers(path: Path, lines: list[str], layout: TextLayout, first: int) -> NDArray[np.float64]:
     """Return the numbers of some lines, the first of them after ``first`` others."""
-    ends = f'{layout.separator or ""} \t\r\n'
-    rows = [line.rstrip(ends) for line in lines if not is_comment(line)]
+    rows = [_row(line, layout) for line in lines if not is_comment(line)]
     rows = [row for row in rows if row]
     if not rows:
         return np.empty((0, layout.n_columns))
@@ -107,12 +127,29 @@ def _numbers(path: Path, lines: list[str], layout: TextLayout, first: int) -> ND
     return values
 
 
+def _row(line: str, layout: TextLayout) -> str:
+    """Return a line without separators at its end, but those before cells that may be blank."""
+    mark = layout.separator or ''
+    row = line.rstrip(f'{mark} \t\r\n')
+    if not (row and layout.sparse):
+        return row
+    there = min(line.count(mark), layout.n_columns - 1)
+    return row + mark * (there - row.count(mark))
+
+
 def _converters(layout: TextLayout) -> dict[int | str, Callable[[str], float]] | None:
     made: dict[int | str, Callable[[str], float]] = {}
     if layout.decimal == ',' and layout.separator == ',':
         made = dict.fromkeys(range(layout.n_columns), lambda cell: float(cell.replace(',', '.')))
+    made.update(dict.fromkeys(layout.sparse, _number_or_none))
     made.update(dict.fromkeys(layout.dated, seconds_of))
     return made or None
+
+
+def _number_or_none(cell: str) -> float:
+    """Return NaN for what says that there is no value."""
+    cell = cell.strip()
+    return math.nan if cell.lower() in NO_VALUE else float(cell.replace(',', '.'))
 
 
 def _complaint(path: Path, lines: list[str], layout: TextLayout, first: int) -> RecordingError:
@@ -142,7 +179,9 @@ def _fault(where: str, cells: list[str], layout: TextLayout) -> RecordingError |
                 seconds_of(cell)
             except ValueError as error:
                 return not_a_time(f'{where}, column {column + 1}', str(error))
-        elif not cell:
+        elif column in layout.sparse and cell.lower() in NO_VALUE:
+            continue
+        elif cell.lower() in NO_VALUE:
             return RecordingError('no value', where=f'{where}, column {column + 1}',
                                   expected='a number in every cell')  # fmt: skip
         elif not layout.is_number(cell):

@@ -14,9 +14,12 @@ from modal_recordings.formats.named_arrays import (
     unit_text,
 )
 from modal_recordings.formats.optional_library import optional_library
+from modal_recordings.formats.packed import unpacked
 
 UNIT_NAMES = ('unit', 'units', 'Unit', 'Units')
 DEEPEST = 8
+NO_VARIABLE = b'This is a netCDF dimension but not a netCDF variable'
+"""How NetCDF 4 calls the dataset of a dimension that has no values."""
 
 
 class Transposed:
@@ -72,16 +75,21 @@ def _datasets(
         if isinstance(link, h5py.ExternalLink | h5py.SoftLink) or name.startswith('#'):
             continue
         item = group[name]
-        if isinstance(item, h5py.Dataset):
+        if isinstance(item, h5py.Dataset) and not _is_dimension(item):
             yield f'{before}{name}', item
         elif isinstance(item, h5py.Group) and depth < DEEPEST:
             yield from _datasets(item, h5py, f'{before}{name}/', depth + 1)
 
 
+def _is_dimension(dataset: Any) -> bool:
+    name = dataset.attrs.get('NAME', b'')
+    return isinstance(name, bytes) and name.startswith(NO_VARIABLE)
+
+
 def _array(name: str, dataset: Any, matlab: bool) -> NamedArray:
     unit = next((unit_text(dataset.attrs[key]) for key in UNIT_NAMES if key in dataset.attrs), '')
     rate_hz = next(iter(stated_rates(_numbers(dataset.attrs)).values()), None)
-    values = Transposed(dataset) if matlab else dataset
+    values = Transposed(dataset) if matlab else unpacked(dataset, dataset.attrs)
     return NamedArray(name, values, unit=unit, sample_rate_hz=rate_hz)
 
 

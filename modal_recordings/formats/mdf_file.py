@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 import gc
+import logging
 from pathlib import Path
 import sys
 from typing import Any
@@ -63,11 +64,12 @@ def _groups(content: Any) -> list[list[Any]]:
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Say nothing of readers that fail once more when they are taken away half made."""
-    hook = sys.unraisablehook
-    sys.unraisablehook = lambda _: None
+    """Keep the library's log quiet, and readers that fail again when they are taken away."""
+    hook, log = sys.unraisablehook, logging.getLogger('asammdf')
+    was_disabled = log.disabled
+    sys.unraisablehook, log.disabled = (lambda _: None), True
     try:
         yield
     finally:
         gc.collect()
-        sys.unraisablehook = hook
+        sys.unraisablehook, log.disabled = hook, was_disabled

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 import math
 from pathlib import Path
+import struct
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,6 +24,8 @@ SAME_RATE = 1e-3
 """Two statements of one rate differ by rounding at most."""
 IN_MEMORY_BYTES = 16_000_000
 ROWS_AT_ONCE = 1 << 14
+DAMAGED = (OSError, RuntimeError, ValueError, TypeError, LookupError, EOFError, struct.error)
+"""What libraries raise where values that are read when they are needed cannot be."""
 FEWEST_OF_RECORD = 16
 """Of what can be a record: smaller arrays are lists of places, limits or coefficients."""
 
@@ -58,6 +61,8 @@ class NamedArray:
         One per column, as written; empty where none is stated.
     sample_rate_hz : float [Hz] or None
         Stated with the array.
+    start_s : float [s] or None
+        When its first sample was taken, where that is stated.
     """
 
     name: str
@@ -65,6 +70,7 @@ class NamedArray:
     unit: str = ''
     headings: tuple[str, ...] = ()
     sample_rate_hz: float | None = None
+    start_s: float | None = None
 
     @property
     def last_name(self) -> str:
@@ -127,6 +133,7 @@ def table_of(path: Path, found: NamedArrays, chosen: Sequence[str] = ()) -> Arra
     arrays = _chosen(path, [each for each in found.arrays if each.is_record], chosen)
     times = [each for each in arrays if _is_time(each, path)]
     data = [each for each in arrays if each not in times]
+    times = _one_of_alike(times)
     lengths = {each.n_samples for each in arrays}
     if not data:
         raise RecordingError(
@@ -143,6 +150,7 @@ def table_of(path: Path, found: NamedArrays, chosen: Sequence[str] = ()) -> Arra
             advice=f'say which one: --topic {data[0].name}',
         )
     rate_hz = _rate(path, found.numbers, data)
+    _check_together(path, data, rate_hz, chosen)
     table = (
         _matrix(path, data[0], times)
         if len(data) == 1 and not data[0].is_row
@@ -199,6 +207,16 @@ def _of_one_length(arrays: list[NamedArray], path: Path) -> list[NamedArray]:
     return [each for each in arrays if each.n_samples in lengths] if len(lengths) == 1 else arrays
 
 
+def _one_of_alike(times: list[NamedArray]) -> list[NamedArray]:
+    """Return the first of times that are all the same: loggers write one with every channel."""
+    whole = slice(None)
+    if len({each.n_samples for each in times}) == 1:
+        first, *others = (_row(each, whole) for each in times)
+        if all(np.array_equal(first, other) for other in others):
+            return times[:1]
+    return times
+
+
 def _heading(array: NamedArray, path: Path) -> Heading:
     return heading_of(array.last_name, array.unit, f'{path}: {array.name}')
 
@@ -230,6 +248,32 @@ def _rate(path: Path, numbers: dict[str, float], data: Sequence[NamedArray]) -> 
                 advice='choose arrays of one rate: --topic NAME for each',
             )
     return rate_hz
+
+
+def _check_together(
+    path: Path, data: Sequence[NamedArray], rate_hz: float | None, chosen: Sequence[str]
+) -> None:
+    """Refuse to lay arrays side by side, unasked, that may have been measured one by one."""
+    if chosen:
+        return
+    starts = {each.start_s for each in data}
+    known = sorted(start for start in starts if start is not None)
+    if rate_hz and known and known[-1] - known[0] > 0.5 / rate_hz:
+        raise RecordingError(
+            'arrays that begin at different times',
+            where=path,
+            found=f'up to {known[-1] - known[0]:.6g} s apart',
+            advice=f'choose those that belong together: --topic {data[0].name}',
+        )
+    names = [each.last_name for each in data]
+    if len(set(names)) < len(names) and None in starts:
+        twice = next(each for each in data if names.count(each.last_name) > 1)
+        raise RecordingError(
+            'one recording or several? names are there more than once, and no start times',
+            where=path,
+            found=', '.join(each.name for each in data if each.last_name == twice.last_name),
+            advice=f'choose those that belong together: --topic {twice.name}',
+        )
 
 
 def _matrix(path: Path, data: NamedArray, times: Sequence[NamedArray]) -> ArrayTable:
@@ -292,10 +336,15 @@ def _gathered(
     path: Path, rows: Callable[[slice], NDArray[np.float64]], n_samples: int, n_columns: int
 ) -> NDArray[np.float64]:
     """Return the rows, in memory where they are few."""
-    pieces: Iterator[NDArray[np.float64]] = (
-        rows(slice(first, min(first + ROWS_AT_ONCE, n_samples)))
-        for first in range(0, n_samples, ROWS_AT_ONCE)
-    )
+
+    def piece(first: int) -> NDArray[np.float64]:
+        try:
+            return rows(slice(first, min(first + ROWS_AT_ONCE, n_samples)))
+        except DAMAGED as error:
+            where = f'{path}: rows from {first + 1}'
+            raise RecordingError('damaged data', where=where, found=error) from error
+
+    pieces: Iterator[NDArray[np.float64]] = map(piece, range(0, n_samples, ROWS_AT_ONCE))
     if 8 * n_samples * n_columns > IN_MEMORY_BYTES:
         return spooled(path, pieces, n_columns)
     return np.concatenate(list(pieces))

@@ -9,6 +9,9 @@ from scipy.io import netcdf_file
 from modal_core.errors import RecordingError
 from modal_recordings.formats import hdf_file
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays, unit_text
+from modal_recordings.formats.packed import unpacked
+
+NEWEST_CLASSIC = b'CDF\x05'
 
 
 def read(path: Path) -> NamedArrays:
@@ -20,8 +23,16 @@ def read(path: Path) -> NamedArrays:
         Damaged or truncated.
     """
     with path.open('rb') as file:
-        if file.read(3) != b'CDF':
-            return hdf_file.read(path)
+        magic = file.read(4)
+    if not magic.startswith(b'CDF'):
+        return hdf_file.read(path)
+    if magic == NEWEST_CLASSIC:
+        raise RecordingError(
+            'NetCDF of the 64-bit data format (CDF-5)',
+            where=path,
+            expected='the classic format or NetCDF 4',
+            advice='convert it: nccopy -k nc4',
+        )
     try:
         with netcdf_file(path, 'r', mmap=False) as content:
             numbers = {k: float(v) for k, v in content._attributes.items() if np.size(v) == 1
@@ -36,4 +47,7 @@ def read(path: Path) -> NamedArrays:
 
 def _variable(name: str, variable: Any) -> NamedArray:
     unit = unit_text(getattr(variable, 'units', ''))
-    return NamedArray(name, np.array(variable.data), unit=unit)
+    values = np.array(variable.data)
+    if not values.shape:
+        return NamedArray(name, values, unit=unit)
+    return NamedArray(name, unpacked(values, variable._attributes), unit=unit)

@@ -17,20 +17,21 @@ READERS = {
     '.nc': 'netcdf_file',
     '.wav': 'wav_file',
     '.tdms': 'tdms_file',
+    '.lvm': 'lvm_file',
     '.mf4': 'mdf_file',
     '.mdf': 'mdf_file',
 }
 """By the ending of the file's name."""
 
 
-def read_arrays(path: Path) -> NamedArrays:
-    """Return the arrays of a file, by the ending of its name.
+def read_arrays(path: Path, suffix: str = '') -> NamedArrays:
+    """Return the arrays of a file, by the ending of its name, or of such names as are told.
 
     Raises
     ------
     RecordingError
         Damaged or truncated, or the library that reads it is not installed.
     """
-    reader = import_module(f'modal_recordings.formats.{READERS[path.suffix.lower()]}')
+    reader = import_module(f'modal_recordings.formats.{READERS[suffix or path.suffix.lower()]}')
     found: NamedArrays = reader.read(path)
     return found

@@ -6,6 +6,7 @@ References
    for Modal Analysis Testing, https://www.ceas3.uc.edu/sdrluff/
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import pyuff
 from modal_core.errors import RecordingError
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
 from modal_recordings.formats.universal_blocks import Block, blocks_of
+from modal_recordings.row_period import row_period_s
 
 FUNCTION, UNITS = 58, 164
 TIME_RESPONSE = 1
@@ -62,7 +64,7 @@ def read(path: Path) -> NamedArrays:
                 name,
                 np.asarray(record['data'], dtype=np.float64),
                 unit=_unit(record, length),
-                headings=(name,),
+                headings=(name.rpartition('/')[2],),
                 sample_rate_hz=_rate_hz(path, record),
             )
             for name, record in zip(names, records, strict=True)
@@ -143,6 +145,8 @@ def _rate_hz(path: Path, record: Mapping[str, Any]) -> float:
             raise RecordingError(
                 'not sampled evenly', where=path, expected='one time step throughout'
             )
+        # Not the median: times of few digits have steps of their own.
+        step_s = row_period_s(np.asarray(record['x'], dtype=float)) if len(steps) else 0.0
     if not step_s > 0.0:
         raise RecordingError(
             'no sample rate', where=path, found=f'time step {step_s:g} s', expected='above 0 s'
@@ -160,8 +164,12 @@ def _names(records: Sequence[Mapping[str, Any]]) -> list[str]:
         names.append(f'{place}:{direction}' if direction else place)
     if len(set(names)) == len(names):
         return names
-    # Runs of one node after the other: number them.
-    return [f'{name} ({number})' for number, name in enumerate(names, start=1)]
+    # Runs one after the other, as long as nobody says that they are not: 2/12:+Z.
+    seen: Counter[str] = Counter()
+    for row, name in enumerate(names):
+        seen[name] += 1
+        names[row] = f'{seen[name]}/{name}'
+    return names
 
 
 def _unit(record: Mapping[str, Any], length: str) -> str:

@@ -44,7 +44,9 @@ def read(path: Path) -> NamedArrays:
         warnings.filterwarnings('ignore', message='Chunk .non-data. not understood')
         try:
             rate_hz, samples = wavfile.read(path, mmap=_mapped(path))
-        except (ValueError, wavfile.WavFileWarning, OSError, EOFError, struct.error) as error:
+        except (ValueError, wavfile.WavFileWarning, OSError, EOFError, struct.error, TypeError,
+                ArithmeticError, MemoryError, UnboundLocalError) as error:  # fmt: skip
+            # A header that says nonsense leaves the reader of SciPy without its own variables.
             raise RecordingError(
                 'damaged or truncated WAV file', where=path, found=str(error)
             ) from error

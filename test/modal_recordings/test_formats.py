@@ -233,3 +233,143 @@ def test_a_dataset_is_read_in_pieces(tmp_path):
     recording = open_recording(tmp_path / 'a.h5')
     rows = np.concatenate([block.acceleration for block in recording.measurements()])
     assert rows[123_456].tolist() == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize('name', WRITERS)
+def test_damaged_bytes_are_read_or_refused_in_one_line(name, tmp_path):
+    """Seed 58: the header of every format, and all of the file."""
+    path, rng = WRITERS[name](tmp_path / name), np.random.default_rng(58)
+    whole = path.read_bytes()
+    for number in range(60):
+        data = bytearray(whole)
+        for place in rng.integers(min(len(data), (300, 3000, len(data))[number % 3]), size=3):
+            data[place] = rng.integers(256)
+        path.write_bytes(data)
+        try:
+            read(path, **OPTIONS.get(name, {}))
+        except RecordingError as error:
+            assert str(error).isprintable(), f'number {number}'
+
+
+def test_compressed_data_that_are_damaged_are_refused(tmp_path):
+    path = tmp_path / 'a.h5'
+    with h5py.File(path, 'w') as file:
+        large = file.create_dataset('acc', data=SAMPLES, chunks=(500, 3), compression='gzip')
+        large.attrs['fs'] = RATE_HZ
+        place = large.id.get_chunk_info(4)
+    with path.open('r+b') as file:
+        file.seek(place.byte_offset + place.size // 2)
+        file.write(bytes(64))
+    with pytest.raises(RecordingError, match=r'a.h5: rows from 1: damaged data'):
+        open_recording(path)
+
+
+@pytest.mark.parametrize('kind', ['classic', 'netcdf4'])
+def test_packed_numbers_are_unpacked_as_the_cf_conventions_say(tmp_path, kind):
+    path, stored = tmp_path / 'a.nc', np.round(SAMPLES[:, 0] * 1000.0).astype(np.int16)
+    said = {'scale_factor': 1e-3, 'add_offset': 0.5, '_FillValue': np.int16(-32768)}
+    if kind == 'classic':
+        with netcdf_file(path, 'w') as file:
+            file.fs = RATE_HZ
+            file.createDimension('time', N_SAMPLES)
+            one = file.createVariable('acc', 'h', ('time',))
+            one[:], one.units = stored, 'm s-2'
+            for name, value in said.items():
+                setattr(one, name, value)
+    else:
+        with h5py.File(path, 'w') as file:
+            file.attrs['fs'] = RATE_HZ
+            one = file.create_dataset('acc', data=stored)
+            one.attrs.update({'units': 'm s-2', **said})
+            # What NetCDF 4 makes of a dimension that nobody gave values.
+            file['time'] = np.zeros(N_SAMPLES, np.float32)
+            file['time'].attrs['NAME'] = np.bytes_(
+                'This is a netCDF dimension but not a netCDF variable.      3000'
+            )
+    values, recording = read(path)
+    assert np.allclose(values[:, 0], stored / 1000.0 + 0.5) and values.shape == (N_SAMPLES, 1)
+    assert recording.sample_rate_hz == RATE_HZ
+
+
+def test_what_was_never_measured_is_no_number(tmp_path):
+    with h5py.File(tmp_path / 'a.nc', 'w') as file:
+        values = SAMPLES[:, 0].astype(np.float32)
+        values[70] = 9.969209968386869e36
+        file['acc'] = values
+        file['acc'].attrs['fs'] = RATE_HZ
+    with pytest.raises(RecordingError, match='row 71, channel acc: value is not finite'):
+        open_recording(tmp_path / 'a.nc')
+
+
+def test_the_newest_classic_netcdf_is_called_so(tmp_path):
+    (tmp_path / 'a.nc').write_bytes(b'CDF\x05' + bytes(100))
+    with pytest.raises(RecordingError, match='nccopy -k nc4'):
+        open_recording(tmp_path / 'a.nc')
+
+
+def group(name, columns, **said):
+    return [
+        nptdms.ChannelObject(name, f'ai{n}', SAMPLES[:, n].copy(), {'wf_increment': 0.01, **said})
+        for n in columns
+    ]
+
+
+def at(second):
+    return {'wf_start_time': np.datetime64('2026-03-04T10:00:00') + np.timedelta64(second, 's')}
+
+
+def test_runs_of_one_file_are_not_channels_of_one_recording(tmp_path):
+    """The same names in two groups, and no start: at once, or one after the other?"""
+    with nptdms.TdmsWriter(tmp_path / 'a.tdms') as writer:
+        writer.write_segment([*group('run 1', (0, 1)), *group('run 2', (0, 1))])
+    with pytest.raises(RecordingError, match=r'one recording or several.*run 1/ai0, run 2/ai0'):
+        open_recording(tmp_path / 'a.tdms')
+    values, _ = read(tmp_path / 'a.tdms', topics=('run 2/ai0', 'run 2/ai1'))
+    assert np.array_equal(values, SAMPLES[:, :2])
+    with nptdms.TdmsWriter(tmp_path / 'b.tdms') as writer:
+        writer.write_segment([*group('a', (0,), **at(0)), *group('b', (0, 1), **at(0))])
+    assert read(tmp_path / 'b.tdms')[1].channel_names == ('a/ai0', 'b/ai0', 'b/ai1')
+    with nptdms.TdmsWriter(tmp_path / 'c.tdms') as writer:
+        writer.write_segment([*group('a', (0,), **at(0)), *group('b', (1,), **at(20))])
+    with pytest.raises(RecordingError, match=r'begin at different times .found up to 20 s apart'):
+        open_recording(tmp_path / 'c.tdms')
+
+
+def test_one_node_measured_twice_is_not_two_channels(tmp_path):
+    sets = [function(n, True) for n in (0, 1, 0, 1)]
+    pyuff.UFF(str(tmp_path / 'a.uff')).write_sets(sets, 'add')
+    with pytest.raises(RecordingError, match=r'one recording or several.*1/12:\+X, 2/12:\+X'):
+        open_recording(tmp_path / 'a.uff')
+    _, recording = read(tmp_path / 'a.uff', topics=('2/12:+X', '2/12:+Y'))
+    assert recording.channel_names == ('12:+X', '12:+Y')
+
+
+def test_times_of_few_digits_do_not_bend_the_rate(tmp_path):
+    """Uneven spacing of dataset 58 prints times of six digits: steps of 1.95 or 1.96 ms."""
+    rate_hz = 512.0
+    other = {'x': np.arange(N_SAMPLES) / rate_hz, 'abscissa_spacing': 0}
+    _, recording = read(universal(tmp_path / 'a.uff', False, **other))
+    assert recording.sample_rate_hz == pytest.approx(rate_hz, rel=2e-6)
+
+
+def test_times_of_day_of_a_tdms_file_are_its_times(tmp_path):
+    stamps = np.datetime64('2026-03-04T10:00:00') + (TIME_S * 1e6).astype('timedelta64[us]')
+    channels = [nptdms.ChannelObject('a', 'Time', stamps, {}), *group('a', (0, 1))]
+    for channel in channels[1:]:
+        del channel.properties['wf_increment']
+    with nptdms.TdmsWriter(tmp_path / 'a.tdms') as writer:
+        writer.write_segment(channels)
+    values, recording = read(tmp_path / 'a.tdms')
+    assert recording.channel_names == ('ai0', 'ai1') and np.array_equal(values, SAMPLES[:, :2])
+    assert recording.sample_rate_hz == pytest.approx(RATE_HZ, rel=1e-6)
+
+
+def test_one_clock_written_with_every_channel_is_one_clock(tmp_path):
+    with h5py.File(tmp_path / 'a.h5', 'w') as file:
+        for number in range(3):
+            file[f'{number}/acc_{number}'] = SAMPLES[:, number]
+            file[f'{number}/time'] = TIME_S
+            file[f'{number}/time'].attrs['unit'] = 's'
+    values, recording = read(tmp_path / 'a.h5')
+    assert recording.channel_names == ('acc_0', 'acc_1', 'acc_2')
+    assert np.array_equal(values, SAMPLES)

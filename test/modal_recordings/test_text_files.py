@@ -80,6 +80,15 @@ READ = {
     'over midnight': table(clock_times(start_s=86399.5), above='Uhrzeit,a,b\n'),
     'minutes and seconds of a spreadsheet': table(SPREAD, above='time,a,b\n'),
     'whole seconds and nanoseconds': table(STAMPS, above='sec,nanosec,a,b\n'),
+    'row numbers of pandas beside a time': table(
+        [f'{n},{t}' for n, t in enumerate(seconds())], above=',time,a,b\n'),
+    'units in a remark': table(MS, ';', '.', '# t;a;b\n# ms;g;g\n'),
+    'names over two lines': table(seconds(), ';', '.', 'x;a;b\nTime;g;g\n'),
+    'a slow channel beside fast ones': table(
+        COMMA, ';', ',', 't [s];a [g];b [g];n [1/min]\n', after=';').replace(';\n', ';9\n', 3),
+    'a slow channel with dashes': table(
+        COMMA, ';', ',', 't [s];a [g];b [g];T [°C]\n', after=';-').replace('-\n', '9,5\n', 2),
+    'a number in full at the end': table(seconds(), above='time,a,b\n').rstrip(),
     'rate above the table': table(None, above='# Sample rate: 250 Hz\na,b\n'),
     'interval above the table': table(None, ';', ',', 'Sampling interval [ms];4\n\na;b\n'),
 }  # fmt: skip
@@ -159,6 +168,28 @@ def test_what_could_mean_two_things_is_refused_in_one_line(tmp_path, case):
     with pytest.raises(RecordingError, match=words) as caught:
         open_recording(path, **stated)
     assert path.name in str(caught.value) and str(caught.value).isprintable()
+
+
+def test_a_number_that_is_cut_off_is_not_read(tmp_path):
+    text = table([f'{t:.5e}' for t in TIMES_S], above='time,a,b\n').rstrip()
+    recording = open_recording(put(tmp_path, text[:-2]))
+    assert np.array_equal(gathered(recording), VALUES[:-1])
+    assert 'last row left out: it ends in the middle of a number' in recording.notes
+
+
+def test_a_time_that_begins_anew_is_told(tmp_path):
+    rows = table(seconds())
+    recording = open_recording(put(tmp_path, f'time [s],a,b\n{rows}{rows}'))
+    assert recording.sample_rate_hz == pytest.approx(RATE_HZ)
+    assert any('time falls back 1 x' in note for note in recording.notes)
+
+
+@pytest.mark.parametrize('digits', [3, 4])
+def test_times_of_few_digits_do_not_bend_the_rate(tmp_path, digits):
+    """Rows 1.9 ms apart in whole milliseconds: two of most steps, and one now and then."""
+    times = [f'{n / 520.0:.{digits}f}' for n in range(N_ROWS)]
+    recording = open_recording(put(tmp_path, table(times, above='t [s],a,b\n')))
+    assert recording.sample_rate_hz == pytest.approx(520.0, rel=2e-4)
 
 
 def test_units_of_each_column_count_and_rotations_are_left_out_with_a_word(tmp_path):

@@ -1,0 +1,71 @@
+"""Measurement files of LabVIEW, as its Write To Measurement File makes them."""
+
+import numpy as np
+import pytest
+
+from modal_core.errors import RecordingError
+from modal_recordings import open_recording
+
+SEED, N_ROWS, RATE_HZ, G = 4, 500, 512.0, 9.80665
+VALUES = np.round(np.random.default_rng(SEED).normal(size=(N_ROWS, 2)), 4)
+
+
+def lvm(kind='One', mark='\t', decimal='.', n_said=N_ROWS, dimension='Time', last='Comment'):
+    """Return the text of a file with the columns of times that ``kind`` says."""
+    word = {'\t': 'Tab', ',': 'Comma'}[mark]
+    step = f'{1.0 / RATE_HZ:.9f}'
+    lines = [
+        ['LabVIEW Measurement', ''], ['Writer_Version', '2'], ['Separator', word],
+        ['Decimal_Separator', decimal], ['Multi_Headings', 'No'], ['X_Columns', kind],
+        ['Time_Pref', 'Relative'], ['Date', '2026/03/04'], ['***End_of_Header***', ''], [],
+        ['Channels', '2', ''], ['Samples', str(n_said), str(n_said)], ['Y_Unit_Label', 'g', 'g'],
+        ['X_Dimension', dimension, dimension], ['X0', '0', '0'], ['Delta_X', step, step],
+        ['***End_of_Header***', '', ''],
+        ['X_Value', 'a', *(['X_Value'] if kind == 'Multi' else []), 'b', last],
+    ]  # fmt: skip
+    for n, (one, two) in enumerate(VALUES):
+        x = '' if kind == 'No' else f'{n / RATE_HZ:.6f}'
+        more = [x] if kind == 'Multi' else []
+        remark = ['begin, says Ann'] if n == 0 and mark == '\t' else []
+        lines.append([x, f'{one:.4f}', *more, f'{two:.4f}', *remark])
+    text = '\r\n'.join(mark.join(line) for line in lines) + '\r\n'
+    rows = text.index('X_Dimension')
+    return text[:rows] + text[rows:].replace('.', decimal) if decimal == ',' else text
+
+
+def put(folder, text, name='a.lvm'):
+    (folder / name).write_text(text, encoding='cp1252', newline='')
+    return folder / name
+
+
+@pytest.mark.parametrize('kind', ['One', 'Multi', 'No'])
+@pytest.mark.parametrize(('mark', 'decimal'), [('\t', '.'), ('\t', ','), (',', '.')])
+@pytest.mark.parametrize('name', ['a.lvm', 'a.txt'])
+def test_what_is_read_is_what_was_written(tmp_path, kind, mark, decimal, name):
+    recording = open_recording(put(tmp_path, lvm(kind, mark, decimal), name))
+    values = np.concatenate([part.acceleration for part in recording.measurements()])
+    assert recording.channel_names == ('a', 'b') and recording.units == ('m/s^2', 'm/s^2')
+    assert recording.sample_rate_hz == pytest.approx(RATE_HZ, rel=1e-6)
+    assert np.allclose(values, G * VALUES, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        (''.join(lvm().splitlines(True)[:-3]), r'truncated .found 497 rows, expected 500'),
+        (lvm()[:-4], r'truncated .found a last line without an end'),
+        (lvm().replace('\t0.', '\t0,', 60), 'not a row of numbers'),
+        (lvm()[:150], 'truncated'),
+        (lvm()[:60] + '\n', 'its header does not end'),
+        (lvm(n_said=400), 'more rows than stated'),
+        (lvm(dimension='Frequency'), r'no record over time .found Frequency'),
+        (lvm() + lvm()[lvm().index('Channels') :], r'several segments.*one segment a file'),
+        (lvm().replace('0.001953125\t0.00', '0.001953125\t0.01'), 'channels of different rates'),
+        (lvm().replace('Samples\t500\t500', 'Samples\t500\t50'), 'different lengths'),
+        ('time,a\n1,2\n', 'not a LabVIEW measurement file'),
+    ],
+)
+def test_what_is_not_whole_is_refused_in_one_line(tmp_path, text, words):
+    with pytest.raises(RecordingError, match=words) as caught:
+        open_recording(put(tmp_path, text))
+    assert str(caught.value).isprintable()
