@@ -113,7 +113,7 @@ def judge_demo(settings: DemoSettings, run: DemoRun) -> DemoVerdict:
         settings.recording.name,
         title=f'Self-excited modal analysis of the emulated {settings.robot}',
         truth=tuple(mode.true for mode in modes if mode.in_band or mode.true.mode is not None),
-        drawing=drawing,
+        placed=drawing.placed,
         provenance={'plan': run.plan_hash, 'seed': str(settings.seed), 'pose': settings.pose},
     )
     show_written(settings.folder)

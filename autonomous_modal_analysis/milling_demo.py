@@ -150,7 +150,7 @@ def milling_demo(
         path.name,
         title=f'The emulated {robot} identified while it mills',
         truth=truth,
-        drawing=draw_arm(model, angles, layout, modes),
+        placed=draw_arm(model, angles, layout, modes).placed,
         provenance={
             'seed': str(seed),
             'pose': pose,

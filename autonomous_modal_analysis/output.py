@@ -24,7 +24,7 @@ from modal_core.version import software
 from modal_reports import ChannelSpectra, Spectrum
 
 if TYPE_CHECKING:
-    from modal_dashboard.arm_drawing import ArmDrawing
+    from autonomous_modal_analysis.api.found_modes import Placed
 
 JSON_NAME, CSV_NAME, REPORT_NAME = 'modes.json', 'modes.csv', 'report.html'
 
@@ -74,7 +74,7 @@ def save_results(
     *,
     title: str = 'Operational modal analysis',
     truth: tuple[TrueMode, ...] | None = None,
-    drawing: 'ArmDrawing | None' = None,
+    placed: 'Placed | None' = None,
     provenance: Mapping[str, str] | None = None,
 ) -> None:
     """Write modes.json, modes.csv and report.html into a folder."""
@@ -87,8 +87,8 @@ def save_results(
         poles=found.whole.poles,
         spectrum=spectrum,
         truth=truth,
-        geometry=drawing.geometry if drawing else None,
-        displacements=drawing.displacements if drawing else (),
+        geometry=placed[0] if placed else None,
+        displacements=placed[1] if placed else (),
         spectra=_spectra(found),
         spectrogram=found.spectrogram,
         provenance={'software': software(), **(provenance or {})},

@@ -30,6 +30,11 @@ class ArmDrawing:
     geometry: Geometry
     displacements: tuple[NDArray[np.complex128], ...]
 
+    @property
+    def placed(self) -> tuple[Geometry, tuple[NDArray[np.complex128], ...]]:
+        """Both, as reports and files of other programs take them."""
+        return self.geometry, self.displacements
+
 
 def draw_in_pose(
     model: FlexibleJointModel,

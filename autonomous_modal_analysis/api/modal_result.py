@@ -128,15 +128,17 @@ class ModalResult(FoundModes):
         OSError
             It cannot be written to.
         """
-        save_results(Path(folder), self.found, self.name, drawing=self.drawing())
+        save_results(Path(folder), self.found, self.name, placed=self._placed())
 
     def _placed(self) -> Placed | None:
         from autonomous_modal_analysis.api.placed_shapes import placed_shapes
+        from autonomous_modal_analysis.api.recorded_places import recorded_places
 
         drawing = self.drawing()
         if drawing is not None:
-            return drawing.geometry, drawing.displacements
-        return placed_shapes(self.layout, self.modes)
+            return drawing.placed
+        path = None if self.source is None else Path(self.source.path)
+        return placed_shapes(self.layout, self.modes) or recorded_places(path, self.modes)
 
     def drawing(self, modes: ModeSet | None = None) -> 'ArmDrawing | None':
         """Return modes on the arm of this recording.
@@ -222,12 +224,8 @@ class ModalResult(FoundModes):
         """
         from autonomous_modal_analysis.api.placed_shapes import placed_shapes
 
-        drawing = self.drawing()
-        if drawing is not None:
-            return modal_plots.plot_on_geometry(
-                self.modes, drawing.geometry, drawing.displacements
-            )
-        placed = placed_shapes(self.layout, self.modes, lines)
+        own = not lines or self.drawing() is not None
+        placed = self._placed() if own else placed_shapes(self.layout, self.modes, lines)
         if placed is not None:
             return modal_plots.plot_on_geometry(self.modes, *placed)
         return modal_plots.plot_bars(self.modes)

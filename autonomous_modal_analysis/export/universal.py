@@ -8,7 +8,6 @@ References
 
 import math
 from pathlib import Path
-import re
 from typing import Any
 
 import numpy as np
@@ -17,9 +16,8 @@ import pyuff
 
 from autonomous_modal_analysis.export.exported import Exported
 from modal_core.mode import Mode
+from modal_recordings.formats.universal_names import direction_of
 
-NODE = re.compile(r'^(\d+):([+-])([XYZ])$')
-"""A channel as universal files call it, `12:+Z`."""
 LONGEST = 80
 COMPLEX_MODE, DISPLACEMENT, THREE_DIRECTIONS, COMPLEX = 3, 8, 2, 5
 SI = {
@@ -33,10 +31,10 @@ def write_universal(path: Path, exported: Exported) -> None:
     sets: list[dict[str, Any]] = [SI]
     if exported.geometry is not None:
         points_m = exported.geometry.points_m
-        nodes = np.arange(1, len(points_m) + 1)
+        nodes = np.array(exported.geometry.numbers or range(1, len(points_m) + 1))
         sets.append({'type': 15, 'node_nums': nodes, **dict(zip('xyz', points_m.T, strict=True))})
         sets += [
-            {'type': 82, 'trace_num': number, 'nodes': np.array(line) + 1}
+            {'type': 82, 'trace_num': number, 'nodes': nodes[list(line)]}
             for number, line in enumerate(exported.geometry.lines, start=1)
             if len(line) > 1
         ]
@@ -56,16 +54,14 @@ def write_universal(path: Path, exported: Exported) -> None:
 
 def _nodes(names: tuple[str, ...]) -> tuple[NDArray[np.int64], list[tuple[int, int, float]]]:
     """Return the nodes, and for each channel its row, direction and sign."""
-    read = [NODE.match(name) for name in names]
-    if not all(read):
+    told = [each for each in map(direction_of, names) if each is not None]
+    if len(told) < len(names):
         return np.arange(1, len(names) + 1), [(row, 0, 1.0) for row in range(len(names))]
-    told = [
-        (int(each.group(1)), 'XYZ'.index(each.group(3)), -1.0 if each.group(2) == '-' else 1.0)
-        for each in read
-        if each is not None
+    nodes = sorted({node for node, _ in told})
+    ways = [int(np.argmax(np.abs(way))) for _, way in told]
+    return np.array(nodes), [
+        (nodes.index(node), at, vector[at]) for (node, vector), at in zip(told, ways, strict=True)
     ]
-    nodes = sorted({node for node, _, _ in told})
-    return np.array(nodes), [(nodes.index(node), way, sign) for node, way, sign in told]
 
 
 def _at_nodes(

@@ -194,3 +194,15 @@ def _length(path: Path, units: Mapping[str, Any]) -> str:
         found=f'{factor:g} of it are a metre',
         expected=', '.join(LENGTHS.values()),
     )
+
+
+def metres_per_length(path: Path, units: Mapping[str, Any]) -> float:
+    """Return the unit of length of a file in metres, as dataset 164 states it.
+
+    Raises
+    ------
+    RecordingError
+        A unit nobody knows.
+    """
+    name = _length(path, units)
+    return next(1.0 / factor for factor, known in LENGTHS.items() if known == name)

@@ -21,12 +21,15 @@ class Geometry:
         Points that carry a sensor.
     fixed : tuple of int
         Points that do not move.
+    numbers : tuple of int
+        Of the points, where a file numbers them; empty: from 1.
     """
 
     points_m: NDArray[np.float64]
     lines: tuple[tuple[int, ...], ...]
     sensors: tuple[int, ...] = ()
     fixed: tuple[int, ...] = (0,)
+    numbers: tuple[int, ...] = ()
 
 
 def sensor_displacements(
