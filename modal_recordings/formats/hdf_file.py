@@ -1,23 +1,21 @@
 """HDF5 files, NetCDF 4 files, which are HDF5, and MATLAB 7.3 files, which are, too."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from modal_core.errors import RecordingError
-from modal_recordings.formats.named_arrays import (
-    NamedArray,
-    NamedArrays,
-    stated_rates,
-    unit_text,
-)
+from modal_recordings.formats.named_arrays import NamedArray, NamedArrays, stated_rates
 from modal_recordings.formats.optional_library import optional_library
 from modal_recordings.formats.packed import unpacked
+from modal_recordings.heading import heading_of
 
 UNIT_NAMES = ('unit', 'units', 'Unit', 'Units')
-DEEPEST = 8
+COLUMN_NAMES = ('channel_names', 'channels', 'columns', 'labels', 'names')
+DEEPEST, LONGEST_TEXT = 8, 1000
 NO_VARIABLE = b'This is a netCDF dimension but not a netCDF variable'
 """How NetCDF 4 calls the dataset of a dimension that has no values."""
 
@@ -39,6 +37,19 @@ class Transposed:
         return np.asarray(self._dataset[second, first]).T
 
 
+class Field:
+    """One column of a table of records, as PyTables and LabVIEW write it."""
+
+    def __init__(self, dataset: Any, column: str) -> None:
+        self._dataset, self._column = dataset, column
+        self.shape: tuple[int, ...] = dataset.shape
+        self.dtype = dataset.dtype[column]
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return a part."""
+        return self._dataset[key][self._column]
+
+
 def read(path: Path, matlab: bool = False) -> NamedArrays:
     """Return the datasets of an HDF5 or NetCDF 4 file; those of groups are called ``group/name``.
 
@@ -48,37 +59,73 @@ def read(path: Path, matlab: bool = False) -> NamedArrays:
         Damaged or truncated, or h5py is not installed.
     """
     h5py = optional_library('h5py', path)
+    arrays: list[NamedArray] = []
+    texts: dict[str, str] = {}
     try:
         file = h5py.File(path, 'r')
-        datasets = list(_datasets(file, h5py))
         numbers = _numbers(file.attrs)
-        arrays = []
-        for name, dataset in datasets:
-            if dataset.shape is not None and dataset.size == 1 and dataset.dtype.kind in 'fiu':
-                numbers[name] = float(np.ravel(dataset[()])[0])
-            elif dataset.dtype.kind in 'fiu' and dataset.shape:
-                numbers |= {f'{name}/{k}': v for k, v in _numbers(dataset.attrs).items()}
-                arrays.append(_array(name, dataset, matlab))
+        for found in _datasets(file, h5py):
+            _take(found, matlab, arrays, numbers, texts)
     except (OSError, RuntimeError, KeyError, ValueError) as error:
         raise RecordingError(
             'damaged or truncated HDF5 file', where=path, found=str(error)
         ) from error
-    return NamedArrays(tuple(arrays), numbers)
+    return NamedArrays(tuple(arrays), numbers, texts=texts)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A dataset, with what the groups around it say of all that is in them."""
+
+    name: str
+    dataset: Any
+    unit: str = ''
+    sample_rate_hz: float | None = None
+
+
+def _take(
+    found: Found,
+    matlab: bool,
+    arrays: list[NamedArray],
+    numbers: dict[str, float],
+    texts: dict[str, str],
+) -> None:
+    """Put a dataset where it belongs: with the arrays, the numbers or the texts."""
+    name, dataset = found.name, found.dataset
+    kind = dataset.dtype.kind
+    if dataset.attrs.get('MATLAB_class', b'') == b'char':
+        if 0 < dataset.size <= LONGEST_TEXT and kind in 'iu':
+            texts[name] = ''.join(map(chr, np.ravel(dataset[()]).tolist()))
+    elif dataset.shape is not None and dataset.size == 1 and kind in 'fiu':
+        numbers[name] = float(np.ravel(dataset[()])[0])
+    elif kind in 'fiu' and dataset.shape:
+        numbers |= {f'{name}/{k}': v for k, v in _numbers(dataset.attrs).items()}
+        arrays.append(_array(found, matlab))
+    elif kind == 'V' and dataset.dtype.names and len(dataset.shape) == 1:
+        arrays += [
+            NamedArray(f'{name}/{column}', Field(dataset, column))
+            for column in dataset.dtype.names
+            if dataset.dtype[column].kind in 'fiu' and not dataset.dtype[column].shape
+        ]
 
 
 def _datasets(
-    group: Any, h5py: Any, before: str = '', depth: int = 0
-) -> Iterator[tuple[str, Any]]:
+    group: Any, h5py: Any, around: Found | None = None, depth: int = 0
+) -> Iterator[Found]:
     """Yield the datasets; links to other files and objects of MATLAB are no data."""
+    before = f'{around.name}/' if around else ''
+    unit = _unit(group.attrs) or (around.unit if around else '')
+    rate_hz = _rate_hz(group.attrs) or (around.sample_rate_hz if around else None)
     for name in group:
         link = group.get(name, getlink=True)
         if isinstance(link, h5py.ExternalLink | h5py.SoftLink) or name.startswith('#'):
             continue
         item = group[name]
+        here = Found(f'{before}{name}', item, unit, rate_hz)
         if isinstance(item, h5py.Dataset) and not _is_dimension(item):
-            yield f'{before}{name}', item
+            yield here
         elif isinstance(item, h5py.Group) and depth < DEEPEST:
-            yield from _datasets(item, h5py, f'{before}{name}/', depth + 1)
+            yield from _datasets(item, h5py, here, depth + 1)
 
 
 def _is_dimension(dataset: Any) -> bool:
@@ -86,11 +133,39 @@ def _is_dimension(dataset: Any) -> bool:
     return isinstance(name, bytes) and name.startswith(NO_VARIABLE)
 
 
-def _array(name: str, dataset: Any, matlab: bool) -> NamedArray:
-    unit = next((unit_text(dataset.attrs[key]) for key in UNIT_NAMES if key in dataset.attrs), '')
-    rate_hz = next(iter(stated_rates(_numbers(dataset.attrs)).values()), None)
-    values = Transposed(dataset) if matlab else unpacked(dataset, dataset.attrs)
-    return NamedArray(name, values, unit=unit, sample_rate_hz=rate_hz)
+def _array(found: Found, matlab: bool) -> NamedArray:
+    attributes = found.dataset.attrs
+    rate_hz = _rate_hz(attributes) or found.sample_rate_hz
+    own = _texts(attributes, UNIT_NAMES)
+    array = NamedArray(
+        found.name,
+        Transposed(found.dataset) if matlab else unpacked(found.dataset, attributes),
+        unit=_unit(attributes),
+        headings=_texts(attributes, COLUMN_NAMES),
+        sample_rate_hz=rate_hz,
+        units=own if len(own) > 1 else (),
+    )
+    is_time = heading_of(array.last_name, '', found.name).is_time
+    return array if array.unit or is_time else replace(array, unit=found.unit)
+
+
+def _unit(attributes: Any) -> str:
+    """Return the one unit that is stated."""
+    texts = _texts(attributes, UNIT_NAMES)
+    return texts[0].split(' since ')[0] if len(texts) == 1 else ''
+
+
+def _rate_hz(attributes: Any) -> float | None:
+    return next(iter(stated_rates(_numbers(attributes)).values()), None)
+
+
+def _texts(attributes: Any, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the text or the texts of the first attribute there is."""
+    value = next((attributes[name] for name in names if name in attributes), None)
+    cells = [] if value is None else np.ravel(np.asarray(value, dtype=object)).tolist()
+    return tuple(
+        cell.decode('utf-8', 'replace') if isinstance(cell, bytes) else str(cell) for cell in cells
+    )
 
 
 def _numbers(attributes: Any) -> dict[str, float]:

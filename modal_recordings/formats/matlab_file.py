@@ -48,13 +48,15 @@ def read(path: Path) -> NamedArrays:
         raise RecordingError(
             'damaged or truncated MATLAB file', where=path, found=str(error) or 'no end'
         ) from error
-    arrays, numbers = [], {}
+    arrays, numbers, texts = [], {}, {}
     for name, value in _flat({k: v for k, v in content.items() if not k.startswith('__')}):
         if isinstance(value, np.ndarray) and value.dtype.kind in 'fiu' and value.size > 1:
             arrays.append(NamedArray(name, value))
         elif isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
             numbers[name] = float(value)
-    return NamedArrays(tuple(arrays), numbers)
+        elif isinstance(value, str):
+            texts[name] = value
+    return NamedArrays(tuple(arrays), numbers, texts=texts)
 
 
 def _flat(

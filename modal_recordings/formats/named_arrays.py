@@ -19,7 +19,11 @@ RATES = frozenset(
     """fs samplerate samplerateh samplingrate samplefrequency samplingfrequency samplingratehz
     sampleratehz rate ratehz frequency fsample fsampling samplespersecond""".split()
 )
-STEPS = frozenset('dt ts deltat timestep sampletime samplingtime sampleinterval tsample'.split())
+STEPS = frozenset(
+    """dt ts deltat timestep sampletime samplingtime sampleinterval tsample increment xincrement
+    wfincrement""".split()
+)
+UNIT_WORDS = ('unit', 'units', 'quantity/label', 'einheit')
 SAME_RATE = 1e-3
 """Two statements of one rate differ by rounding at most."""
 IN_MEMORY_BYTES = 16_000_000
@@ -63,6 +67,8 @@ class NamedArray:
         Stated with the array.
     start_s : float [s] or None
         When its first sample was taken, where that is stated.
+    units : tuple of str
+        One per column, as written; empty: ``unit`` holds for all.
     """
 
     name: str
@@ -71,6 +77,7 @@ class NamedArray:
     headings: tuple[str, ...] = ()
     sample_rate_hz: float | None = None
     start_s: float | None = None
+    units: tuple[str, ...] = ()
 
     @property
     def last_name(self) -> str:
@@ -106,11 +113,14 @@ class NamedArrays:
         By name.
     calibrated : bool
         False: values over full scale.
+    texts : dict of str to str
+        Words beside them, by name.
     """
 
     arrays: tuple[NamedArray, ...]
     numbers: dict[str, float] = field(default_factory=dict)
     calibrated: bool = True
+    texts: dict[str, str] = field(default_factory=dict)
 
 
 def table_of(path: Path, found: NamedArrays, chosen: Sequence[str] = ()) -> ArrayTable:
@@ -130,7 +140,8 @@ def table_of(path: Path, found: NamedArrays, chosen: Sequence[str] = ()) -> Arra
     RecordingError
         No array of samples, or several that are no one table.
     """
-    arrays = _chosen(path, [each for each in found.arrays if each.is_record], chosen)
+    records = [each for each in found.arrays if each.is_record]
+    arrays = _chosen(path, [_with_unit(path, each, found.texts) for each in records], chosen)
     times = [each for each in arrays if _is_time(each, path)]
     data = [each for each in arrays if each not in times]
     times = _one_of_alike(times)
@@ -178,6 +189,20 @@ def unit_text(value: object) -> str:
         value = value.ravel()[0]
     text = value.decode('utf-8', 'replace') if isinstance(value, bytes) else str(value)
     return text.split(' since ')[0]
+
+
+def _with_unit(path: Path, array: NamedArray, texts: dict[str, str]) -> NamedArray:
+    """Return an array with the unit that stands beside it, or beside the structure it is in."""
+    if array.unit or array.units or not texts or _is_time(array, path):
+        return array
+    parts = array.name.replace('.', '/').split('/')
+    near = {name.replace('.', '/').lower(): text for name, text in texts.items()}
+    for n_parts in range(len(parts) - 1, -1, -1):
+        for word in UNIT_WORDS:
+            text = near.get('/'.join([*parts[:n_parts], word]).lower())
+            if text:
+                return replace(array, unit=text)
+    return array
 
 
 def _chosen(path: Path, arrays: list[NamedArray], chosen: Sequence[str]) -> list[NamedArray]:
@@ -285,7 +310,7 @@ def _matrix(path: Path, data: NamedArray, times: Sequence[NamedArray]) -> ArrayT
         array_table(np.broadcast_to(np.float64(0), data.values.shape), path)
     columns = min(n_rows, n_columns)
     headings = data.headings if len(data.headings) == columns else ('',) * columns
-    units = (data.unit,) * columns
+    units = data.units if len(data.units) == columns else (data.unit,) * columns
     if columns + len(times) > MOST_COLUMNS:
         raise RecordingError(
             'too many columns', where=path, found=columns, expected=f'<= {MOST_COLUMNS}'

@@ -373,3 +373,69 @@ def test_one_clock_written_with_every_channel_is_one_clock(tmp_path):
     values, recording = read(tmp_path / 'a.h5')
     assert recording.channel_names == ('acc_0', 'acc_1', 'acc_2')
     assert np.array_equal(values, SAMPLES)
+
+
+G = STANDARD_GRAVITY
+
+
+def test_a_unit_in_the_same_structure_is_that_of_its_arrays(tmp_path):
+    """Nearest one first; a time beside them has a unit of its own."""
+    run = {'acc': SAMPLES, 'time': TIME_S, 'unit': 'g'}
+    savemat(tmp_path / 'a.mat', {'run': run, 'unit': 'mm/s^2'})
+    values, recording = read(tmp_path / 'a.mat')
+    assert np.allclose(values, G * SAMPLES)
+    assert not any('no unit' in note for note in recording.notes)
+    # As Testlab writes it.
+    signal = {
+        'x_values': {'start_value': 0.0, 'increment': 0.01},
+        'y_values': {'values': SAMPLES, 'quantity': {'label': 'g'}},
+    }
+    savemat(tmp_path / 'b.mat', {'Signal_0': signal})
+    values, recording = read(tmp_path / 'b.mat')
+    assert np.allclose(values, G * SAMPLES)
+    assert recording.sample_rate_hz == pytest.approx(RATE_HZ)
+    savemat(tmp_path / 'c.mat', {'acc': SAMPLES, 'fs': RATE_HZ, 'unit': 'furlong'})
+    with pytest.raises(RecordingError, match=r'unknown unit .found furlong'):
+        open_recording(tmp_path / 'c.mat')
+
+
+def test_text_of_matlab_7_3_is_no_array(tmp_path):
+    with h5py.File(tmp_path / 'a.mat', 'w', userblock_size=512) as file:
+        file['run/acc'], file['run/fs'] = SAMPLES.T, np.array([[RATE_HZ]])
+        for name, text in (('unit', 'g'), ('note', 'arm 3 after the new gear was mounted')):
+            file[f'run/{name}'] = np.array([[ord(letter)] for letter in text], np.uint16)
+            file[f'run/{name}'].attrs['MATLAB_class'] = np.bytes_('char')
+    with (tmp_path / 'a.mat').open('r+b') as file:
+        file.write(b'MATLAB 7.3 MAT-file'.ljust(512))
+    values, _ = read(tmp_path / 'a.mat')
+    assert np.allclose(values, G * SAMPLES)
+
+
+def test_what_a_group_states_holds_for_its_arrays(tmp_path):
+    with h5py.File(tmp_path / 'a.h5', 'w') as file:
+        for name, rate_hz in (('slow', 50.0), ('fast', RATE_HZ)):
+            group = file.create_group(name)
+            group.attrs['fs'], group.attrs['unit'] = rate_hz, 'g'
+            group['x'], group['y'] = SAMPLES[:, 0], SAMPLES[:, 1]
+    values, recording = read(tmp_path / 'a.h5', topics=('fast/x', 'fast/y'))
+    assert np.allclose(values, G * SAMPLES[:, :2]) and recording.sample_rate_hz == RATE_HZ
+
+
+def test_columns_have_the_names_and_units_that_are_listed(tmp_path):
+    with h5py.File(tmp_path / 'a.h5', 'w') as file:
+        file['acc'] = SAMPLES
+        said = {'fs': RATE_HZ, 'channel_names': ['x', 'y', 'z'], 'units': ['g', 'm/s^2', 'mm/s']}
+        file['acc'].attrs.update(said)
+    values, recording = read(tmp_path / 'a.h5')
+    assert recording.channel_names == ('x', 'y', 'z')
+    assert np.allclose(values, SAMPLES * (G, 1.0, 1e-3))
+    assert recording.units == ('m/s^2', 'm/s^2', 'm/s')
+
+
+def test_a_table_of_records_is_read_column_by_column(tmp_path):
+    names = ('time', 'x', 'y')
+    with h5py.File(tmp_path / 'a.h5', 'w') as file:
+        columns = [TIME_S, SAMPLES[:, 0], SAMPLES[:, 1]]
+        file['run/table'] = np.rec.fromarrays(columns, names=names)
+    values, recording = read(tmp_path / 'a.h5')
+    assert recording.channel_names == ('x', 'y') and np.array_equal(values, SAMPLES[:, :2])
