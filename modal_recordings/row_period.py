@@ -29,15 +29,18 @@ def row_period_s(time_s: Array) -> float:
     if ticks_s <= 0.0:
         return 0.0
     usual_s = float(np.mean(steps[np.abs(steps) <= DOUBLE_STEPS * ticks_s]))
-    anew = steps < -MADE_UP_ROWS * usual_s
+    anew, kept = steps < -MADE_UP_ROWS * usual_s, np.ones(len(time_s), dtype=bool)
     for row in np.flatnonzero(steps > GAP_STEPS * usual_s):
         # One that came late is made up for by the next; the rows of a gap stay away.
         after = time_s[row + 1 : row + 1 + MADE_UP_ROWS]
         step_s = float(np.min(after - usual_s * np.arange(len(after)))) - float(time_s[row])
         anew[row] = step_s > GAP_STEPS * usual_s
+        kept[row + 1] = anew[row]
     squares = products = 0.0
-    for part in np.split(time_s, np.flatnonzero(anew) + 1):
-        place = np.arange(len(part)) - 0.5 * (len(part) - 1)
+    begins = np.flatnonzero(anew) + 1
+    for part, there in zip(np.split(time_s, begins), np.split(kept, begins), strict=True):
+        place = np.flatnonzero(there).astype(float)
+        place -= place.mean() if len(place) else 0.0
         squares += float(place @ place)
-        products += float(place @ (part - part.mean()))
+        products += float(place @ part[there])
     return products / squares if squares > 0.0 else usual_s

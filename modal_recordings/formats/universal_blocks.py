@@ -13,6 +13,7 @@ from modal_core.errors import RecordingError
 
 DELIMITER = b'-1'
 LONGEST_LINE = 1 << 16
+EVEN, VALUE_BYTES = 1, {2: 4, 4: 8, 5: 8, 6: 16}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,16 +79,38 @@ def _skip_to_start(file: IO[bytes], path: Path, any_before: bool) -> bool:
 
 
 def _skip_binary(file: IO[bytes], first: bytes) -> bool:
-    """Go behind the binary data; False where the file ends before them."""
+    """Go behind the binary data; False where the file ends before them.
+
+    Their length is stated; of complex values some programs state half of it, so that what the
+    number of points and their kind make counts where the dataset ends there.
+    """
     try:
         n_lines, n_bytes = int(first[19:31]), int(first[31:43])
     except ValueError:
         return False
-    for _ in range(n_lines):
-        if not file.readline(LONGEST_LINE):
-            return False
-    place = file.tell() + n_bytes
-    return n_bytes >= 0 and place <= file.seek(0, 2) and file.seek(place) == place
+    header = [file.readline(LONGEST_LINE) for _ in range(max(0, n_lines))]
+    start, size = file.tell(), file.seek(0, 2)
+    if not all(header) or n_bytes < 0:
+        return False
+    announced = _announced_bytes(header)
+    places = [start + n for n in (n_bytes, announced) if n is not None and start + n <= size]
+    ends = [place for place in places if _ends_at(file, place)]
+    place = (ends or [start + n_bytes])[0]
+    return place <= size and file.seek(place) == place
+
+
+def _announced_bytes(header: list[bytes]) -> int | None:
+    """Return the length of evenly spaced values by their kind and number, in the seventh line."""
+    try:
+        kind, n_points, spacing = (int(header[6][first : first + 10]) for first in (0, 10, 20))
+    except (ValueError, IndexError):
+        return None
+    return VALUE_BYTES[kind] * n_points if kind in VALUE_BYTES and spacing == EVEN else None
+
+
+def _ends_at(file: IO[bytes], place: int) -> bool:
+    file.seek(place)
+    return file.read(16).lstrip().startswith(DELIMITER)
 
 
 def _skip_to_end(file: IO[bytes]) -> bool:

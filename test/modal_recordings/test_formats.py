@@ -169,6 +169,20 @@ def test_bytes_that_look_like_the_end_of_a_dataset_end_none(tmp_path):
         open_recording(path)
 
 
+def test_complex_functions_whose_length_is_stated_half_hide_no_record(tmp_path):
+    """The library that writes them states 8 bytes for each value of 16."""
+    other = function(0, True, func_type=4, data=SAMPLES[:, 0] + 1j * SAMPLES[:, 1])
+    path = universal(tmp_path / 'a.uff')
+    pyuff.UFF(str(path)).write_sets([other], 'add')
+    values, _ = read(path)
+    assert np.allclose(values, 1e-3 * SAMPLES)
+    whole = path.read_bytes()
+    for n_cut in (1, 100, 8 * N_SAMPLES, 12 * N_SAMPLES):
+        path.write_bytes(whole[:-n_cut] if n_cut > 1 else whole[:-4])
+        with pytest.raises(RecordingError, match='truncated universal file'):
+            open_recording(path)
+
+
 def test_several_matrices_ask_which_one_by_name(tmp_path):
     savemat(tmp_path / 'a.mat', {'bending': SAMPLES, 'torsion': SAMPLES[:, :2], 'fs': RATE_HZ})
     with pytest.raises(RecordingError, match='--topic bending'):

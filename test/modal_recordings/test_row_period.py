@@ -19,6 +19,10 @@ def clock(kind, rng):
     if 'late' in kind:
         time += 0.2 * np.abs(rng.normal(size=len(time)))
         time += rng.uniform(0.0, 3.0, len(time)) * (rng.random(len(time)) < 0.02)
+    if 'wrong' in kind:
+        time[rng.integers(1, n - 1, 3)] += rng.choice([-1.0, 1.0], 3) * 10.0 ** rng.uniform(
+            2, 9, 3
+        )
     if 'anew' in kind:
         time = np.concatenate([time[: n // 3], time])
     tick = {'coarse': 0.7, 'coarser': 1.25, 'nearly': 0.9}.get(kind.split()[0])
@@ -28,7 +32,8 @@ def clock(kind, rng):
 @pytest.mark.parametrize(
     ('kind', 'rel'),
     [('even', 1e-12), ('gaps', 1e-12), ('anew', 1e-12), ('late', 1e-3), ('late gaps', 2e-3),
-     ('coarse', 1e-4), ('coarse gaps', 2e-3), ('coarser', 3e-4), ('nearly', 5e-4)],
+     ('wrong', 1e-9), ('coarse', 1e-4), ('coarse gaps', 2e-3), ('coarser', 3e-4),
+     ('nearly', 5e-4)],
 )  # fmt: skip
 def test_the_period_is_that_of_the_clock(kind, rel):
     """Seed 12: a hundred clocks each."""
