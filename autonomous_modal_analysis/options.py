@@ -70,6 +70,14 @@ Export = Annotated[
         'given more than once.',
     ),
 ]
+ExportSamples = Annotated[
+    list[Path] | None,
+    typer.Option(
+        '--export',
+        help='File of another program with the samples, on one clock and in SI units: .uff, .mat,'
+        ' .nc, .parquet or .csv; may be given more than once.',
+    ),
+]
 RobotName = Annotated[
     str | None,
     typer.Option(

@@ -18,6 +18,9 @@ from autonomous_modal_analysis.api.uniform_samples import uniform_samples, Unifo
 from autonomous_modal_analysis.identification import identify_recording
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
+from modal_core.errors import SettingsError
+from modal_core.units import named_unit
+from modal_core.version import software
 import modal_recordings
 from modal_recordings import MessageRecording, RecordingInfo
 
@@ -119,6 +122,46 @@ class Recording(Result):
             index=pandas.Index(time_s, name='time_s'),
             columns=list(samples.channel_names),
         )
+
+    def export(self, path: str | Path) -> tuple[str, ...]:
+        """Write the samples into a file of another program, on one uniform clock, in SI units.
+
+        Parameters
+        ----------
+        path : path
+            Its ending says which kind: .uff or .unv (58b), .mat, .nc, .parquet, .csv.
+
+        Returns
+        -------
+        tuple of str
+            Channels that are left out: flat, clipped, or with samples lost.
+
+        Raises
+        ------
+        SettingsError
+            The ending says nothing, or no channel is left.
+        ModalAnalysisError
+            The samples are not one uninterrupted stretch, or a library is not installed.
+        OSError
+            It cannot be written.
+        """
+        from autonomous_modal_analysis.export.samples import export_samples, ExportedSamples
+
+        samples = self.samples
+        good = [bool(np.isfinite(column).all()) for column in samples.acceleration.T]
+        names = [named_unit(name)[0] for name in samples.channel_names]
+        both = [*zip(names, samples.units, good, strict=True)]
+        if not any(good):
+            raise SettingsError('no channel to write', where=self.name)
+        exported = ExportedSamples(
+            values=samples.acceleration[:, good],
+            sample_rate_hz=samples.sample_rate_hz,
+            names=tuple(name for name, _, is_good in both if is_good),
+            units=tuple(unit for _, unit, is_good in both if is_good),
+            about={'recording': self.name, 'software': software()},
+        )
+        export_samples(Path(path), exported)
+        return tuple(name for name, _, is_good in both if not is_good)
 
     def to_mcap(self, path: str | Path) -> Path:
         """Write the recording as MCAP, which ``ama replay`` plays to live nodes.

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from modal_core.errors import RecordingError
 from modal_core.measurements import SampleBlock
 from modal_core.samples import Samples
+from modal_core.units import ACCELERATION
 from modal_core.window import Window
 from modal_recordings import ArrayRecording, Recording, RecordingInfo
 from oma_identifier.intake import SampleBuffer
@@ -30,11 +31,14 @@ class UniformSamples:
         Of the grid.
     channel_names : tuple of str
         Columns.
+    units : tuple of str
+        SI units of the columns.
     """
 
     acceleration: NDArray[np.float64]
     sample_rate_hz: float
     channel_names: tuple[str, ...]
+    units: tuple[str, ...]
 
 
 def uniform_samples(recording: Recording, info: RecordingInfo) -> UniformSamples:
@@ -55,12 +59,15 @@ def uniform_samples(recording: Recording, info: RecordingInfo) -> UniformSamples
     if isinstance(recording, ArrayRecording) and recording.stamp_ns is None:
         blocks = [b.acceleration for b in recording.measurements() if isinstance(b, SampleBlock)]
         values = np.concatenate(blocks, dtype=np.float64)
-        return UniformSamples(values, recording.sample_rate_hz, recording.channel_names)
+        names = recording.channel_names
+        return UniformSamples(values, recording.sample_rate_hz, names, recording.units)
     found = one_stretch(recording, info)
     place = {name: column for column, name in enumerate(info.channels)}
     values = np.full((len(found.acceleration), len(place)), np.nan)
     values[:, [place[name] for name in found.channel_names]] = found.acceleration
-    return UniformSamples(values, found.sample_rate_hz, info.channels)
+    known = {channel.name: channel.unit for channel in found.channels}
+    units = tuple(known.get(name, ACCELERATION) for name in place)
+    return UniformSamples(values, found.sample_rate_hz, info.channels, units)
 
 
 def one_stretch(recording: Recording, info: RecordingInfo) -> Samples:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped, Source
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.options import ExportSamples, Json
 
 if TYPE_CHECKING:
     from modal_recordings.info import TopicSummary
@@ -16,16 +16,23 @@ def register(app: typer.Typer) -> None:
     app.command('info')(grouped(info))
 
 
-def info(source: Source, json: Json = False) -> None:
+def info(source: Source, json: Json = False, export: ExportSamples = None) -> None:
     """Show topics, channels, rates and gaps of a recording, and what would be used of it."""
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table
 
     from autonomous_modal_analysis.api.recording import listed
-    from autonomous_modal_analysis.terminal import OUTPUT, print_json
+    from autonomous_modal_analysis.output import show_exported
+    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json
 
     recording = source.open(to_look=True)
+    for file in export or ():
+        left_out = recording.export(file)
+        if left_out:
+            words = f'left out, flat, clipped or with samples lost: {", ".join(left_out)}'
+            MESSAGES.print(escape(words), soft_wrap=True)
+        show_exported(file)
     found = recording.info
     if json:
         print_json(recording.to_dict())

@@ -38,7 +38,8 @@ def read(path: Path) -> NamedArrays:
             numbers = {k: float(v) for k, v in content._attributes.items() if np.size(v) == 1
                        and np.asarray(v).dtype.kind in 'fiu'}  # fmt: skip
             arrays = tuple(_variable(name, each) for name, each in content.variables.items())
-    except (ValueError, TypeError, OSError, EOFError, KeyError, IndexError) as error:
+    except (ValueError, TypeError, OSError, EOFError, LookupError, MemoryError,
+            OverflowError) as error:  # fmt: skip
         raise RecordingError(
             'damaged or truncated NetCDF file', where=path, found=str(error)
         ) from error
