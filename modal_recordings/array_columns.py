@@ -3,18 +3,28 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+import re
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_core.units import ACCELERATION, ANGULAR_VELOCITY, KINDS, response_unit, Unit
+from modal_core.units import (
+    ACCELERATION,
+    ANGULAR_VELOCITY,
+    KINDS,
+    response_unit,
+    STANDARD_GRAVITY,
+    Unit,
+)
 from modal_recordings.array_options import ArrayOptions
 from modal_recordings.array_table import ArrayTable
 from modal_recordings.counting import counts_up
 from modal_recordings.heading import Heading, heading_of
 
 LEAVE_OUT = '-'
+LAST_G = re.compile(r'\w[\s_]g$')
+IN_G = 'no unit but in the names, which all end in g: taken as g'
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,6 +211,8 @@ def _units(
             )
         return [given] * len(headings), ()
     if all(unit is None for unit in stated):
+        if all(LAST_G.search(heading.name) for heading in headings):
+            return [Unit(ACCELERATION, STANDARD_GRAVITY)] * len(headings), (IN_G,)
         return [Unit(ACCELERATION)] * len(headings), ('no unit stated: taken as m/s^2',)
     missing = next((h for h in headings if h.unit is None), None)
     if missing is not None:

@@ -232,6 +232,14 @@ def test_every_column_says_what_it_measures(tmp_path, unit, si, factor):
     assert recording.units == (si, si) and np.allclose(gathered(recording), factor * VALUES)
 
 
+def test_names_that_all_end_in_g_are_in_g(tmp_path):
+    recording = open_recording(put(tmp_path, table(seconds(), above='t,acc_x_g,acc_y_g\n')))
+    assert np.allclose(gathered(recording), G * VALUES)
+    assert any('all end in g' in note for note in recording.notes)
+    recording = open_recording(put(tmp_path, table(seconds(), above='t,acc_x_g,acc_y\n')))
+    assert np.allclose(gathered(recording), VALUES)
+
+
 def test_velocity_beside_acceleration_is_another_kind(tmp_path):
     text = table(seconds(), above='t [s],v [mm/s],b [g]\n')
     recording = open_recording(put(tmp_path, text))
