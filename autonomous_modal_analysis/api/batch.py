@@ -64,6 +64,7 @@ def batch(
     layout: str | Path | None = None,
     robot: str | None = None,
     reading: Mapping[str, Any] | None = None,
+    export: Sequence[str] = (),
     progress: ProgressCallback = no_progress,
     **settings: Unpack[Settings],
 ) -> Batch:
@@ -93,6 +94,8 @@ def batch(
     reading : mapping or None
         ``topic``, ``sample_rate_hz``, ``unit``, ``channels``, ``mark``, as options of the
         command.
+    export : sequence of str
+        Endings of files of other programs with the modes, ``.uff``, beside each one's results.
     progress : callable
         Told the fraction done, 0..1.
     **settings
@@ -118,6 +121,7 @@ def batch(
         resume=resume,
         scheduler=scheduler,
         n_workers=workers,
+        endings=tuple(export),
     )
     rows = run_batch(request, progress)
     return Batch(tuple(rows), request.out)

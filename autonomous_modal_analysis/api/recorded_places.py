@@ -1,10 +1,12 @@
 """Mode shapes at the nodes of the universal file that was identified."""
 
+import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from modal_core.errors import RecordingError
 from modal_core.mode import ModeSet
 from modal_recordings.formats.universal_names import direction_of
 from modal_reports import Geometry, sensor_displacements
@@ -12,25 +14,26 @@ from modal_reports import Geometry, sensor_displacements
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.found_modes import Placed
 
+log = logging.getLogger(__name__)
 UNIVERSAL = ('.uff', '.unv')
 
 
 def recorded_places(path: Path | None, modes: ModeSet) -> 'Placed | None':
     """Return the nodes as points, and how each mode moves them, (n_points, 3) [-].
 
-    None where the recording is no universal file with nodes, or channels are at none of them.
-
-    Raises
-    ------
-    RecordingError
-        The file has changed since, and cannot be read any more.
+    None where the recording is no universal file with nodes, or channels are at none of them; a
+    geometry that cannot be read is said, and costs nobody the modes.
     """
     told = [direction_of(name) for name in modes.channel_names]
     if path is None or path.suffix.lower() not in UNIVERSAL or not told or None in told:
         return None
     from modal_recordings.formats.universal_geometry import read_geometry
 
-    read = read_geometry(path)
+    try:
+        read = read_geometry(path)
+    except RecordingError as error:
+        log.warning('%s; shapes are drawn channel by channel', error)
+        return None
     if read is None:
         return None
     place = {number: row for row, number in enumerate(read.numbers)}

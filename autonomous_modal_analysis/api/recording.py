@@ -145,7 +145,7 @@ class Recording(Result):
         OSError
             It cannot be written.
         """
-        from autonomous_modal_analysis.export.samples import export_samples, ExportedSamples
+        from autonomous_modal_analysis.export import export_samples, ExportedSamples
 
         samples = self.samples
         good = [bool(np.isfinite(column).all()) for column in samples.acceleration.T]

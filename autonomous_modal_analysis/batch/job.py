@@ -39,6 +39,8 @@ class BatchJob:
         What its results in a history need to be told.
     done : Row or None
         What an earlier batch found of it.
+    endings : tuple of str
+        Of files of other programs that its modes are written into, ``.uff``.
     """
 
     recording: Path
@@ -47,11 +49,13 @@ class BatchJob:
     identifier: Identifier
     keeping: Keeping
     done: Row | None = None
+    endings: tuple[str, ...] = ()
 
     @property
     def asked(self) -> str:
         """What is asked of the recording, and by which software: the same text, the same work."""
         text = settings_text((self.reading, self.identifier)) + suite_version()
+        text += ''.join(self.endings)
         return hashlib.sha256(text.encode()).hexdigest()
 
     @property
@@ -116,6 +120,8 @@ def _identified(job: BatchJob, row: Row) -> Outcome:
     shift_ns = keeping.shift_ns(recording.info.start_ns, recording.name) if is_kept else 0
     result = job.identifier.identify(recording, no_progress)
     result.save(job.folder)
+    for ending in job.endings:
+        result.export((job.folder / JSON_NAME).with_suffix(ending))
     row = replace(
         row,
         n_modes=len(result.modes),

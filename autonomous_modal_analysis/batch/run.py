@@ -11,6 +11,7 @@ from autonomous_modal_analysis.batch.job import BatchJob, identify_job, Outcome
 from autonomous_modal_analysis.batch.manifest import Manifest, open_manifest
 from autonomous_modal_analysis.batch.row import Row
 from autonomous_modal_analysis.batch.workers import connected
+from autonomous_modal_analysis.export import ENDINGS, KINDS
 from autonomous_modal_analysis.keeping import Keeping
 from autonomous_modal_analysis.option_groups import Identifier, Reading
 from autonomous_modal_analysis.terminal import ProgressCallback
@@ -39,6 +40,8 @@ class BatchRequest:
         Address of a Dask scheduler; None: processes on this machine.
     n_workers : int or None
         How many of these; None: one per processor.
+    endings : tuple of str
+        Of files of other programs that the modes are written into, ``.uff``.
 
     Raises
     ------
@@ -54,6 +57,7 @@ class BatchRequest:
     resume: bool = False
     scheduler: str | None = None
     n_workers: int | None = None
+    endings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what cannot be meant."""
@@ -64,6 +68,12 @@ class BatchRequest:
         if self.n_workers is not None and self.n_workers < 1:
             raise SettingsError(
                 'out of range', where='--workers', found=self.n_workers, expected='1 or more'
+            )
+
+        other = next((each for each in self.endings if each not in ENDINGS), None)
+        if other is not None:
+            raise SettingsError(
+                'unknown kind of file', where='--export', found=other, expected=KINDS
             )
 
     def jobs(self, done: dict[str, Row]) -> list[BatchJob]:
@@ -79,6 +89,7 @@ class BatchRequest:
                 identifier=self.identifier,
                 keeping=self.keeping,
                 done=done.get(str(path)),
+                endings=self.endings,
             )
             for path in paths
         ]

@@ -45,6 +45,13 @@ def batch(
             show_default='processes on this machine',
         ),
     ] = None,
+    export: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Ending of a file of another program with the modes of each recording, beside'
+            ' its results: .uff, .mat, .nc, .parquet or .csv; may be given more than once.',
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Identify many recordings, each into a folder of its own, with a manifest of all.
@@ -67,6 +74,7 @@ def batch(
         resume=resume,
         scheduler=scheduler,
         n_workers=workers,
+        endings=tuple(export or ()),
     )
     with progress_bar(f'identifying {len(recordings)} recordings') as progress:
         rows = run_batch(request, progress)

@@ -18,7 +18,8 @@ WRITERS: dict[str, Callable[[Path, Exported], None]] = {
     '.parquet': write_parquet,
     '.csv': write_csv,
 }
-KINDS = ', '.join(WRITERS)
+ENDINGS = tuple(WRITERS)
+KINDS = ', '.join(ENDINGS)
 
 
 def export_modes(path: Path, exported: Exported) -> None:

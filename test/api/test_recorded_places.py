@@ -9,7 +9,9 @@ import pytest
 import pyuff
 
 import autonomous_modal_analysis as ama
+from autonomous_modal_analysis.api.recorded_places import recorded_places
 from modal_core.errors import RecordingError
+from modal_core.mode import ModeSet
 from modal_recordings.formats.universal_geometry import read_geometry
 from modal_recordings.formats.universal_shapes import read_shapes
 from test.support.frame import shaken_frame
@@ -102,7 +104,7 @@ def test_nodes_with_axes_of_their_own_and_files_without_nodes_place_nothing(tmp_
     assert read_geometry(path) is None
 
 
-def test_a_line_through_no_node_is_refused(tmp_path):
+def test_a_geometry_that_cannot_be_read_is_said_and_costs_no_modes(tmp_path, caplog):
     other = {**LINES, 'nodes': np.array([70, 99]), 'n_nodes': 2}
     with pytest.raises(RecordingError, match=r'a line through no node .found 99'):
         read_geometry(mast(tmp_path / 'a.uff', NODES, other))
@@ -111,3 +113,6 @@ def test_a_line_through_no_node_is_refused(tmp_path):
     path.write_bytes(before + kind + nodes.replace(b'0.0', b'0x0', 1))
     with pytest.raises(RecordingError, match='damaged dataset 15'):
         read_geometry(path)
+    modes = ModeSet((), ('10:-Y', '20:-Y'))
+    assert recorded_places(path, modes) is None
+    assert 'shapes are drawn channel by channel' in caplog.text

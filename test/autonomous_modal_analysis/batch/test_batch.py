@@ -18,6 +18,7 @@ from autonomous_modal_analysis.batch.run import BatchRequest
 from autonomous_modal_analysis.keeping import Keeping
 from autonomous_modal_analysis.option_groups import Identifier, Reading
 from modal_core.errors import SettingsError
+from modal_recordings.formats.universal_shapes import read_shapes
 from oma_identifier.settings import IdentificationSettings
 from test.autonomous_modal_analysis.conftest import AMA
 
@@ -162,9 +163,25 @@ def test_a_scheduler_that_is_not_there_is_one_line(ama, recordings, tmp_path):
         assert line.startswith('error: ')
 
 
+def test_modes_are_written_for_other_programs_beside_the_results(tmp_path):
+    request = BatchRequest(
+        recordings=(_record(tmp_path / 'a.npy', 1, 4000),),
+        out=tmp_path / 'out',
+        reading=Reading(sample_rate_hz=RATE_HZ),
+        endings=('.uff', '.csv'),
+    )
+    (job,) = request.jobs({})
+    assert identify_job(job).row.error == ''
+    modes = read_shapes(job.folder / 'modes.uff')
+    assert [mode.frequency_hz for mode in modes] == pytest.approx([_frequency_hz(1)], rel=0.01)
+    # An earlier batch without them has not done what is asked now.
+    (bare,) = replace(request, endings=()).jobs({})
+    assert bare.asked != job.asked
+
+
 @pytest.mark.parametrize(
     'asked',
-    [{'recordings': ()}, {'n_workers': 0}, {'keeping': '--at'}],
+    [{'recordings': ()}, {'n_workers': 0}, {'keeping': '--at'}, {'endings': ('.xls',)}],
     ids=lambda each: str(each),
 )
 def test_what_cannot_be_meant_is_refused(asked):
