@@ -104,7 +104,9 @@ def _file_header(path: Path, lines: list[str]) -> tuple[Header, int]:
 
 
 def _cells(lines: list[str], mark: str) -> Header:
-    return {cells[0].strip(): cells[1:] for cells in (line.split(mark) for line in lines)}
+    """Return the cells behind the first of each line; lines of one cell say nothing."""
+    rows = (line.split(mark) for line in lines)
+    return {cells[0].strip(): cells[1:] for cells in rows if len(cells) > 1}
 
 
 def _segments(lines: list[str], behind: int, mark: str) -> Iterator[Segment]:
@@ -139,12 +141,13 @@ def _arrays(path: Path, segment: Segment, said: Header) -> NamedArrays:
         raise RecordingError('unknown kind', where=f'{path}: X_Columns', found=kind,
                              expected='No, One, Multi')  # fmt: skip
     table = _table(path, segment, said, wanted)
-    if len(table) != n_samples:
+    if len(table) % n_samples:
+        # Under one header further packets of as many rows follow without another one.
         raise RecordingError(
-            'truncated' if len(table) < n_samples else 'more rows than stated',
+            'truncated',
             where=path,
             found=f'{len(table)} rows',
-            expected=f'{n_samples}, as its header says',
+            expected=f'{n_samples}, as its header says, or whole multiples',
         )
     names = [segment.names[column] if column < len(segment.names) else '' for column in wanted]
     units, step_s = segment.header.get('Y_Unit_Label', []), _step_s(path, segment, said)
@@ -174,7 +177,7 @@ def _promised(path: Path, segment: Segment) -> tuple[int, int]:
         raise RecordingError(
             'damaged header', where=path, expected='Channels and Samples'
         ) from error
-    if len(counts) != 1 or n_channels < 1:
+    if len(counts) != 1 or n_channels < 1 or min(counts) < 1:
         raise RecordingError(
             'channels of different lengths', where=path, found=', '.join(map(str, sorted(counts)))
         )

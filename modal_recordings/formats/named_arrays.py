@@ -49,7 +49,7 @@ class Values(Protocol):
         """Return a part."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class NamedArray:
     """An array of a file.
 

@@ -10,6 +10,7 @@ from scipy.io import netcdf_file, savemat, wavfile
 from modal_core.errors import RecordingError
 from modal_core.units import STANDARD_GRAVITY
 from modal_recordings import open_recording
+from modal_recordings.formats import NamedArray, NamedArrays, table_of
 
 h5py = pytest.importorskip('h5py')
 nptdms = pytest.importorskip('nptdms')
@@ -453,3 +454,15 @@ def test_a_table_of_records_is_read_column_by_column(tmp_path):
         file['run/table'] = np.rec.fromarrays(columns, names=names)
     values, recording = read(tmp_path / 'a.h5')
     assert recording.channel_names == ('x', 'y') and np.array_equal(values, SAMPLES[:, :2])
+
+
+def test_arrays_of_one_name_are_no_more_than_that(tmp_path):
+    """A channel called as the times are: known apart by what it is, not by its numbers."""
+    table = table_of(
+        tmp_path / 'a.h5',
+        NamedArrays((
+            NamedArray('X_Value', TIME_S, unit='s'),
+            NamedArray('X_Value', SAMPLES[:, 0], unit='g', headings=('X_Value',)),
+        )),
+    )  # fmt: skip
+    assert table.units == ('s', 'g')

@@ -57,7 +57,8 @@ def test_what_is_read_is_what_was_written(tmp_path, kind, mark, decimal, name):
         (lvm().replace('\t0.', '\t0,', 60), 'not a row of numbers'),
         (lvm()[:150], 'truncated'),
         (lvm()[:60] + '\n', 'its header does not end'),
-        (lvm(n_said=400), 'more rows than stated'),
+        (lvm(n_said=400), r'truncated .found 500 rows, expected 400'),
+        (lvm(n_said=0), 'different lengths'),
         (lvm(dimension='Frequency'), r'no record over time .found Frequency'),
         (lvm() + lvm()[lvm().index('Channels') :], r'several segments.*one segment a file'),
         (lvm().replace('0.001953125\t0.00', '0.001953125\t0.01'), 'channels of different rates'),
@@ -69,3 +70,25 @@ def test_what_is_not_whole_is_refused_in_one_line(tmp_path, text, words):
     with pytest.raises(RecordingError, match=words) as caught:
         open_recording(put(tmp_path, text))
     assert str(caught.value).isprintable()
+
+
+def test_packets_under_one_header_are_one_recording(tmp_path):
+    recording = open_recording(put(tmp_path, lvm(n_said=100)))
+    assert len(np.concatenate([each.acceleration for each in recording.measurements()])) == N_ROWS
+
+
+def test_damaged_files_are_read_or_refused_in_one_line(tmp_path):
+    """Seed 4: bytes and pieces of the header changed."""
+    rng, whole = np.random.default_rng(SEED), lvm('Multi').encode()
+    for number in range(300):
+        data = bytearray(whole)
+        place = int(rng.integers(700 if number % 3 else len(data)))
+        data[place : place + int(rng.choice([0, 1, 8, 60]))] = (b'', b'\t', b'x', b'\n')[
+            number % 4
+        ]
+        path = tmp_path / 'a.lvm'
+        path.write_bytes(data)
+        try:
+            open_recording(path).info()
+        except RecordingError as error:
+            assert str(error).isprintable(), f'number {number}'
