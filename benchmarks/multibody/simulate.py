@@ -95,7 +95,9 @@ class Run:
         for law, part in zip(self.laws, self.parts, strict=True):
             state[part] = law.begin(arm.couple @ twist)
         self.rate(0, state)
-        mujoco.mj_fullM(arm.model, self.mass, data.qM)
+        # Column by column: the engine's releases keep the matrix under different names.
+        for unit, column in zip(np.eye(self.n), self.mass, strict=True):
+            mujoco.mj_mulM(arm.model, data, column, unit)
         return state
 
     def _force(self, state):
