@@ -1,6 +1,6 @@
 """What gravity names and puts right before the dynamics, with what vibration tells of it then."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 import dataclasses
 
 import numpy as np
@@ -58,7 +58,8 @@ def _offsets(faults: Sequence[Fault], fit: Fit | None) -> dict[str, Number]:
 def with_faults(decision: Decision, faults: Sequence[Fault], fit: Fit | None) -> Decision:
     """Return a verdict that counts what gravity named and put right before the dynamics."""
     own = named_at_rest(faults, fit)
-    open_ = [fault for fault in faults if not _settled(fault, own)]
+    places = {str(item.effect.location) for item in decision.accepted}
+    open_ = [fault for fault in faults if not _settled(fault, own, places)]
     telling = tuple(fault.telling for fault in open_)
     decision = dataclasses.replace(decision, experiments=(*decision.experiments, *telling))
     if not own or decision.verdict in (Verdict.UNEXPLAINED, Verdict.AMBIGUOUS):
@@ -70,10 +71,15 @@ def with_faults(decision: Decision, faults: Sequence[Fault], fit: Fit | None) ->
     return dataclasses.replace(decision, verdict=Verdict.NAMED)
 
 
-def _settled(fault: Fault, found: Sequence[KnownEffect]) -> bool:
-    """Return whether it is the only explanation, or vibration tells which of two it is."""
+def _settled(fault: Fault, found: Sequence[KnownEffect], places: Collection[str]) -> bool:
+    """Return whether it is the only explanation, or vibration tells which of two it is.
+
+    A sensor that was put right by its unit and were not in g would read ten times too much.
+    """
     if fault.rival is None or fault.kind not in (Kind.ENCODER, Kind.UNIT):
         return True
+    if fault.kind is Kind.UNIT:
+        return f'sensor:{fault.place}' not in places
     two = {fault.place, fault.rival.place}
-    encoders = fault.kind is Kind.ENCODER and fault.rival.kind is Kind.ENCODER
+    encoders = fault.rival.kind is Kind.ENCODER
     return encoders and len(two & {effect.location for effect in found}) == 1

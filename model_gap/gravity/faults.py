@@ -19,6 +19,7 @@ class Kind(Enum):
     TILT = 'tilt'
     ZERO = 'zero_offset'
     UNIT = 'unit_g'
+    GAIN = 'gain'
     AXES = 'axes'
     TURNED = 'turned'
 
@@ -30,6 +31,7 @@ COST = {
     Kind.TILT: 10.0,
     Kind.ZERO: 5.0,
     Kind.UNIT: 1.0,
+    Kind.GAIN: 5.0,
     Kind.AXES: 4.0,
     Kind.TURNED: 15.0,
 }
@@ -48,10 +50,10 @@ class Fault:
     columns : tuple of int
         Channels it changes; of an encoder the joint's number; none of a tilt.
     values : tuple of float
-        Offset [rad] or [m/s²], tilt about x and y [rad], or the matrix that mixes a sensor's axes,
-        row by row.
+        Offset [rad] or [m/s²], gain, tilt about x and y [rad], or the matrix that mixes a sensor's
+        axes, row by row.
     sigma : float
-        Of an offset.
+        Of an offset or gain.
     gain : float
         Log evidence.
     rival : Fault or None
@@ -85,9 +87,11 @@ class Fault:
                 f'the robot stands {about_x:+.2f}° about x and {about_y:+.2f}° about y off level'
             )
         elif self.kind is Kind.ZERO:
-            said = f'{self.place} has a zero offset of {with_sigma(*self._offset(), "m/s²")}'
+            said = f'{self.place} has a zero offset of {with_sigma(*self._size(), "m/s²")}'
         elif self.kind is Kind.UNIT:
             said = f'sensor {self.place} reads in g, not in m/s²'
+        elif self.kind is Kind.GAIN:
+            said = f'{self.place} reads {with_sigma(*self._size())} times what it should'
         elif self.kind is Kind.AXES:
             said = f'sensor {self.place} has its axes exchanged or reversed: {self._axes()}'
         else:
@@ -95,7 +99,7 @@ class Fault:
             said = f'sensor {self.place} is mounted turned by {angle:.1f}°'
         return said + (f' (or {self.rival.words()})' if self.rival else '')
 
-    def _offset(self) -> tuple[float, float]:
+    def _size(self) -> tuple[float, float]:
         return self.values[0], self.sigma
 
     def _axes(self) -> str:

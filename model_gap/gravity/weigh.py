@@ -133,6 +133,8 @@ def _applied(readings: Array, fault: Fault) -> Array:
         wrong[:, columns] += fault.values[0]
     elif fault.kind is Kind.UNIT:
         wrong[:, columns] /= G_M_S2
+    elif fault.kind is Kind.GAIN:
+        wrong[:, columns] *= fault.values[0]
     elif fault.kind in (Kind.AXES, Kind.TURNED):
         wrong[:, columns] = wrong[:, columns] @ fault.matrix.T
     return wrong
@@ -178,14 +180,23 @@ class _State:
         for number, channel in enumerate(self.rest.channels):
             value, sigma = self.size_of(np.eye(len(self.rest.channels))[number])
             yield self._gaining(Fault(Kind.ZERO, channel.name, (number,), (value,), sigma))
+            yield self._scaled(channel.name, (number,))
         for sensor, columns in self.rest.sensors.items():
             yield self._gaining(Fault(Kind.UNIT, sensor, tuple(columns)))
+            yield self._scaled(sensor, tuple(columns))
             if len(columns) == 3:
                 yield from self._oriented(sensor, tuple(columns))
 
     def _gaining(self, fault: Fault) -> Fault:
         cost = self.cost_of(self.rest.measured - _applied(self.predicted, fault))
         return dataclasses.replace(fault, gain=self.cost - cost - COST[fault.kind])
+
+    def _scaled(self, place: str, columns: tuple[int, ...]) -> Fault:
+        """Return the gain of a sensor or channel: without it, encoders are blamed for one."""
+        pattern = np.zeros_like(self.predicted)
+        pattern[:, columns] = self.predicted[:, columns]
+        more, sigma = self.size_of(pattern)
+        return self._gaining(Fault(Kind.GAIN, place, columns, (1.0 + more,), sigma))
 
     def size_of(self, pattern: Array) -> tuple[float, float]:
         """Return the size of a pattern of the means, and its deviation."""

@@ -5,14 +5,16 @@ import pytest
 import yaml
 
 from model_gap.campaign.read_campaign import read_campaign
-from model_gap.decide.decide import Verdict
+from model_gap.decide.decide import Decision, Verdict
 from model_gap.effects.encoder_offset import EncoderOffset
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.sensor_gain import SensorGain
 from model_gap.find_gap import find_gap
 from model_gap.gap_json import accepted_effects, gap_mapping
+from model_gap.gravity import Fault, Kind
+from model_gap.named_at_rest import with_faults
 from model_gap.report import headline, summary_lines
-from model_gap.search.search import SearchSettings
+from model_gap.search.search import Candidate, SearchSettings
 from model_gap.updated_model import write_updated_model
 from structural_model import load_robot
 from test.model_gap.conftest import ROBOT
@@ -49,6 +51,19 @@ def test_an_encoder_that_is_wrong_is_the_verdict_refined_and_written(robot, tmp_
     offsets = [joint.offset_rad for joint in model.spec.joints]
     assert offsets[1] == pytest.approx(number.value, abs=1e-9)
     assert 'offset_rad' in (tmp_path / 'model_updated.diff').read_text()
+
+
+def test_vibration_tells_a_unit_from_a_zero_offset():
+    """Where gravity always pulls along one axis it cannot; put right wrongly, the gain is off."""
+    zero = Fault(Kind.ZERO, 'frame.z', (2,), (-8.8,), 0.3, 532.0)
+    unit = Fault(Kind.UNIT, 'frame', (0, 1, 2), gain=536.0, rival=zero, telling='turn it')
+    alone = with_faults(Decision(Verdict.NONE), [unit], None)
+    assert alone.verdict is Verdict.NAMED
+    gain = Candidate(SensorGain('sensor:frame'), None, 300.0, 1.0)
+    beside = with_faults(Decision(Verdict.NAMED, (gain,)), [unit], None)
+    assert beside.verdict is Verdict.AMBIGUOUS
+    other = Candidate(SensorGain('sensor:elbow'), None, 300.0, 1.0)
+    assert with_faults(Decision(Verdict.NAMED, (other,)), [unit], None).verdict is Verdict.NAMED
 
 
 @pytest.mark.slow

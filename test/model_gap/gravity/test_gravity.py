@@ -92,16 +92,19 @@ def test_an_encoder_that_is_wrong_is_named_with_its_offset(robot, layout, joint,
     assert told[fault.place] == pytest.approx(np.degrees(fault.sigma), rel=0.2)
 
 
-def test_a_sensor_in_g_is_named_and_put_right(robot, layout):
-    made = campaign(robot, layout, np.random.default_rng(11))
-    scale = np.repeat([1.0, 1.0, 1.0 / 9.80665, 1.0], 3)
-    wrong = dataclasses.replace(
+def scaled(made, scale):
+    return dataclasses.replace(
         made,
         records=tuple(
             dataclasses.replace(item, acceleration=item.acceleration * scale)
             for item in made.records
         ),
     )
+
+
+def test_a_sensor_in_g_is_named_and_put_right(robot, layout):
+    made = campaign(robot, layout, np.random.default_rng(11))
+    wrong = scaled(made, np.repeat([1.0, 1.0, 1.0 / 9.80665, 1.0], 3))
     (fault,) = found(robot, wrong)
     assert (fault.kind, fault.place) == (Kind.UNIT, 'elbow')
     right = put_right(wrong, [fault])
@@ -122,6 +125,22 @@ def test_swapped_reversed_and_turned_sensors_are_named(robot, layout, kind, matr
     (fault,) = found(robot, made)
     assert (fault.kind, fault.place) == (kind, 'spindle'), fault.words()
     np.testing.assert_allclose(fault.matrix, matrix, atol=0.06)
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_a_wrong_gain_is_named_and_no_encoder_is_blamed(robot, layout, seed):
+    """Of the tool's sensor, or of one of its axes, by up to two thirds, in few poses."""
+    rng = np.random.default_rng([78, seed])
+    gain = np.exp(rng.choice([-1.0, 1.0]) * rng.uniform(0.15, 0.5))
+    scale = np.ones(12)
+    own = [slice(9, 12), slice(10, 11)][seed % 2]
+    scale[own] = gain
+    made = scaled(campaign(robot, layout, rng, count=4), scale)
+    (fault,) = found(robot, made)
+    place = 'spindle' if seed % 2 == 0 else layout.channels[10].name
+    assert (fault.kind, fault.place) == (Kind.GAIN, place), f'seed {seed}: {fault.words()}'
+    assert abs(fault.values[0] - gain) < 4.0 * fault.sigma, f'seed {seed}: {fault.words()}'
+    assert as_it_stands(robot, [fault]) is robot, 'the arm stands where it was'
 
 
 def test_a_robot_off_level_is_told_and_no_encoder_is_blamed(robot, layout):
