@@ -4,7 +4,8 @@
 
 Campaigns are small: 3 fitting and 2 held-out poses, two levels, 16 s each. Every campaign is
 written as it ends, and those already there are not run again: stopped, it goes on. With
-``--minutes`` nothing new begins after that time.
+``--minutes`` nothing new begins after that time; a round's order is drawn, so that what was run
+until then is a fair sample of it.
 """
 
 import argparse
@@ -81,10 +82,12 @@ def order(options):
     chosen = options.only.split(',') if options.only else kinds()
     found = []
     for number in range(options.seeds):
-        seen = {}
+        seen, drawn = {}, []
+        first = options.first_seed + 10 * number
         for kind in chosen:
             seen[kind] = seen.get(kind, -1) + 1
-            found.append((kind, options.first_seed + 10 * number + seen[kind]))
+            drawn.append((kind, first + seen[kind]))
+        found += [drawn[place] for place in np.random.default_rng(first).permutation(len(drawn))]
     return found
 
 

@@ -56,6 +56,21 @@ def test_at_rest_every_sensor_reads_gravity():
     np.testing.assert_allclose(lengths, 9.81, rtol=1e-9)
 
 
+@pytest.mark.parametrize('seed', range(6))
+def test_a_gear_with_play_leans_on_a_flank_before_a_record_begins(seed):
+    """Random joints and poses: a thousandth of what 0.2 mrad of the drive's spring would hold."""
+    rng = np.random.default_rng([79, seed])
+    case = draw('backlash', rng, campaign.SENSOR_NAMES)
+    arm = arm_of(case)
+    pose = np.array(campaign.CENTRE) + np.array(campaign.SPREAD) * rng.uniform(-1.0, 1.0, 6)
+    law = law_of(case, arm, pose, 1.0, rng)
+    run = Run(arm, (law,), pose, STILL, STEP_S)
+    state = run.at_rest()
+    left = run.rate(0, state)[run.n : 2 * run.n] @ run.mass
+    assert np.abs(left).max() < 2e-7 * law.k, f'seed {seed}: {case}'
+    assert np.abs(state[arm.drives] - pose).max() < 5e-3, f'seed {seed}: {case}'
+
+
 def test_compliance_under_the_base_is_in_series():
     """Both rocking springs of the plate and of the base carry the same moment."""
     soft = 1e-6
