@@ -74,7 +74,8 @@ def main():
     table = counted(rows)
     print(printed(table))
     if options.table:
-        write_rows('gap_rates', COLUMNS, table)
+        said = f'{len(rows)} campaigns, seeds from {options.first_seed}'
+        write_rows('gap_rates', COLUMNS, table, [said])
 
 
 def order(options):

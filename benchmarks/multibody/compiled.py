@@ -30,7 +30,11 @@ class Sensor:
 
 @dataclass
 class Compiled:
-    """The engine's model; ``drives`` are the numbers of the driven joints."""
+    """The engine's model.
+
+    ``drives`` are the numbers of the driven joints, ``pulls`` those of the springs between points
+    that are tied anew in every pose, with how they pull there [N].
+    """
 
     model: mujoco.MjModel
     drives: np.ndarray
@@ -40,6 +44,7 @@ class Compiled:
     mass_damping: float
     ratios: np.ndarray
     rotors: np.ndarray
+    pulls: dict
 
 
 def compiled(arm, sensors):
@@ -70,6 +75,7 @@ def compiled(arm, sensors):
         arm.mass_damping,
         np.array([axis.ratio for axis in axes]),
         np.array([axis.rotor * axis.ratio**2 for axis in axes]),
+        {number: item['pull'] for number, item in enumerate(arm.tendons) if 'pull' in item},
     )
 
 

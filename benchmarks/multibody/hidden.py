@@ -85,7 +85,8 @@ def _cable(rng, s):
     way = rng.uniform(-1.0, 1.0, 2)
     anchor = (*(1.5 * way), rng.uniform(1.5, 2.8))
     at = (0.1, 0.1, 0.2) if link == 'link_3' else (0.4, 0.1, 0.1)
-    return link, {'k': log_uniform(rng, 3e4, 2e5), 'anchor': anchor, 'at': at}
+    numbers = {'k': log_uniform(rng, 3e4, 2e5), 'pull': rng.uniform(100, 1000)}
+    return link, {**numbers, 'anchor': anchor, 'at': at}
 
 
 def _gravity_compensator(rng, s):
@@ -315,8 +316,9 @@ def _put_tuned_mass(case, arm):
 
 
 def _put_cable(case, arm):
+    """A hose tied anew in every pose: as stiff, kept, it would pull with tens of kilonewtons."""
     ends = {'from': (None, case['anchor']), 'to': (case['place'], case['at'])}
-    arm.tendons.append({'k': case['k'], **ends})
+    arm.tendons.append({'k': case['k'], 'pull': case['pull'], **ends})
 
 
 def _put_gravity_compensator(case, arm):

@@ -82,6 +82,7 @@ class Run:
         arm, data = self.arm, self.data
         state = np.zeros(self.size)
         state[arm.drives] = self.pose
+        self._tie(state)
         self._settle(state, (), np.inf)
         self._settle(state, self.laws, FALL)
         twist = state[arm.drives] - self.pose
@@ -92,6 +93,15 @@ class Run:
         for unit, column in zip(np.eye(self.n), self.mass, strict=True):
             mujoco.mj_mulM(arm.model, data, column, unit)
         return state
+
+    def _tie(self, state):
+        """Tie cables so that they pull as they should before the arm gives way."""
+        model, data = self.arm.model, self.data
+        self._put(state)
+        mujoco.mj_forward(model, data)
+        for number, pull in self.arm.pulls.items():
+            short = pull / model.tendon_stiffness[number]
+            model.tendon_lengthspring[number] = data.ten_length[number] - short
 
     def _settle(self, state, laws, most):
         """Move a state to where the arm and some laws hang still, so far in a step at most."""

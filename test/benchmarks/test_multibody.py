@@ -71,6 +71,17 @@ def test_a_gear_with_play_leans_on_a_flank_before_a_record_begins(seed):
     assert np.abs(state[arm.drives] - pose).max() < 5e-3, f'seed {seed}: {case}'
 
 
+def test_a_cable_pulls_alike_in_every_pose():
+    """The arm hangs a little lower than it was tied: the pull is less by what that makes."""
+    case = draw('cable', np.random.default_rng(80), campaign.SENSOR_NAMES)
+    arm = arm_of(case)
+    for turned in (-0.5, 0.5):
+        run = Run(arm, (), POSE + turned, STILL, STEP_S)
+        run.rate(0, run.at_rest())
+        longer = run.data.ten_length[0] - arm.model.tendon_lengthspring[0, 0]
+        assert abs(case['k'] * longer - case['pull']) < case['k'] * 2e-3, turned
+
+
 def test_compliance_under_the_base_is_in_series():
     """Both rocking springs of the plate and of the base carry the same moment."""
     soft = 1e-6
