@@ -51,18 +51,18 @@ def counted(rows):
     rough = [row for row in rows if row['kind'] == 'rough']
     inside = [flag for row in rows for flag in _within(row)]
     return [
-        _line('single effects, right type', map(right_type, single), '>= 95 %'),
-        _line('single effects, right type and place', map(right_place, single), '>= 93 %'),
-        _line('single effects, wrong and sure', map(wrong_and_sure, single), '<= 1 %'),
-        _line('pairs, both found', map(both, pairs), '>= 85 %'),
-        _line(
+        rate_line('single effects, right type', map(right_type, single), '>= 95 %'),
+        rate_line('single effects, right type and place', map(right_place, single), '>= 93 %'),
+        rate_line('single effects, wrong and sure', map(wrong_and_sure, single), '<= 1 %'),
+        rate_line('pairs, both found', map(both, pairs), '>= 85 %'),
+        rate_line(
             'pairs, both, or one named and the rest admitted', map(_admitted, pairs), 'the rest'
         ),
-        _line('healthy, mounts turned by 0.7°, named', map(_alarm, healthy), '<= 3 %'),
-        _line('outside the catalogue, not named', map(not_named, outside), '>= 90 %'),
-        _line('parameter within 2σ', inside, '93 to 97 %'),
-        _line('models ±40 %, one effect: right type', map(right_type, rough), '>= 85 %'),
-        _line('models ±40 %, one effect: wrong and sure', map(wrong_and_sure, rough), ''),
+        rate_line('healthy, mounts turned by 0.7°, named', map(_alarm, healthy), '<= 3 %'),
+        rate_line('outside the catalogue, not named', map(not_named, outside), '>= 90 %'),
+        rate_line('parameter within 2σ', inside, '93 to 97 %'),
+        rate_line('models ±40 %, one effect: right type', map(right_type, rough), '>= 85 %'),
+        rate_line('models ±40 %, one effect: wrong and sure', map(wrong_and_sure, rough), ''),
     ]
 
 
@@ -85,7 +85,7 @@ def interval(seen, count):
     return low, high
 
 
-def _line(what, flags, reach):
+def rate_line(what, flags, reach):
     flags = [bool(flag) for flag in flags]
     if not flags:
         return [what, '', '', '', reach]

@@ -12,7 +12,7 @@ from benchmarks.multibody.compiled import compiled, Sensor
 from benchmarks.multibody.description import read
 from benchmarks.multibody.faults import spoil
 from benchmarks.multibody.hidden import law_of, put
-from benchmarks.multibody.simulate import Motion, simulate, STEP_S
+from benchmarks.multibody.simulate import Motion, Run, simulate, STEP_S
 from model_gap.campaign import GapRecord
 
 SENSORS = (
@@ -26,6 +26,8 @@ CENTRE, SPREAD = (0, 0.2, 0.1, 0.3, -0.6, 0.2), (1.0, 0.5, 0.5, 1.2, 0.7, 1.5)
 BAND_HZ, LOWEST_HZ, REST_S = (2.5, 50.0), 1.8, 0.4
 LEVELS = (0.35, 1.0)
 RATE_HZ = 500.0
+# Of a record in which nothing moves: enough for the splines of sensors' faults.
+STILL_ROWS = 8
 # Half of the shortest step.
 FINEST = 3
 GRID_S = 0.5 * STEP_S / FINEST
@@ -81,26 +83,66 @@ def make_records(folder, cases, seed, conditions=None):
     """
     how = conditions or Conditions()
     rng = np.random.default_rng(seed)
-    description = _ordinary(read(folder), how, rng)
-    sensors, gains = sensors_of(cases, how, rng)
-    for case in cases:
-        put(case, description)
-    arm = compiled(description, sensors)
+    arm, gains = _arm(folder, cases, how, rng)
     records = []
     for number in range(how.n_fit + how.n_held):
-        pose = np.array(CENTRE) + np.array(SPREAD) * rng.uniform(-1.0, 1.0, 6)
+        pose = _pose(rng)
         for level, size in enumerate(LEVELS):
             motion = motion_of(how.duration_s, size, rng)
-            readings = _readings(arm, cases, pose, motion, how, rng)
-            for case in cases:
-                own = _columns(case)
-                readings = spoil(case, readings, RATE_HZ, own, rng)
-            readings = readings * gains
+            readings = _spoilt(cases, _readings(arm, cases, pose, motion, how, rng), rng) * gains
             own = (readings - readings.mean(axis=0)).std(axis=0)
             readings = readings + how.noise * own * rng.standard_normal(readings.shape)
             name, held = f'p{number}_l{level}', number >= how.n_fit
             records.append(_record(name, pose, level, readings, motion, held))
     return tuple(records)
+
+
+def still_records(folder, cases, seed, conditions=None):
+    """Return records of an arm that stands still in its poses: what the means can tell.
+
+    Parameters are those of :func:`make_records`.
+    """
+    how = conditions or Conditions()
+    rng = np.random.default_rng(seed)
+    arm, gains = _arm(folder, cases, how, rng)
+    still, records = np.zeros((STILL_ROWS, 6)), []
+    for number in range(how.n_fit + how.n_held):
+        pose = _pose(rng)
+        real, laws = _standing(arm, cases, pose, how, rng)
+        run = Run(arm, laws, real, Motion(still, still), STEP_S)
+        read = np.tile(run.read_at_rest(run.at_rest()), (STILL_ROWS, 1))
+        readings = _spoilt(cases, read, rng) * gains
+        records.append(GapRecord(f'p{number}', pose, '1', RATE_HZ, readings, still, still, still))
+    return tuple(records)
+
+
+def _arm(folder, cases, how, rng):
+    """Return one arm of its make, what is hidden built in, and the gains of its channels."""
+    description = _ordinary(read(folder), how, rng)
+    sensors, gains = sensors_of(cases, how, rng)
+    for case in cases:
+        put(case, description)
+    return compiled(description, sensors), gains
+
+
+def _pose(rng):
+    return np.array(CENTRE) + np.array(SPREAD) * rng.uniform(-1.0, 1.0, 6)
+
+
+def _spoilt(cases, readings, rng):
+    for case in cases:
+        readings = spoil(case, readings, RATE_HZ, _columns(case), rng)
+    return readings
+
+
+def _standing(arm, cases, pose, how, rng):
+    """Return the pose the arm really has, and the laws of its gears."""
+    real = np.array(pose, float)
+    for case in cases:
+        if case['type'] == 'encoder_offset':
+            real[int(case['place'][-1]) - 1] += case['offset']
+    laws = [law_of(case, arm, real, how.duration_s, rng) for case in cases]
+    return real, [law for law in laws if law is not None]
 
 
 def _ordinary(arm, how, rng):
@@ -166,16 +208,11 @@ def motion_of(duration_s, size, rng):
 
 def _readings(arm, cases, pose, motion, how, rng):
     """Return what ideal accelerometers read, antialiased."""
-    real, played = np.array(pose, float), motion
-    found = []
+    played = motion
     for case in cases:
-        if case['type'] == 'encoder_offset':
-            real[int(case['place'][-1]) - 1] += case['offset']
         if case['type'] == 'command_delay':
             played = _later(played, case['delay'])
-    for case in cases:
-        law = law_of(case, arm, real, how.duration_s, rng)
-        found += [] if law is None else [law]
+    real, found = _standing(arm, cases, pose, how, rng)
     finer = max([law.finer for law in found], default=1)
     rows = slice(None, None, FINEST // finer)
     seen = Motion(played.position[rows], played.velocity[rows])

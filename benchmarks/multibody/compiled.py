@@ -33,7 +33,7 @@ class Compiled:
     """The engine's model.
 
     ``drives`` are the numbers of the driven joints, ``pulls`` those of the springs between points
-    that are tied anew in every pose, with how they pull there [N].
+    or over two joints that are tied anew in every pose, with how they pull there [N, N m].
     """
 
     model: mujoco.MjModel
@@ -75,7 +75,11 @@ def compiled(arm, sensors):
         arm.mass_damping,
         np.array([axis.ratio for axis in axes]),
         np.array([axis.rotor * axis.ratio**2 for axis in axes]),
-        {number: item['pull'] for number, item in enumerate(arm.tendons) if 'pull' in item},
+        {
+            number: item['pull']
+            for number, item in enumerate([*arm.tendons, *arm.rods])
+            if 'pull' in item
+        },
     )
 
 

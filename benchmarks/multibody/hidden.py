@@ -307,7 +307,7 @@ def _put_link_flexibility(case, arm):
 
 def _put_rod_spring(case, arm):
     weights = {'joint_2': 1.0, 'joint_3': -1.0}
-    arm.rods.append({'weights': weights, 'k': case['k'], 'c': 3e-4 * case['k']})
+    arm.rods.append({'weights': weights, 'k': case['k'], 'c': 3e-4 * case['k'], 'pull': 0.0})
 
 
 def _put_tuned_mass(case, arm):

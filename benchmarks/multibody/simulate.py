@@ -95,7 +95,7 @@ class Run:
         return state
 
     def _tie(self, state):
-        """Tie cables so that they pull as they should before the arm gives way."""
+        """Tie cables and rods so that they pull as they should before the arm gives way."""
         model, data = self.arm.model, self.data
         self._put(state)
         mujoco.mj_forward(model, data)
@@ -122,7 +122,12 @@ class Run:
             if size < 1e-13:
                 break
 
-    def _force(self, state, laws):
+    def read_at_rest(self, state):
+        """Return what the sensors read while the arm hangs still."""
+        self._force(state, self.laws, read=True)
+        return self.data.sensordata.copy()
+
+    def _force(self, state, laws, read=False):
         """Return the generalised force on the arm at rest in its own springs and some laws."""
         self._put(state)
         twist = self.arm.couple @ (state[self.arm.drives] - self.pose)
@@ -131,7 +136,7 @@ class Run:
         )
         self.data.qfrc_applied[:] = 0.0
         self.data.qfrc_applied[self.arm.drives] = self.arm.couple.T @ torque
-        mujoco.mj_forwardSkip(self.arm.model, self.data, COMPUTE, SKIP_SENSORS)
+        mujoco.mj_forwardSkip(self.arm.model, self.data, COMPUTE, 0 if read else SKIP_SENSORS)
         return self.data.qfrc_smooth.copy()
 
     def _put(self, state):

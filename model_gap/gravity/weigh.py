@@ -48,6 +48,8 @@ class GravityLimits:
 
 LIMITS = GravityLimits()
 POSE_SEED = 0
+# What is plausible, as of the effect ``sensor_gain``.
+GAINS = 0.02, 10.0
 # All ways three axes can be plugged and mounted, but the right one.
 ORIENTATIONS = tuple(
     np.eye(3)[list(order)] * np.array(signs)[:, None]
@@ -67,12 +69,18 @@ def weigh(rest: AtRest, tolerances: Tolerances) -> tuple[Fault, ...]:
             break
         best = tried[0]
         close = [it for it in tried[1:] if it.gain > best.gain - LIMITS.between]
-        other = [it for it in close if (it.kind, it.place) != (best.kind, best.place)]
+        other = [it for it in close if not _alike(it, best)]
         if other:
             telling = _telling(rest, found, best, other[0])
             best = dataclasses.replace(best, rival=other[0], telling=telling)
         found.append(best)
     return tuple(found)
+
+
+def _alike(one: Fault, other: Fault) -> bool:
+    """Return whether two faults are one: a wrong unit is a gain, and known exactly."""
+    scales = {one.kind, other.kind} <= {Kind.UNIT, Kind.GAIN}
+    return one.place == other.place and (scales or one.kind is other.kind)
 
 
 def encoders_told(rest: AtRest, tolerances: Tolerances) -> dict[str, float]:
@@ -180,10 +188,10 @@ class _State:
         for number, channel in enumerate(self.rest.channels):
             value, sigma = self.size_of(np.eye(len(self.rest.channels))[number])
             yield self._gaining(Fault(Kind.ZERO, channel.name, (number,), (value,), sigma))
-            yield self._scaled(channel.name, (number,))
+            yield from self._scaled(channel.name, (number,))
         for sensor, columns in self.rest.sensors.items():
             yield self._gaining(Fault(Kind.UNIT, sensor, tuple(columns)))
-            yield self._scaled(sensor, tuple(columns))
+            yield from self._scaled(sensor, tuple(columns))
             if len(columns) == 3:
                 yield from self._oriented(sensor, tuple(columns))
 
@@ -191,12 +199,13 @@ class _State:
         cost = self.cost_of(self.rest.measured - _applied(self.predicted, fault))
         return dataclasses.replace(fault, gain=self.cost - cost - COST[fault.kind])
 
-    def _scaled(self, place: str, columns: tuple[int, ...]) -> Fault:
+    def _scaled(self, place: str, columns: tuple[int, ...]) -> Iterator[Fault]:
         """Return the gain of a sensor or channel: without it, encoders are blamed for one."""
         pattern = np.zeros_like(self.predicted)
         pattern[:, columns] = self.predicted[:, columns]
         more, sigma = self.size_of(pattern)
-        return self._gaining(Fault(Kind.GAIN, place, columns, (1.0 + more,), sigma))
+        if GAINS[0] < 1.0 + more < GAINS[1]:
+            yield self._gaining(Fault(Kind.GAIN, place, columns, (1.0 + more,), sigma))
 
     def size_of(self, pattern: Array) -> tuple[float, float]:
         """Return the size of a pattern of the means, and its deviation."""

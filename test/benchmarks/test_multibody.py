@@ -82,6 +82,27 @@ def test_a_cable_pulls_alike_in_every_pose():
         assert abs(case['k'] * longer - case['pull']) < case['k'] * 2e-3, turned
 
 
+def test_a_rod_is_relaxed_where_the_arm_is_recorded():
+    case = draw('rod_spring', np.random.default_rng(81), campaign.SENSOR_NAMES)
+    arm, bare = arm_of(case), arm_of()
+    states = [Run(it, (), POSE, STILL, STEP_S).at_rest()[it.drives] for it in (arm, bare)]
+    assert np.abs(states[0] - states[1]).max() < 2e-3, 'it carries a part of gravity at most'
+
+
+@pytest.mark.parametrize('kind', ['payload', 'encoder_offset', 'tonal_disturbance'])
+def test_an_arm_that_stands_still_reads_what_a_campaign_does_on_the_mean(kind):
+    """Of a brief one; a hum has no mean, and motion adds some hundredths of m/s²."""
+    case, folder = (
+        draw(kind, np.random.default_rng(3), ('frame',)),
+        share_path('config', 'robots', ROBOT),
+    )
+    moving = campaign.make_records(folder, [case], 4, BRIEF)[0]
+    still = campaign.still_records(folder, [case], 4, BRIEF)[0]
+    np.testing.assert_array_equal(still.acceleration, still.acceleration[:1].repeat(8, axis=0))
+    mean = moving.acceleration.mean(axis=0)
+    np.testing.assert_allclose(still.acceleration[0], mean, atol=0.2)
+
+
 def test_compliance_under_the_base_is_in_series():
     """Both rocking springs of the plate and of the base carry the same moment."""
     soft = 1e-6
