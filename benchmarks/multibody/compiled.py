@@ -33,7 +33,7 @@ class Compiled:
     """The engine's model.
 
     ``drives`` are the numbers of the driven joints, ``pulls`` those of the springs between points
-    or over two joints that are tied anew in every pose, with how they pull there [N, N m].
+    that are tied anew in every pose, with how they pull there [N].
     """
 
     model: mujoco.MjModel
@@ -75,11 +75,7 @@ def compiled(arm, sensors):
         arm.mass_damping,
         np.array([axis.ratio for axis in axes]),
         np.array([axis.rotor * axis.ratio**2 for axis in axes]),
-        {
-            number: item['pull']
-            for number, item in enumerate([*arm.tendons, *arm.rods])
-            if 'pull' in item
-        },
+        {number: item['pull'] for number, item in enumerate(arm.tendons) if 'pull' in item},
     )
 
 
@@ -191,7 +187,7 @@ def _swinging(body, arm, item):
 
 
 def _tendons(root, world, bodies, arm):
-    """Add springs between two points (a link's, or the ground's), and over two joints."""
+    """Add springs between two points (a link's, or the ground's)."""
     tendons = ET.SubElement(root, 'tendon')
     for number, item in enumerate(arm.tendons):
         attributes = {'stiffness': repr(float(item['k']))}
@@ -205,12 +201,6 @@ def _tendons(root, world, bodies, arm):
             place = np.asarray(at, float) if link is None else _beyond(arm, link, at)
             ET.SubElement(holder, 'site', name=name, pos=_text(place))
             ET.SubElement(spatial, 'site', site=name)
-    for item in arm.rods:
-        fixed = ET.SubElement(
-            tendons, 'fixed', stiffness=repr(float(item['k'])), damping=repr(float(item['c']))
-        )
-        for joint, weight in item['weights'].items():
-            ET.SubElement(fixed, 'joint', joint=joint, coef=repr(float(weight)))
 
 
 def _beyond(arm, link, at):

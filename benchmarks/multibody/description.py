@@ -70,7 +70,6 @@ class Description:
     swinging: list = field(default_factory=list)
     below: list = field(default_factory=list)
     tendons: list = field(default_factory=list)
-    rods: list = field(default_factory=list)
 
     @property
     def axes(self):

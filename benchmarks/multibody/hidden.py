@@ -305,11 +305,6 @@ def _put_link_flexibility(case, arm):
     arm.hinge = {'link': case['place'], 'spring': spring, **kept}
 
 
-def _put_rod_spring(case, arm):
-    weights = {'joint_2': 1.0, 'joint_3': -1.0}
-    arm.rods.append({'weights': weights, 'k': case['k'], 'c': 3e-4 * case['k'], 'pull': 0.0})
-
-
 def _put_tuned_mass(case, arm):
     kept = {key: case[key] for key in ('at', 'axis', 'mass', 'f', 'zeta')}
     arm.swinging.append({'link': case['place'], **kept})
@@ -338,7 +333,6 @@ STRUCTURAL = {
     'base_compliance': _put_base_compliance,
     'foundation_mode': _put_foundation_mode,
     'link_flexibility': _put_link_flexibility,
-    'rod_spring': _put_rod_spring,
     'tuned_mass': _put_tuned_mass,
     'cable': _put_cable,
     'gravity_compensator': _put_gravity_compensator,
@@ -377,7 +371,14 @@ class Knocks(laws.Law):
         return found, ()
 
 
+def _rod(case, gear, k, arm, *_):
+    weights = np.array([0.0, 1.0, -1.0, 0.0, 0.0, 0.0])
+    row = np.linalg.solve(arm.couple.T, weights)
+    return laws.Rod(gear, k, stiffness=case['k'], loss_s=3e-4, row=row)
+
+
 LAWS = {
+    'rod_spring': _rod,
     'coulomb_friction': lambda e, g, k, *_: laws.Friction(
         g, k, level=e['torque'], bristle=e['stiffer'] * k
     ),

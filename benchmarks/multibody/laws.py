@@ -89,6 +89,24 @@ class Play(Law):
 
 
 @dataclass
+class Rod(Law):
+    """A spring over the twists of two joints, which their motors carry along: a driven rod.
+
+    One that held the links themselves would keep the motors from moving them.
+    """
+
+    stiffness: float = 0.0
+    loss_s: float = 0.0
+    row: np.ndarray | None = None  # of gears: how far they stretch it
+
+    def at_rest(self, twist):
+        return -self.row * self.stiffness * float(self.row @ twist)
+
+    def torque(self, time, twist, rate, position, velocity, inner):
+        return self.at_rest(twist + self.loss_s * rate), ()
+
+
+@dataclass
 class Hardening(Law):
     """Gears whose stiffness is k (1 + 3 a e²): the torque is its integral."""
 

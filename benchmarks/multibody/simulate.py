@@ -95,7 +95,7 @@ class Run:
         return state
 
     def _tie(self, state):
-        """Tie cables and rods so that they pull as they should before the arm gives way."""
+        """Tie cables so that they pull as they should before the arm gives way."""
         model, data = self.arm.model, self.data
         self._put(state)
         mujoco.mj_forward(model, data)
