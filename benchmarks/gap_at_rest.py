@@ -73,7 +73,11 @@ def lines_of(rows):
         if fault.kind is Kind.ENCODER and fault.place == case['place']
     ]
     return [
-        rate_line('encoder 1 to 3° off: named', [places(faults) for _, faults in turned], ''),
+        rate_line(
+            'encoder 1 to 3° off: named, alone or as one of two',
+            [case['place'] in places(faults) for case, faults in turned],
+            '',
+        ),
         rate_line(
             'encoder 1 to 3° off: another one alone is named',
             [
