@@ -3,6 +3,8 @@
 Needs MuJoCo (the ``bench`` environment).
 """
 
+import dataclasses
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -15,6 +17,11 @@ from benchmarks.multibody.description import read
 from benchmarks.multibody.hidden import draw, KINDS, law_of, put
 from benchmarks.multibody.simulate import Motion, Run, simulate, STEP_S
 from modal_core.share import share_path
+from model_gap.cell import CellModel
+from model_gap.effects import Scene
+from model_gap.effects.cable import Cable
+from model_gap.effects.foundation_mode import FoundationMode
+from model_gap.effects.rod_spring import RodSpring
 from structural_model import load_robot
 
 POSE = np.array([0.3, 0.4, -0.2, 0.5, -0.6, 0.3])
@@ -31,9 +38,9 @@ def arm_of(*cases):
     return compiled(description, sensors)
 
 
-def frequencies(arm):
+def frequencies(arm, pose=POSE, laws=()):
     """Return the natural frequencies of the engine's own equations about rest [Hz]."""
-    run = Run(arm, (), POSE, STILL, STEP_S)
+    run = Run(arm, laws, pose, STILL, STEP_S)
     state, size = run.at_rest(), 1e-7
     around = [size * way for way in np.eye(run.size)]
     slopes = np.array([run.rate(0, state + d) - run.rate(0, state - d) for d in around]).T
@@ -47,6 +54,37 @@ def test_frequencies_agree_with_the_structural_model():
     model = load_robot(ROBOT).damped_modes(POSE, ()).frequency_hz
     below = np.sort(model[model < 60.0])
     np.testing.assert_allclose(own[: len(below)], below, rtol=1e-3)
+
+
+def effect_of(case):
+    """Return the catalogue's effect of a case, and its numbers."""
+    kind = case['type']
+    if kind == 'rod_spring':
+        return RodSpring(case['place'], '-'), (case['k'], 3e-4)
+    if kind == 'cable':
+        return Cable(case['place']).detailed(), (case['k'], *case['anchor'], *case['at'])
+    rocks = case['way'][0] == 'r'
+    mass = case['mass'] * (case['gyration'] ** 2 if rocks else 1.0)
+    way = f'{"about" if rocks else "along"} {case["way"][1]}'
+    return FoundationMode(None, way), (1.0 / mass, case['f'], case['zeta'])
+
+
+@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize('kind', ['rod_spring', 'cable', 'foundation_mode'])
+def test_what_is_hidden_is_what_the_catalogue_means(kind, seed):
+    """Random numbers and poses: below 60 Hz to 0.1 % with the effect, 0.1 to 50 % off without."""
+    rng = np.random.default_rng([82, seed])
+    case = draw(kind, rng, campaign.SENSOR_NAMES)
+    pose = np.array(campaign.CENTRE) + np.array(campaign.SPREAD) * rng.uniform(-1.0, 1.0, 6)
+    arm, model = arm_of(case), load_robot(ROBOT)
+    law = law_of(case, arm, pose, 1.0, rng)
+    own = frequencies(arm, pose, () if law is None else (law,))
+    scene = Scene(model, (), CellModel(model.spec, ()))
+    effect, values = effect_of(case)
+    spec = effect.apply(scene.cell, values, scene).spec
+    said = np.sort(dataclasses.replace(model, spec=spec).damped_modes(pose, ()).frequency_hz)
+    below = said[said < 60.0]
+    np.testing.assert_allclose(own[: len(below)], below, rtol=1e-3, err_msg=f'seed {seed}: {case}')
 
 
 def test_at_rest_every_sensor_reads_gravity():
