@@ -107,6 +107,7 @@ $(VENV)/.docs-ready: $(VENV)/.ready
 	@touch $@
 
 gap-matrix: $(VENV)-bench/.ready
+	$(VENV)-bench/bin/python -m benchmarks.gap_at_rest
 	$(VENV)-bench/bin/python -m benchmarks.gap_rates --seeds 2 --minutes 80 --out gap_rates.json
 	$(VENV)-bench/bin/python benchmarks/gap_matrix.py --quick --minutes 35 --out gap_matrix.json
 

@@ -73,6 +73,7 @@ def _paper(programs: str, *names: str) -> tuple[Group, ...]:
 
 
 MATRIX = 'benchmarks/gap_matrix.py'
+RATES = ('benchmarks/gap_rates.py', 'benchmarks/gap_counts.py', 'benchmarks/multibody')
 FINDINGS = tuple(
     f'examples/paper/{program}.py'
     for program in (
@@ -133,6 +134,11 @@ GROUPS = {
         Group('gap_outside', (), f'{MATRIX} --only outside --first-seed 903 --table gap_outside'),
         Group('gap_healthy', (), f'{MATRIX} --calibrate 16 --first-seed 2000 --quick'),
         Group('gap_other_simulator', (), 'by hand'),
+        Group(
+            'gap_at_rest',
+            ('benchmarks/gap_at_rest.py', *RATES),
+            'python -m benchmarks.gap_at_rest --table',
+        ),
         Group('gap_single_runs', (), 'by hand'),
         Group(
             'model_speed',
