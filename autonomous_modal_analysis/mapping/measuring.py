@@ -112,7 +112,7 @@ def measure(
             tell(f'{label}: kept')
             continue
         if len(known.measured) > 1 and (left := unsure(known, wish)) <= wish.accuracy:
-            tell(f'{label}: not needed, {100 * left:.2f} % is sure enough')
+            tell(f'{label}: not needed, frequencies are known to {100 * left:.2f} %')
             break
         plan = series.excitation(start.arm.model, folder.layout, wish, stop)
         if travel is not None and number and not is_whole(folder.recording(number), plan):
@@ -120,7 +120,7 @@ def measure(
         pose = _measured(folder, number, plan, start, play)
         known = known.with_measured(pose)
         save_map(folder.map_path, known, folder.layout, series.series_hash)
-        tell(f'{label}: {len(pose)} modes, frequencies {100 * unsure(known, wish):.2f} % sure')
+        tell(f'{label}: {len(pose)} modes; frequencies known to {100 * unsure(known, wish):.2f} %')
         progress((number + 1) / len(series.stops))
     return known
 

@@ -84,7 +84,9 @@ def test_what_is_killed_goes_on_and_nothing_is_lost(start, layout, series, tmp_p
     for each in (killed_while_recording, killed_after_recording):
         with pytest.raises(KilledError):
             measure(folder, start, series, WISH, each, lambda _: None)
-    known = measure(folder, start, series, WISH, play, lambda _: None)
+    told = []
+    known = measure(folder, start, series, WISH, play, told.append)
+    assert all('modes; frequencies known to' in line for line in told)
     assert played == [stop.plan_hash for stop in series.stops], 'each once'
     assert [pose.plan_hash for pose in known.measured] == played
     again, made_by = load_map(folder.map_path, start.arm.model, layout)
