@@ -109,10 +109,10 @@ def decide(of: Refining) -> Refining:
 
 
 def _in_step(of: Refining, each: GroupFit, position: BandIndex) -> bool:
-    if not of.record.is_whole or each.fit is None:
+    if each.fit is None:
         return False
-    added = [at for at, mode in each.members() if mode >= of.n_given]
-    return in_step(each.fit.model, position, added)
+    added = [at for at, mode in each.members() if mode >= of.n_given and of.record.is_whole]
+    return in_step(each.fit.model, position, [*added, *each.unseen()])
 
 
 def _overlapping(of: Refining, mode: ModeIndex) -> list[ModeIndex]:
