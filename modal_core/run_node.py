@@ -15,6 +15,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.utilities import get_default_context
 
 from modal_core.errors import ModalAnalysisError
 from modal_core.started_by import end_with_starter
@@ -100,6 +101,12 @@ def _leave(status: int) -> None:
     middleware's libraries themselves, while threads of theirs still run.  There a process that
     had done all its work ended now and then in a segmentation fault.
     """
+    # The participant goes with the last that holds it, some of it in circles.  Its end tells the
+    # others at once that this node is gone; else they wait for its lease to run out, and ask
+    # services that nobody answers any more.
+    get_default_context().destroy()
+    gc.unfreeze()
+    gc.collect()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError, AttributeError):
             stream.flush()

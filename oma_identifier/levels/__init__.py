@@ -1,8 +1,8 @@
 """How a mode changes with the level of its motion: cubic stiffness, cubic damping, or friction.
 
-In come the modes of one structure from recordings at three levels or more, and their samples; out
-go laws of stiffness and damping with standard deviations, and responses of third order.
-Equivalent linearisation (Caughey 1963, doi:10.1121/1.1918794).
+In come modes of one structure from recordings at three levels or more, and their samples.
+Then out go laws of stiffness and damping with standard deviations, and responses of third order.
+Moments of the motion and equivalent linearisation (Caughey 1963, doi:10.1121/1.1918794).
 """
 
 from oma_identifier.levels.cubic_mode import CubicMode
