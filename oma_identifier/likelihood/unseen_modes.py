@@ -33,9 +33,6 @@ DAMPING = 0.01
 """Of no effect so far away."""
 AT_ONCE, ROUNDS = 3, 2
 """Unseen modes that are taken in between two fits, and how often."""
-LEFT = 0.5
-"""Of what a misfit is above 1, that may be left: forces that come in blows, or frequencies that
-drift, are not mended by unseen modes."""
 LEAST_RISE = 10.0
 """Rise of the log-likelihood by an unseen mode."""
 
@@ -75,7 +72,7 @@ def with_unseen(
             break
         wider = _joined(start, shapes, forces, hz)
         again = fit_from(wider, _joined(fit.model, shapes, forces, hz))
-        if not again.misfit - 1.0 < LEFT * (fit.misfit - 1.0):
+        if not again.misfit < fit.misfit:
             break
         start, fit = wider, again
     return start, fit
