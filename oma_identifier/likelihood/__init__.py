@@ -47,7 +47,6 @@ from oma_identifier.likelihood.reduced_band import ReducedBand
 from oma_identifier.likelihood.shape_scatter import MacLoss, normalised_std
 from oma_identifier.likelihood.tail_regression import parts_along, TailData
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
-from oma_identifier.likelihood.unseen_modes import precision_and_residual
 
 __all__ = [
     'FIRST_PASS',
@@ -85,7 +84,6 @@ __all__ = [
     'overlaps',
     'parts_along',
     'pooled_slopes',
-    'precision_and_residual',
     'spectra_of',
     'unit',
     'updated',

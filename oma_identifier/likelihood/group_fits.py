@@ -9,18 +9,13 @@ from numpy.typing import NDArray
 
 from oma_identifier.likelihood.averages import averaged_again, divided, parts_wanted
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel, SlopePrior
-from oma_identifier.likelihood.fit_band import (
-    ConvergenceLimits,
-    FIRST_PASS,
-    fit_band,
-)
+from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
 from oma_identifier.likelihood.mode_groups import band_lines, StartModes
 from oma_identifier.likelihood.record_ends import without_ends
 from oma_identifier.likelihood.reduced_band import reduce_band, ReducedBand
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
-from oma_identifier.likelihood.unseen_modes import with_unseen
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,13 +48,6 @@ class GroupFit:
     def position(self, mode: ModeIndex) -> BandIndex:
         """Return the position of a mode in the fit."""
         return BandIndex(self.group.index(mode))
-
-    def unseen(self) -> list[BandIndex]:
-        """Return the positions of modes above the spectrum in the fit."""
-        if self.fit is None or self.band is None:
-            return []
-        n_modes = len(self.fit.model.frequency_hz)
-        return [BandIndex(at) for at in range(len(self.band.included), n_modes)]
 
     @property
     def misfit(self) -> float:
@@ -111,36 +99,7 @@ def fit_group(
             break
         near = fit.model if fit.converged else near
         band = replace(band, data=divided(band.data, parts, spectra.frequency_hz[lines], cleaned))
-    coarse = bool(np.any(parts > LIKELIHOOD.coarse_parts))
-    return _with_unseen(spectra, GroupFit(group, band, fit, coarse))
-
-
-def _with_unseen(spectra: Spectra, each: GroupFit) -> GroupFit:
-    """Return a fit with modes above the spectrum, where it holds only with them."""
-    if each.band is None or each.fit is None or _one_force(each.fit.model):
-        return each
-    data = each.band.data
-
-    def holds(fit: BandFit) -> bool:
-        return fit.converged and replace(each, fit=fit).misfit < LIKELIHOOD.described_misfit
-
-    model, fit = with_unseen(
-        data,
-        each.band.model,
-        each.fit,
-        spectra.sample_rate_hz,
-        holds,
-        lambda start, near: fit_band(data, start, convergence=FIRST_PASS, near=near),
-    )
-    return replace(each, band=replace(each.band, model=model), fit=fit)
-
-
-def _one_force(model: BandModel) -> bool:
-    """Tell whether most forces are one: nothing tells an unseen mode from another tail then."""
-    power = np.abs(np.diag(model.force))
-    square = np.abs(model.force) ** 2 > LIKELIHOOD.one_force * np.outer(power, power)
-    beside = square[: model.n_free] & ~np.eye(len(power), dtype=bool)[: model.n_free]
-    return bool(beside.sum() > 0.5 * model.n_free * (len(power) - 1))
+    return GroupFit(group, band, fit, coarse=bool(np.any(parts > LIKELIHOOD.coarse_parts)))
 
 
 def updated(start: StartModes, fits: Sequence[GroupFit]) -> StartModes:

@@ -86,11 +86,6 @@ class LikelihoodThresholds:
     """Standard deviation of the imaginary part of a shape of unit length: MPC 0.78."""
 
     # What a fit must give.
-    described_misfit: float = 1.05
-    """Largest misfit of a band that is described without modes above the spectrum: that of what
-    replaces a plain estimate."""
-    one_force: float = 0.8
-    """Squared coherence of the forces of two modes from where on they may be one force."""
     misfit_chance: float = 1.5
     """Standard deviations of the misfit that are left to chance."""
     separable: float = 0.1

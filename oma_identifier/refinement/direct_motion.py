@@ -16,14 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from oma_identifier.likelihood import (
-    BandData,
-    BandIndex,
-    BandModel,
-    expected_spectra,
-    forced_gain,
-    LIKELIHOOD,
-)
+from oma_identifier.likelihood import BandData, BandIndex, BandModel, expected_spectra, forced_gain
 from oma_identifier.refinement.thresholds import REFINEMENT
 
 
@@ -56,7 +49,7 @@ def in_step(model: BandModel, position: BandIndex, added: Sequence[BandIndex]) -
     others = [at for at in added if at != position]
     power = np.abs(np.diag(model.force))
     square = np.abs(model.force[position, others]) ** 2
-    return bool(np.any(square > LIKELIHOOD.one_force * power[position] * power[others]))
+    return bool(np.any(square > REFINEMENT.one_force * power[position] * power[others]))
 
 
 def _chance(score: NDArray[np.complex128], metric: NDArray[np.complex128]) -> float:

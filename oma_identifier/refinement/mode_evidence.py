@@ -22,10 +22,11 @@ from oma_identifier.likelihood import (
     BandData,
     BandIndex,
     BandModel,
+    expected_spectra,
     fit_band,
+    forced_gain,
     GroupFit,
     overlaps,
-    precision_and_residual,
     ReducedBand,
     unit,
     value_at,
@@ -63,7 +64,7 @@ def missing_mode(of: GroupFit) -> MissingMode | None:
     if of.fit is None or of.band is None:
         return None
     data = of.band.data
-    precision, residual = precision_and_residual(data, of.fit.model)
+    precision, residual = _precision_and_residual(data, of.fit.model)
     n_channels = residual.shape[1]
     best = None
     for ratio in TRIED_DAMPING:
@@ -87,6 +88,14 @@ def missing_mode(of: GroupFit) -> MissingMode | None:
             if slope > 0.0 and rise > (REFINEMENT.least_rise if best is None else best.rise):
                 best = MissingMode(float(frequency_hz), ratio, shape, rise)
     return best and replace(best, shape=unit(of.band.back @ best.shape))
+
+
+def _precision_and_residual(data: BandData, model: BandModel) -> tuple[Complex, Complex]:
+    """Return E⁻¹ and E⁻¹ (P - E) E⁻¹ at all lines."""
+    covariance = expected_spectra(model, model.shapes * forced_gain(data, model)[:, None, :])
+    precision = np.linalg.inv(covariance)
+    residual = precision @ (data.periodogram - covariance) @ precision
+    return np.asarray(precision), np.asarray(residual)
 
 
 def is_demanded(of: GroupFit, position: BandIndex) -> bool:

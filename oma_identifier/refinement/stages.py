@@ -109,10 +109,10 @@ def decide(of: Refining) -> Refining:
 
 
 def _in_step(of: Refining, each: GroupFit, position: BandIndex) -> bool:
-    if each.fit is None:
+    if not of.record.is_whole or each.fit is None:
         return False
-    added = [at for at, mode in each.members() if mode >= of.n_given and of.record.is_whole]
-    return in_step(each.fit.model, position, [*added, *each.unseen()])
+    added = [at for at, mode in each.members() if mode >= of.n_given]
+    return in_step(each.fit.model, position, added)
 
 
 def _overlapping(of: Refining, mode: ModeIndex) -> list[ModeIndex]:

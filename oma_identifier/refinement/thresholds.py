@@ -47,6 +47,8 @@ class RefinementThresholds:
     """Share of modes without motion in step with their force that are taken to have it.  The test
     takes the other forces for known and so errs less often: of 490 modes under independent forces
     none was below 0.01."""
+    one_force: float = 0.8
+    """Squared coherence of the forces of two modes from where on they may be one force."""
     known_chance: float = 1e-3
     """Share of bands whose response to known inputs the model describes that are taken to bend."""
 
