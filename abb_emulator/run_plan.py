@@ -19,9 +19,9 @@ from abb_emulator.mechanics import ArmEffect, read_effects
 from abb_emulator.process import speed_message
 from abb_emulator.rapid import ProgramTask
 from abb_emulator.recorder import Recorder
-from excitation_planner.motion import MOVES
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.rapid import rapid_module
+from excitation_planner.signals import MOVES
 from modal_core.channel import SensorLayout
 from modal_core.errors import BridgeError
 from modal_core.measurements import (

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomous_modal_analysis.campaign_poses import choose_poses
-from excitation_planner.motion import BAND_LIMITED_NOISE, SLIDING_NOISE
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import BAND_LIMITED_NOISE, SLIDING_NOISE
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError, SettingsError
 from structural_model.flexible_joint_model import FlexibleJointModel

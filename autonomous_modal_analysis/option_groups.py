@@ -25,7 +25,7 @@ from autonomous_modal_analysis.options import (
     Topics,
     Unit,
 )
-from excitation_planner.rapid import RapidOptions
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError

@@ -8,9 +8,9 @@ from rich.table import Table
 
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
-from excitation_planner.motion import APPROACH, MOVES
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.rapid import MOST_OFF, programmed_moves, start_tolerance_deg
+from excitation_planner.signals import APPROACH, MOVES
 from modal_core.errors import PlanError
 from modal_reports import DAMPING, FREQUENCY
 from structural_model.flexible_joint_model import FlexibleJointModel

@@ -10,10 +10,11 @@ import math
 import numpy as np
 
 from excitation_planner.forecast import ExpectedModes
-from excitation_planner.motion import LARGEST_GAIN, NOISES, raised_shape, Stretch
+from excitation_planner.motion import LARGEST_GAIN, raised_shape, Stretch
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import NOISES
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError
 from modal_core.mode import Mode, ModeSet

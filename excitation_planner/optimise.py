@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from excitation_planner.bounds import check_limits
 from excitation_planner.drawing import draw_motion, find_allowed_range
 from excitation_planner.forecast import ModeForecast, require_full_rank
-from excitation_planner.motion import BAND_LIMITED_NOISE, predicted_spectrum, RANDOM_PULSES
+from excitation_planner.motion import predicted_spectrum
 from excitation_planner.planner import forecast_modes, plan_excitation, plan_limits, projection_of
 from excitation_planner.request import PlanRequest
 from excitation_planner.setting import bring_together, Setting
+from excitation_planner.signals import BAND_LIMITED_NOISE, RANDOM_PULSES
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.forecast import PlanPrediction
-from excitation_planner.motion import CONSISTENT_RAD, LONGEST_S, MOST_SAMPLES, SIGNALS, Trajectory
+from excitation_planner.motion import CONSISTENT_RAD, Trajectory
+from excitation_planner.signals import LONGEST_S, MOST_SAMPLES, SIGNALS
 from modal_core.errors import PlanError
 
 Array = NDArray[np.float64]

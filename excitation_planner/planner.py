@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.bounds import check_limits, Envelope, PlanLimits
-from excitation_planner.drawing import draw_motion
-from excitation_planner.exciting import exciting
+from excitation_planner.drawing import draw_motion, exciting
 from excitation_planner.forecast import (
     analysed_hz,
     ExpectedModes,
@@ -21,13 +20,8 @@ from excitation_planner.forecast import (
     with_expected,
 )
 from excitation_planner.motion import (
-    APPROACH,
-    AUTOMATIC,
-    BAND_LIMITED_NOISE,
-    NOISES,
     predicted_spectrum,
     PredictedSpectrum,
-    SLIDING_NOISE,
     sliding_share,
     Trajectory,
     whiteness,
@@ -37,6 +31,13 @@ from excitation_planner.pose_range import actual_change, largest_change
 from excitation_planner.remedies import with_cures
 from excitation_planner.request import PlanRequest
 from excitation_planner.setting import bring_together, Setting, start_of
+from excitation_planner.signals import (
+    APPROACH,
+    AUTOMATIC,
+    BAND_LIMITED_NOISE,
+    NOISES,
+    SLIDING_NOISE,
+)
 from excitation_planner.ways import plan_approach
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError

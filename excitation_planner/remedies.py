@@ -14,13 +14,9 @@ from excitation_planner.forecast import (
     PART_OF_BAND,
     VISIBLE_DB,
 )
-from excitation_planner.motion import (
-    BAND_LIMITED_NOISE,
-    flat_spectrum,
-    HIGHEST_PATH_HZ,
-    RANDOM_PULSES,
-)
+from excitation_planner.motion import flat_spectrum
 from excitation_planner.setting import Setting
+from excitation_planner.signals import BAND_LIMITED_NOISE, HIGHEST_PATH_HZ, RANDOM_PULSES
 from modal_core.channel import Channel
 
 Array = NDArray[np.float64]

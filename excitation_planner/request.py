@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from excitation_planner.motion import (
+from excitation_planner.signals import (
     APPROACH,
     AUTOMATIC,
     HIGHEST_PATH_HZ,

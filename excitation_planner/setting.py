@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from excitation_planner.amplitudes import informative_amplitudes, ROOM, ROOM_OF_PULSES
 from excitation_planner.forecast import ExpectedModes
-from excitation_planner.motion import RANDOM_PULSES
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import RANDOM_PULSES
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel

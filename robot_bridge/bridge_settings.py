@@ -6,7 +6,7 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
 
-from excitation_planner.rapid import RapidOptions
+from excitation_planner.rapid_options import RapidOptions
 from modal_core.errors import BridgeError
 from modal_core.node_parameter import NodeParameter, parameters_of
 from modal_core.schema import from_parameters

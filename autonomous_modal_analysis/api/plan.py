@@ -18,7 +18,8 @@ from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
 from excitation_planner.forecast import ModeForecast
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
-from excitation_planner.rapid import rapid_module, RapidOptions
+from excitation_planner.rapid import rapid_module
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout

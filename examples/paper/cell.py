@@ -13,11 +13,11 @@ from scipy.optimize import linear_sum_assignment
 
 from abb_emulator.cell import ArmSide, CellSettings, MotorSide
 from abb_emulator.sensing import SensorSettings
-from excitation_planner.motion.signals import BAND_LIMITED_NOISE, RANDOM_PULSES
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.pose_range.sensitivity import actual_change
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import BAND_LIMITED_NOISE, RANDOM_PULSES
 from modal_core.channel import Channel
 from modal_core.indicators import mac
 from modal_core.measurements import (

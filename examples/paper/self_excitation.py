@@ -28,7 +28,7 @@ from examples.paper.output import (
     show_findings,
     show_table,
 )
-from excitation_planner.motion.signals import BAND_LIMITED_NOISE
+from excitation_planner.signals import BAND_LIMITED_NOISE
 from modal_core.mode import Mode
 from oma_identifier.result import WindowResult
 

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.bounds.self_collision import proven_clearance
-from excitation_planner.motion import HIGHEST_PATH_HZ, MotionOnGrid, Trajectory
+from excitation_planner.motion import MotionOnGrid, Trajectory
+from excitation_planner.signals import HIGHEST_PATH_HZ
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 

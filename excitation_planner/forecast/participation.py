@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.motion import NOISES, PredictedSpectrum
+from excitation_planner.motion import PredictedSpectrum
+from excitation_planner.signals import NOISES
 from modal_core.channel import Channel
 from structural_model.flexible_joint_model import FlexibleJointModel
 

@@ -5,7 +5,6 @@ band-limited noise, noise on slow sweeps, and what any of them contains over fre
 """
 
 from excitation_planner.motion.band_noise import band_noise_velocity, BandNoiseSettings
-from excitation_planner.motion.gear_rate import twist_rate_rms
 from excitation_planner.motion.pulse_shape import PulseShape
 from excitation_planner.motion.pulses import Pulse, pulse_velocity, PulseSettings, random_pulses
 from excitation_planner.motion.quickest_shape import (
@@ -15,19 +14,6 @@ from excitation_planner.motion.quickest_shape import (
     quickest_shape,
 )
 from excitation_planner.motion.raised_shape import LARGEST_GAIN, raised_shape, Stretch
-from excitation_planner.motion.signals import (
-    APPROACH,
-    AUTOMATIC,
-    BAND_LIMITED_NOISE,
-    HIGHEST_PATH_HZ,
-    LONGEST_S,
-    MOST_SAMPLES,
-    MOVES,
-    NOISES,
-    RANDOM_PULSES,
-    SIGNALS,
-    SLIDING_NOISE,
-)
 from excitation_planner.motion.sliding import (
     expected_share,
     LEAST_OF_SHARE,
@@ -50,23 +36,12 @@ from excitation_planner.motion.spectrum import (
 from excitation_planner.motion.trajectory import CONSISTENT_RAD, MotionOnGrid, Trajectory
 
 __all__ = [
-    'APPROACH',
-    'AUTOMATIC',
-    'BAND_LIMITED_NOISE',
     'CONSISTENT_RAD',
-    'HIGHEST_PATH_HZ',
     'LARGEST_GAIN',
     'LEAST_ACCELERATION',
     'LEAST_JERK',
     'LEAST_OF_SHARE',
-    'LONGEST_S',
-    'MOST_SAMPLES',
-    'MOVES',
     'MOVING_S',
-    'NOISES',
-    'RANDOM_PULSES',
-    'SIGNALS',
-    'SLIDING_NOISE',
     'BandNoiseSettings',
     'MotionOnGrid',
     'PredictedSpectrum',
@@ -91,7 +66,6 @@ __all__ = [
     'sweep_speed',
     'sweep_velocity',
     'turn_rise',
-    'twist_rate_rms',
     'wanted_half_range',
     'whiteness',
 ]

@@ -14,7 +14,6 @@ from trajectory_msgs.msg import JointTrajectory
 
 from excitation_planner.closed_loop import next_step, plan_next, Targets
 from excitation_planner.forecast import ExpectedModes
-from excitation_planner.motion import APPROACH
 from excitation_planner.node.latest_joints_node import LatestJoints
 from excitation_planner.node.planner_parameters import PARAMETERS, REQUEST
 from excitation_planner.plan import ExcitationPlan
@@ -27,6 +26,7 @@ from excitation_planner.ros_messages import (
     trajectory_message,
 )
 from excitation_planner.setting import start_of
+from excitation_planner.signals import APPROACH
 from excitation_planner.ways import is_there, plan_way_back
 from modal_core.errors import ModalAnalysisError, PlanError
 from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping

@@ -10,11 +10,9 @@ from excitation_planner.rapid.rapid import (
     session_s,
     start_tolerance_deg,
 )
-from excitation_planner.rapid.rapid_options import RapidOptions
 
 __all__ = [
     'MOST_OFF',
-    'RapidOptions',
     'module_name',
     'programmed_moves',
     'rapid_module',

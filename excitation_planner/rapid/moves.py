@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.motion import fitted_shape, MOVES, PulseShape
+from excitation_planner.motion import fitted_shape, PulseShape
 from excitation_planner.plan import ExcitationPlan
+from excitation_planner.signals import MOVES
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 

@@ -59,10 +59,10 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.motion import APPROACH, NOISES
 from excitation_planner.plan import check_plan, ExcitationPlan
 from excitation_planner.rapid.programmed_move import programmed_moves
-from excitation_planner.rapid.rapid_options import RapidOptions
+from excitation_planner.rapid_options import RapidOptions
+from excitation_planner.signals import APPROACH, NOISES
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from excitation_planner.bounds import check_limits, Envelope, PlanLimits, REDUCED_SPEED_M_S
 from excitation_planner.motion import (
-    APPROACH,
     LEAST_ACCELERATION,
     LEAST_JERK,
     Pulse,
@@ -21,6 +20,7 @@ from excitation_planner.motion import (
     Trajectory,
 )
 from excitation_planner.plan import ExcitationPlan, rounded, sealed
+from excitation_planner.signals import APPROACH
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from ipaddress import ip_address
 from pathlib import Path
 
-from excitation_planner.rapid import RapidOptions
+from excitation_planner.rapid_options import RapidOptions
 from modal_core.errors import BridgeError
 from modal_core.schema import setting
 from robot_bridge.backends.backend import Backend

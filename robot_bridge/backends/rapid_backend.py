@@ -3,9 +3,10 @@
 from pathlib import Path
 import time
 
-from excitation_planner.motion import MOVES
 from excitation_planner.plan import ExcitationPlan
-from excitation_planner.rapid import module_name, rapid_module, RapidOptions, start_tolerance_deg
+from excitation_planner.rapid import module_name, rapid_module, start_tolerance_deg
+from excitation_planner.rapid_options import RapidOptions
+from excitation_planner.signals import MOVES
 from modal_core.atomic_file import write_text
 from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backends.backend import Backend

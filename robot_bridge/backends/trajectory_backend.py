@@ -4,8 +4,8 @@ import time
 
 import numpy as np
 
-from excitation_planner.motion import MOVES
 from excitation_planner.plan import ExcitationPlan
+from excitation_planner.signals import MOVES
 from modal_core.errors import BridgeError, PlanError
 from robot_bridge.backends.backend import Backend
 from robot_bridge.backends.released_plans import ReleasedPlans

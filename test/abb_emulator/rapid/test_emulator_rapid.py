@@ -11,7 +11,7 @@ from abb_emulator.rapid.rapid_parser import parse_module
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid.moves import moves_of
 from excitation_planner.rapid.rapid import rapid_module
-from excitation_planner.rapid.rapid_options import RapidOptions
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.errors import BridgeError
 from structural_model.robot_files import load_layout

@@ -10,7 +10,7 @@ import pytest
 
 from excitation_planner.bounds.limits import check_limits, PlanLimits
 from excitation_planner.bounds.self_collision import proven_clearance
-from excitation_planner.drawing import draw_motion
+from excitation_planner.drawing.drawing import draw_motion
 from excitation_planner.motion.trajectory import Trajectory
 from excitation_planner.planner import plan_limits
 from excitation_planner.request import PlanRequest

@@ -8,7 +8,7 @@ import pytest
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid.moves import moves_of
 from excitation_planner.rapid.rapid import rapid_module
-from excitation_planner.rapid.rapid_options import RapidOptions
+from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError
 from structural_model import load_robot

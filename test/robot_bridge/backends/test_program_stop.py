@@ -7,9 +7,9 @@ import time
 import numpy as np
 import pytest
 
-from excitation_planner.motion.signals import RANDOM_PULSES
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import RANDOM_PULSES
 from modal_core.errors import BridgeError
 from robot_bridge.backends.backends import BackendSettings, make_backend
 from robot_bridge.egm.egm_feedback import RobotFeedback

@@ -13,10 +13,10 @@ from abb_emulator.rapid.program_task import ProgramTask
 from abb_emulator.rws.rws_server import RwsServer
 from abb_emulator.rws.rws_station import Station
 from benchmarks.faults.guided_arm import GUIDANCE
-from excitation_planner.motion.signals import RANDOM_PULSES
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid.rapid import module_name, rapid_module
 from excitation_planner.request import PlanRequest
+from excitation_planner.signals import RANDOM_PULSES
 from robot_bridge.egm.egm_command import decode_sensor
 from robot_bridge.operator import FlowSettings, FlowState
 from robot_bridge.rws.released_program import ReleasedProgram

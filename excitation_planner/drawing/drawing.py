@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from excitation_planner.drawing.gear_rate import twist_rate_rms
 from excitation_planner.motion import (
     band_noise_velocity,
     BandNoiseSettings,
@@ -16,19 +17,17 @@ from excitation_planner.motion import (
     Pulse,
     pulse_velocity,
     PulseSettings,
-    RANDOM_PULSES,
     random_pulses,
-    SLIDING_NOISE,
     sweep_speed,
     sweep_velocity,
     SweepSettings,
     Trajectory,
     turn_rise,
-    twist_rate_rms,
     wanted_half_range,
 )
 from excitation_planner.pose_range import actual_change, allowed_range, AllowedRange, is_allowed
 from excitation_planner.setting import Setting
+from excitation_planner.signals import RANDOM_PULSES, SLIDING_NOISE
 from modal_core.errors import PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
 

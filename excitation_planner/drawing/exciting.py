@@ -12,8 +12,9 @@ from excitation_planner.forecast import (
     pairs,
     with_expected,
 )
-from excitation_planner.motion import PredictedSpectrum, raised_shape, RANDOM_PULSES, Stretch
+from excitation_planner.motion import PredictedSpectrum, raised_shape, Stretch
 from excitation_planner.setting import Setting
+from excitation_planner.signals import RANDOM_PULSES
 
 STRONG = 1e9
 """Force over noise at which a mode's σ is as small as the length of the record lets it be."""

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from excitation_planner.motion.spectrum import PredictedSpectrum
+from excitation_planner.motion import PredictedSpectrum
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
