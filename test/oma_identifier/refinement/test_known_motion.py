@@ -71,20 +71,22 @@ def errors(modes, shapes):
 
 
 @pytest.mark.parametrize(
-    ('share', 'least'), [(0.6, 1.2), pytest.param(0.99, 5.0, marks=pytest.mark.slow)]
+    ('share', 'least', 'fewest'),
+    [(0.6, 1.2, 2), pytest.param(0.99, 5.0, 3, marks=pytest.mark.slow)],
 )
-def test_known_motion_makes_modes_more_exact_and_says_so(share, least):
+def test_known_motion_makes_modes_more_exact_and_says_so(share, least, fewest):
+    """Where it explains little, the motion is not always the better estimate."""
     samples, shapes = simulated(SEED, share)
     known = identify_samples(samples)
     blind = identify_samples(replace(samples, known=None)).modes
     assert len(known.modes) == len(FREQUENCY_HZ)
-    assert all(mode.known_motion for mode in known.modes)
+    assert sum(mode.known_motion for mode in known.modes) >= fewest
     assert 'known_motion' in known.quality.flags
     assert not any(mode.known_motion for mode in blind)
     off = errors(known.modes, shapes)
     assert np.all(np.abs(off[:, :2]) < 4.0), f'seed {SEED}: {off}'
     assert np.all(off[:, 2] < 8.0), f'seed {SEED}: {off}'
-    for mode in known.modes:
+    for mode in (each for each in known.modes if each.known_motion):
         before = min(blind, key=lambda one, mode=mode: abs(one.frequency_hz - mode.frequency_hz))
         assert mode.frequency_std_hz * least < before.frequency_std_hz, f'seed {SEED}'
         assert mode.damping_ratio_std * least < before.damping_ratio_std, f'seed {SEED}'
