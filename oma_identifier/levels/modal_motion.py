@@ -177,7 +177,7 @@ def _in_band(
     hz = np.fft.rfftfreq(len(modal), 1.0 / samples.sample_rate_hz)
     inside = np.flatnonzero(np.abs(hz - f) <= reach_hz)
     rate = 2j * np.pi * hz[inside]
-    displacement = 2.0 * lines[inside] / rate**derived
+    displacement: Complex = np.asarray(2.0 * lines[inside] / rate**derived, dtype=complex)
     # Lines about the middle one as those of a signal of its own: what is slow is few samples.
     n, middle = len(inside), len(inside) // 2
     rate_hz = samples.sample_rate_hz * n / len(modal)
