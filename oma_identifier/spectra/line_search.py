@@ -93,8 +93,7 @@ def sinusoids_of(
                 break
             places = np.concatenate([places, more])
         fitted = fit_sinusoids(rows, places * to_turn)
-        places, rest = fitted.turn / to_turn, None
-        left = np.asarray(fitted.taken_from(rows), dtype=np.float64)
+        places, left, rest = fitted.turn / to_turn, fitted.taken_from(rows), None
     return fitted, power(left) if rest is None else rest
 
 
