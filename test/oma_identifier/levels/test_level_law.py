@@ -7,6 +7,8 @@ import pytest
 
 import autonomous_modal_analysis as ama
 from oma_identifier.levels import Law, level_law, modal_motion
+
+pytest.importorskip('numba')
 from test.support.cubic_oscillator import accelerations
 
 RATE_HZ = 100.0
