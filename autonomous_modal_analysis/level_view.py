@@ -19,7 +19,7 @@ NAME_WIDTH = 12
 def show_levels(levels: Sequence[ModeLevels]) -> None:
     """Print one row per mode; modes without a law below, with the reason."""
     table = Table(
-        title='modes over the level of their motion: at the largest, over the smallest motion',
+        title='modes over the level of their motion',
         title_justify='left',
         box=SIMPLE_HEAD,
         padding=(0, 0),
