@@ -1,4 +1,4 @@
-"""The one place that knows which kind of file an ending means."""
+"""Which kind of file an ending means for modes."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,8 +7,7 @@ from autonomous_modal_analysis.export.arrays import write_matlab, write_netcdf
 from autonomous_modal_analysis.export.exported import Exported
 from autonomous_modal_analysis.export.tables import write_csv, write_parquet
 from autonomous_modal_analysis.export.universal import write_universal
-from modal_core.atomic_file import atomic_path
-from modal_core.errors import SettingsError
+from autonomous_modal_analysis.export.write_by_ending import write_by_ending
 
 WRITERS: dict[str, Callable[[Path, Exported], None]] = {
     '.uff': write_universal,
@@ -34,10 +33,4 @@ def export_modes(path: Path, exported: Exported) -> None:
     OSError
         It cannot be written.
     """
-    suffix = path.suffix.lower()
-    if suffix not in WRITERS:
-        raise SettingsError(
-            'unknown kind of file', where=path, found=suffix or 'no ending', expected=KINDS
-        )
-    with atomic_path(path) as temporary:
-        WRITERS[suffix](temporary, exported)
+    write_by_ending(path, WRITERS, exported)

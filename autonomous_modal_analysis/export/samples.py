@@ -8,18 +8,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-import pyuff
 from scipy.io import netcdf_file, savemat
 
 from autonomous_modal_analysis.api.optional import optional
-from autonomous_modal_analysis.export.universal import SI
-from modal_core.atomic_file import atomic_path
-from modal_core.errors import SettingsError
+from autonomous_modal_analysis.export.universal import ascii_line, SI, write_sets
+from autonomous_modal_analysis.export.write_by_ending import write_by_ending
 from modal_recordings.formats.universal_file import KINDS
 from modal_recordings.formats.universal_names import direction_of
 
 TIME_RESPONSE, EVEN, TIME_AXIS = 1, 1, 17
-LONGEST = 80
 
 
 @dataclass(frozen=True)
@@ -69,14 +66,7 @@ def export_samples(path: Path, exported: ExportedSamples) -> None:
     OSError
         It cannot be written.
     """
-    suffix = path.suffix.lower()
-    if suffix not in WRITERS:
-        expected = ', '.join(WRITERS)
-        raise SettingsError(
-            'unknown kind of file', where=path, found=suffix or 'no ending', expected=expected
-        )
-    with atomic_path(path) as temporary:
-        WRITERS[suffix](temporary, exported)
+    write_by_ending(path, WRITERS, exported)
 
 
 def _universal(path: Path, exported: ExportedSamples) -> None:
@@ -95,7 +85,7 @@ def _universal(path: Path, exported: ExportedSamples) -> None:
         sets.append({
             **{'type': 58, 'binary': 1, 'func_type': TIME_RESPONSE, 'ref_node': 0, 'ref_dir': 0},
             **{'rsp_node': node, 'rsp_dir': int(way[axis]) * (axis + 1), 'rsp_ent_name': 'NONE'},
-            **{'id1': _ascii(name), 'id2': _ascii(', '.join(exported.about.values()))},
+            **{'id1': ascii_line(name), 'id2': ascii_line(', '.join(exported.about.values()))},
             **{'data': exported.values[:, column], 'x': exported.time_s},
             **{'num_pts': len(exported.values), 'abscissa_spacing': EVEN, 'abscissa_min': 0.0},
             **{'abscissa_inc': step_s, 'abscissa_spec_data_type': TIME_AXIS},
@@ -103,12 +93,7 @@ def _universal(path: Path, exported: ExportedSamples) -> None:
             **{'ordinate_spec_data_type': types.get(unit, 0), 'ordinate_axis_units_lab': unit},
             'orddenom_spec_data_type': 0,
         })  # fmt: skip
-    # Set by set: the library leaves out the first one where it overwrites.
-    pyuff.UFF(str(path)).write_sets(sets, 'add')
-
-
-def _ascii(text: str) -> str:
-    return text.encode('ascii', 'replace').decode()[:LONGEST]
+    write_sets(path, sets)
 
 
 def _matlab(path: Path, exported: ExportedSamples) -> None:

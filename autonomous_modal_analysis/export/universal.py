@@ -47,9 +47,12 @@ def write_universal(path: Path, exported: Exported) -> None:
         _mode(number, mode, nodes, motion, about)
         for number, (mode, motion) in enumerate(zip(exported.modes, moved, strict=True), start=1)
     ]
-    file = pyuff.UFF(str(path))
-    # Set by set: the library leaves out the first one where it overwrites.
-    file.write_sets(sets, 'add')
+    write_sets(path, sets)
+
+
+def write_sets(path: Path, sets: list[dict[str, Any]]) -> None:
+    """Write datasets one by one: the library leaves out the first where it overwrites."""
+    pyuff.UFF(str(path)).write_sets(sets, 'add')
 
 
 def _nodes(names: tuple[str, ...]) -> tuple[NDArray[np.int64], list[tuple[int, int, float]]]:
@@ -86,11 +89,12 @@ def _mode(
     return {
         **{'type': 55, 'analysis_type': COMPLEX_MODE, 'data_ch': THREE_DIRECTIONS},
         **{'spec_data_type': DISPLACEMENT, 'data_type': COMPLEX, 'n_data_per_node': 3},
-        **{'id1': said[:LONGEST], 'id2': scatter[:LONGEST], 'id3': _ascii(about)[:LONGEST]},
+        **{'id1': said[:LONGEST], 'id2': scatter[:LONGEST], 'id3': ascii_line(about)},
         **{'load_case': 0, 'mode_n': number, 'eig': pole, 'modal_a': 0j, 'modal_b': 0j},
         **{'node_nums': nodes, 'r1': moved[:, 0], 'r2': moved[:, 1], 'r3': moved[:, 2]},
     }
 
 
-def _ascii(text: str) -> str:
-    return text.encode('ascii', 'replace').decode()
+def ascii_line(text: str) -> str:
+    """Return text as a line of a universal file holds it."""
+    return text.encode('ascii', 'replace').decode()[:LONGEST]

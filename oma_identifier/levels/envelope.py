@@ -19,14 +19,11 @@ class Bandwidth:
     ----------
     half_width_hz : float [Hz]
         Half the half-power bandwidth: ζ f of a linear mode.
-    centre_hz : float [Hz]
-        Of the peak.
     noise_share : float
         Of the power in the band that is no peak, 0 to 1.
     """
 
     half_width_hz: float
-    centre_hz: float
     noise_share: float
 
 
@@ -65,7 +62,7 @@ def bandwidth(envelopes: Sequence[Complex], rate_hz: float, carrier_hz: float) -
     limits = [(start[0] - 7.0, start[0] + 7.0), (-20.0, 3.0), (-3.0, 3.0)]
     found = minimize(misfit, start, method='Nelder-Mead', bounds=limits, options=OPTIONS).x
     noise = float(np.exp(found[1]) / np.mean(shape_of(found)))
-    return Bandwidth(float(np.exp(found[0])), float(found[2] * start_hz), noise)
+    return Bandwidth(float(np.exp(found[0])), noise)
 
 
 OPTIONS = {'xatol': 1e-4, 'fatol': 1e-9, 'maxiter': 2000}
