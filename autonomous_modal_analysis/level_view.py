@@ -14,6 +14,7 @@ from modal_reports import FREQUENCY
 from oma_identifier.levels import Law, LevelLaw, QuantityLaw
 
 NAME_WIDTH = 12
+"""Of a channel's name: with numbers as wide as these a row has 80 columns."""
 
 
 def show_levels(levels: Sequence[ModeLevels]) -> None:

@@ -20,6 +20,7 @@ from modal_recordings.text_encoding import encoding_of
 FIRST_WORDS = 'LabVIEW Measurement'
 END = '***End_of_Header***'
 LARGEST_BYTES = 1_000_000_000
+"""The text is read as a whole; chosen, a quarter of what text that is read by parts may have."""
 SEPARATOR, SEPARATORS = 'Separator', {'Tab': '\t', 'Comma': ','}
 Header = dict[str, list[str]]
 

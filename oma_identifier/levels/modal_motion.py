@@ -40,8 +40,6 @@ class ModalMotion:
         Displacement about the mode's frequency, of each part of the record.
     rate_hz, carrier_hz : float [Hz]
         Of the envelopes, and the frequency they are about.
-    duration_s : float [s]
-        Of the envelopes together.
     """
 
     displacement_m: float
@@ -54,7 +52,11 @@ class ModalMotion:
     envelopes: tuple[Complex, ...]
     rate_hz: float
     carrier_hz: float
-    duration_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the envelopes together [s]."""
+        return sum(map(len, self.envelopes)) / self.rate_hz
 
     def half_width_hz(self, phase_rate: float) -> tuple[float, float]:
         """Return the half-width of the peak without what amplitude does to the phase, and its std.
@@ -136,7 +138,6 @@ def modal_motion(
         envelopes,
         rate_hz,
         carrier_hz,
-        duration_s,
     )
 
 
