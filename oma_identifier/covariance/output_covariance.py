@@ -101,6 +101,7 @@ class CovarianceAccumulator:
         # One array for all blocks: they would fragment the memory one by one.
         self._ring = np.empty((0, 0, n_lags, len(references)), np.float32)
         self._powers = np.empty((capacity, 0))
+        self._begun = np.zeros(capacity, dtype=np.int64)
         self._total = np.zeros((0, n_lags, len(references)))
         self._oldest = 0
         self.n_blocks = 0
@@ -145,25 +146,23 @@ class CovarianceAccumulator:
         for place in range(half):
             self._ring[place] = self._ring[2 * place] + self._ring[2 * place + 1]
             self._powers[place] = self._powers[2 * place] + self._powers[2 * place + 1]
+            self._begun[place] = self._begun[2 * place] + self._begun[2 * place + 1]
         self.n_blocks = half
         self.block_samples *= 2
 
     def _append(self, rows: NDArray[np.floating]) -> None:
-        past = self._past
+        begins, past = self._past is None, self._past
         if past is None:
             past = np.zeros((self.n_lags, rows.shape[1]), rows.dtype)
         sums = lagged_products(rows, past, self.references)
-        if self._past is None:
-            # Nothing came before the first sample: fewer products at longer lags.
-            lags = np.arange(1, self.n_lags + 1)
-            counts = np.maximum(len(rows) - lags, 0.0)
-            more = np.divide(len(rows), counts, out=np.zeros(len(lags)), where=counts > 0)
-            sums = sums * more[:, None, None]
         self._past = np.concatenate([past, rows[-self.n_lags :]])[-self.n_lags :]
         # Channels first: combining them is one product of matrices.
-        self._keep_block(sums.transpose(1, 0, 2), np.einsum('tc,tc->c', rows, rows, dtype=float))
+        power = np.einsum('tc,tc->c', rows, rows, dtype=float)
+        self._keep_block(sums.transpose(1, 0, 2), power, begins)
 
-    def _keep_block(self, sums: NDArray[np.floating], power: NDArray[np.float64]) -> None:
+    def _keep_block(
+        self, sums: NDArray[np.floating], power: NDArray[np.float64], begins: bool
+    ) -> None:
         if self.n_added == 0:
             self._ring = np.empty((self.capacity, *sums.shape), np.float32)
             self._powers = np.empty((self.capacity, len(power)))
@@ -175,7 +174,7 @@ class CovarianceAccumulator:
         else:
             place = self.n_blocks
             self.n_blocks += 1
-        self._ring[place], self._powers[place] = sums, power
+        self._ring[place], self._powers[place], self._begun[place] = sums, power, begins
         self._total += self._ring[place]
 
     @property
@@ -191,7 +190,18 @@ class CovarianceAccumulator:
     @property
     def mean(self) -> NDArray[np.float64]:
         """Covariance over the blocks kept, (n_lags, n_channels, n_references); needs one block."""
-        return np.asarray(self._total.transpose(1, 0, 2) / self.n_samples)
+        return np.asarray(self._total.transpose(1, 0, 2) / self._n_products[:, None, None])
+
+    @property
+    def _n_products(self) -> NDArray[np.float64]:
+        """Products behind the sums of each lag, (n_lags,): a stretch begins with nothing before.
+
+        Counted over all blocks: a blow just before the record is in its first block alone, and
+        scaled by the products of that one its decay would seem slower than it is.
+        """
+        n_begun = int(self._begun[: self.n_blocks].sum())
+        missing = n_begun * np.arange(1.0, self.n_lags + 1)
+        return np.asarray(np.maximum(self.n_samples - missing, 1.0))
 
     def result(
         self,
@@ -213,11 +223,13 @@ class CovarianceAccumulator:
         n_channels, n_lags, n_references = self._total.shape
         combine = np.eye(n_channels) if outputs is None else outputs.T
         combine = (combine / self.block_samples).astype(np.float32)
+        whole = (self.n_samples / self._n_products).astype(np.float32)
         blocks = np.empty((self.n_blocks, n_lags, len(combine), n_references), np.float32)
         for number in range(self.n_blocks):
             block = self._ring[(self._oldest + number) % self.capacity]
             combined = combine @ block.reshape(n_channels, -1)
             blocks[number] = combined.reshape(-1, n_lags, n_references).transpose(1, 0, 2)
+        blocks *= whole[:, None, None]
         if weight is not None:
             blocks *= weight.astype(np.float32)
         return OutputCovariance(blocks, sample_rate_hz, self.n_samples)
