@@ -1,12 +1,13 @@
 """Sinusoids taken out of samples, so that what is left is the response to random forces."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.samples import Samples
+from oma_identifier.spectra.sinusoids import fit_sinusoids
 
 N_CHUNKS = 64
 N_OFFSETS = 81
@@ -27,25 +28,15 @@ def without_lines(samples: Samples, frequencies_hz: Sequence[float]) -> Samples:
     if not len(frequencies_hz):
         return samples
     time = np.arange(len(samples.acceleration)) / samples.sample_rate_hz
-    exact = [_refined(samples, frequency, time) for frequency in frequencies_hz]
-    angle = 2.0 * np.pi * np.outer(time, exact)
-    waves = np.concatenate([np.cos(angle), np.sin(angle), np.ones((len(time), 1))], axis=1)
-    products = np.zeros((waves.shape[1], len(samples.channels)))
-    for rows, part in _stretches(samples):
-        products += waves[rows].T @ part
-    weights = np.linalg.lstsq(waves.T @ waves, products, rcond=None)[0]
-    # As precise as the samples came.
-    left = np.empty_like(samples.acceleration)
-    for rows, part in _stretches(samples):
-        left[rows] = part - waves[rows, :-1] @ weights[:-1]
-    return replace(samples, acceleration=left)
-
-
-def _stretches(samples: Samples) -> Iterator[tuple[slice, NDArray[np.float64]]]:
-    first = 0
-    for part in samples.stretches():
-        yield slice(first, first + len(part)), part
-        first += len(part)
+    to_turn = 2.0 * np.pi / samples.sample_rate_hz
+    near = to_turn * np.array([_refined(samples, frequency, time) for frequency in frequencies_hz])
+    rows = samples.acceleration
+    lines = fit_sinusoids(rows, near)
+    # The best place searched is a step away at most: further on there is no line, but a mode.
+    step = to_turn * 2.0 * REACH / (N_OFFSETS - 1) / samples.duration_s
+    if np.any(strayed := np.abs(lines.turn - near) > step):
+        lines = fit_sinusoids(rows, np.where(strayed, near, lines.turn), n_rounds=0)
+    return replace(samples, acceleration=lines.taken_from(rows))
 
 
 def _refined(samples: Samples, frequency_hz: float, time: NDArray[np.float64]) -> float:

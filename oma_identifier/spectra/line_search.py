@@ -93,7 +93,8 @@ def sinusoids_of(
                 break
             places = np.concatenate([places, more])
         fitted = fit_sinusoids(rows, places * to_turn)
-        places, left, rest = fitted.turn / to_turn, fitted.taken_from(rows), None
+        places, rest = fitted.turn / to_turn, None
+        left = np.asarray(fitted.taken_from(rows), dtype=np.float64)
     return fitted, power(left) if rest is None else rest
 
 

@@ -17,6 +17,7 @@ FIRST_PASS = 1e-9
 """Phase error at the ends of the record [rad] from where on another round changes nothing."""
 
 Real = NDArray[np.float64]
+Rows = NDArray[np.floating]
 Complex = NDArray[np.complex128]
 
 
@@ -35,8 +36,8 @@ class Sinusoids:
     turn: Real
     phasor: Complex
 
-    def taken_from(self, rows: Real) -> Real:
-        """Return rows, (n_samples, n_channels), less the sinusoids."""
+    def taken_from(self, rows: Rows) -> Rows:
+        """Return rows, (n_samples, n_channels), less the sinusoids, as precise as they came."""
         left = np.empty_like(rows)
         wave = np.exp(1j * np.outer(np.arange(ROWS_AT_ONCE), self.turn))
         for first in range(0, len(rows), ROWS_AT_ONCE):
@@ -47,7 +48,7 @@ class Sinusoids:
         return left
 
 
-def fit_sinusoids(rows: Real, turn: Real) -> Sinusoids:
+def fit_sinusoids(rows: Rows, turn: Real, n_rounds: int = N_ROUNDS) -> Sinusoids:
     """Fit sinusoids to samples.
 
     Parameters
@@ -56,10 +57,12 @@ def fit_sinusoids(rows: Real, turn: Real) -> Sinusoids:
         Samples, offsets included.
     turn : (n_lines,) array [rad]
         Phase from one sample to the next, to less than one turn over the record.
+    n_rounds : int
+        Of finding it; 0: it is as given.
     """
     turn = np.array(turn, dtype=np.float64)
     most = 2.0 * np.pi / len(rows)
-    for _ in range(N_ROUNDS):
+    for _ in range(n_rounds):
         level, change = _phasors(rows, turn)
         size = np.sum(np.abs(level) ** 2, axis=1)
         slope = np.sum(level.conj() * change, axis=1).imag
@@ -72,11 +75,11 @@ def fit_sinusoids(rows: Real, turn: Real) -> Sinusoids:
     return Sinusoids(turn, _phasors(rows, turn, n_powers=1)[0])
 
 
-def _middle(rows: Real) -> float:
+def _middle(rows: Rows) -> float:
     return 0.5 * (len(rows) - 1)
 
 
-def _phasors(rows: Real, turn: Real, n_powers: int = 2) -> Complex:
+def _phasors(rows: Rows, turn: Real, n_powers: int = 2) -> Complex:
     """Return the coefficients of all powers of time, (n_powers, n_lines, n_channels).
 
     By least squares on the lines, their conjugates and an offset.
@@ -118,7 +121,7 @@ def _powers(time: Real, turn: Real, n_powers: int) -> Complex:
     return np.asarray(np.stack([wave @ time**power for power in range(n_powers)]))
 
 
-def _sums(rows: Real, turn: Real, n_powers: int) -> Complex:
+def _sums(rows: Rows, turn: Real, n_powers: int) -> Complex:
     """Return the sums of x^m exp(-i turn n) y(n), (n_powers, n_turns, n_channels)."""
     middle = _middle(rows)
     total = np.zeros((n_powers, len(turn), rows.shape[1]), dtype=complex)

@@ -34,6 +34,16 @@ def test_only_the_lines_go(structure):
     assert without_lines(mixed, ()) is mixed
 
 
+def test_a_line_far_above_the_response_goes_to_below_it(structure):
+    samples = structure((6.0, 14.0), (0.02, 0.02)).simulate(np.random.default_rng(1), 60.0, 100.0)
+    # 40 dB above the response of all modes: what is off by a hundredth of one over the duration
+    # would leave as much as there is.
+    lines = [(9.137, 300.0), (14.281, 200.0)]
+    mixed = replace(samples, acceleration=samples.acceleration + waves(samples, *lines))
+    left = without_lines(mixed, [hz + 0.4125 / 60.0 for hz, _ in lines]).acceleration
+    assert np.std(left - samples.acceleration) < 0.2 * np.std(samples.acceleration)
+
+
 def test_a_line_is_found_where_it_is_and_not_where_it_is_seen_from(structure):
     samples = structure((6.0,), (0.02,)).simulate(np.random.default_rng(3), 60.0, 100.0)
     mixed = replace(samples, acceleration=samples.acceleration + waves(samples, (20.31, 0.5)))
