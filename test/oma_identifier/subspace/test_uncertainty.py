@@ -83,8 +83,9 @@ def test_two_standard_deviations_hold_the_truth(structure):
             d_error = (mode.damping_ratio - zeta) / mode.damping_ratio_std
             inside += [abs(f_error) < 2.0, abs(d_error) < 2.0]
             scatter.append((mode.frequency_hz / hz - 1.0) / np.sqrt(zeta / (2 * np.pi * hz * 60)))
-    # The lower of the close pair cannot always be told from its neighbour at 24 orders.
-    assert n_missed <= 2, n_missed
+    # One of the close pair cannot always be told from its neighbour at 24 orders: of 540 modes at
+    # other seeds 4 were missed; of 180, more than four would be once in 100 times.
+    assert n_missed <= 4, n_missed
     # 360 draws: 95 % ± 2.5 standard deviations of a proportion.
     assert 0.92 < np.mean(inside) < 0.98, np.mean(inside)
     assert np.sqrt(np.mean(np.square(scatter))) < 2.0
