@@ -34,6 +34,11 @@ from oma_identifier.likelihood.group_fits import (
 )
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.known_fit import fit_known
+from oma_identifier.likelihood.least_scatter import (
+    least_blur,
+    least_scatter,
+    with_least_scatter,
+)
 from oma_identifier.likelihood.line_spectra import (
     inputs_of,
     moving_channels,
@@ -79,6 +84,8 @@ __all__ = [
     'forced_gain',
     'group_modes',
     'inputs_of',
+    'least_blur',
+    'least_scatter',
     'moving_channels',
     'normalised_std',
     'overlaps',
@@ -90,4 +97,5 @@ __all__ = [
     'usable_lines',
     'value_at',
     'whole_shape',
+    'with_least_scatter',
 ]

@@ -20,6 +20,7 @@ import numpy as np
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from oma_identifier.likelihood import with_least_scatter
 from oma_identifier.refinement.acceptance import Outcome, TAKEN
 from oma_identifier.refinement.backoff import Backoff
 from oma_identifier.refinement.refinement import refine, Refinement
@@ -136,17 +137,20 @@ class Refiner:
             fit for fit, better in zip(found.refined, taken, strict=True) if better and fit
         )
         self._warm_start = WarmStart(found.channels, good, found.slopes)
-        return _adopted(modes, found, taken)
+        duration_s = samples.duration_s + sum(part.duration_s for part in more)
+        return _adopted(modes, found, taken, duration_s)
 
 
 def _as_given(modes: ModeSet) -> Adopted:
     return _without_repeated(modes, list(zip(modes, range(len(modes)), strict=True)))
 
 
-def _adopted(modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> Adopted:
+def _adopted(
+    modes: ModeSet, found: Refinement, taken: Sequence[bool], duration_s: float
+) -> Adopted:
     """Return the modes given, the better ones replaced, with those that were missing."""
     adopted = [
-        (_merged(plain, refined) if better else plain, index)
+        (with_least_scatter(_merged(plain, refined), duration_s) if better else plain, index)
         for index, (plain, refined, better) in enumerate(
             zip(modes, found.modes, taken, strict=True)
         )
@@ -154,7 +158,7 @@ def _adopted(modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> Adopte
     ]
     for mode, misfit in zip(found.added, found.added_misfit, strict=True):
         if misfit <= REFINEMENT.adopted_misfit:
-            adopted.append((mode, NEW))
+            adopted.append((with_least_scatter(mode, duration_s), NEW))
         else:
             log.debug('%.4g Hz: not taken in, misfit %.3g', mode.frequency_hz, misfit)
     adopted.sort(key=lambda each: each[0].frequency_hz)

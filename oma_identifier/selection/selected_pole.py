@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.indicators import mpc
+from oma_identifier.likelihood import least_blur, least_scatter
 from oma_identifier.selection.cluster import Cluster
 from oma_identifier.selection.identified_band import IdentifiedBand
 from oma_identifier.selection.line_decision import line_reach
@@ -93,7 +94,8 @@ class SelectedPole:
     @property
     def frequency_std_hz(self) -> float:
         """Standard deviation of the natural frequency [Hz]."""
-        return math.hypot(self.deviation.frequency_std_hz, self._order_bias * self.frequency_hz)
+        scatter = math.hypot(self.deviation.frequency_std_hz, self._order_bias * self.frequency_hz)
+        return max(scatter, self._least_scatter * self.frequency_hz)
 
     @property
     def line_reach(self) -> float:
@@ -105,7 +107,16 @@ class SelectedPole:
         """Standard deviation of the damping ratio; NaN where the record is too short for it."""
         if self.is_unresolved:
             return math.nan
-        return math.hypot(self.deviation.damping_ratio_std, self._order_bias)
+        scatter = math.hypot(self.deviation.damping_ratio_std, self._order_bias)
+        return max(scatter, self._least_scatter)
+
+    @property
+    def _least_scatter(self) -> float:
+        """Least deviation, of the frequency over itself and of the damping ratio."""
+        if not self.band.is_blind:
+            return 0.0
+        periods = self.frequency_hz * self.band.duration_s
+        return least_scatter(self.freed_damping_ratio, periods)
 
     @property
     def _order_bias(self) -> float:
@@ -125,8 +136,3 @@ class SelectedPole:
     @property
     def _cycles(self) -> float:
         return self.damping_ratio * self.frequency_hz * self.band.duration_s
-
-
-def least_blur(cycles: float) -> float:
-    """Return the least standard deviation that any method can reach, u₀, in half-widths."""
-    return 1.0 / math.sqrt(2.0 * math.pi * cycles)

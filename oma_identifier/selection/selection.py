@@ -23,11 +23,12 @@ from numpy.typing import NDArray
 
 from modal_core.poles import PoleStatus
 from oma_identifier.covariance import COVARIANCE
+from oma_identifier.likelihood import least_blur
 from oma_identifier.selection.average import average, median, Trials, trials_of
 from oma_identifier.selection.cluster import Cluster, cluster_poles
 from oma_identifier.selection.distinct import beside_others, without_repeats
 from oma_identifier.selection.identified_band import IdentifiedBand
-from oma_identifier.selection.selected_pole import least_blur, SelectedPole
+from oma_identifier.selection.selected_pole import SelectedPole
 from oma_identifier.selection.stabilise import stabilise
 from oma_identifier.selection.thresholds import SELECTION
 from oma_identifier.settings import IdentificationSettings
