@@ -37,6 +37,7 @@ from modal_recordings.writer import RecordingWriter
 from robot_bridge.player import PlanPath, PlanPlayer, PlayerSettings
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.robot_files import load_layout, load_robot
+from structural_model.robot_writer import robot_content
 
 Array = NDArray[np.float64]
 START_NS = 1_700_000_000_000_000_000
@@ -142,7 +143,8 @@ def run_plan(
     Random pulses run as the RAPID program exported for them, band-limited noise by guidance, both
     through the controller's own planner or control law, dead time and servo.  The recording holds
     ``/acceleration_block`` (AccelerationBlock), ``/joint_states`` (one JointState per controller
-    cycle, encoder angles as serial joints) and the topics of IMUs in the layout.
+    cycle, encoder angles as serial joints) and the topics of IMUs in the layout; it carries the
+    robot as it is known, without what is hidden in its arm, and the layout.
 
     Parameters
     ----------
@@ -166,7 +168,7 @@ def run_plan(
     layout = load_layout(options.robot, options.sensors_file)
     duration_s = 0.0
     cell = _Cell(options, model, layout, plan)
-    with RecordingWriter(path) as writer:
+    with RecordingWriter(path, attached=robot_content(model, layout)) as writer:
         for item in first:
             writer.write(item.topic, item.message_type, item.log_time_ns, item.data)
         for duration_s, messages in cell.seconds():

@@ -21,6 +21,7 @@ from modal_core.yaml_file import load_yaml
 from modal_recordings.message_recording import MessageRecording
 from modal_recordings.open_recording import open_recording
 from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.robot_writer import layout_text
 
 CAMPAIGN, SENSORS = 'campaign.yaml', 'sensors.yaml'
 # Plays a plan and leaves the whole recording at the path, or nothing.
@@ -95,10 +96,7 @@ def record_campaign(
     """
     _check_folder(folder)
     folder.path.mkdir(parents=True, exist_ok=True)
-    write_text(
-        folder.path / SENSORS,
-        yaml.safe_dump(folder.layout.to_mapping(), sort_keys=False, default_flow_style=None),
-    )
+    write_text(folder.path / SENSORS, layout_text(folder.layout))
     entries: list[dict[str, Any]] = []
     for number, item in enumerate(planned):
         path = folder.path / item.file

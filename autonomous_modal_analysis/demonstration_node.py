@@ -19,6 +19,8 @@ from excitation_planner.rapid import session_s
 from modal_core.errors import RecordingError
 from modal_core.ros_messages import LATCHED as LATCHED_QOS
 from oma_msgs.msg import AccelerationBlock, ExcitationPlan, ModalParameters
+from structural_model.robot_files import load_layout, load_robot
+from structural_model.robot_writer import robot_content
 
 IDENTIFIER = 'oma_identifier'
 START_UP_S = 60.0
@@ -83,7 +85,17 @@ def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
                 )
             )
             recorder = stack.enter_context(
-                spinning(RecorderNode(settings.recording, RECORDED, LATCHED, context=context))
+                spinning(
+                    RecorderNode(
+                        settings.recording,
+                        RECORDED,
+                        LATCHED,
+                        attached=robot_content(
+                            load_robot(settings.robot), load_layout(settings.robot)
+                        ),
+                        context=context,
+                    )
+                )
             )
             truths: list[ModalParameters] = []
             operator.create_subscription(ModalParameters, TRUTH, truths.append, LATCHED_QOS)

@@ -20,6 +20,7 @@ from autonomous_modal_analysis.recorder_node import RecorderNode
 from autonomous_modal_analysis.spinning_node import ros_context, spinning
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.ros_messages import plan_to_message
+from modal_core.channel import SensorLayout
 from modal_core.errors import BridgeError
 from modal_core.ros_messages import LATCHED
 from modal_recordings.decode import JOINT_STATE
@@ -28,6 +29,7 @@ from oma_identifier.node.ros_messages import MESSAGE_CLASSES
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
 from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.robot_writer import robot_content
 
 POLL_S = 0.05
 DISCOVERY_S = 30.0
@@ -45,11 +47,15 @@ Value = TypeVar('Value')
 
 @contextmanager
 def live_player(
-    model: FlexibleJointModel, tell: Callable[[str], None], namespace: str = ''
+    model: FlexibleJointModel,
+    tell: Callable[[str], None],
+    namespace: str = '',
+    layout: SensorLayout | None = None,
 ) -> Iterator['LivePlayer']:
     """Yield a player in the ROS domain of this shell, for the cell in a namespace."""
     with ros_context() as context:
-        node = LivePlayer(model, tell, context=context, namespace=namespace.strip('/'))
+        name = namespace.strip('/')
+        node = LivePlayer(model, tell, layout, context=context, namespace=name)
         with spinning(node) as player:
             yield player
 
@@ -66,16 +72,28 @@ class LivePlayer(Node):
         The robot, for its controller angles.
     tell : callable
         Takes what the person at the robot has to know.
+    layout : SensorLayout or None
+        Sensors of the robot, which recordings carry beside it.
+
+    Attributes
+    ----------
+    attached : dict of str to bytes
+        Files that recordings carry, by name.
     """
 
     note = 'recorded on the robot'
     options = 'live'
 
     def __init__(
-        self, model: FlexibleJointModel, tell: Callable[[str], None], **options: Any
+        self,
+        model: FlexibleJointModel,
+        tell: Callable[[str], None],
+        layout: SensorLayout | None = None,
+        **options: Any,
     ) -> None:
         super().__init__('ama_campaign', **options)
         self._model, self._tell = model, tell
+        self.attached = robot_content(model, layout)
         self._state: BridgeState | None = None
         self._refusal = ''
         self._bridge = self.resolve_topic_name(BRIDGE)
@@ -124,6 +142,7 @@ class LivePlayer(Node):
             {**topics, self.plan_topic: PlanMessage},
             (self.plan_topic,),
             held_s=HELD_S,
+            attached=self.attached,
             context=self.context,
         )
         recorder.keep = False

@@ -1,5 +1,6 @@
 """The demonstration of milling: the emulated arm cuts while it is identified, and what is true."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -32,6 +33,7 @@ from modal_reports import DAMPING, FREQUENCY
 from oma_identifier.settings import IdentificationSettings
 from structural_model import DampedModes
 from structural_model.robot_files import load_layout, load_robot
+from structural_model.robot_writer import robot_content
 
 RATE_HZ = 512.0
 DURATION_S = 120.0
@@ -136,7 +138,7 @@ def milling_demo(
     settings = CellSettings(sample_rate_hz=RATE_HZ, seed=seed, process=replace(process, seed=seed))
     recorder = Recorder.of(layout)
     arm = ArmSide(model, recorder.channels, np.degrees(model.to_controller(angles)), settings)
-    _record(path, arm, recorder, angles, progress)
+    _record(path, robot_content(model, layout), arm, recorder, angles, progress)
     recording = open_recording(path, topics=(BLOCK_TOPIC,))
     found = identify_recording(recording, IdentificationSettings(), layout)
     modes = found.identification.modes
@@ -219,6 +221,7 @@ def _at_hz(lines: tuple[ProcessLine, ...], speed_rpm: float) -> NDArray[np.float
 
 def _record(
     path: Path,
+    attached: Mapping[str, bytes],
     arm: ArmSide,
     recorder: Recorder,
     angles: NDArray[np.float64],
@@ -229,7 +232,7 @@ def _record(
     motion = (np.tile(angles, (SECOND, 1)), still, still)
     process = arm.arm.process
     assert process is not None  # noqa: S101  the spindle turns
-    with RecordingWriter(path) as writer:
+    with RecordingWriter(path, attached=attached) as writer:
         for second in range(round(DURATION_S)):
             now_ns = START_NS + second * NANOSECONDS_PER_SECOND
             speed = speed_message(float(process.speed_rpm(float(second))), now_ns)

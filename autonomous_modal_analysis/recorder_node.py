@@ -36,6 +36,9 @@ class RecorderNode(Node):
     held_s : float [s]
         Write nothing before :meth:`begin`, then also what came so long before it; 0: write all.
 
+    attached : mapping of str to bytes
+        Files that the recording carries, by name.
+
     Attributes
     ----------
     keep : bool
@@ -48,11 +51,12 @@ class RecorderNode(Node):
         topics: Mapping[str, type[Any]],
         latched: tuple[str, ...] = (),
         held_s: float = 0.0,
+        attached: Mapping[str, bytes] | None = None,
         **options: Any,
     ) -> None:
         super().__init__('ama_recorder', **options)
         self.writer: RecordingWriter | None = None
-        self._path = path
+        self._path, self._attached = path, attached
         self.failure = ''
         self.keep = True
         self._open = True
@@ -82,7 +86,7 @@ class RecorderNode(Node):
             The file cannot be made.
         """
         if self.writer is None:
-            self.writer = RecordingWriter(self._path)
+            self.writer = RecordingWriter(self._path, attached=self._attached)
 
     def close(self) -> Path:
         """Finish the file and give it its name.

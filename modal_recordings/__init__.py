@@ -6,6 +6,7 @@
 
 from modal_recordings.array_in_memory import array_recording
 from modal_recordings.array_recording import ArrayRecording
+from modal_recordings.attachment import Attachment
 from modal_recordings.convert import to_mcap
 from modal_recordings.decode import decode, USABLE_TYPES
 from modal_recordings.info import Gap, RecordingInfo, TopicSummary
@@ -16,6 +17,7 @@ from modal_recordings.writer import RecordingWriter
 __all__ = [
     'USABLE_TYPES',
     'ArrayRecording',
+    'Attachment',
     'Gap',
     'MessageRecording',
     'Recording',

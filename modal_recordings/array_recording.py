@@ -18,6 +18,7 @@ from modal_recordings.array_clock import array_clock
 from modal_recordings.array_columns import array_columns, ArrayColumns
 from modal_recordings.array_options import ArrayOptions
 from modal_recordings.array_table import ArrayTable
+from modal_recordings.attachment import Attachment
 from modal_recordings.info import RecordingInfo
 from modal_recordings.read_pages import ReadPages
 from modal_recordings.summary import summarise
@@ -76,6 +77,10 @@ class ArrayRecording:
         self.start_ns = clock.start_ns
         self._speed_hz = speed_hz
         _check_finite(path, table.values, columns)
+
+    def attachments(self) -> tuple[Attachment, ...]:
+        """Return none: arrays carry no files."""
+        return ()
 
     def info(self) -> RecordingInfo:
         """Return what the file holds."""

@@ -11,6 +11,7 @@ from rosbags.rosbag2 import Reader as Rosbag2Reader
 from rosbags.rosbag2 import ReaderError as Rosbag2Error
 
 from modal_core.errors import RecordingError
+from modal_recordings.attachment import Attachment
 from modal_recordings.raw_message import RawMessage, TopicEntry
 from modal_recordings.unreadable import unreadable_bag, unreadable_database
 from modal_recordings.zstd_file import check_unpacked_size
@@ -101,6 +102,10 @@ class BagFile:
         if n_read < expected:
             share = 100.0 * (expected - n_read) / expected
             self._damage = (f'{n_read} of {expected} messages read, {share:.1f} % lost',)
+
+    def attachments(self) -> tuple[Attachment, ...]:
+        """Return none: bags of this kind carry no files."""
+        return ()
 
     def damage(self) -> tuple[str, ...]:
         """Return what the last full pass could not read."""

@@ -23,7 +23,7 @@ LARGEST_BLOCK_BYTES = 64_000
 def to_mcap(
     recording: Recording, path: str | Path, progress: Callable[[float], None] | None = None
 ) -> Path:
-    """Write a recording as MCAP.
+    """Write a recording as MCAP, with the files it carries.
 
     A plain array with a rate becomes AccelerationBlock messages; one with a time column and
     three columns becomes one Imu message per row, on its own, perhaps irregular, times.
@@ -50,7 +50,7 @@ def to_mcap(
     if Path(path).suffix.lower() != '.mcap':
         raise RecordingError('not an .mcap name', where=path, found=Path(path).suffix or 'none')
     start_ns: int | None = None
-    with RecordingWriter(path) as writer:
+    with RecordingWriter(path, attached=_attached(recording)) as writer:
         for message in _messages(recording):
             writer.write(message.topic, message.message_type, message.log_time_ns, message.data)
             if progress is not None:
@@ -69,6 +69,11 @@ def array_messages(recording: ArrayRecording) -> Iterator[RawMessage]:
     """
     for measurement in recording.measurements():
         yield from _encode_array(recording, measurement)
+
+
+def _attached(recording: Recording) -> dict[str, bytes]:
+    """Return what a recording carries and can be read."""
+    return {each.name: each.data for each in recording.attachments() if not each.problem}
 
 
 def _messages(recording: Recording) -> Iterator[RawMessage]:

@@ -7,6 +7,7 @@ import re
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.small_file import read_text
 from modal_core.yaml_file import parse_yaml
+from modal_recordings.attachment import Attachment
 from modal_recordings.bag_file import BagFile
 from modal_recordings.mcap_file import McapFile
 from modal_recordings.raw_message import MessageFile, RawMessage, TopicEntry
@@ -49,6 +50,10 @@ class FileSequence:
         """Yield the messages of all files."""
         for file in self.files:
             yield from file.messages(topics)
+
+    def attachments(self) -> tuple[Attachment, ...]:
+        """Return the files that the first file with any carries."""
+        return next(filter(None, (file.attachments() for file in self.files)), ())
 
     def damage(self) -> tuple[str, ...]:
         """Return what the last full pass could not read."""

@@ -22,6 +22,8 @@ from mcap.records import Channel, Chunk, Header, Schema, Statistics
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_recordings.attachment import Attachment
+from modal_recordings.mcap_attachments import indexed_places, leading_places, read_attachments
 from modal_recordings.mcap_chunk import (
     CHANNEL,
     CHUNK,
@@ -42,7 +44,9 @@ MAGIC = b'\x89MCAP0\r\n'
 HEADER, FOOTER, STATISTICS, DATA_END = 1, 2, 11, 15
 FOOTER_BYTES = 37
 KNOWN_OPCODES = frozenset(range(1, 16))
-PARSE_ERRORS = (McapError, struct.error, UnicodeDecodeError, ValueError, EOFError, MemoryError)
+PARSE_ERRORS = (
+    McapError, struct.error, UnicodeDecodeError, ValueError, EOFError, MemoryError, OverflowError,
+)  # fmt: skip
 MOST_DAMAGE_STATEMENTS = 20
 
 
@@ -110,22 +114,42 @@ class McapFile:
         self._close_accounts()
         self._known = True
 
-    def _read_index(self) -> bool:
-        """Learn the topics from the index at the end; False when it is damaged or missing."""
+    def attachments(self) -> tuple[Attachment, ...]:
+        """Return the files it carries; without an index those that stand before all messages."""
+        with (
+            self.path.open('rb') as file,
+            mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data,
+        ):
+            summary = self._summary()
+            try:
+                places = None if summary is None else indexed_places(summary)
+            except RecordingError:
+                places = None
+            first = leading_places(data, len(MAGIC))
+            return read_attachments(data, first if places is None else places)
+
+    def _summary(self) -> bytes | None:
+        """Return the records of the index at the end; None when it is missing."""
         with self.path.open('rb') as file:
             file.seek(0, 2)
             size = file.tell()
             if size < len(MAGIC) + FOOTER_BYTES:
-                return False
+                return None
             file.seek(size - FOOTER_BYTES)
             tail = file.read(FOOTER_BYTES)
             if tail[:9] != RECORD.pack(FOOTER, 20) or tail[-8:] != MAGIC:
-                return False
+                return None
             (start,) = struct.unpack_from('<Q', tail, 9)
             if not len(MAGIC) <= start < size - FOOTER_BYTES:
-                return False
+                return None
             file.seek(start)
-            summary = file.read(size - FOOTER_BYTES - start)
+            return file.read(size - FOOTER_BYTES - start)
+
+    def _read_index(self) -> bool:
+        """Learn the topics from the index at the end; False when it is damaged or missing."""
+        summary = self._summary()
+        if summary is None:
+            return False
         try:
             for record in records_of(summary):
                 self._describe(record.opcode, record.data)

@@ -6,6 +6,7 @@ from pathlib import Path
 from modal_core.errors import RecordingError
 from modal_core.measurements import Measurement, NANOSECONDS_PER_SECOND
 from modal_core.spindle_speed import SpindleSpeed
+from modal_recordings.attachment import Attachment
 from modal_recordings.decode import decode, USABLE_TYPES
 from modal_recordings.info import RecordingInfo
 from modal_recordings.mark import cut, high_stretch, mark_pieces, Stretch
@@ -140,6 +141,10 @@ class MessageRecording:
     def messages(self) -> Iterator[RawMessage]:
         """Yield the serialised messages of the selected topics in log order, for replay."""
         return self.file.messages(self.selected)
+
+    def attachments(self) -> tuple[Attachment, ...]:
+        """Return the files it carries: its robot, its sensors, the software that wrote it."""
+        return self.file.attachments()
 
     def damage(self) -> tuple[str, ...]:
         """Return what the last pass over the messages lost, one statement each."""

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from modal_recordings.attachment import Attachment
+
 
 class RawMessage(NamedTuple):
     """One serialised message.
@@ -58,6 +60,9 @@ class MessageFile(Protocol):
 
     def messages(self, topics: frozenset[str] | None = None) -> Iterator[RawMessage]:
         """Yield the messages of these topics (None: all) in log order."""
+
+    def attachments(self) -> tuple[Attachment, ...]:
+        """Return the files it carries."""
 
     def damage(self) -> tuple[str, ...]:
         """Return what the last full pass could not read."""

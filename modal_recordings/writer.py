@@ -1,5 +1,6 @@
 """Write an MCAP recording that stays readable whatever stops it."""
 
+from collections.abc import Mapping
 import contextlib
 import errno
 from io import FileIO
@@ -13,6 +14,8 @@ from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
 from modal_core.errors import RecordingError
+from modal_core.version import software
+from modal_recordings.attachment import media_type, SOFTWARE
 from modal_recordings.mcap_chunk import RECORD
 from modal_recordings.schemas import definition
 
@@ -38,6 +41,9 @@ class RecordingWriter:
         Where the file shall end up; replaced when it exists.
     compression : str
         ``none`` or ``zstd``.
+    attached : mapping of str to bytes
+        Files that the recording carries, by name; name and version of this software are carried
+        always (``software.txt``).
 
     Raises
     ------
@@ -45,7 +51,12 @@ class RecordingWriter:
         The file cannot be made or, from :meth:`write`, the disk is full.
     """
 
-    def __init__(self, path: str | Path, compression: str = 'none') -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        compression: str = 'none',
+        attached: Mapping[str, bytes] | None = None,
+    ) -> None:
         self.path = Path(path)
         self.n_messages = 0
         self.stopped = ''
@@ -67,6 +78,7 @@ class RecordingWriter:
                 compression=kinds[compression],
             )
             self._writer.start(profile='ros2', library='autonomous_modal_analysis')
+            self._attach({**(attached or {}), SOFTWARE: f'{software()}\n'.encode()})
         except OSError as error:
             raise RecordingError(f'cannot be written: {error.strerror}', where=path) from error
         self._good_ends = [self._stream.position, self._stream.position]
@@ -175,6 +187,14 @@ class RecordingWriter:
         """Give up: nothing is left on the disk."""
         self._file.close()
         self.temporary.unlink(missing_ok=True)
+
+    def _attach(self, files: Mapping[str, bytes]) -> None:
+        """Write files before all messages, where a crash of any kind leaves them."""
+        for name, data in files.items():
+            # No times: the same messages make the same file.
+            self._writer.add_attachment(
+                create_time=0, log_time=0, name=name, media_type=media_type(name), data=data
+            )
 
     def _note_end(self) -> None:
         if self._stream.position != self._good_ends[-1]:

@@ -16,6 +16,7 @@ from robot_bridge.player import PlanPath, Reference
 from robot_bridge.recording import PacketLog
 from robot_bridge.trajectory import JointLink, TrajectoryLink
 from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.robot_writer import robot_content
 
 SPEED_SLACK = 1.2
 # Stated peaks have six digits; another machine's libraries may differ in the last bits.
@@ -67,7 +68,9 @@ class Bridge:
         self.link = self._egm_link() if robot is None else self._joint_link(robot)
         try:
             if settings.packet_log is not None:
-                self.log = PacketLog(settings.packet_log, settings.packet_log_bytes)
+                self.log = PacketLog(
+                    settings.packet_log, settings.packet_log_bytes, robot_content(model)
+                )
             self.link.start()
         except BaseException:
             self.link.close()

@@ -14,7 +14,7 @@ from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, SettingsError
 from modal_core.near_names import refuse_unknown
 from modal_core.share import share_path
-from modal_core.yaml_file import load_yaml
+from modal_core.yaml_file import load_yaml, parse_yaml
 from structural_model.coupling import AxisCoupling, AxisMap
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.limits import RobotLimits
@@ -38,8 +38,9 @@ from structural_model.spec import (
     Spring,
     Vector,
 )
-from structural_model.urdf import load_urdf, RigidRobot
+from structural_model.urdf import load_urdf, parse_urdf, RigidRobot
 
+URDF_FILE, MODEL_FILE, LAYOUT_FILE = 'robot.urdf', 'model.yaml', 'sensors.yaml'
 # Numbers that may be infinite: no such degree of freedom, no such limit.
 ENDLESS = (
     'stiffness', 'torsion_n_m2', 'axial_n', 'bending_n_m2[0]', 'bending_n_m2[1]', '_deg', '_deg_s',
@@ -106,20 +107,58 @@ def load_robot(name_or_folder: str | Path) -> FlexibleJointModel:
         folder, where = file.parent, file
     else:
         folder = robot_folder(name_or_folder)
-        where = folder / 'model.yaml'
+        where = folder / MODEL_FILE
     try:
         data = load_yaml(where)
     except SettingsError as error:
-        raise ModelError(
-            error.what,
-            where=error.where,
-            found=error.found,
-            expected=error.expected,
-            advice=error.advice,
-        ) from error
+        raise _of_the_model(error) from error
     _known(data, TOP, str(where))
-    robot = load_urdf(folder / 'robot.urdf')
-    couplings = _list(data, 'coupling', str(where))
+    return _model(data, load_urdf(folder / URDF_FILE), str(where), folder.name)
+
+
+def robot_of_files(urdf: bytes, model: str, where: str) -> FlexibleJointModel:
+    """Read a robot from the content of its files, as a recording carries them.
+
+    Parameters
+    ----------
+    urdf : bytes
+        Content of ``robot.urdf``.
+    model : str
+        Content of ``model.yaml``.
+    where : str
+        What to call them in errors.
+
+    Raises
+    ------
+    ModelError
+        One is malformed or contradicts the other; the message names the field.
+    """
+    place = f'{where}: {MODEL_FILE}'
+    try:
+        data = _mapping(parse_yaml(model, place), place)
+    except SettingsError as error:
+        raise _of_the_model(error) from error
+    _known(data, TOP, place)
+    robot = parse_urdf(urdf, f'{where}: {URDF_FILE}')
+    return _model(data, robot, place, robot.name)
+
+
+def _of_the_model(error: SettingsError) -> ModelError:
+    """Return an error in a YAML file as one of the model."""
+    return ModelError(
+        error.what,
+        where=error.where,
+        found=error.found,
+        expected=error.expected,
+        advice=error.advice,
+    )
+
+
+def _model(
+    data: Mapping[str, Any], robot: RigidRobot, where: str, name: str
+) -> FlexibleJointModel:
+    """Return the model that a file makes of a rigid robot, called so unless it says otherwise."""
+    couplings = _list(data, 'coupling', where)
     axes = AxisMap.build(
         robot.joint_names,
         [
@@ -129,14 +168,14 @@ def load_robot(name_or_folder: str | Path) -> FlexibleJointModel:
     )
     return FlexibleJointModel(
         robot=robot,
-        spec=_spec(data, robot, str(where)),
-        limits=_limits(data, robot, axes, str(where)),
-        poses_controller_rad=_poses(data, robot, str(where)),
+        spec=_spec(data, robot, where),
+        limits=_limits(data, robot, axes, where),
+        poses_controller_rad=_poses(data, robot, where),
         collision_ignore=tuple(
             _pair(item, robot, f'{where}: collision_ignore')
-            for item in _list(data, 'collision_ignore', str(where))
+            for item in _list(data, 'collision_ignore', where)
         ),
-        name=str(data.get('robot_name', folder.name)),
+        name=str(data.get('robot_name', name)),
     )
 
 

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from modal_core.atomic_file import atomic_path, write_text
+from modal_core.atomic_file import atomic_path
+from modal_core.channel import SensorLayout
 from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.robot_files import LAYOUT_FILE, MODEL_FILE, URDF_FILE
 from structural_model.spec import JointSpec, KnownEffect, RodSpec
 
 LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators', 'cables')
@@ -26,10 +28,36 @@ def save_robot(model: FlexibleJointModel, folder: Path, note: str = '') -> None:
     note : str
         First line of the file, as a comment.
     """
-    with atomic_path(folder / 'robot.urdf') as path:
-        path.write_bytes(model.robot.text)
+    for name, content in robot_content(model, note=note).items():
+        with atomic_path(folder / name) as path:
+            path.write_bytes(content)
+
+
+def robot_content(
+    model: FlexibleJointModel, layout: SensorLayout | None = None, note: str = ''
+) -> dict[str, bytes]:
+    """Return the files of a robot's folder by name, as recordings carry them.
+
+    Parameters
+    ----------
+    model : FlexibleJointModel
+        What to write.
+    layout : SensorLayout or None
+        Its sensors, where they are known.
+    note : str
+        First line of the model's file, as a comment.
+    """
     heading = f'# {" ".join(note.split())}\n' if note else ''
-    write_text(folder / 'model.yaml', heading + model_text(model))
+    content = {
+        URDF_FILE: model.robot.text,
+        MODEL_FILE: (heading + model_text(model)).encode(),
+    }
+    return content if layout is None else {**content, LAYOUT_FILE: layout_text(layout).encode()}
+
+
+def layout_text(layout: SensorLayout) -> str:
+    """Return the text of a file with a sensor layout."""
+    return yaml.safe_dump(layout.to_mapping(), sort_keys=False, default_flow_style=None)
 
 
 def model_text(model: FlexibleJointModel) -> str:

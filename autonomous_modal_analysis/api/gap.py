@@ -177,8 +177,8 @@ def campaign_of(
             advice='model_gap.trajectory.find_encoder_gap takes them, and the command `ama gap`',
         )
     sensors = read_layout(layout)
-    if sensors is None and isinstance(model, str | Path):
-        sensors = campaign_layout(place, str(model))
+    if sensors is None:
+        sensors = campaign_layout(place, str(model) if isinstance(model, str | Path) else None)
     return read_campaign(place, robot, sensors, progress, most)
 
 

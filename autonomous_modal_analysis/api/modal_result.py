@@ -42,7 +42,7 @@ class ModalResult(FoundModes):
     layout : SensorLayout or None
         Where the channels are.
     source : Recording or None
-        Names the robot to draw on, where no model is given.
+        Carries or names the robot to draw on, where no model is given.
     """
 
     found: IdentifiedRecording
@@ -155,12 +155,11 @@ class ModalResult(FoundModes):
         """
         model, layout = self.model, self.layout
         if model is None and self.source is not None:
-            from autonomous_modal_analysis.known_robot import robot_of
-            from modal_core.shipped_layouts import shipped_layout
+            from autonomous_modal_analysis.known_robot import layout_of, robot_of
 
             model = robot_of(self.source)
             if model is not None and layout is None:
-                layout = shipped_layout(model.robot_name, self.modes.channel_names)
+                layout = layout_of(self.source, model.robot_name, self.modes.channel_names)
         if model is None or layout is None:
             return None
         from autonomous_modal_analysis.arm_drawing import draw_identified

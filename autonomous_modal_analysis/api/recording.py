@@ -22,7 +22,8 @@ from modal_core.errors import SettingsError
 from modal_core.units import named_unit
 from modal_core.version import software
 import modal_recordings
-from modal_recordings import MessageRecording, RecordingInfo
+from modal_recordings import Attachment, MessageRecording, RecordingInfo
+from modal_recordings.attachment import attached_software, save_attachments
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,6 +55,33 @@ class Recording(Result):
         from modal_recordings.bridge_events import last_events
 
         return last_events(self.source) if isinstance(self.source, MessageRecording) else ()
+
+    @cached_property
+    def attachments(self) -> tuple[Attachment, ...]:
+        """Files it carries: robot, sensor layout, software that wrote it; none of arrays."""
+        return self.source.attachments()
+
+    def save_attachments(self, folder: str | Path) -> list[Path]:
+        """Write the files it carries into a folder, which then is one of a robot (``--robot``).
+
+        Parameters
+        ----------
+        folder : path
+            Made when missing; nothing in it is replaced.
+
+        Returns
+        -------
+        list of Path
+            What was written; empty where it carries none.
+
+        Raises
+        ------
+        RecordingError
+            One cannot be read, has no plain file name, or is there already; then none is written.
+        OSError
+            The folder cannot be written to.
+        """
+        return save_attachments(self.attachments, Path(folder), self.source.path)
 
     @property
     def channel_names(self) -> tuple[str, ...]:
@@ -259,6 +287,14 @@ class Recording(Result):
                 'duration_s': self.info.duration_s,
                 'channels': self.info.channels,
                 'bridge_events': self.bridge_events,
+                'software': attached_software(self.attachments),
+                'attachments': [
+                    {
+                        **{'name': each.name, 'media_type': each.media_type},
+                        **{'n_bytes': each.n_bytes, 'problem': each.problem},
+                    }
+                    for each in self.attachments
+                ],
             }
         )
         return dict(found)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from autonomous_modal_analysis.campaign_plan import CampaignWish
+    from modal_core.channel import SensorLayout
     from structural_model.flexible_joint_model import FlexibleJointModel
 
 
@@ -127,7 +128,7 @@ def campaign(
             OUTPUT.print(item.words(model), soft_wrap=True, markup=False)
         return
     with (
-        _at_the_robot(model, namespace)
+        _at_the_robot(model, layout, namespace)
         if live
         else nullcontext(EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors)))
     ) as player:
@@ -164,7 +165,9 @@ def _tell_next(folder: Path, robot: str, asked: 'CampaignWish') -> None:
         OUTPUT.print(line, soft_wrap=True, markup=False)
 
 
-def _at_the_robot(model: 'FlexibleJointModel', namespace: str) -> 'AbstractContextManager[Any]':
+def _at_the_robot(
+    model: 'FlexibleJointModel', layout: 'SensorLayout', namespace: str
+) -> 'AbstractContextManager[Any]':
     from autonomous_modal_analysis.ros_ready import require_ros
 
     require_ros()
@@ -174,5 +177,5 @@ def _at_the_robot(model: 'FlexibleJointModel', namespace: str) -> 'AbstractConte
     def tell(text: str) -> None:
         MESSAGES.print(text, soft_wrap=True, markup=False)
 
-    player: AbstractContextManager[Any] = live_player(model, tell, namespace)
+    player: AbstractContextManager[Any] = live_player(model, tell, namespace, layout)
     return player

@@ -1,6 +1,7 @@
 """`ama info`: what a recording holds and what the identifier would use."""
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Annotated, TYPE_CHECKING
 
 import typer
 
@@ -8,6 +9,7 @@ from autonomous_modal_analysis.option_groups import grouped, Source
 from autonomous_modal_analysis.options import ExportSamples, Json
 
 if TYPE_CHECKING:
+    from autonomous_modal_analysis.api.recording import Recording
     from modal_recordings.info import TopicSummary
 
 
@@ -16,7 +18,18 @@ def register(app: typer.Typer) -> None:
     app.command('info')(grouped(info))
 
 
-def info(source: Source, json: Json = False, export: ExportSamples = None) -> None:
+def info(
+    source: Source,
+    json: Json = False,
+    export: ExportSamples = None,
+    attachments: Annotated[
+        Path | None,
+        typer.Option(
+            help='Folder that gets the files the recording carries: robot.urdf, model.yaml,'
+            ' sensors.yaml, software.txt; --robot takes it.'
+        ),
+    ] = None,
+) -> None:
     """Show topics, channels, rates and gaps of a recording, and what would be used of it."""
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
@@ -33,6 +46,8 @@ def info(source: Source, json: Json = False, export: ExportSamples = None) -> No
             words = f'left out, flat, clipped or with samples lost: {", ".join(left_out)}'
             MESSAGES.print(escape(words), soft_wrap=True)
         show_exported(file)
+    if attachments is not None:
+        _save_attachments(recording, attachments)
     found = recording.info
     if json:
         print_json(recording.to_dict())
@@ -56,7 +71,34 @@ def info(source: Source, json: Json = False, export: ExportSamples = None) -> No
         OUTPUT.print(f'[yellow]damaged[/]: {escape(statement)}', soft_wrap=True)
     for event in recording.bridge_events:
         OUTPUT.print(f'bridge: {escape(event)}', soft_wrap=True)
+    _show_attachments(recording)
     OUTPUT.print(f'the identifier would use {len(found.channels)} channels')
+
+
+def _show_attachments(recording: 'Recording') -> None:
+    from rich.markup import escape
+
+    from autonomous_modal_analysis.terminal import OUTPUT
+    from modal_recordings.attachment import attached_software
+
+    for attachment in recording.attachments:
+        said = f'{attachment.name}, {attachment.n_bytes} bytes'
+        if attachment.problem:
+            said += f': not read, {attachment.problem}'
+        OUTPUT.print(f'carries: {escape(said)}', soft_wrap=True)
+    if software := attached_software(recording.attachments):
+        OUTPUT.print(f'written by: {escape(software)}', soft_wrap=True)
+
+
+def _save_attachments(recording: 'Recording', folder: Path) -> None:
+    from autonomous_modal_analysis.output import show_exported
+    from autonomous_modal_analysis.terminal import MESSAGES
+
+    written = recording.save_attachments(folder)
+    for file in written:
+        show_exported(file)
+    if not written:
+        MESSAGES.print('the recording carries no files')
 
 
 def _counted(entry: 'TopicSummary') -> tuple[str, ...]:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from autonomous_modal_analysis.mapping import MapWish, Series
+    from modal_core.channel import SensorLayout
     from structural_model import FlexibleJointModel
     from workspace_map import ToolPoint
 
@@ -152,7 +153,8 @@ def measure(
         MESSAGES.print(text, soft_wrap=True, markup=False)
 
     if live:
-        with _at_the_robot(series, wish, robot, namespace, joy_topic if joy else '', button) as at:
+        deadman = (joy_topic if joy else '', button)
+        with _at_the_robot(series, wish, robot, layout, namespace, *deadman) as at:
             found = measure_series(folder, start, series, wish, at.play, tell, travel=at.travel)
     else:
         player = EmulatedPlayer(replace(options, robot=robot, sensors_file=sensors))
@@ -163,7 +165,13 @@ def measure(
 
 
 def _at_the_robot(
-    series: 'Series', wish: 'MapWish', robot: str, namespace: str, joy_topic: str, button: int
+    series: 'Series',
+    wish: 'MapWish',
+    robot: str,
+    layout: 'SensorLayout',
+    namespace: str,
+    joy_topic: str,
+    button: int,
 ) -> 'AbstractContextManager[Any]':
     """Return, as a context manager, who plays a released series at the bridge."""
     from autonomous_modal_analysis.ros_ready import require_ros
@@ -180,7 +188,7 @@ def _at_the_robot(
     request = request_of(wish, series.duration_s)
     person, deadman = TerminalPerson(robot), Deadman(joy_topic, button)
     made: AbstractContextManager[Any] = live_series(
-        load_robot(robot), request, series, person, deadman, namespace
+        load_robot(robot), request, series, person, deadman, namespace, layout
     )
     return made
 

@@ -35,6 +35,7 @@ from excitation_planner.node.latest_joints_node import LatestJoints
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.request import PlanRequest
 from excitation_planner.ways import is_there
+from modal_core.channel import SensorLayout
 from modal_core.errors import BridgeError, ModalAnalysisError
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
@@ -224,6 +225,7 @@ class LiveSeries:
                 {**topics, latched: PlanMessage},
                 (latched,),
                 held_s=HELD_S,
+                attached=self._player.attached,
                 context=self._player.context,
             )
             recorder.keep = False
@@ -276,13 +278,16 @@ def live_series(
     person: Person,
     deadman: Deadman,
     namespace: str = '',
+    layout: SensorLayout | None = None,
 ) -> Iterator[LiveSeries]:
     """Yield who plays a released series, in the cell of a namespace in this shell's domain."""
     name = namespace.strip('/')
     with (
         ros_context() as context,
         spinning(OperatorNode(context=context, namespace=name)) as node,
-        spinning(LivePlayer(model, person.tell, context=context, namespace=name)) as player,
+        spinning(
+            LivePlayer(model, person.tell, layout, context=context, namespace=name)
+        ) as player,
         BeatProcess(name) as beats,
     ):
         cell = SeriesCell(node, beats, player, model, request)

@@ -1,7 +1,7 @@
 """Read a campaign folder: recordings on one grid, known motion, poses, levels."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import compress
 from pathlib import Path
@@ -13,6 +13,7 @@ from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.yaml_file import load_yaml
 from modal_recordings import open_recording
+from modal_recordings.attachment import attached_layout
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
 from model_gap.campaign.motion import motion_on_grid, RecordedMotion
@@ -332,8 +333,24 @@ def _with_levels(records: list[GapRecord]) -> list[GapRecord]:
     ]
 
 
-def campaign_layout(folder: Path, model: str) -> SensorLayout | None:
-    """Return the robot's own sensor layout when the campaign brings none."""
-    if read_campaign_file(folder).layout is not None:
+def campaign_layout(folder: Path, model: str | None) -> SensorLayout | None:
+    """Return the sensor layout of a campaign that states none; None where it does.
+
+    That which its recordings carry, else the robot's own.
+
+    Raises
+    ------
+    SettingsError, LayoutError, ModelError
+        It is malformed, or the robot has none.
+    """
+    file = read_campaign_file(folder)
+    if file.layout is not None:
         return None
-    return load_layout(model)
+    for entry in file.entries:
+        # One that cannot be read is told when all are.
+        with suppress(RecordingError):
+            attachments = open_recording(entry.path).attachments()
+            carried = attached_layout(attachments, str(entry.path))
+            if carried is not None:
+                return carried
+    return None if model is None else load_layout(model)

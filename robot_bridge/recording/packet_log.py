@@ -1,5 +1,6 @@
 """Every EGM datagram, both ways, into MCAP files that stay within their room."""
 
+from collections.abc import Mapping
 import contextlib
 from pathlib import Path
 import queue
@@ -45,6 +46,8 @@ class PacketLog:
         First file; each is named ``<name>.unfinished.mcap`` until it is closed.
     largest_bytes : int
         Room for all files together.
+    attached : mapping of str to bytes
+        Files that each of them carries, by name.
 
     Raises
     ------
@@ -52,8 +55,13 @@ class PacketLog:
         The file cannot be made.
     """
 
-    def __init__(self, path: Path, largest_bytes: int = 500_000_000) -> None:
-        self.path = path
+    def __init__(
+        self,
+        path: Path,
+        largest_bytes: int = 500_000_000,
+        attached: Mapping[str, bytes] | None = None,
+    ) -> None:
+        self.path, self._attached = path, attached or {}
         self.n_written = self.n_lost = self.n_files_deleted = 0
         self.failure = ''
         self._file_bytes = largest_bytes // N_FILES
@@ -135,8 +143,10 @@ class PacketLog:
 
     def _next_file(self) -> RecordingWriter:
         suffix = f'_{self._n_files}' if self._n_files else ''
-        writer = RecordingWriter(self.path.with_stem(self.path.stem + suffix))
-        self._n_files, self._n_bytes = self._n_files + 1, 0
+        path = self.path.with_stem(self.path.stem + suffix)
+        writer = RecordingWriter(path, attached=self._attached)
+        self._n_files += 1
+        self._n_bytes = sum(map(len, self._attached.values()))
         return writer
 
     def _make_room(self, error: Exception) -> None:

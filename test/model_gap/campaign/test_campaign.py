@@ -15,7 +15,7 @@ from modal_recordings import RecordingWriter
 from modal_recordings.encode import encode
 from model_gap.campaign.campaign import GapRecord
 from model_gap.campaign.campaign_file import read_campaign_file
-from model_gap.campaign.read_campaign import read_campaign
+from model_gap.campaign.read_campaign import campaign_layout, read_campaign
 from model_gap.campaign.resample import at_times
 from model_gap.campaign.series import gather
 from model_gap.campaign.spectra import Band, record_spectra
@@ -27,6 +27,7 @@ from model_gap.search.lines import common_lines
 from model_gap.search.search import Search, SearchSettings
 from model_gap.updated_model import write_updated_model
 from structural_model import load_layout
+from structural_model.robot_writer import layout_text
 from test.support.hidden_campaign import make_campaign, SENSORS
 from test.support.write_campaign import write_campaign
 
@@ -427,3 +428,24 @@ def test_the_corrected_layout_keeps_what_was_left_out(tmp_path, robot, layout):
         assert size[f'elbow.{axis}'] == pytest.approx(gain, rel=0.04), 'and its tolerance'
     assert all(size[f'frame.{axis}'] == pytest.approx(1.0) for axis in 'xyz'), 'not recorded'
     assert 'elbow' in (tmp_path / 'out' / 'model_updated.diff').read_text()
+
+
+def test_a_layout_that_recordings_carry_is_taken_where_the_campaign_states_none(tmp_path, layout):
+    """Of the first that carries one; a file sensors.yaml beside them counts before it."""
+    own = replace(layout.sensors[0], name='my_own', position_m=(0.1, 0.2, 0.3))
+    joints = JointSamples(np.arange(2), ('a',), np.zeros((2, 1)), np.zeros((2, 1)))
+    files = {'c.mcap': {'sensors.yaml': layout_text(SensorLayout((own,))).encode()}, 'b.mcap': {}}
+    for name, attached in files.items():
+        with RecordingWriter(tmp_path / name, attached=attached) as writer:
+            for message in encode(joints, '/joint_states'):
+                writer.write(
+                    message.topic, message.message_type, message.log_time_ns, message.data
+                )
+    (tmp_path / 'a.mcap').write_bytes(b'not MCAP')
+    assert campaign_layout(tmp_path, str(ROBOT)).sensors == (own,)
+    assert campaign_layout(tmp_path, None).sensors == (own,)
+    (tmp_path / 'c.mcap').unlink()
+    assert campaign_layout(tmp_path, str(ROBOT)).sensors == load_layout(ROBOT).sensors
+    assert campaign_layout(tmp_path, None) is None
+    (tmp_path / 'sensors.yaml').write_text(layout_text(layout))
+    assert campaign_layout(tmp_path, str(ROBOT)) is None
