@@ -151,6 +151,28 @@ def planned_recordings(
     return found
 
 
+def planned_table(
+    model: FlexibleJointModel, planned: Sequence[PlannedRecording]
+) -> dict[str, list[object]]:
+    """Return one row per recording by column: file, what is played, and where the axes are."""
+    requests = [item.request for item in planned]
+    angles = [np.degrees(model.to_controller(item.pose)) for item in planned]
+    return {
+        'file': [item.file for item in planned],
+        'level': [item.level for item in planned],
+        'signal': [request.signal for request in requests],
+        'duration_s': [request.duration_s for request in requests],
+        'acceleration_rms_rad_s2': [request.acceleration_rms for request in requests],
+        'band_low_hz': [request.band_low_hz for request in requests],
+        'band_high_hz': [request.band_high_hz for request in requests],
+        'seed': [request.seed for request in requests],
+        **{
+            f'axis_deg.{name}': [float(each[number]) for each in angles]
+            for number, name in enumerate(model.axis_names)
+        },
+    }
+
+
 def in_state(request: PlanRequest, state: str) -> PlanRequest:
     """Return a request that leaves joints standing, or lets them run.
 

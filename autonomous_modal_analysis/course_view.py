@@ -7,16 +7,21 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
+from autonomous_modal_analysis.export import Table as ExportedTable
 from autonomous_modal_analysis.mode_courses import CoursePoint
 from autonomous_modal_analysis.operating_state import differing, NUMBER, OperatingState
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import OUTPUT
+from modal_core.mode import Mode
+from modal_core.version import software
 from modal_reports import DAMPING, fixed, FREQUENCY, percent
 
 NAME_WIDTH = 14
 """Of a recording's name: with two states that differ a row has 80 columns."""
 MOST_STATES = 2
 SHORT = {'joint speed [°/s]': '°/s', 'load [kg]': 'kg'}
+NUMBERS = ('frequency_hz', 'frequency_std_hz', 'damping_ratio', 'damping_ratio_std', 'mpc')
+CHANGES = ('frequency_change', 'frequency_surprise', 'damping_change', 'damping_surprise', 'mac')
 Courses = Sequence[tuple[CoursePoint, ...]]
 
 
@@ -69,6 +74,50 @@ def _cells(point: CoursePoint) -> tuple[str, ...]:
         fixed(change.damping_surprise, 1, sign=True),
         '*' * change.is_significant + '~' * change.is_shape_changed,
     )
+
+
+def courses_table(
+    names: Sequence[str],
+    states: Sequence[OperatingState],
+    courses: Courses,
+    alone: Sequence[tuple[Mode, ...]],
+) -> ExportedTable:
+    """Return one row per mode and recording, with the changes from the first.
+
+    Parameters
+    ----------
+    names, states, courses
+        As for :func:`show_courses`.
+    alone : sequence of tuple of Mode
+        Of each further recording, the modes that are none of the first: mode 0.
+    """
+    rows = [(number, point) for number, course in enumerate(courses, start=1) for point in course]
+    rows += [
+        (0, CoursePoint(at, mode)) for at, modes in enumerate(alone, start=1) for mode in modes
+    ]
+    at = [states[point.recording] for _, point in rows]
+    joints = states[0].joint_names
+    same = all(state.joint_names == joints for state in states)
+    columns: dict[str, list[object]] = {
+        'mode': [number for number, _ in rows],
+        'recording': [names[point.recording] for _, point in rows],
+        'load_kg': [state.load_kg for state in at],
+        'fastest_joint_deg_s': [state.fastest_deg_s for state in at],
+    }
+    for index, joint in enumerate(joints if same else ()):
+        columns[f'angle_deg.{joint}'] = [float(state.angle_deg[index]) for state in at]
+    for name in NUMBERS:
+        columns[name] = [float(getattr(point.mode, name)) for _, point in rows]
+    for name in CHANGES:
+        columns[name] = [
+            math.nan if point.change is None else float(getattr(point.change, name))
+            for _, point in rows
+        ]
+    for name in ('is_significant', 'is_shape_changed'):
+        columns[name] = [
+            point.change is not None and bool(getattr(point.change, name)) for _, point in rows
+        ]
+    return ExportedTable.of(columns, {'recordings': ', '.join(names), 'software': software()})
 
 
 def courses_json(

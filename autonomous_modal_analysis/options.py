@@ -70,6 +70,14 @@ Export = Annotated[
         'given more than once.',
     ),
 ]
+ExportTable = Annotated[
+    list[Path] | None,
+    typer.Option(
+        '--export',
+        help='File of another program with the table: .mat, .nc, .parquet or .csv; may be given '
+        'more than once.',
+    ),
+]
 ExportSamples = Annotated[
     list[Path] | None,
     typer.Option(

@@ -12,6 +12,7 @@ from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_layout, read_robot, Robot
 from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
 from modal_core.errors import SettingsError
+from modal_core.version import software
 from modal_reports import percent
 from modal_reports.palette import on_white
 from model_gap.campaign import Campaign, campaign_layout, read_campaign
@@ -124,6 +125,26 @@ class ModelGap(Result):
         place.prepare()
         place.write_found(self.result)
         place.write_compared(self.result, self.compare())
+
+    def export(self, path: str | Path) -> None:
+        """Write the gap by sensor, joint, mode, band, pose, level and record as one table.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .mat, .nc, .parquet or .csv.
+
+        Raises
+        ------
+        ModalAnalysisError
+            No such kind, or a library that it needs is not installed.
+        OSError
+            It cannot be written.
+        """
+        from autonomous_modal_analysis.export import export_table, Table
+
+        about = {'result': self.headline(), 'software': software()}
+        export_table(Path(path), Table.of(self.columns(), about))
 
     def plot_gap(self, kind: str = 'sensor', ax: Any = None) -> Any:
         """Draw the gap by place, before and after.

@@ -275,7 +275,9 @@ class History(Result):
         until: str | None = None,
         whole: bool = False,
     ) -> int:
-        """Write modes with their shapes as .csv or .parquet, one row each.
+        """Write modes with their shapes as .csv, .parquet, .mat or .nc, one row each.
+
+        The first two are written a part at a time, however long the history.
 
         Parameters
         ----------

@@ -96,6 +96,26 @@ class LobesResult:
             for pose in self.choice.poses
         ]
 
+    def export(self, path: str | Path) -> None:
+        """Write the limits over spindle speed as one table, as lobes.csv has them.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .mat, .nc, .parquet or .csv.
+
+        Raises
+        ------
+        ModalAnalysisError
+            No such kind, or a library that it needs is not installed.
+        OSError
+            It cannot be written.
+        """
+        from autonomous_modal_analysis.export import export_table
+        from autonomous_modal_analysis.lobes_report import lobes_table
+
+        export_table(Path(path), lobes_table(self.found, self.name))
+
     def save(self, folder: str | Path) -> None:
         """Write lobes.json, lobes.csv and report.html into a folder, made when missing.
 

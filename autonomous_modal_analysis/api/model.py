@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError
 from modal_core.indicators import normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.version import software
 from modal_dashboard.arm_drawing import draw_arm
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.matrices import DampedModes
@@ -75,6 +77,20 @@ class ModelAtPose(Result):
     def shapes(self) -> NDArray[np.complex128]:
         """Mode shapes at the sensors as columns, (n_channels, n_modes)."""
         return np.asarray(self._modes.channel_shapes[:, self._inside])
+
+    @property
+    def modes(self) -> ModeSet:
+        """The same as modes, the largest entry of each shape 1 + 0i; there must be sensors."""
+        both = zip(self.frequencies_hz, self.damping_ratios, self.shapes.T, strict=True)
+        has_channels = bool(self.channel_names)
+        return ModeSet(
+            tuple(
+                Mode(float(frequency_hz), float(ratio), normalise(shape))
+                for frequency_hz, ratio, shape in both
+                if has_channels
+            ),
+            self.channel_names,
+        )
 
     @cached_property
     def sensitivity(self) -> SensitivityTable | None:
@@ -149,17 +165,29 @@ class ModelAtPose(Result):
         ModalAnalysisError
             matplotlib is not installed.
         """
-        modes = ModeSet(
-            tuple(
-                Mode(frequency_hz, ratio, normalise(shape))
-                for frequency_hz, ratio, shape in zip(
-                    self.frequencies_hz, self.damping_ratios, self.shapes.T, strict=True
-                )
-            ),
-            self.channel_names,
-        )
+        modes = self.modes
         drawing = draw_arm(self.model, self.q, self.layout, modes)
         return plot_on_geometry(modes, drawing.geometry, drawing.displacements)
+
+    def export(self, path: str | Path) -> None:
+        """Write the modes into one file of another program, whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .uff or .unv (datasets 15, 82, 55), .mat, .nc, .parquet or .csv.
+
+        Raises
+        ------
+        ModalAnalysisError
+            No such kind, a library that it needs is not installed, or there are no sensors.
+        OSError
+            It cannot be written.
+        """
+        from autonomous_modal_analysis.export import export_arm_modes
+
+        about = {'result': self.headline(), 'software': software()}
+        export_arm_modes(Path(path), self.model, self.layout, self.q, self.modes, about)
 
 
 def model(

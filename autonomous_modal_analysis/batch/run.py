@@ -11,7 +11,7 @@ from autonomous_modal_analysis.batch.job import BatchJob, identify_job, Outcome
 from autonomous_modal_analysis.batch.manifest import Manifest, open_manifest
 from autonomous_modal_analysis.batch.row import Row
 from autonomous_modal_analysis.batch.workers import connected
-from autonomous_modal_analysis.export import ENDINGS, KINDS
+from autonomous_modal_analysis.export import check_endings, ending_of, ENDINGS
 from autonomous_modal_analysis.keeping import Keeping
 from autonomous_modal_analysis.option_groups import Identifier, Reading
 from autonomous_modal_analysis.terminal import ProgressCallback
@@ -70,11 +70,7 @@ class BatchRequest:
                 'out of range', where='--workers', found=self.n_workers, expected='1 or more'
             )
 
-        other = next((each for each in self.endings if each not in ENDINGS), None)
-        if other is not None:
-            raise SettingsError(
-                'unknown kind of file', where='--export', found=other, expected=KINDS
-            )
+        check_endings(map(Path, self.endings), ENDINGS)
 
     def jobs(self, done: dict[str, Row]) -> list[BatchJob]:
         """Return one job per recording, each with a folder of its own."""
@@ -89,7 +85,7 @@ class BatchRequest:
                 identifier=self.identifier,
                 keeping=self.keeping,
                 done=done.get(str(path)),
-                endings=self.endings,
+                endings=tuple(ending_of(Path(each)) for each in self.endings),
             )
             for path in paths
         ]

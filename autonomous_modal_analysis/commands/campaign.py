@@ -6,13 +6,20 @@ from typing import Annotated, Any, TYPE_CHECKING
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped, Wish
-from autonomous_modal_analysis.options import check_namespace, Namespace, POSE_HELP, Serial
+from autonomous_modal_analysis.options import (
+    check_namespace,
+    ExportTable,
+    Namespace,
+    POSE_HELP,
+    Serial,
+)
 from modal_core.errors import SettingsError
 
 # Of poses that are looked at for one more recording.
 MOST_ASKED = 4
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from contextlib import AbstractContextManager
 
     from autonomous_modal_analysis.campaign_plan import CampaignWish
@@ -76,6 +83,7 @@ def campaign(
             ' add most; record nothing.',
         ),
     ] = None,
+    export: ExportTable = None,
 ) -> None:
     """Record a campaign: poses far apart, times amplitude levels.
 
@@ -92,10 +100,12 @@ def campaign(
         check_all,
         DEFAULTS,
         planned_recordings,
+        planned_table,
         STATE_DEFAULTS,
     )
     from autonomous_modal_analysis.campaign_recording import CampaignFolder, record_campaign
     from autonomous_modal_analysis.emulated_player import EmulatedPlayer
+    from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
     from autonomous_modal_analysis.options import numbers
     from autonomous_modal_analysis.pose import parse_pose
     from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, progress_bar
@@ -103,6 +113,9 @@ def campaign(
     from structural_model.robot_files import load_layout, load_robot
 
     check_namespace(namespace)
+    check_endings(export or (), TABLE_ENDINGS)
+    if export and following:
+        raise SettingsError('nothing is recorded', where='--export', found='--next')
     if namespace and not live:
         raise SettingsError(
             'the emulated arm is in no ROS domain', where='--namespace', advice='add --live'
@@ -126,6 +139,7 @@ def campaign(
     if dry_run:
         for item in planned:
             OUTPUT.print(item.words(model), soft_wrap=True, markup=False)
+        _export(export or (), planned_table(model, planned))
         return
     with (
         _at_the_robot(model, layout, namespace)
@@ -135,12 +149,24 @@ def campaign(
         folder = CampaignFolder(out, model, layout, player.options, (player.note,))
         with progress_bar(f'recording {len(planned)} motions') as progress:
             record_campaign(folder, planned, player.play, progress, MESSAGES.print)
+    _export(export or (), planned_table(model, planned))
     OUTPUT.print(f'written: {out}/campaign.yaml and {len(planned)} recordings', markup=False)
     if len(asked_states) > 1:
         files = ' '.join(str(out / f'pose_01_{state}.mcap') for state in asked_states)
         OUTPUT.print(f'next: ama compare {files} --robot {robot}', soft_wrap=True, markup=False)
     else:
         OUTPUT.print(f'next: ama gap {out} --model {robot}', markup=False)
+
+
+def _export(files: 'Sequence[Path]', columns: dict[str, list[object]]) -> None:
+    """Write what is recorded, a row a recording."""
+    from autonomous_modal_analysis.export import export_table, Table
+    from autonomous_modal_analysis.output import show_exported
+    from modal_core.version import software
+
+    for file in files:
+        export_table(file, Table.of(columns, {'software': software()}))
+        show_exported(file)
 
 
 def _tell_next(folder: Path, robot: str, asked: 'CampaignWish') -> None:

@@ -9,7 +9,7 @@ from typing import Annotated, TYPE_CHECKING
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped, Identifier
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.options import ExportTable, Json
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.modal_result import ModalResult
@@ -47,6 +47,7 @@ def compare(
             ' or friction of each mode.',
         ),
     ] = False,
+    export: ExportTable = None,
     json: Json = False,
 ) -> None:
     """Compare the modes of recordings with those of the first: at rest and at work.
@@ -55,10 +56,11 @@ def compare(
     deviations of both.
     """
     from autonomous_modal_analysis.change_view import changes_json, show_changes
-    from autonomous_modal_analysis.course_view import courses_json, show_courses
+    from autonomous_modal_analysis.course_view import courses_json, courses_table, show_courses
+    from autonomous_modal_analysis.export import check_endings, export_table, TABLE_ENDINGS
     from autonomous_modal_analysis.level_view import levels_json, show_levels
     from autonomous_modal_analysis.mode_courses import mode_courses
-    from autonomous_modal_analysis.output import show_written
+    from autonomous_modal_analysis.output import show_exported, show_written
     from autonomous_modal_analysis.read_results import read_result
     from autonomous_modal_analysis.report import ComparedState, StateDrawn, write_comparison
     from autonomous_modal_analysis.terminal import print_json
@@ -69,6 +71,7 @@ def compare(
         raise SettingsError(
             'there is nothing to compare with', where='ama compare', expected='two'
         )
+    check_endings(export or (), TABLE_ENDINGS)
     first, *others = recordings
     loads = _loads(load_kg, len(recordings))
     base = read_result(first, identifier)
@@ -96,6 +99,10 @@ def compare(
         show_courses(named, at_all, courses)
         if over_levels is not None:
             show_levels(over_levels)
+    for file in export or ():
+        alone = [state.found.only_second for state in states]
+        export_table(file, courses_table(named, at_all, courses, alone))
+        show_exported(file)
     if out is not None:
         drawn = StateDrawn(base.spectrum, drawing)
         write_comparison(out / REPORT, first.name, base.modes, states, drawn, base.at)

@@ -5,7 +5,8 @@ from typing import Annotated, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.options import Json, LayoutPath
+from autonomous_modal_analysis.options import ExportTable, Json, LayoutPath
+from modal_core.errors import SettingsError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,6 +55,7 @@ def gap(
             help='Say within seconds whether there is a gap, and where; write nothing.',
         ),
     ] = False,
+    export: ExportTable = None,
     json: Json = False,
 ) -> None:
     """Find where simulation and measurement disagree, name the missing effect, add it.
@@ -66,7 +68,9 @@ def gap(
 
     import autonomous_modal_analysis as ama
     from autonomous_modal_analysis.api.gap import campaign_of
+    from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
     from autonomous_modal_analysis.options import stated_pair
+    from autonomous_modal_analysis.output import show_exported
     from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json, progress_bar
     from modal_core.side_by_side import processor_time_s
     from model_gap.report import look_lines, summary_lines
@@ -75,6 +79,13 @@ def gap(
     from structural_model import load_robot
 
     begin_s = time.monotonic()
+    check_endings(export or (), TABLE_ENDINGS)
+    if export and (quick or is_encoder_campaign(campaign)):
+        raise SettingsError(
+            'there is no table of the gap by place',
+            where='--export',
+            found='--quick' if quick else 'a campaign of encoders',
+        )
     sizes = dict(stated_pair(item) for item in tolerance or ())
     robot = load_robot(model)
     if quick:
@@ -106,6 +117,9 @@ def gap(
     folder.write_found(found.result)
     with progress_bar('comparing mode by mode') as progress:
         folder.write_compared(found.result, found.compare(progress))
+    for file in export or ():
+        found.export(file)
+        show_exported(file)
     if json:
         print_json(found.to_dict())
         return

@@ -121,7 +121,8 @@ def alarms(
 def export(
     history: HistoryPath,
     file: Annotated[
-        Path, typer.Argument(help='.csv or .parquet, one row per mode.', show_default=False)
+        Path,
+        typer.Argument(help='.csv, .parquet, .mat or .nc, one row per mode.', show_default=False),
     ],
     robot: RobotOf = None,
     since: Since = None,

@@ -47,6 +47,7 @@ def identify(
     No setting is required: band, model orders, references and the choice of modes follow from
     the data.
     """
+    from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.loading_conditions import check_one, joined
     from autonomous_modal_analysis.output import (
         show_damage,
@@ -58,6 +59,7 @@ def identify(
     from autonomous_modal_analysis.plan_record import recorded_robot_name
     from autonomous_modal_analysis.terminal import print_json, progress_bar
 
+    check_endings(export or (), ENDINGS)
     check_one(1 + len(others or ()), identifier.settings.method)
     recording = joined([source.open(), *(source.open_file(path) for path in others or ())])
     # What the history lacks is said before the work.

@@ -59,11 +59,13 @@ def impact(
     Taps are found and judged: a double hit, a clipped, weak or strange tap is left out and named.
     """
     from autonomous_modal_analysis.api.impact import impact as tap_test
+    from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.options import channel_names
     from autonomous_modal_analysis.output import show_exported, show_written
     from autonomous_modal_analysis.tap_report import FILES, show_tap_test
     from autonomous_modal_analysis.terminal import print_json
 
+    check_endings(export or (), ENDINGS)
     result = tap_test(
         recordings,
         at=at[0] if at and len(at) == 1 else at,

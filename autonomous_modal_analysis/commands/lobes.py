@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from autonomous_modal_analysis.option_groups import grouped
-from autonomous_modal_analysis.options import Json, POSE_HELP, Serial
+from autonomous_modal_analysis.options import ExportTable, Json, POSE_HELP, Serial
 from machining.cut_settings import CutSettings, KINDS
 from modal_core.errors import SettingsError
 
@@ -69,6 +69,7 @@ def lobes(
     out: Annotated[
         Path | None, typer.Option(help='Folder for lobes.json, lobes.csv and report.html.')
     ] = None,
+    export: ExportTable = None,
     json: Json = False,
 ) -> None:
     """Find the depths at which a cut chatters over spindle speed, and propose cuts that do not.
@@ -77,10 +78,12 @@ def lobes(
     """
     from autonomous_modal_analysis.api.lobes import lobes as stability_lobes
     from autonomous_modal_analysis.api.lobes import MapPose
+    from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
     from autonomous_modal_analysis.lobes_report import FILES, show_lobes
-    from autonomous_modal_analysis.output import show_written
+    from autonomous_modal_analysis.output import show_exported, show_written
     from autonomous_modal_analysis.terminal import print_json, progress_bar
 
+    check_endings(export or (), TABLE_ENDINGS)
     if pose_deg is None and turn_deg:
         raise SettingsError('a turn from no pose', where='--turn-deg', advice='give --pose-deg')
     at = None
@@ -103,3 +106,6 @@ def lobes(
     if out is not None:
         result.save(out)
         show_written(out, FILES)
+    for file in export or ():
+        result.export(file)
+        show_exported(file)

@@ -8,6 +8,7 @@ import typer
 
 from autonomous_modal_analysis.options import (
     check_namespace,
+    Export,
     Json,
     Namespace,
     POSE_HELP,
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from autonomous_modal_analysis.mapping import MapWish, Series
     from modal_core.channel import SensorLayout
+    from modal_core.mode import ModeSet
     from structural_model import FlexibleJointModel
     from workspace_map import ToolPoint
 
@@ -200,17 +202,21 @@ def predict(
     robot: Robot = 'irb6660_205_190',
     sensors: Sensors = 'sensors',
     tool: Tool = None,
+    export: Export = None,
     json: Json = False,
 ) -> None:
     """Predict the modes at a pose, measured or not, with their standard deviations.
 
-    Refused where the map does not know: too far from every measured pose.
+    Refused where the map does not know: too far from every measured pose. --export has the
+    shapes at the sensors; modal masses at the tool are in --json.
     """
+    from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.pose import parse_pose
     from autonomous_modal_analysis.terminal import print_json
     from structural_model import load_layout, load_robot
     from workspace_map import load_map
 
+    check_endings(export or (), ENDINGS)
     model, layout = load_robot(robot), load_layout(robot, sensors)
     known, _ = load_map(map_path, model, layout, tool_point(model, tool) if tool else None)
     found = known.predict_surely(parse_pose(model, pose_deg, serial))
@@ -218,6 +224,41 @@ def predict(
         print_json(predicted_content(model, known.arm.tool, found))
     else:
         _show(found)
+    for file in export or ():
+        _export(file, model, layout, found, map_path.name)
+
+
+def _export(
+    file: Path, model: 'FlexibleJointModel', layout: 'SensorLayout', found: Any, name: str
+) -> None:
+    """Write predicted modes at the sensors, with the deviations of frequency and damping."""
+    from autonomous_modal_analysis.export import export_arm_modes
+    from autonomous_modal_analysis.output import show_exported
+    from modal_core.version import software
+
+    about = {'map': name, 'software': software()}
+    export_arm_modes(file, model, layout, found.q, predicted_modes(found, layout), about)
+    show_exported(file)
+
+
+def predicted_modes(found: Any, layout: 'SensorLayout') -> 'ModeSet':
+    """Return predicted modes as others are, the largest entry of each shape 1."""
+    from modal_core.indicators import normalise
+    from modal_core.mode import Mode, ModeSet
+
+    return ModeSet(
+        tuple(
+            Mode(
+                float(found.frequency_hz[number]),
+                float(found.damping_ratio[number]),
+                normalise(shape.astype(complex)),
+                frequency_std_hz=float(found.frequency_std_hz[number]),
+                damping_ratio_std=float(found.damping_ratio_std[number]),
+            )
+            for number, shape in enumerate(found.channel_shapes.T)
+        ),
+        tuple(channel.name for channel in layout.channels),
+    )
 
 
 def report(

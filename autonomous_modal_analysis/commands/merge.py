@@ -34,6 +34,7 @@ def merge(
     A mode that some set-ups missed stays; recordings are asked for it at its pole.
     """
     from autonomous_modal_analysis.api.merge import merge as merged_set_ups
+    from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.modes_table import modes_table
     from autonomous_modal_analysis.output import (
         JSON_NAME,
@@ -45,6 +46,7 @@ def merge(
     from autonomous_modal_analysis.read_results import result_of
     from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json
 
+    check_endings(export or (), ENDINGS)
     found = [result_of(path, identifier) for path in setups]
     merged = merged_set_ups(found, layout=identifier.sensors())
     if json:

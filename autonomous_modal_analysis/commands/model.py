@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import Json, POSE_HELP, Serial
+from autonomous_modal_analysis.options import Export, Json, POSE_HELP, Serial
 
 
 def register(app: typer.Typer) -> None:
@@ -27,14 +27,18 @@ def model(
     step_deg: Annotated[
         float, typer.Option(min=0.01, max=30.0, help='Joint step of the sensitivity.')
     ] = 5.0,
+    export: Export = None,
     json: Json = False,
 ) -> None:
     """Show natural frequencies, damping ratios and mode shapes of a robot in one pose."""
     import autonomous_modal_analysis as ama
+    from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.model_view import show_model
+    from autonomous_modal_analysis.output import show_exported
     from autonomous_modal_analysis.terminal import print_json
     from structural_model.robot_files import load_layout
 
+    check_endings(export or (), ENDINGS)
     seen = ama.model(
         robot,
         pose_deg,
@@ -47,3 +51,6 @@ def model(
         print_json(seen.to_dict())
     else:
         show_model(seen)
+    for file in export or ():
+        seen.export(file)
+        show_exported(file)

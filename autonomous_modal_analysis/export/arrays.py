@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import netcdf_file, savemat
+from scipy.io import savemat
 
 from autonomous_modal_analysis.export.exported import Exported
+from autonomous_modal_analysis.export.netcdf import add_texts, netcdf
 from modal_core.mode import MODE_FIELDS
 
 
@@ -27,10 +28,7 @@ def write_matlab(path: Path, exported: Exported) -> None:
 
 def write_netcdf(path: Path, exported: Exported) -> None:
     """Write a NetCDF 3 file with dimensions ``mode`` and ``channel``; complex numbers in parts."""
-    with netcdf_file(path, 'w') as file:
-        file.Conventions = 'CF-1.8'
-        for name, text in exported.about.items():
-            setattr(file, name, text.encode())
+    with netcdf(path, exported.about) as file:
         file.createDimension('mode', len(exported.modes))
         file.createDimension('channel', len(exported.modes.channel_names))
         units = {item.column: item.unit for item in MODE_FIELDS}
@@ -45,11 +43,7 @@ def write_netcdf(path: Path, exported: Exported) -> None:
             for part, of_part in (('real', shapes.real), ('imag', shapes.imag)):
                 variable = file.createVariable(f'{name}_{part}', 'd', ('channel', 'mode'))
                 variable[:] = of_part
-        longest = max((len(name.encode()) for name in exported.modes.channel_names), default=1)
-        file.createDimension('letter', longest)
-        names = file.createVariable('channel_name', 'c', ('channel', 'letter'))
-        for row, name in enumerate(exported.modes.channel_names):
-            names[row] = np.frombuffer(name.encode().ljust(longest), dtype='S1')
+        add_texts(file, 'channel_name', 'channel', exported.modes.channel_names)
 
 
 def _columns(exported: Exported) -> dict[str, NDArray[np.float64]]:

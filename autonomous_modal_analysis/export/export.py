@@ -5,7 +5,8 @@ from pathlib import Path
 
 from autonomous_modal_analysis.export.arrays import write_matlab, write_netcdf
 from autonomous_modal_analysis.export.exported import Exported
-from autonomous_modal_analysis.export.tables import write_csv, write_parquet
+from autonomous_modal_analysis.export.table_files import write_csv, write_parquet
+from autonomous_modal_analysis.export.tables import table_of_modes
 from autonomous_modal_analysis.export.universal import write_universal
 from autonomous_modal_analysis.export.write_by_ending import write_by_ending
 
@@ -14,11 +15,10 @@ WRITERS: dict[str, Callable[[Path, Exported], None]] = {
     '.unv': write_universal,
     '.mat': write_matlab,
     '.nc': write_netcdf,
-    '.parquet': write_parquet,
-    '.csv': write_csv,
+    '.parquet': lambda path, exported: write_parquet(path, table_of_modes(exported)),
+    '.csv': lambda path, exported: write_csv(path, table_of_modes(exported)),
 }
 ENDINGS = tuple(WRITERS)
-KINDS = ', '.join(ENDINGS)
 
 
 def export_modes(path: Path, exported: Exported) -> None:

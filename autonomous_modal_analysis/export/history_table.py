@@ -1,17 +1,14 @@
 """A history as one table: a row per mode and window, shapes by channel."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-import csv
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from autonomous_modal_analysis.api.optional import optional
-from autonomous_modal_analysis.results import plain
-from modal_core.atomic_file import atomic_path
-from modal_core.errors import SettingsError
+from autonomous_modal_analysis.export.table import Column, Table
+from autonomous_modal_analysis.export.table_files import export_table
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import MODE_FIELDS
+from modal_core.version import software
 from modal_history.kept import Circumstances, KeptWindow
 from modal_history.reader import HistoryReader
 from modal_history.selection import Selection
@@ -28,29 +25,27 @@ def export_history(path: Path, reader: HistoryReader, asked: Selection) -> int:
     Raises
     ------
     SettingsError
-        No such kind.
+        No such kind, or one that holds no tables.
     ModalAnalysisError
         A library that it needs is not installed, or the history is damaged.
     """
-    writers = {'.csv': _csv, '.parquet': _parquet}
-    if path.suffix.lower() not in writers:
-        raise SettingsError(
-            'unknown kind of file',
-            where=path,
-            found=path.suffix or 'no ending',
-            expected=', '.join(writers),
-        )
     channels, joints = reader.names(asked)
-    columns = _columns(channels, joints)
-    n_rows, waiting = 0, []
-    with atomic_path(path) as temporary, writers[path.suffix.lower()](temporary, columns) as put:
+    kinds, n_rows = _columns(channels, joints), 0
+
+    def parts() -> Iterator[Sequence[Column]]:
+        nonlocal n_rows
+        waiting: Rows = []
         for circumstances, window in reader.windows(asked):
             waiting += _rows(circumstances, window, channels, joints)
             if len(waiting) >= ROWS_AT_ONCE:
-                put(waiting)
-                n_rows, waiting = n_rows + len(waiting), []
-        put(waiting)
-    return n_rows + len(waiting)
+                n_rows += len(waiting)
+                yield list(zip(*waiting, strict=True))
+                waiting = []
+        n_rows += len(waiting)
+        yield list(zip(*waiting, strict=True)) or [()] * len(kinds)
+
+    export_table(path, Table(kinds, parts(), {'software': software()}))
+    return n_rows
 
 
 def _columns(channels: tuple[str, ...], joints: tuple[str, ...]) -> dict[str, type]:
@@ -105,27 +100,3 @@ def _rows(
             ]
         found.append(row)
     return found
-
-
-@contextmanager
-def _csv(path: Path, columns: dict[str, type]) -> Iterator[Callable[[Rows], None]]:
-    """Yield what writes rows as CSV (RFC 4180); an unknown number is left empty."""
-    with path.open('w', encoding='utf-8', newline='') as file:
-        writer = csv.writer(file, lineterminator='\n')
-        writer.writerow(columns)
-        yield lambda rows: writer.writerows([map(plain, row) for row in rows])
-
-
-@contextmanager
-def _parquet(path: Path, columns: dict[str, type]) -> Iterator[Callable[[Rows], None]]:
-    """Yield what writes rows as Parquet, a group of rows at a time."""
-    arrow, parquet = optional('pyarrow'), optional('pyarrow.parquet')
-    kinds = {str: arrow.string(), int: arrow.int64(), float: arrow.float64(), bool: arrow.bool_()}
-    schema = arrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
-    with parquet.ParquetWriter(path, schema, compression='zstd') as writer:
-
-        def put(rows: Rows) -> None:
-            arrays = [list(column) for column in zip(*rows, strict=True)] or [[] for _ in columns]
-            writer.write_table(arrow.table(dict(zip(columns, arrays, strict=True)), schema=schema))
-
-        yield put

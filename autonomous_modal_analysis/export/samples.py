@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import netcdf_file, savemat
+from scipy.io import savemat
 
-from autonomous_modal_analysis.api.optional import optional
-from autonomous_modal_analysis.export.universal import ascii_line, SI, write_sets
+from autonomous_modal_analysis.export.netcdf import netcdf
+from autonomous_modal_analysis.export.table import Table
+from autonomous_modal_analysis.export.table_files import write_parquet
+from autonomous_modal_analysis.export.universal import ascii_line, places_of, SI, write_sets
 from autonomous_modal_analysis.export.write_by_ending import write_by_ending
 from modal_recordings.formats.universal_file import KINDS
-from modal_recordings.formats.universal_names import direction_of
 
 TIME_RESPONSE, EVEN, TIME_AXIS = 1, 1, 17
 
@@ -74,11 +75,7 @@ def _universal(path: Path, exported: ExportedSamples) -> None:
     types = {si: number for number, si in KINDS.items()}
     step_s = 1.0 / exported.sample_rate_hz
     sets: list[dict[str, Any]] = [SI]
-    told = [direction_of(name) for name in exported.names]
-    places = [each for each in told if each is not None]
-    if len(places) < len(told):
-        # Nodes that files number and our own count are not mixed.
-        places = [(node, (1.0, 0.0, 0.0)) for node in range(1, len(told) + 1)]
+    places = places_of(exported.names)
     for column, (name, unit) in enumerate(zip(exported.names, exported.units, strict=True)):
         node, way = places[column]
         axis = int(np.argmax(np.abs(way)))
@@ -112,10 +109,7 @@ def _matlab(path: Path, exported: ExportedSamples) -> None:
 
 def _netcdf(path: Path, exported: ExportedSamples) -> None:
     """Write a NetCDF 3 file: a variable a channel, over ``time``."""
-    with netcdf_file(path, 'w') as file:
-        file.Conventions = 'CF-1.8'
-        for name, text in exported.about.items():
-            setattr(file, name, text.encode())
+    with netcdf(path, exported.about) as file:
         file.createDimension('time', len(exported.values))
         columns = [('time', 's', exported.time_s)]
         for column, (name, unit) in enumerate(zip(exported.names, exported.units, strict=True)):
@@ -133,10 +127,7 @@ def _csv(path: Path, exported: ExportedSamples) -> None:
 
 
 def _parquet(path: Path, exported: ExportedSamples) -> None:
-    optional('pyarrow')
-    table = optional('pandas').DataFrame(exported.columns)
-    table.attrs = dict(exported.about)
-    table.to_parquet(path, engine='pyarrow')
+    write_parquet(path, Table.of(exported.columns, exported.about))
 
 
 WRITERS: dict[str, Callable[[Path, ExportedSamples], None]] = {

@@ -1,49 +1,20 @@
-"""Tables of modes and lines, one row each: CSV and Parquet."""
-
-import csv
-from pathlib import Path
+"""Modes and lines as a table, one row each."""
 
 import numpy as np
 
-from autonomous_modal_analysis.api.optional import optional
 from autonomous_modal_analysis.export.exported import Exported
-from autonomous_modal_analysis.results import plain
+from autonomous_modal_analysis.export.table import Table
 from modal_core.mode import MODE_FIELDS
 
 
-def write_csv(path: Path, exported: Exported) -> None:
-    """Write a CSV file (RFC 4180); an unknown number is left empty."""
-    columns = _columns(exported)
-    with path.open('w', encoding='utf-8', newline='') as file:
-        writer = csv.writer(file, lineterminator='\n')
-        writer.writerow(columns)
-        writer.writerows(zip(*(map(plain, column) for column in columns.values()), strict=True))
-
-
-def write_parquet(path: Path, exported: Exported) -> None:
-    """Write a Parquet file.
-
-    Raises
-    ------
-    ModalAnalysisError
-        pandas or pyarrow is not installed.
-    """
-    optional('pyarrow')
-    table = optional('pandas').DataFrame(_columns(exported))
-    table.attrs = dict(exported.about)
-    table.to_parquet(path, engine='pyarrow')
-
-
-def _columns(exported: Exported) -> dict[str, list[object]]:
+def table_of_modes(exported: Exported) -> Table:
     """Return every quantity by name, entries of shapes by channel in two parts."""
     modes = exported.listed
-    columns: dict[str, list[object]] = {
-        item.column: [getattr(mode, item.name) for mode in modes]
-        for item in MODE_FIELDS
-        if item.single
-    }
+    fields = [item for item in MODE_FIELDS if item.single]
+    kinds: dict[str, type] = {item.column: item.kind for item in fields}
+    columns: list[list[object]] = [[getattr(mode, item.name) for mode in modes] for item in fields]
     for row, name in enumerate(exported.modes.channel_names):
         entries = np.array([mode.shape[row] for mode in modes], dtype=complex)
-        columns[f'shape_real.{name}'] = entries.real.tolist()
-        columns[f'shape_imag.{name}'] = entries.imag.tolist()
-    return columns
+        kinds |= {f'shape_real.{name}': float, f'shape_imag.{name}': float}
+        columns += [entries.real.tolist(), entries.imag.tolist()]
+    return Table(kinds, [columns], exported.about)

@@ -6,6 +6,7 @@ References
    for Modal Analysis Testing, https://www.ceas3.uc.edu/sdrluff/
 """
 
+from collections.abc import Sequence
 import math
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from modal_core.mode import Mode
 from modal_recordings.formats.universal_names import direction_of
 
 LONGEST = 80
+Way = tuple[float, float, float]
 COMPLEX_MODE, DISPLACEMENT, THREE_DIRECTIONS, COMPLEX = 3, 8, 2, 5
 SI = {
     **{'type': 164, 'units_code': 1, 'units_description': 'SI: Meter (newton)', 'temp_mode': 1},
@@ -55,15 +57,24 @@ def write_sets(path: Path, sets: list[dict[str, Any]]) -> None:
     pyuff.UFF(str(path)).write_sets(sets, 'add')
 
 
-def _nodes(names: tuple[str, ...]) -> tuple[NDArray[np.int64], list[tuple[int, int, float]]]:
-    """Return the nodes, and for each channel its row, direction and sign."""
+def places_of(names: Sequence[str]) -> list[tuple[int, Way]]:
+    """Return node and direction of each channel: as the names say (12:+Z), else counted, along X.
+
+    Nodes that files number and our own count are not mixed.
+    """
     told = [each for each in map(direction_of, names) if each is not None]
     if len(told) < len(names):
-        return np.arange(1, len(names) + 1), [(row, 0, 1.0) for row in range(len(names))]
-    nodes = sorted({node for node, _ in told})
-    ways = [int(np.argmax(np.abs(way))) for _, way in told]
+        return [(node, (1.0, 0.0, 0.0)) for node in range(1, len(names) + 1)]
+    return told
+
+
+def _nodes(names: tuple[str, ...]) -> tuple[NDArray[np.int64], list[tuple[int, int, float]]]:
+    """Return the nodes, and for each channel its row, direction and sign."""
+    places = places_of(names)
+    nodes = sorted({node for node, _ in places})
+    ways = [int(np.argmax(np.abs(way))) for _, way in places]
     return np.array(nodes), [
-        (nodes.index(node), at, vector[at]) for (node, vector), at in zip(told, ways, strict=True)
+        (nodes.index(node), at, way[at]) for (node, way), at in zip(places, ways, strict=True)
     ]
 
 

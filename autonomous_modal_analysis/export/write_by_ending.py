@@ -1,6 +1,6 @@
 """The ending of a name says which kind of file is written, whole or not at all."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
@@ -8,6 +8,7 @@ from modal_core.atomic_file import atomic_path
 from modal_core.errors import SettingsError
 
 Content = TypeVar('Content')
+KNOWN = ('.uff', '.unv', '.mat', '.nc', '.parquet', '.csv')
 
 
 def write_by_ending(
@@ -31,13 +32,38 @@ def write_by_ending(
     OSError
         It cannot be written.
     """
-    suffix = path.suffix.lower()
-    if suffix not in writers:
-        raise SettingsError(
-            'unknown kind of file',
-            where=path,
-            found=suffix or 'no ending',
-            expected=', '.join(writers),
-        )
+    check_endings([path], tuple(writers))
     with atomic_path(path) as temporary:
-        writers[suffix](temporary, content)
+        writers[path.suffix.lower()](temporary, content)
+
+
+def check_endings(files: Iterable[Path], endings: tuple[str, ...]) -> None:
+    """Refuse files whose ending means nothing here, before the work whose result they shall hold.
+
+    Parameters
+    ----------
+    files : iterable of path
+        What shall be written; a name that is an ending alone, ``.uff``, counts as that.
+    endings : tuple of str
+        What can be written.
+
+    Raises
+    ------
+    SettingsError
+        Another ending.
+    """
+    for file in files:
+        suffix = ending_of(file)
+        if suffix not in endings:
+            what = 'a kind of file that cannot hold this result' if suffix in KNOWN else ''
+            raise SettingsError(
+                what or 'unknown kind of file',
+                where=file,
+                found=suffix or 'no ending',
+                expected=', '.join(endings),
+            )
+
+
+def ending_of(file: Path) -> str:
+    """Return the ending of a name in small letters, or the name where it is an ending alone."""
+    return (file.suffix or (file.name if file.name.startswith('.') else '')).lower()

@@ -1,18 +1,18 @@
 """Files of stability lobes: lobes.json, lobes.csv, report.html."""
 
 from collections.abc import Sequence
-import csv
 from dataclasses import asdict
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from autonomous_modal_analysis.export import export_table, Table
 from autonomous_modal_analysis.lobes_report.page import render_lobes
 from autonomous_modal_analysis.results import file_header, json_text, plain
 from machining.lobes import Chart, Lobes
 from modal_core.atomic_file import write_text
+from modal_core.version import software
 
 FILES = ('lobes.json', 'lobes.csv', 'report.html')
 FORMAT_VERSION = 1
@@ -41,7 +41,7 @@ def save_lobes(folder: Path, found: Lobes, name: str, poses: Poses = ()) -> None
     folder.mkdir(parents=True, exist_ok=True)
     file = file_header(FORMAT_VERSION, tool=name)
     write_text(folder / FILES[0], json_text({'file': file, **lobes_json(found, poses)}))
-    write_text(folder / FILES[1], _csv_text(found))
+    export_table(folder / FILES[1], lobes_table(found, name))
     write_text(folder / FILES[2], render_lobes(found, name, poses))
 
 
@@ -61,13 +61,13 @@ def _chart_json(chart: Chart, risk: float) -> dict[str, Any]:
     return plained
 
 
-def _csv_text(found: Lobes) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(COLUMNS)
+def lobes_table(found: Lobes, name: str) -> Table:
+    """Return the limits of all charts, one row per feed direction and spindle speed."""
+    columns: dict[str, list[float]] = {column: [] for column in COLUMNS}
     for chart in found.charts:
-        columns = _columns(chart, found.settings.risk)
-        for row in zip(*columns.values(), strict=True):
-            numbers = [plain(float(value)) for value in row]
-            writer.writerow([chart.feed_deg, *('' if n is None else n for n in numbers)])
-    return text.getvalue()
+        own = _columns(chart, found.settings.risk)
+        columns['feed_deg'] += [chart.feed_deg] * len(own['speed_rpm'])
+        for column, values in own.items():
+            # Without a limit infinite: no number of a table.
+            columns[column] += [x if np.isfinite(x) else np.nan for x in map(float, values)]
+    return Table.of(columns, {'tool': name, 'software': software()})

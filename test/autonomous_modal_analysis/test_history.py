@@ -1,6 +1,5 @@
 """Results of several recordings in one history, as people and programs ask for them."""
 
-import csv
 import json
 
 import numpy as np
@@ -11,6 +10,7 @@ from typer.testing import CliRunner
 import autonomous_modal_analysis
 from autonomous_modal_analysis.cli import app
 from modal_core.errors import ModalAnalysisError
+from test.support.exported_rows import rows_of
 from test.support.kept_results import softened
 
 SEED, RATE_HZ = 21, 100.0
@@ -91,15 +91,12 @@ def test_a_recording_without_a_date_is_asked_for_one_before_the_work(filled):
     assert '--at' in str(run.exception) and filled.read_bytes() == before
 
 
-@pytest.mark.parametrize('kind', ['csv', 'parquet'])
+@pytest.mark.parametrize('kind', ['csv', 'parquet', 'mat', 'nc'])
 def test_tables_hold_every_mode_with_its_shape(filled, kind):
     file = filled.parent / f'modes.{kind}'
     run = ama('history', 'export', filled, file, '--whole')
     assert run.exit_code == 0, run.stderr
-    if kind == 'csv':
-        rows = list(csv.DictReader(file.open(encoding='utf-8')))
-    else:
-        rows = pytest.importorskip('pandas').read_parquet(file).to_dict('records')
+    rows = rows_of(file)
     assert len(rows) == 6
     assert {row['recording'] for row in rows} == {'month_4.npy', 'month_5.npy'}
     for row in rows:
