@@ -96,6 +96,7 @@ setup(
             'ABBRobotEGM>=1.0.7',
             'rwsuis>=0.2',
             'rwswrap>=0.1',
+            'asammdf>=7.4',
             'cryptography>=42',
             'distributed>=2024.5',
             'h5py>=3.10',
