@@ -2,13 +2,11 @@
 
 from collections.abc import Sequence
 
-from rich.box import SIMPLE_HEAD
 from rich.markup import escape
-from rich.table import Table
 
 from autonomous_modal_analysis.report import ComparedState, headline
 from autonomous_modal_analysis.results import mode_json, plain
-from autonomous_modal_analysis.terminal import OUTPUT
+from autonomous_modal_analysis.terminal import narrow_table, OUTPUT
 from modal_core.mode import Mode
 from modal_reports import DAMPING, fixed, FREQUENCY, percent
 from oma_identifier.compare import ModeChange, ModeComparison
@@ -31,13 +29,7 @@ WIDE = 92
 
 def show_changes(comparison: ModeComparison, first: str, second: str) -> None:
     """Print one row per pair of modes, and the modes of one side alone."""
-    table = Table(
-        title=escape(f'natural frequency and damping ratio: {first}, then {second}'),
-        title_justify='left',
-        box=SIMPLE_HEAD,
-        padding=(0, 0),
-        show_edge=False,
-    )
+    table = narrow_table(escape(f'natural frequency and damping ratio: {first}, then {second}'))
     shown = len(HEADINGS) if OUTPUT.width >= WIDE else len(HEADINGS) - 1
     for heading in HEADINGS[:shown]:
         table.add_column(heading, justify='right', no_wrap=True)

@@ -3,15 +3,13 @@
 from collections.abc import Sequence
 import math
 
-from rich.box import SIMPLE_HEAD
 from rich.markup import escape
-from rich.table import Table
 
-from autonomous_modal_analysis.export import Table as ExportedTable
+from autonomous_modal_analysis.export import Table
 from autonomous_modal_analysis.mode_courses import CoursePoint
 from autonomous_modal_analysis.operating_state import differing, NUMBER, OperatingState
 from autonomous_modal_analysis.results import plain
-from autonomous_modal_analysis.terminal import OUTPUT
+from autonomous_modal_analysis.terminal import narrow_table, OUTPUT
 from modal_core.mode import Mode
 from modal_core.version import software
 from modal_reports import DAMPING, fixed, FREQUENCY, percent
@@ -41,13 +39,7 @@ def show_courses(names: Sequence[str], states: Sequence[OperatingState], courses
         if state.words():
             OUTPUT.print(f'{name}: {state.words()}', soft_wrap=True, markup=False)
     axes = [axis for axis in differing(states) if axis[0] != NUMBER][:MOST_STATES]
-    table = Table(
-        title='modes through all recordings',
-        title_justify='left',
-        box=SIMPLE_HEAD,
-        padding=(0, 0),
-        show_edge=False,
-    )
+    table = narrow_table('modes through all recordings')
     table.add_column('recording', max_width=NAME_WIDTH, no_wrap=True)
     heads = [SHORT.get(name, 'angle °') for name, _ in axes]
     for heading in (*heads, 'Hz', 'Δ %', '/σ', 'ζ %', '/σ', ''):
@@ -81,7 +73,7 @@ def courses_table(
     states: Sequence[OperatingState],
     courses: Courses,
     alone: Sequence[tuple[Mode, ...]],
-) -> ExportedTable:
+) -> Table:
     """Return one row per mode and recording, with the changes from the first.
 
     Parameters
@@ -117,7 +109,7 @@ def courses_table(
         columns[name] = [
             point.change is not None and bool(getattr(point.change, name)) for _, point in rows
         ]
-    return ExportedTable.of(columns, {'recordings': ', '.join(names), 'software': software()})
+    return Table.of(columns, {'recordings': ', '.join(names), 'software': software()})
 
 
 def courses_json(

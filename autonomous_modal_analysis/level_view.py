@@ -3,13 +3,11 @@
 from collections.abc import Sequence
 import math
 
-from rich.box import SIMPLE_HEAD
 from rich.markup import escape
-from rich.table import Table
 
 from autonomous_modal_analysis.mode_levels import ModeLevels
 from autonomous_modal_analysis.results import plain
-from autonomous_modal_analysis.terminal import OUTPUT
+from autonomous_modal_analysis.terminal import narrow_table, OUTPUT
 from modal_reports import FREQUENCY
 from oma_identifier.levels import Law, LevelLaw, QuantityLaw
 
@@ -19,13 +17,7 @@ NAME_WIDTH = 12
 
 def show_levels(levels: Sequence[ModeLevels]) -> None:
     """Print one row per mode; modes without a law below, with the reason."""
-    table = Table(
-        title='modes over the level of their motion',
-        title_justify='left',
-        box=SIMPLE_HEAD,
-        padding=(0, 0),
-        show_edge=False,
-    )
+    table = narrow_table('modes over the level of their motion')
     for heading in ('Hz', 'at', 'mm rms', 'stiffness %', 'law', 'damping %', 'law'):
         right = heading != 'at' and heading != 'law'
         table.add_column(heading, justify='right' if right else 'left', no_wrap=True)

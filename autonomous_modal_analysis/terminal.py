@@ -5,10 +5,12 @@ from contextlib import contextmanager
 import json
 import time
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.segment import Segment
+from rich.table import Table
 
 from modal_core.printable import printable
 
@@ -37,6 +39,19 @@ LINE_EVERY_S = 10.0
 """Chosen: a log of an hour has 360 lines, and nobody thinks that the work has died."""
 LEAST_DONE = 0.02
 """From this part on the time that is left is told: of less it would be a guess."""
+
+
+def narrow_table(title: str) -> Table:
+    """Return an empty table without frame and margins, so that many columns fit 80 letters.
+
+    Parameters
+    ----------
+    title : str
+        Of letters only: names that others wrote are escaped by the caller.
+    """
+    return Table(
+        title=title, title_justify='left', box=SIMPLE_HEAD, padding=(0, 0), show_edge=False
+    )
 
 
 def no_progress(_: float) -> None:

@@ -31,7 +31,10 @@ def test_at_least_three_windows_were_identified(finished_demo):
 
 
 def test_the_recording_holds_what_was_sent_without_loss(finished_demo):
-    info = open_recording(finished_demo.folder / 'demo.mcap').info()
+    recording = open_recording(finished_demo.folder / 'demo.mcap')
+    info = recording.info()
+    carried = [each.name for each in recording.attachments() if not each.problem]
+    assert carried == ['robot.urdf', 'model.yaml', 'sensors.yaml', 'software.txt']
     topics = {topic.name: topic for topic in info.topics}
     blocks = topics['/acceleration_block']
     assert not info.damage

@@ -14,7 +14,7 @@ from autonomous_modal_analysis.cli import app
 from autonomous_modal_analysis.export import export_table, Table, TABLE_ENDINGS
 from modal_core.errors import SettingsError
 from test.autonomous_modal_analysis.test_compare import response
-from test.support.exported_rows import rows_of
+from test.support.exported_rows import number, rows_of
 
 ROBOT = 'irb6660_205_190'
 SEED = 3
@@ -35,10 +35,6 @@ def columns(n_rows=5):
         'angle_deg.joint_1': [1e-12, 1e300, -0.0, 2.0, None][:n_rows],
         '1/x': [1.0, 2.0, 3.0, 4.0, 5.0][:n_rows],
     }
-
-
-def number(value):
-    return math.nan if value in ('', None) else float(value)
 
 
 @pytest.mark.parametrize('ending', TABLE_ENDINGS)

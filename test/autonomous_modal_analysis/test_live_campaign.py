@@ -129,7 +129,10 @@ def test_every_motion_waits_for_its_own_release(tmp_path, namespace):
     entries = yaml.safe_load((out / 'campaign.yaml').read_text())['recordings']
     assert [entry['plan_hash'] for entry in entries] == person.seen
     for entry in entries:
-        info = open_recording(out / entry['file']).info()
+        recording = open_recording(out / entry['file'])
+        info = recording.info()
+        carried = {each.name for each in recording.attachments() if not each.problem}
+        assert carried == {'robot.urdf', 'model.yaml', 'sensors.yaml', 'software.txt'}
         assert not info.damage
         sensors = {f'{prefix}/imu/{name}' for name in ('frame', 'elbow', 'forearm', 'spindle')}
         usable = {topic.name for topic in info.topics if topic.usable}

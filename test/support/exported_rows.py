@@ -1,6 +1,7 @@
 """Tables in files of other programs, read back with libraries that did not write them."""
 
 import csv
+import math
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,11 @@ def rows_of(file: Path) -> list[dict[str, Any]]:
         return pytest.importorskip('pandas').read_parquet(file).to_dict('records')
     columns = _matlab(file) if file.suffix == '.mat' else _netcdf(file)
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def number(cell: Any) -> float:
+    """Return a number of a table; NaN where none is known."""
+    return math.nan if cell in ('', None) else float(cell)
 
 
 def _matlab(file: Path) -> dict[str, list[Any]]:

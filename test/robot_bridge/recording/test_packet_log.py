@@ -71,6 +71,22 @@ def test_the_log_turns_over_and_stays_within_its_room(tmp_path):
     assert log.n_files_deleted > 0 and log.n_lost == 0
 
 
+def test_every_file_of_the_log_carries_its_robot(tmp_path):
+    """Also the later ones, and their room counts."""
+    robot = {'robot.urdf': bytes(100_000)}
+    log = PacketLog(tmp_path / 'egm.mcap', 2_000_000, robot)
+    fill(log, 0, 8_000)
+    log.close()
+    files = list(tmp_path.iterdir())
+    assert len(files) > 1
+    for path in files:
+        with path.open('rb') as file:
+            carried = {each.name: each.data for each in make_reader(file).iter_attachments()}
+        assert carried['robot.urdf'] == robot['robot.urdf']
+        assert b'autonomous_modal_analysis' in carried['software.txt']
+    assert sum(path.stat().st_size for path in files) < 1.2 * 2_000_000
+
+
 @pytest.fixture
 def full_disk(monkeypatch):
     """Return a disk with room for a number of bytes in a folder; writes beyond it fail."""
