@@ -100,6 +100,11 @@ GROUPS = {
         _group('tracking'),
         _group('throughput'),
         _group('emulator'),
+        Group(
+            'page',
+            ('benchmarks/page.py', 'test/support/page_timing.py'),
+            'python -m benchmarks.page',
+        ),
         _group('forecast'),
         _group('states'),
         _group('impact'),

@@ -23,6 +23,7 @@ from oma_msgs.msg import BridgeState
 from test.support import browser
 from test.support.domains import ros_domain
 from test.support.live_cell import LiveCell, Results, ROBOT, START_NS
+from test.support.page_timing import measure_delays, measure_frames, SHAPES, SPECTRUM
 
 pytestmark = [
     pytest.mark.node,
@@ -198,6 +199,34 @@ def test_shapes_move_on_the_arm_and_the_page_can_be_stopped(page, cell):
     assert 'Modes of window 3' in text(page)
     page.key('p')
     page.until('document.body.innerText.includes("Modes of window 4")')
+    assert page.problems == []
+
+
+def test_the_arm_is_drawn_in_every_frame_and_each_result_is_seen(page, cell, record_property):
+    """Shares and counts are tested; how fast it is depends on the machine, and is printed.
+
+    `python -m benchmarks.page` keeps the figures of an idle one.
+    """
+    live = cell(robot=ROBOT)
+    results, _ = tell_all(live)
+    look(page, live.url, reduced=False)
+    show(page, 'modes')
+    page.until('document.querySelectorAll("main .card:not(.flat)").length > 3')
+    frames = measure_frames(page, 120)
+    assert frames.drawn > 0.95
+    shapes_ms = measure_delays(page, live, results, SHAPES, 3)
+    show(page, 'spectrum')
+    delays_ms = measure_delays(page, live, results, SPECTRUM, 5)
+    assert len(delays_ms) == 5 and np.all(delays_ms > 0.0) and np.all(shapes_ms > 0.0)
+    for name, value in (
+        ('frames a second', frames.rate_hz),
+        ('of 60', frames.rate_hz / 60.0),
+        ('median from result to pixel [ms]', np.median(delays_ms)),
+        ('of 50 ms', np.median(delays_ms) / 50.0),
+        ('to the shapes on the arm [ms]', np.median(shapes_ms)),
+    ):
+        print(f'{name}: {value:.3g}')
+        record_property(name, float(value))
     assert page.problems == []
 
 

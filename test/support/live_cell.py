@@ -1,5 +1,6 @@
 """What a cell tells its page, over real topics: results of a robot's own modes with scatter."""
 
+from contextlib import contextmanager
 import threading
 import time
 
@@ -20,6 +21,7 @@ from oma_identifier.node.ros_messages import modal_parameters, stabilisation_dia
 from oma_identifier.result import WindowResult
 from oma_identifier.spectra import SingularValueSpectrum
 from oma_msgs.msg import BridgeState, ExcitationPlan, ModalParameters, StabilisationDiagram
+from test.support.domains import ros_domain
 
 ROBOT = 'irb6660_205_190'
 START_NS = 1_780_000_000 * 10**9
@@ -198,3 +200,16 @@ class LiveCell:
         self.thread.join()
         self.node.destroy_node()
         self.peer.destroy_node()
+
+
+@contextmanager
+def own_cell(**parameters):
+    """Yield a cell in a ROS context of its own, for programs that are no tests."""
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=ros_domain())
+    live = LiveCell(context, **parameters)
+    try:
+        yield live
+    finally:
+        live.close()
+        rclpy.try_shutdown(context=context)
