@@ -37,8 +37,12 @@ def indexed_places(summary: bytes) -> list[int]:
 
 
 def leading_places(data: mmap.mmap, position: int) -> Iterator[int]:
-    """Yield where attachments begin that stand before the first message, from a record on."""
-    while position + RECORD.size <= len(data):
+    """Yield where attachments begin that stand before the first message, from a record on.
+
+    Those of the first 20 MB: a damaged file may be full of empty records.
+    """
+    end = min(len(data), ALL_BYTES)
+    while position + RECORD.size <= end:
         opcode, length = RECORD.unpack_from(data, position)
         if opcode in (CHUNK, MESSAGE_OPCODE):
             return
