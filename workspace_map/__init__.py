@@ -9,6 +9,7 @@ from workspace_map.following import Carried, carried_on, Followed, followed_from
 from workspace_map.map_file import (
     layout_fingerprint,
     load_map,
+    load_other_map,
     model_fingerprint,
     save_map,
 )
@@ -42,6 +43,7 @@ __all__ = [
     'followed_from',
     'layout_fingerprint',
     'load_map',
+    'load_other_map',
     'model_fingerprint',
     'receptance',
     'save_map',

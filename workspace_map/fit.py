@@ -22,6 +22,7 @@ from workspace_map.prior import (
     structure_of,
     structure_parts,
     structure_scales,
+    TOOLS_OWN,
 )
 from workspace_map.regression import (
     deviation_factor,
@@ -31,6 +32,7 @@ from workspace_map.regression import (
     posterior,
     Rows,
     Scales,
+    Shared,
 )
 from workspace_map.rows import Block, damping_block, Pairs, stacked, structure_block
 
@@ -103,6 +105,7 @@ def fit(
     prior: tuple[Scales, Scales] | None = None,
     centres: Centres | None = None,
     other: 'Fitted | None' = None,
+    same_tool: bool = True,
 ) -> Fitted:
     """Return the most probable functions, given measured poses.
 
@@ -124,6 +127,8 @@ def fit(
         Of an earlier fit to the same poses: not sought anew.
     other : Fitted, optional
         Of the arm that is known beforehand: what is not known of it is not known of this one.
+    same_tool : bool
+        Whether that arm has this one's tool, so that its payload tells of this one's.
     """
     q = np.array([each.q for each in measured]).reshape(-1, arm.model.n_joints)
     places = [arm.at(row) for row in q]
@@ -131,7 +136,9 @@ def fit(
     general = structure_scales(q.shape[1]), damping_scales(q.shape[1])
     medians = prior or (general if other is None else of_same_make(*general))
     beyond_hz = BEYOND_BAND * highest_hz
-    problem = _Problem(arm, tuple(measured), tuple(places), q, tuple(known), beyond_hz, other)
+    problem = _Problem(
+        arm, tuple(measured), tuple(places), q, tuple(known), beyond_hz, _told(other, same_tool)
+    )
     if scales is not None and centres is not None:
         system = _System.about(problem, centres.states, centres.pairs)
         return system.calibrated(system.solved(scales))
@@ -148,12 +155,8 @@ class _Problem:
     q: Array
     known: tuple[State, ...]
     highest_hz: float
-    other: Fitted | None = None
-
-    @property
-    def before(self) -> tuple[Posterior | None, Posterior | None]:
-        """What is known of the other arm's structure and dampers."""
-        return (None, None) if self.other is None else (self.other.structure, self.other.dampers)
+    before: 'Told'
+    """Of the other arm: its structure and dampers."""
 
     def modes(self, states: Sequence[State]) -> list[LocalModes]:
         each = zip(self.places, self.known, states, strict=True)
@@ -164,6 +167,14 @@ class _Problem:
             state_of(self.arm, found.structure.functions(row), found.dampers.functions(row))
             for row in self.q
         ]
+
+
+def _told(other: Fitted | None, same_tool: bool) -> 'Told':
+    """Return what is known of structure and dampers by another arm."""
+    if other is None:
+        return None, None
+    structure = other.structure if same_tool else Shared(other.structure, TOOLS_OWN)
+    return structure, other.dampers
 
 
 def _descend(
@@ -192,6 +203,7 @@ def _descend(
     return system.calibrated(found) if states else found
 
 
+Told = tuple[Posterior | Shared | None, Posterior | None]
 Linear = tuple[Rows, Array, Array]
 
 
@@ -202,7 +214,7 @@ class _System:
     structure: Linear
     dampers: Linear
     centres: Centres
-    before: tuple[Posterior | None, Posterior | None]
+    before: 'Told'
 
     @classmethod
     def about(

@@ -1,6 +1,6 @@
 """A map as a JSON file, written whole or not at all, and checked against the robot it is of."""
 
-from dataclasses import fields
+from dataclasses import asdict, fields, replace
 from hashlib import sha256
 import json
 import math
@@ -11,8 +11,9 @@ import numpy as np
 
 from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
-from modal_core.errors import MapError
+from modal_core.errors import MapError, ModelError
 from modal_core.json_file import load_json
+from structural_model.spec import MassSpec
 from workspace_map.arm import Arm, State, ToolPoint
 from workspace_map.fit import Centres
 from workspace_map.measured_pose import MeasuredPose
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 KIND, VERSION = 'workspace_map', 2
 LARGEST_BYTES = 200_000_000
+BEGIN_WITH = 'measure this one, or take the other as a beginning (--transfer)'
+ALIKE = 'only tool point and masses fixed to links may differ: measure this one without it'
 DIGITS = 6
 """Significant digits of a model's matrices that two machines agree on."""
 
@@ -71,6 +74,7 @@ def _content(known: WorkspaceMap, layout: SensorLayout, series: str = '') -> dic
         'model': model_fingerprint(known.arm.model),
         'layout': layout_fingerprint(layout),
         'tool': {'link': known.arm.tool.link, 'position_m': list(known.arm.tool.position_m)},
+        'masses': [asdict(each) for each in known.arm.model.spec.masses],
         'highest_hz': known.highest_hz,
         'series': series,
         'scales': [_plain(each) for each in known.found_scales],
@@ -114,12 +118,54 @@ def load_map(
     return _map_of(path, data, model, layout, tool), str(data.get('series', ''))
 
 
+def load_other_map(path: Path, model: 'FlexibleJointModel', layout: SensorLayout) -> WorkspaceMap:
+    """Read the map of another arm of this kind, which may have another tool.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    model : FlexibleJointModel
+        This arm; the other one may differ from it by the masses that are fixed to its links.
+    layout : SensorLayout
+        The sensors that both have.
+
+    Returns
+    -------
+    WorkspaceMap
+        Of the other arm, with its own tool.
+
+    Raises
+    ------
+    MapError, SettingsError
+        No map, or one of another robot or layout.
+    """
+    data = load_json(path, LARGEST_BYTES)
+    return _map_of(path, data, _with_masses(model, data), layout, None, ALIKE)
+
+
+def _with_masses(model: 'FlexibleJointModel', data: Any) -> 'FlexibleJointModel':
+    """Return a model with the masses that a map's has, where that makes it the map's."""
+    try:
+        masses = tuple(_mass(each) for each in data['masses'])
+        other = model.replace(replace(model.spec, masses=masses))
+        return other if model_fingerprint(other) == data['model'] else model
+    except (KeyError, TypeError, ValueError, ModelError):
+        return model  # what is wrong with it is told where it is read
+
+
+def _mass(data: dict[str, Any]) -> MassSpec:
+    places = {name: _three(data[name]) for name in ('position_m', 'gyration_m')}
+    return MassSpec(str(data['name']), str(data['link']), float(data['mass_kg']), **places)
+
+
 def _map_of(
     path: Path,
     data: Any,
     model: 'FlexibleJointModel',
     layout: SensorLayout,
     tool: ToolPoint | None,
+    advice: str = BEGIN_WITH,
 ) -> WorkspaceMap:
     if not isinstance(data, dict) or data.get('kind') != KIND:
         raise MapError('not a modal map', where=path, advice='make one with `ama map`')
@@ -132,13 +178,13 @@ def _map_of(
     try:
         own = ToolPoint(str(data['tool']['link']), _three(data['tool']['position_m']))
         # A model of another robot may have nothing that a fingerprint is made of.
-        _same(path, {'robot': (data['robot'], model.robot_name)})
+        _same(path, {'robot': (data['robot'], model.robot_name)}, advice)
         asked = {
             'model of the robot': (data['model'], model_fingerprint(model)),
             'sensor layout': (data['layout'], layout_fingerprint(layout)),
             'tool point': (_words(own), _words(tool or own)),
         }
-        _same(path, asked)
+        _same(path, asked, advice)
         arm = Arm(model, layout.channels, own)
         poses = tuple(_pose(arm, each) for each in data['poses'])
         general = structure_scales(model.n_joints), damping_scales(model.n_joints)
@@ -149,7 +195,9 @@ def _map_of(
         if not 0.0 < highest_hz < math.inf:
             raise ValueError('highest_hz')
         other = data['before']
-        before = None if other is None else _map_of(path, other, model, layout, own)
+        before = None
+        if other is not None:
+            before = _map_of(path, other, _with_masses(model, other), layout, None)
         made = WorkspaceMap(arm, highest_hz, poses, (structure, dampers), centres, before=before)
         _ = made.fitted  # numbers that no map has are told now, not at the first prediction
         return made
@@ -157,12 +205,12 @@ def _map_of(
         raise MapError('damaged', where=path, found=repr(error)) from error
 
 
-def _same(path: Path, asked: dict[str, tuple[str, str]]) -> None:
+def _same(path: Path, asked: dict[str, tuple[str, str]], advice: str) -> None:
     for what, (found, expected) in asked.items():
         if found != expected:
             raise MapError(
                 f'a map of another {what}', where=path, found=found, expected=expected,
-                advice='measure this one, or take the other as a beginning (--transfer)',
+                advice=advice,
             )  # fmt: skip
 
 

@@ -10,6 +10,8 @@ from workspace_map.regression import Scales
 
 Array = NDArray[np.float64]
 PARTS = ('springs of joints', 'springs under the base', 'couplings', 'payload', 'links')
+TOOLS_OWN = (PARTS.index('payload'),)
+"""What goes with a tool when it is taken off."""
 FREQUENCY, SHAPE = 0, 1
 """Kinds of rows."""
 SPREAD = 1.0

@@ -13,6 +13,7 @@ from workspace_map.arm import (
     frequency_slopes,
     local_modes,
     LocalModes,
+    PAYLOAD_NUMBERS,
     shape_slopes,
     State,
 )
@@ -48,7 +49,8 @@ class WorkspaceMap:
     prior : tuple of Scales or None
         Medians of these; None: those of arms in general.
     before : WorkspaceMap or None
-        Map of another arm of the same kind, which is what is known before measuring.
+        Map of another arm of the same kind, or of this one with another tool, which is what is
+        known before measuring.
     """
 
     arm: Arm
@@ -75,7 +77,16 @@ class WorkspaceMap:
             self.prior,
             self.centres,
             None if self.before is None else self.before.fitted,
+            self.same_tool,
         )
+
+    @property
+    def same_tool(self) -> bool:
+        """Whether the arm before has the same tool point, and the same masses fixed to it.
+
+        Else what its map found of the payload is the other tool's, and tells nothing of this one.
+        """
+        return self.before is None or self.arm.same_tool(self.before.arm)
 
     @property
     def found_scales(self) -> tuple[Scales, Scales]:
@@ -188,4 +199,5 @@ class WorkspaceMap:
     def _known(self, q: Array) -> State:
         if self.before is None:
             return State.none(self.arm.n_dof, self.arm.n_masses)
-        return self.before.state(q)
+        known = self.before.state(q)
+        return known if self.same_tool else known.without(PAYLOAD_NUMBERS)

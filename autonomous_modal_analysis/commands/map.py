@@ -71,7 +71,7 @@ def measure(
     ] = None,
     transfer: Annotated[
         Path | None,
-        typer.Option(help='map.json of another arm of this kind, to begin with.'),
+        typer.Option(help='map.json of another arm of this kind, or tool, to begin with.'),
     ] = None,
     release: Annotated[
         str | None,
@@ -114,7 +114,7 @@ def measure(
     from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, progress_bar
     from modal_core.yaml_file import load_yaml
     from structural_model import load_layout, load_robot
-    from workspace_map import Arm, load_map, WorkspaceMap
+    from workspace_map import Arm, load_other_map, WorkspaceMap
 
     check_namespace(namespace)
     if (namespace or joy) and not live:
@@ -131,11 +131,17 @@ def measure(
         highest_hz=highest_hz,
         seed=seed,
     )
+
+    def tell(text: str) -> None:
+        MESSAGES.print(text, soft_wrap=True, markup=False)
+
     options = ArmOptions.from_mapping(load_yaml(arm) if arm else {})
     model, layout = load_robot(robot), load_layout(robot, sensors)
     point = tool_point(model, tool)
-    other = load_map(transfer, model, layout, point)[0] if transfer else None
+    other = load_other_map(transfer, model, layout) if transfer else None
     start = WorkspaceMap(Arm(model, layout.channels, point), highest_hz, before=other)
+    if not start.same_tool:
+        tell(f'{transfer} is of another tool: what it found of the payload is not taken over')
     folder = MappingFolder(out, layout)
     series = folder.series(start, wish)
     if series is None:
@@ -150,9 +156,6 @@ def measure(
             'not the hash of this series', where='--release', found=release,
             expected=series.series_hash, advice='look at the series without --release',
         )  # fmt: skip
-
-    def tell(text: str) -> None:
-        MESSAGES.print(text, soft_wrap=True, markup=False)
 
     if live:
         deadman = (joy_topic if joy else '', button)

@@ -1,5 +1,7 @@
 """The regression against what can be computed by hand, and its gradients."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from workspace_map.regression import (
     posterior,
     Rows,
     Scales,
+    Shared,
 )
 
 SEED = 7
@@ -87,6 +90,49 @@ def test_an_arm_after_another_is_one_regression_on_both():
         q = asked.q[asked.pose[row]]
         found = [a + b for a, b in zip(one.functions(q), two.functions(q), strict=True)]
         value = sum(part[row] @ own for part, own in zip(asked.parts, found, strict=True))
+        assert value == pytest.approx(expected[row], abs=1e-9)
+
+
+def test_parts_of_its_own_are_neither_known_nor_taken_from_the_other_arm():
+    """The second part is each arm's own: against the normal distribution of all rows of both."""
+    rng = np.random.default_rng(SEED)
+    first, second, asked = (drawn_rows(n, rng) for n in (15, 10, 5))
+    off, std = rng.standard_normal(25), np.full(25, 0.1)
+    one = posterior(first, off[:15], std[:15], SCALES)
+    common = replace(SCALES, constant=np.array([SCALES.constant[0], 0.0]))
+
+    def of_first(q):
+        return one.functions(q)[0]
+
+    mean = [
+        first_part @ of_first(second.q[p])
+        for first_part, p in zip(second.parts[0], second.pose, strict=True)
+    ]
+    two = posterior(second, off[15:] - mean, std[15:], SCALES, Shared(one, (1,)))
+    noise = np.concatenate([SCALES.white[each.kind] for each in (first, second)]) ** 2 + std**2
+    whole = np.block(
+        [
+            [covariance(first, first, SCALES), covariance(first, second, common)],
+            [
+                covariance(second, first, common),
+                covariance(second, second, common) + covariance(second, second, SCALES),
+            ],
+        ]
+    ) + np.diag(noise)
+    cross = np.vstack(
+        [
+            covariance(first, asked, common),
+            covariance(second, asked, common) + covariance(second, asked, SCALES),
+        ]
+    )
+    prior = covariance(asked, asked, common) + covariance(asked, asked, SCALES)
+    left = prior - cross.T @ np.linalg.solve(whole, cross)
+    assert two.covariance(asked, asked) == pytest.approx(left, abs=1e-9)
+    expected = cross.T @ np.linalg.solve(whole, off)
+    for row in range(5):
+        q = asked.q[asked.pose[row]]
+        shared, own = two.functions(q)
+        value = asked.parts[0][row] @ (of_first(q) + shared) + asked.parts[1][row] @ own
         assert value == pytest.approx(expected[row], abs=1e-9)
 
 

@@ -1,18 +1,22 @@
 """The map of one arm as the beginning of another's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.hidden_arms import hidden_arm, known_arm, ROBOT
+from benchmarks.map_tool import tools, with_tool
+from modal_core.errors import MapError
 from structural_model import load_layout
 from structural_model.scan import random_poses
-from workspace_map import load_map, save_map, WorkspaceMap
+from workspace_map import load_map, load_other_map, save_map, WorkspaceMap
 
 SEED = 33
 
 
-def mapped(hidden, n_poses, before=None):
-    arm = known_arm()
+def mapped(hidden, n_poses, before=None, arm=None):
+    arm = arm or known_arm()
     poses = random_poses(arm.model.limits, n_poses, np.random.default_rng(SEED))
     measured = tuple(hidden.measured(q, number) for number, q in enumerate(poses))
     return WorkspaceMap(arm, 60.0, measured, before=before)
@@ -68,3 +72,47 @@ def test_a_file_holds_the_other_map_too(first, tmp_path):
     assert found.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-9)
     assert found.covariance == pytest.approx(expected.covariance, rel=1e-6, abs=1e-12)
     assert again.worth_of_transfer() == pytest.approx(helped.worth_of_transfer(), rel=1e-6)
+
+
+@pytest.fixture(scope='module')
+def with_another_tool(first):
+    """The first arm with another tool, three poses of it, and what it truly is; seed 33."""
+    known, real = tools(SEED)
+    hidden = hidden_arm(SEED)
+    hidden = replace(hidden, model=with_tool(hidden.model, real), seed=SEED + 1)
+    return mapped(hidden, 3, first, known), hidden
+
+
+def test_with_another_tool_what_the_arm_has_is_known_and_what_the_tool_has_is_not(
+    first, with_another_tool
+):
+    helped, hidden = with_another_tool
+    assert not helped.same_tool
+    q = helped.arm.model.pose('P2')
+    unmeasured = replace(helped, measured=()).state(q)
+    assert unmeasured.spring == pytest.approx(first.state(q).spring)
+    assert not unmeasured.without(10).mass[:10].any()
+    assert unmeasured.mass[:10] == pytest.approx(0.0)
+    error = median_error(helped, hidden)
+    assert error < 0.01
+    assert error < median_error(mapped(hidden, 3, None, helped.arm), hidden)
+
+
+def test_a_file_tells_the_tool_of_the_map_it_began_with(first, with_another_tool, tmp_path):
+    helped, layout = with_another_tool[0], load_layout(ROBOT)
+    model = helped.arm.model
+    save_map(tmp_path / 'first.json', first, layout)
+    save_map(tmp_path / 'second.json', helped, layout)
+    other = load_other_map(tmp_path / 'first.json', model, layout)
+    assert (other.arm.tool, other.arm.model.spec.masses) == (
+        first.arm.tool,
+        first.arm.model.spec.masses,
+    )
+    again, _ = load_map(tmp_path / 'second.json', model, layout)
+    q = model.pose('P2')
+    expected, found = helped.predict(q), again.predict(q)
+    assert found.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-9)
+    assert found.covariance == pytest.approx(expected.covariance, rel=1e-6, abs=1e-12)
+    softer = model.with_parameters({'joints.joint_2.drive.spring.stiffness': 2e6})
+    with pytest.raises(MapError, match=r'another model of the robot.*masses fixed to links'):
+        load_other_map(tmp_path / 'first.json', softer, layout)

@@ -161,6 +161,11 @@ class Arm:
                 found.append(model)
         return tuple(found)
 
+    def same_tool(self, other: 'Arm') -> bool:
+        """Tell whether another arm has this tool point and these masses fixed to its links."""
+        masses, others = self.model.spec.masses, other.model.spec.masses
+        return self.tool == other.tool and sorted(map(repr, masses)) == sorted(map(repr, others))
+
     def at(self, q: ArrayLike) -> ArmAtPose:
         """Return the model at a pose, (n_joints,) serial angles [rad].
 

@@ -1,6 +1,6 @@
 """What an arm has at a pose and its model lacks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,11 @@ class State:
             self.mass + part * (other.mass - self.mass),
             self.damper + part * (other.damper - self.damper),
         )
+
+    def without(self, payload: int) -> 'State':
+        """Return it without the first numbers of ``mass``: those of a payload."""
+        left = np.where(np.arange(len(self.mass)) < payload, 0.0, self.mass)
+        return replace(self, mass=left)
 
     def plus(self, other: 'State') -> 'State':
         """Return both departures together."""

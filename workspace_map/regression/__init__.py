@@ -7,13 +7,14 @@ the posterior of the functions at any pose.
 from workspace_map.regression.calibration import deviation_factor
 from workspace_map.regression.evidence import evidence_of, most_probable_scales
 from workspace_map.regression.kernel import covariance, likeness, Rows
-from workspace_map.regression.posterior import Posterior, posterior
+from workspace_map.regression.posterior import Posterior, posterior, Shared
 from workspace_map.regression.scales import Scales
 
 __all__ = [
     'Posterior',
     'Rows',
     'Scales',
+    'Shared',
     'covariance',
     'deviation_factor',
     'evidence_of',

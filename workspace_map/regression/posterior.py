@@ -1,6 +1,6 @@
 """What measured rows say about rows at other poses."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ class Posterior:
         Lower Cholesky factor of their covariance.
     weight : (n_rows,) array
         Covariance⁻¹ times residual.
-    before : Posterior or None
+    before : Posterior, Shared or None
         Of another arm: the functions are its functions and a difference, of which `scales` are.
     """
 
@@ -34,7 +34,7 @@ class Posterior:
     scales: Scales
     factor: Array
     weight: Array
-    before: 'Posterior | None' = None
+    before: 'Posterior | Shared | None' = None
 
     def functions(self, q: Array) -> tuple[Array, ...]:
         """Return the posterior means of the unknown functions at a pose, one array per part.
@@ -86,12 +86,51 @@ class Posterior:
         return tuple(a + b for a, b in zip(found, other, strict=True))
 
 
+@dataclass(frozen=True)
+class Shared:
+    """What a posterior of one arm tells of another that has parts of its own.
+
+    Rows of the other arm do not depend on the first one's members of such parts: left out of
+    them, these are averaged over.
+
+    Parameters
+    ----------
+    whole : Posterior
+        Of the first arm, with all its parts.
+    own : tuple of int
+        Parts that each arm has for itself.
+    """
+
+    whole: Posterior
+    own: tuple[int, ...]
+
+    def covariance(self, first: Rows, second: Rows) -> Array:
+        """Return the posterior covariance of the other arm's rows without their white parts."""
+        left = self._of_both(first)
+        return self.whole.covariance(left, left if first is second else self._of_both(second))
+
+    def pull(self, q: Array, rows: Rows, weight: Array) -> tuple[Array, ...]:
+        """Return `Posterior.pull` for the other arm's rows; nothing in parts of its own."""
+        found = self.whole.pull(q, self._of_both(rows), weight)
+        return tuple(
+            np.zeros_like(part) if number in self.own else part
+            for number, part in enumerate(found)
+        )
+
+    def _of_both(self, rows: Rows) -> Rows:
+        parts = tuple(
+            np.zeros_like(part) if number in self.own else part
+            for number, part in enumerate(rows.parts)
+        )
+        return replace(rows, parts=parts)
+
+
 def posterior(
     rows: Rows,
     residual: Array,
     std: Array,
     scales: Scales,
-    before: Posterior | None = None,
+    before: Posterior | Shared | None = None,
 ) -> Posterior:
     """Condition on measured rows.
 
@@ -103,7 +142,7 @@ def posterior(
         Measured less what the prior's mean says, and the standard deviation of the measurement.
     scales : Scales
         Of the prior.
-    before : Posterior, optional
+    before : Posterior or Shared, optional
         Of another arm, which this one differs from by what the prior says.
     """
     if not len(rows):
