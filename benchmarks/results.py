@@ -110,6 +110,11 @@ GROUPS = {
         _group('impact'),
         _group('lobes'),
         _group('map', *(f'benchmarks/{name}.py' for name in ('map', 'hidden_arms', 'map_rivals'))),
+        Group(
+            'map_tool',
+            ('benchmarks/map_tool.py', 'benchmarks/hidden_arms.py'),
+            'python -m benchmarks.map_tool',
+        ),
         _group('faults', 'benchmarks/faults'),
         Group(
             'families',
