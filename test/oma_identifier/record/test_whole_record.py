@@ -103,14 +103,17 @@ def test_a_record_tells_what_is_too_slow_for_every_window(record):
 
 
 def test_gaps_cost_what_is_missing_and_no_more(record):
-    """Three stretches of 80, 60 and 70 s: all lines of their spectra count."""
+    """Three stretches of 80, 60 and 70 s: all lines of their spectra count.
+
+    Of 8 draws of five modes 29 are refined with gaps and 30 without, no draw two fewer.
+    """
     _, whole = identified(record)
     _, parts = identified(record, gaps_s=((80.0, 90.0), (150.0, 170.0)))
     assert 'gap' in parts.quality.flags
     assert_true(parts.modes)
     wider = deviations(parts.modes) / deviations(whole.modes)
     assert np.median(wider) == pytest.approx(np.sqrt(240.0 / 210.0), rel=0.1)
-    assert n_refined(parts.modes) >= 4
+    assert n_refined(parts.modes) >= n_refined(whole.modes) - 1
 
 
 @pytest.mark.parametrize('most_bytes', [pytest.param(250_000, marks=pytest.mark.slow), 50_000])
