@@ -19,6 +19,8 @@ from modal_recordings.attachment import (
     save_attachments,
 )
 from modal_recordings.mcap_file import McapFile
+
+pytest.importorskip('pinocchio')
 from structural_model import load_layout, load_robot
 from structural_model.robot_files import robot_of_files
 from structural_model.robot_writer import layout_text, model_mapping, robot_content
