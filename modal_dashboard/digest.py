@@ -22,7 +22,7 @@ from modal_history.kept import KeptWindow
 MOST_WAITING = 100
 """A burst of a replay; beyond it the oldest go: the page shows what is now."""
 QUIET_S = 0.01
-"""A diagram comes just behind its window; the first picture of an arm takes a tenth of a second."""
+"""A diagram comes just behind its window; an arm's first picture takes a tenth of a second."""
 Work = Callable[[], None]
 Send = Callable[..., None]
 
