@@ -223,9 +223,21 @@ def remainder(data: PointData, pole: Complex, amplitude: Complex) -> tuple[Real,
     return np.asarray(left), np.asarray(both), directions
 
 
-def climb(data: Sequence[PointData], places: Places, pole: Complex, shape: Complex) -> ModalModel:
-    """Climb to the maximum of the likelihood (Levenberg and Marquardt)."""
-    now, damping = evaluate(data, places, pole, shape), 1e-3
+def climb(
+    data: Sequence[PointData],
+    places: Places,
+    pole: Complex,
+    shape: Complex,
+    enough: float = -np.inf,
+) -> ModalModel:
+    """Climb to the maximum of the likelihood, or to a cost.
+
+    References
+    ----------
+    Levenberg and Marquardt; damped by how much of what a step promises it keeps (Nielsen 1999,
+    Damping parameter in Marquardt's method, IMM-REP-1999-05).
+    """
+    now, damping, harder = evaluate(data, places, pole, shape), 1e-3, 2.0
     for _ in range(MOST_STEPS if len(pole) else 0):
         scale = now.scale
         diagonal = now.information.diagonal() * scale**2
@@ -233,12 +245,18 @@ def climb(data: Sequence[PointData], places: Places, pole: Complex, shape: Compl
         step = now.information.factored(scale, lift).solve(now.score)
         longest = float(np.abs(step[-1] / scale[-1]).max())
         step = step * (LONGEST_STEP / max(LONGEST_STEP, longest))
+        # By the score here: that of where it leads is against the step when it went too far.
+        promised = float(np.sum(step * now.score))
         there = evaluate(data, places, *now.moved(step))
-        if sum(there.cost) > sum(now.cost):
-            damping *= 10.0
+        kept = (sum(now.cost) - sum(there.cost)) / (
+            promised + float(np.sum(lift * (step / scale) ** 2)) + 1e-300
+        )
+        if kept < 0.0:
+            damping, harder = damping * harder, 2.0 * harder
         else:
-            now, damping = there, max(0.1 * damping, 1e-9)
-        if float(np.sum(step * now.score)) < SETTLED or damping > 1e8:
+            now, harder = there, 2.0
+            damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * kept - 1.0) ** 3), 1e-9)
+        if promised < SETTLED or damping > 1e8 or sum(now.cost) < enough:
             break
     return now
 

@@ -53,19 +53,26 @@ def _completed(data: Sequence[PointData], model: ModalModel) -> ModalModel:
 
 
 def _pruned(data: Sequence[PointData], model: ModalModel) -> ModalModel:
-    """Leave out the weakest as long as it explains what chance, or the measuring chain, does."""
+    """Leave out each that explains no more than chance, or the measuring chain, does.
+
+    All that are weak by curvature are tried, the weakest first: of two that stand for one mode
+    each is weak, and needed as long as the other is where it is.  The sum of squares decides.
+    """
     chance = chance_gain(data, len(trial_poles(data[0].frequency_hz)))
-    while len(model.pole):
-        strength = model.strength()
+    needed = np.zeros(len(model.pole), dtype=bool)
+    while not needed.all():
+        strength = np.where(needed, np.inf, model.strength())
         weakest = int(np.argmin(strength))
         if strength[weakest] > chance:
             break
-        less = _without(data, model, weakest)
-        # Strength is told by curvature: the sum of squares decides.
         least = max(1.0, model.misfit) * chance + _inaccuracy(data, complex(model.pole[weakest]))
-        if sum(less.cost) - sum(model.cost) > least:
-            break
-        model = less
+        least += sum(model.cost)
+        less = _without(data, model, weakest, least)
+        if sum(less.cost) > least:
+            needed[weakest] = True
+        else:
+            model = climb(data, model.places, less.pole, less.shape)
+            needed = np.delete(needed, weakest)
     return model
 
 
@@ -78,11 +85,14 @@ def _inaccuracy(data: Sequence[PointData], pole: complex) -> float:
     return ACCURACY**2 * total
 
 
-def _without(data: Sequence[PointData], model: ModalModel, mode: int) -> ModalModel:
-    """Climb without a mode, from its neighbours as they are or from what the poles tell alone."""
+def _without(data: Sequence[PointData], model: ModalModel, mode: int, enough: float) -> ModalModel:
+    """Climb without a mode as far as a cost.
+
+    From its neighbours as they are, or from what the poles tell alone.
+    """
     places, pole = model.places, np.delete(model.pole, mode)
     starts = [np.delete(model.shape, mode, axis=0)]
     if len(pole):
         starts.append(first_shapes(free_fit(data, pole), places))
     costs = [sum(evaluate(data, places, pole, each).cost) for each in starts]
-    return climb(data, places, pole, starts[int(np.argmin(costs))])
+    return climb(data, places, pole, starts[int(np.argmin(costs))], enough)

@@ -49,14 +49,22 @@ class PointData:
         scaled = self.frf.h1[self.lines] / np.sqrt(self.level)
         return np.asarray(scaled / np.sqrt(self.course[:, None]))
 
-    def terms(self, pole: Complex) -> Complex:
-        """Return (1 + Σ_k F̄_k u_k / S_ff) / (jω - p), (n_lines, n_poles) array."""
+    def terms(self, pole: Complex) -> tuple[Complex, Complex]:
+        """Return (1 + Σ_k F̄_k u_k / S_ff) / (jω - p) of p and of its conjugate.
+
+        Returns
+        -------
+        two (n_lines, n_poles) arrays
+        """
         spectra = self.frf.spectra
-        force = spectra.force[:, self.lines]
+        force = spectra.force[:, self.lines].conj().T / self.frf.force_power[self.lines, None]
         windowed = pole - spectra.decay_1_s
-        added = np.einsum('kl,kp->lp', force.conj(), spectra.ends(windowed))
-        whole = 1.0 + added / self.frf.force_power[self.lines, None]
-        return np.asarray(whole / (2j * np.pi * self.frequency_hz[:, None] - windowed))
+        ends = spectra.ends(windowed)
+        s = 2j * np.pi * self.frequency_hz[:, None]
+        # The force is real, so that the ends of a conjugate are the conjugates of the ends.
+        upper = (1.0 + force @ ends) / (s - windowed)
+        lower = (1.0 + force @ ends.conj()) / (s - windowed.conj())
+        return np.asarray(upper), np.asarray(lower)
 
     def reweighted(self, pole: Complex, amplitude: Complex) -> 'PointData':
         """Estimate the noise again, without what the ends of the segments explain.

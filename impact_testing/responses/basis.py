@@ -37,7 +37,7 @@ def derivatives(data: PointData, pole: Complex) -> Real:
 
 def bells(data: PointData, pole: Complex) -> Complex:
     """Return what multiplies both parts of each amplitude, (n_lines, 2 n_poles) array."""
-    upper, lower = data.terms(pole), data.terms(pole.conj())
+    upper, lower = data.terms(pole)
     both = np.stack([upper + lower, 1j * (upper - lower)], axis=-1)
     return np.asarray(both.reshape(len(upper), 2 * len(pole)))
 

@@ -39,9 +39,9 @@ class Pulse:
     first: int
     force_n: Real
 
-    def transform(self, pole: Complex, begin: int, rate_hz: float) -> Complex:
-        """Return ∫ f exp(-pt) dt of some poles, the time from a row on; (n_poles,) array [N s]."""
-        time_s = (np.arange(len(self.force_n)) + self.first - begin) / rate_hz
+    def transform(self, pole: Complex, rate_hz: float) -> Complex:
+        """Return ∫ f exp(-pt) dt of some poles, t from its first row; (n_poles,) array [N s]."""
+        time_s = np.arange(len(self.force_n)) / rate_hz
         return np.asarray(np.exp(-pole[:, None] * time_s) @ self.force_n / rate_hz)
 
 
@@ -137,21 +137,19 @@ class PointSpectra:
 
     def ends(self, pole: Complex) -> Complex:
         """Return u of every tap and windowed pole, (n_taps, n_poles) array [N s]."""
-        rate_hz, pulses = self.record.rate_hz, self.pulses
+        rate_hz = self.record.rate_hz
+        # e^{-pt} of a windowed force is that of the force with the true pole.
         true = pole + self.decay_1_s
         left = np.exp(pole * self.length_s)
-        found = []
-        for number, each in enumerate(self.taps):
-            if not each.good:
-                continue
-            begin = pulses[number].first
-            # e^{-pt} of a windowed force is that of the force with the true pole.
-            own = pulses[number].transform(true, begin, rate_hz)
-            former = sum(
-                (pulse.transform(true, begin, rate_hz) for pulse in pulses[:number]),
-                np.zeros(len(pole), complex),
-            )
-            found.append((1.0 - left) * former - left * own)
+        former, begin, found = np.zeros(len(pole), complex), 0, []
+        for pulse, each in zip(self.pulses, self.taps, strict=True):
+            # What former taps left goes on as the poles do.
+            former = former * np.exp(true * ((pulse.first - begin) / rate_hz))
+            begin = pulse.first
+            own = pulse.transform(true, rate_hz)
+            if each.good:
+                found.append((1.0 - left) * former - left * own)
+            former = former + own
         return np.asarray(found)
 
 
