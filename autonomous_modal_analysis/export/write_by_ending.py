@@ -34,7 +34,7 @@ def write_by_ending(
     """
     check_endings([path], tuple(writers))
     with atomic_path(path) as temporary:
-        writers[path.suffix.lower()](temporary, content)
+        writers[ending_of(path)](temporary, content)
 
 
 def check_endings(files: Iterable[Path], endings: tuple[str, ...]) -> None:

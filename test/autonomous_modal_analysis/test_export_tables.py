@@ -37,6 +37,12 @@ def columns(n_rows=5):
     }
 
 
+def test_a_name_that_is_an_ending_alone_is_one(tmp_path):
+    export_table(tmp_path / '.csv', Table.of(columns(), {}))
+    (tmp_path / '.csv').rename(tmp_path / 'table.csv')
+    assert len(rows_of(tmp_path / 'table.csv')) == 5
+
+
 @pytest.mark.parametrize('ending', TABLE_ENDINGS)
 @pytest.mark.parametrize('n_rows', [5, 1, 0])
 def test_every_kind_of_column_comes_back(tmp_path, ending, n_rows):
