@@ -14,7 +14,7 @@ from autonomous_modal_analysis.campaign_plan import PlannedRecording
 from autonomous_modal_analysis.plan_record import recorded_plan_hash
 from excitation_planner.plan import ExcitationPlan
 from modal_core.atomic_file import write_text
-from modal_core.channel import SensorLayout
+from modal_core.channel import LAYOUT_FILE, SensorLayout
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.yaml_file import load_yaml
@@ -23,7 +23,7 @@ from modal_recordings.open_recording import open_recording
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.robot_writer import layout_text
 
-CAMPAIGN, SENSORS = 'campaign.yaml', 'sensors.yaml'
+CAMPAIGN = 'campaign.yaml'
 # Plays a plan and leaves the whole recording at the path, or nothing.
 Player = Callable[[ExcitationPlan, Path, Callable[[float], None]], None]
 
@@ -96,7 +96,7 @@ def record_campaign(
     """
     _check_folder(folder)
     folder.path.mkdir(parents=True, exist_ok=True)
-    write_text(folder.path / SENSORS, layout_text(folder.layout))
+    write_text(folder.path / LAYOUT_FILE, layout_text(folder.layout))
     entries: list[dict[str, Any]] = []
     for number, item in enumerate(planned):
         path = folder.path / item.file
@@ -162,7 +162,7 @@ def _write_campaign(folder: CampaignFolder, entries: Sequence[dict[str, Any]]) -
         'robot': folder.model.robot_name,
         'conditions': folder.conditions_hash,
         'notes': list(folder.notes),
-        'sensors': SENSORS,
+        'sensors': LAYOUT_FILE,
         'recordings': list(entries),
     }
     text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)

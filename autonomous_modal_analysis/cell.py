@@ -95,6 +95,7 @@ def of_robot(robot: str) -> dict[str, dict[str, object]]:
         There is none.
     """
     # With the library of rigid bodies, some 50 MB.
+    from modal_core.channel import LAYOUT_FILE
     from structural_model.robot_files import robot_folder
 
     folder = robot_folder(robot).resolve()
@@ -102,7 +103,7 @@ def of_robot(robot: str) -> dict[str, dict[str, object]]:
         name: {'robot': str(folder)}
         for name in ('abb_emulator', 'robot_bridge', 'excitation_planner', *FOR_VIEWERS, *FILES)
     }
-    return {**found, 'oma_identifier': {'layout_file': str(folder / 'sensors.yaml')}}
+    return {**found, 'oma_identifier': {'layout_file': str(folder / LAYOUT_FILE)}}
 
 
 def _beside_emulator(values: Mapping[str, object]) -> Mapping[str, object]:

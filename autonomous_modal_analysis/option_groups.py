@@ -159,11 +159,12 @@ class Identifier:
 
     def parameters(self) -> dict[str, object]:
         """Return the same as parameters of the identifier node."""
+        from modal_core.channel import LAYOUT_FILE
         from structural_model.robot_files import robot_folder
 
         layout = self.layout.resolve() if self.layout else ''
         if self.robot and not layout:
-            layout = robot_folder(self.robot) / 'sensors.yaml'
+            layout = robot_folder(self.robot) / LAYOUT_FILE
         return {
             **parameter_values(self.settings),
             'layout_file': str(layout),

@@ -1,6 +1,6 @@
 """What people see of an identification, and the files it leaves."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,6 +59,13 @@ def show_identification(found: IdentifiedRecording, name: str) -> None:
 def show_exported(file: Path) -> None:
     """Say which file was written."""
     MESSAGES.print(f'written: {file}', soft_wrap=True, markup=False)
+
+
+def export_each(files: Iterable[Path] | None, export: Callable[[Path], None]) -> None:
+    """Write a result into each file that was asked for, and say so."""
+    for file in files or ():
+        export(file)
+        show_exported(file)
 
 
 def show_kept(file: Path, n_new: int) -> None:

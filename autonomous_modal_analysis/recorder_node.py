@@ -35,7 +35,6 @@ class RecorderNode(Node):
         Topics of transient-local durability.
     held_s : float [s]
         Write nothing before :meth:`begin`, then also what came so long before it; 0: write all.
-
     attached : mapping of str to bytes
         Files that the recording carries, by name.
 

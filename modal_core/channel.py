@@ -9,6 +9,8 @@ from modal_core.near_names import refuse_unknown
 from modal_core.units import ACCELERATION, DISPLACEMENT, response_unit, TIMES_DERIVED, VELOCITY
 
 AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
+LAYOUT_FILE = 'sensors.yaml'
+"""A sensor layout's file: beside a robot, in a campaign, inside a recording."""
 Vector = tuple[float, float, float]
 
 

@@ -10,7 +10,7 @@ from modal_core.share import share_path
 from modal_core.yaml_file import load_yaml
 
 # A name that came over a network or out of a file is no path.
-NAME = re.compile(r'(?!\.)[A-Za-z0-9_.-]{1,100}')
+PLAIN_NAME = re.compile(r'(?!\.)[A-Za-z0-9_.-]{1,100}')
 
 
 def shipped_layout(robot_name: str, channel_names: Iterable[str]) -> SensorLayout | None:
@@ -32,7 +32,7 @@ def shipped_layout(robot_name: str, channel_names: Iterable[str]) -> SensorLayou
 
 @lru_cache(maxsize=8)
 def _layouts(robot_name: str) -> tuple[SensorLayout, ...]:
-    if not NAME.fullmatch(robot_name):
+    if not PLAIN_NAME.fullmatch(robot_name):
         return ()
     try:
         folder = share_path('config', 'robots') / robot_name

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from modal_core.channel import SensorLayout
+from modal_core.channel import LAYOUT_FILE, SensorLayout
 from modal_core.errors import ModalAnalysisError
 from modal_core.shipped_layouts import shipped_layout
 from modal_core.yaml_file import load_yaml
@@ -70,7 +70,7 @@ class DrawnArm:
         from structural_model.robot_files import robot_folder
 
         found = shipped_layout(model.robot_name, names)
-        own = robot_folder(self._robot) / 'sensors.yaml'
+        own = robot_folder(self._robot) / LAYOUT_FILE
         if found is None and own.is_file():
             found = SensorLayout.from_mapping(load_yaml(own), str(own))
         return found

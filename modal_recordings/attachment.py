@@ -3,20 +3,19 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-import re
 
 from modal_core.atomic_file import atomic_path
-from modal_core.channel import SensorLayout
+from modal_core.channel import LAYOUT_FILE, SensorLayout
 from modal_core.errors import RecordingError, SettingsError
+from modal_core.shipped_layouts import PLAIN_NAME
 from modal_core.yaml_file import parse_yaml
 
-LAYOUT, SOFTWARE = 'sensors.yaml', 'software.txt'
+SOFTWARE = 'software.txt'
 LARGEST_BYTES = 5_000_000
 """As long as a URDF may be; beyond, an attachment is named and not read."""
 MEDIA_TYPES = {'.urdf': 'application/xml', '.yaml': 'application/yaml', '.txt': 'text/plain'}
-# A name out of a file is no path.
-NAME = re.compile(r'(?!\.)[A-Za-z0-9_.-]{1,100}')
 LONGEST_LINE = 200
+"""Letters that are shown of what a writer says of itself; this software's 32 are all of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +67,10 @@ def attached_layout(attachments: Iterable[Attachment], where: str) -> SensorLayo
     SettingsError, LayoutError
         It is no YAML in UTF-8, or no layout.
     """
-    data = attached(attachments, LAYOUT)
+    data = attached(attachments, LAYOUT_FILE)
     if data is None:
         return None
-    place = f'{where}: {LAYOUT}'
+    place = f'{where}: {LAYOUT_FILE}'
     return SensorLayout.from_mapping(parse_yaml(as_text(data, place), place), place)
 
 
@@ -111,7 +110,7 @@ def save_attachments(attachments: Iterable[Attachment], folder: Path, where: obj
     for each in chosen.values():
         if each.problem:
             raise RecordingError(f'attachment {each.problem}', where=where, found=each.name[:100])
-        if not NAME.fullmatch(each.name):
+        if not PLAIN_NAME.fullmatch(each.name):
             raise RecordingError(
                 'attachment without a plain file name', where=where, found=repr(each.name[:100])
             )

@@ -17,7 +17,8 @@ from modal_recordings.mcap_chunk import CHUNK, MESSAGE_OPCODE, RECORD, records_o
 ATTACHMENT, ATTACHMENT_INDEX = 9, 10
 MOST, ALL_BYTES = 100, 20_000_000
 """Attachments that are looked at, and bytes that are read of all of them."""
-LONGEST_NAME = 1000
+LONGEST_NAME = 255
+"""Bytes of a file's name (POSIX), and of a media type (RFC 6838, section 4.2)."""
 NUMBER, SIZE, TIMES = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<QQ')
 
 

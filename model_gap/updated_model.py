@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 
 from modal_core.atomic_file import atomic_path, write_text
-from modal_core.channel import SensorLayout
+from modal_core.channel import LAYOUT_FILE, SensorLayout
 from modal_reports import with_sigma
 from model_gap.calibration import tolerances_left
 from model_gap.decide import Verdict
@@ -20,7 +20,7 @@ from structural_model import FlexibleJointModel
 from structural_model.robot_writer import model_mapping
 from structural_model.spec import KnownEffect
 
-NAME, DIFFERENCE, SENSORS = 'model_updated.yaml', 'model_updated.diff', 'sensors.yaml'
+NAME, DIFFERENCE = 'model_updated.yaml', 'model_updated.diff'
 
 
 def updated_model(result: GapResult) -> FlexibleJointModel:
@@ -62,14 +62,15 @@ def write_updated_model(result: GapResult, folder: Path) -> Path:
     with atomic_path(folder / 'robot.urdf') as path:
         path.write_bytes(new.robot.text)
     sensors = _text(updated_layout(result).to_mapping())
-    write_text(folder / SENSORS, sensors)
+    write_text(folder / LAYOUT_FILE, sensors)
     before, after = _text(model_mapping(result.given)), _text(model_mapping(new))
     lines = [f'# + {effect_label(item)}' for item in accepted_effects(result)]
     lines = [*(lines or ['# no effect was added']), f'# {_calibration_said(result)}']
     write_text(folder / NAME, '\n'.join(lines) + '\n' + after)
+    given = _text(search.campaign.whole_layout.to_mapping())
     difference = [
         *_difference(before, after, 'model.yaml', NAME),
-        *_difference(_text(search.campaign.whole_layout.to_mapping()), sensors, SENSORS, SENSORS),
+        *_difference(given, sensors, LAYOUT_FILE, LAYOUT_FILE),
     ]
     write_text(folder / DIFFERENCE, '\n'.join(difference or ['nothing was changed']) + '\n')
     return folder / NAME

@@ -40,7 +40,7 @@ from structural_model.spec import (
 )
 from structural_model.urdf import load_urdf, parse_urdf, RigidRobot
 
-URDF_FILE, MODEL_FILE, LAYOUT_FILE = 'robot.urdf', 'model.yaml', 'sensors.yaml'
+URDF_FILE, MODEL_FILE = 'robot.urdf', 'model.yaml'
 # Numbers that may be infinite: no such degree of freedom, no such limit.
 ENDLESS = (
     'stiffness', 'torsion_n_m2', 'axial_n', 'bending_n_m2[0]', 'bending_n_m2[1]', '_deg', '_deg_s',

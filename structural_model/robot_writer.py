@@ -8,9 +8,9 @@ import numpy as np
 import yaml
 
 from modal_core.atomic_file import atomic_path
-from modal_core.channel import SensorLayout
+from modal_core.channel import LAYOUT_FILE, SensorLayout
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.robot_files import LAYOUT_FILE, MODEL_FILE, URDF_FILE
+from structural_model.robot_files import MODEL_FILE, URDF_FILE
 from structural_model.spec import JointSpec, KnownEffect, RodSpec
 
 LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators', 'cables')

@@ -161,12 +161,11 @@ def campaign(
 def _export(files: 'Sequence[Path]', columns: dict[str, list[object]]) -> None:
     """Write what is recorded, a row a recording."""
     from autonomous_modal_analysis.export import export_table, Table
-    from autonomous_modal_analysis.output import show_exported
+    from autonomous_modal_analysis.output import export_each
     from modal_core.version import software
 
-    for file in files:
-        export_table(file, Table.of(columns, {'software': software()}))
-        show_exported(file)
+    table = Table.of(columns, {'software': software()})
+    export_each(files, lambda file: export_table(file, table))
 
 
 def _tell_next(folder: Path, robot: str, asked: 'CampaignWish') -> None:

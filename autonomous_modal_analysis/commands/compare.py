@@ -60,7 +60,7 @@ def compare(
     from autonomous_modal_analysis.export import check_endings, export_table, TABLE_ENDINGS
     from autonomous_modal_analysis.level_view import levels_json, show_levels
     from autonomous_modal_analysis.mode_courses import mode_courses
-    from autonomous_modal_analysis.output import show_exported, show_written
+    from autonomous_modal_analysis.output import export_each, show_written
     from autonomous_modal_analysis.read_results import read_result
     from autonomous_modal_analysis.report import ComparedState, StateDrawn, write_comparison
     from autonomous_modal_analysis.terminal import print_json
@@ -99,10 +99,10 @@ def compare(
         show_courses(named, at_all, courses)
         if over_levels is not None:
             show_levels(over_levels)
-    for file in export or ():
-        alone = [state.found.only_second for state in states]
-        export_table(file, courses_table(named, at_all, courses, alone))
-        show_exported(file)
+    alone = [state.found.only_second for state in states]
+    export_each(
+        export, lambda file: export_table(file, courses_table(named, at_all, courses, alone))
+    )
     if out is not None:
         drawn = StateDrawn(base.spectrum, drawing)
         write_comparison(out / REPORT, first.name, base.modes, states, drawn, base.at)

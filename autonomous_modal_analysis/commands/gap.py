@@ -70,7 +70,7 @@ def gap(
     from autonomous_modal_analysis.api.gap import campaign_of
     from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
     from autonomous_modal_analysis.options import stated_pair
-    from autonomous_modal_analysis.output import show_exported
+    from autonomous_modal_analysis.output import export_each
     from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json, progress_bar
     from modal_core.side_by_side import processor_time_s
     from model_gap.report import look_lines, summary_lines
@@ -117,9 +117,7 @@ def gap(
     folder.write_found(found.result)
     with progress_bar('comparing mode by mode') as progress:
         folder.write_compared(found.result, found.compare(progress))
-    for file in export or ():
-        found.export(file)
-        show_exported(file)
+    export_each(export, found.export)
     if json:
         print_json(found.to_dict())
         return

@@ -50,8 +50,8 @@ def identify(
     from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.loading_conditions import check_one, joined
     from autonomous_modal_analysis.output import (
+        export_each,
         show_damage,
-        show_exported,
         show_identification,
         show_kept,
         show_written,
@@ -78,9 +78,7 @@ def identify(
         show_written(out)
     if identifier.settings.method == 'force':
         _tell_masses(result, out, json)
-    for file in export or ():
-        result.export(file)
-        show_exported(file)
+    export_each(export, result.export)
     if keeping.history is not None:
         robot = identifier.robot or recorded_robot_name(recording.source)
         told = keeping.circumstances(robot, result.found.identification.settings, source.recording)

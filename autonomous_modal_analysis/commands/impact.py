@@ -61,7 +61,7 @@ def impact(
     from autonomous_modal_analysis.api.impact import impact as tap_test
     from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.options import channel_names
-    from autonomous_modal_analysis.output import show_exported, show_written
+    from autonomous_modal_analysis.output import export_each, show_written
     from autonomous_modal_analysis.tap_report import FILES, show_tap_test
     from autonomous_modal_analysis.terminal import print_json
 
@@ -85,6 +85,4 @@ def impact(
     if out is not None:
         result.save(out)
         show_written(out, FILES)
-    for file in export or ():
-        result.export(file)
-        show_exported(file)
+    export_each(export, result.export)

@@ -80,7 +80,7 @@ def lobes(
     from autonomous_modal_analysis.api.lobes import MapPose
     from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
     from autonomous_modal_analysis.lobes_report import FILES, show_lobes
-    from autonomous_modal_analysis.output import show_exported, show_written
+    from autonomous_modal_analysis.output import export_each, show_written
     from autonomous_modal_analysis.terminal import print_json, progress_bar
 
     check_endings(export or (), TABLE_ENDINGS)
@@ -106,6 +106,4 @@ def lobes(
     if out is not None:
         result.save(out)
         show_written(out, FILES)
-    for file in export or ():
-        result.export(file)
-        show_exported(file)
+    export_each(export, result.export)

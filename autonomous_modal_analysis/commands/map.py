@@ -213,9 +213,11 @@ def predict(
     Refused where the map does not know: too far from every measured pose. --export has the
     shapes at the sensors; modal masses at the tool are in --json.
     """
-    from autonomous_modal_analysis.export import check_endings, ENDINGS
+    from autonomous_modal_analysis.export import check_endings, ENDINGS, export_arm_modes
+    from autonomous_modal_analysis.output import export_each
     from autonomous_modal_analysis.pose import parse_pose
     from autonomous_modal_analysis.terminal import print_json
+    from modal_core.version import software
     from structural_model import load_layout, load_robot
     from workspace_map import load_map
 
@@ -227,21 +229,13 @@ def predict(
         print_json(predicted_content(model, known.arm.tool, found))
     else:
         _show(found)
-    for file in export or ():
-        _export(file, model, layout, found, map_path.name)
-
-
-def _export(
-    file: Path, model: 'FlexibleJointModel', layout: 'SensorLayout', found: Any, name: str
-) -> None:
-    """Write predicted modes at the sensors, with the deviations of frequency and damping."""
-    from autonomous_modal_analysis.export import export_arm_modes
-    from autonomous_modal_analysis.output import show_exported
-    from modal_core.version import software
-
-    about = {'map': name, 'software': software()}
-    export_arm_modes(file, model, layout, found.q, predicted_modes(found, layout), about)
-    show_exported(file)
+    about = {'map': map_path.name, 'software': software()}
+    export_each(
+        export,
+        lambda file: export_arm_modes(
+            file, model, layout, found.q, predicted_modes(found, layout), about
+        ),
+    )
 
 
 def predicted_modes(found: Any, layout: 'SensorLayout') -> 'ModeSet':

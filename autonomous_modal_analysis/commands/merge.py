@@ -37,10 +37,10 @@ def merge(
     from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.modes_table import modes_table
     from autonomous_modal_analysis.output import (
+        export_each,
         JSON_NAME,
         merged_words,
         REPORT_NAME,
-        show_exported,
         show_written,
     )
     from autonomous_modal_analysis.read_results import result_of
@@ -60,6 +60,4 @@ def merge(
     if out is not None:
         merged.save(out)
         show_written(out, (JSON_NAME, REPORT_NAME))
-    for file in export or ():
-        merged.export(file)
-        show_exported(file)
+    export_each(export, merged.export)

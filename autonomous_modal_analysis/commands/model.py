@@ -34,7 +34,7 @@ def model(
     import autonomous_modal_analysis as ama
     from autonomous_modal_analysis.export import check_endings, ENDINGS
     from autonomous_modal_analysis.model_view import show_model
-    from autonomous_modal_analysis.output import show_exported
+    from autonomous_modal_analysis.output import export_each
     from autonomous_modal_analysis.terminal import print_json
     from structural_model.robot_files import load_layout
 
@@ -51,6 +51,4 @@ def model(
         print_json(seen.to_dict())
     else:
         show_model(seen)
-    for file in export or ():
-        seen.export(file)
-        show_exported(file)
+    export_each(export, seen.export)

@@ -14,7 +14,7 @@ UNITS = {
     'm_s2': 'm/s^2',
 }  # fmt: skip
 """What the ends of names mean, as NetCDF and other programs write it."""
-LONGEST_END = 2
+LONGEST_END = max(end.count('_') + 1 for end in UNITS)
 Column = Sequence[Any] | NDArray[Any]
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from modal_core.channel import LAYOUT_FILE
 from modal_core.errors import SettingsError
 from modal_core.near_names import misspelt, refuse_unknown
 from modal_core.yaml_file import load_yaml
@@ -182,7 +183,7 @@ def _texts(data: Mapping[str, Any]) -> list[str]:
 
 
 def _own(folder: Path) -> Path | None:
-    for name in ('sensors.yaml', 'layout.yaml'):
+    for name in (LAYOUT_FILE, 'layout.yaml'):
         if (folder / name).exists():
             return folder / name
     return None

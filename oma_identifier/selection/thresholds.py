@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from oma_identifier.likelihood import LIKELIHOOD
 from oma_identifier.spectra import SPECTRA
 
 
@@ -45,7 +46,7 @@ class SelectionThresholds:
     widest_far: float = 1.0 / 3.0
     too_certain: float = 0.7
     """Multiple of u₀ below which nothing that random forces move can scatter."""
-    least_cycles: float = 1.0
+    least_cycles: float = LIKELIHOOD.told_cycles
     """Least number of half-power half-widths that the record resolves, ζfT; of fewer, the damping
     is biased upwards and its deviation means nothing: it is reported without.  And what it is
     must be shown: it could be a line."""
