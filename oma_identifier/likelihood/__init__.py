@@ -26,6 +26,7 @@ from oma_identifier.likelihood.fit_band import (
 from oma_identifier.likelihood.force_course import ForceCourse
 from oma_identifier.likelihood.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.likelihood.group_fits import (
+    few_forces,
     fit_group,
     GroupFit,
     unit,
@@ -78,6 +79,7 @@ __all__ = [
     'continued',
     'expected_motion',
     'expected_spectra',
+    'few_forces',
     'fit_band',
     'fit_group',
     'fit_known',

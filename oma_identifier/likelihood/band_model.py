@@ -95,6 +95,8 @@ class BandModel:
         Elsewhere it holds times (f / reference)^slope: white over a band is too much to ask for.
     slope_prior : SlopePrior
         What is known about the slope from elsewhere.
+    root : (n_modes, n_forces) complex array or None
+        L of ``force`` = L Lᴴ where few forces drive the modes; None where they may be as many.
     """
 
     frequency_hz: Real
@@ -107,6 +109,7 @@ class BandModel:
     reference_hz: float
     slope: float = 0.0
     slope_prior: 'SlopePrior' = field(default_factory=lambda: SlopePrior())
+    root: Complex | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +179,11 @@ def expected_spectra(model: BandModel, amplitude: Complex) -> Complex:
     covariance = amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1)
     covariance += np.diag(model.noise)
     return np.asarray(covariance)
+
+
+def with_root(model: BandModel, root: Complex) -> BandModel:
+    """Return a model under the forces of a root."""
+    return replace(model, root=root, force=np.asarray(root @ root.conj().T))
 
 
 def without_negative(model: BandModel) -> BandModel:

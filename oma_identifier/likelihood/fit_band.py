@@ -14,7 +14,12 @@ from oma_identifier.likelihood.band_model import (
 )
 from oma_identifier.likelihood.force_prior import Prior
 from oma_identifier.likelihood.known_mean import Mean
-from oma_identifier.likelihood.scoring_step import moved, quadratic_at, scoring_step
+from oma_identifier.likelihood.scoring_step import (
+    moved,
+    n_force_parameters,
+    quadratic_at,
+    scoring_step,
+)
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
 from oma_identifier.likelihood.whittle import across, evaluate, Evaluation
 
@@ -155,7 +160,7 @@ def _fit_band(
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     size = 2 * len(model.shapes)
     poles = deviation[: start.n_free * size].reshape(start.n_free, -1)
-    slope_std = float(deviation[start.n_free * size + len(start.force) ** 2])
+    slope_std = float(deviation[start.n_free * size + n_force_parameters(model)])
     scatter = _shape_scatter(covariance, model)
     misfit = _misfit(data, current)
     return BandFit(

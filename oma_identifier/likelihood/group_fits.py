@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from oma_identifier.likelihood.averages import averaged_again, divided, parts_wanted
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel, SlopePrior
+from oma_identifier.likelihood.few_forces import are_few, count_forces, under_few_forces
 from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
@@ -79,6 +80,7 @@ def fit_group(
     slope: SlopePrior,
     convergence: ConvergenceLimits = FIRST_PASS,
     begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
+    n_forces: int = 0,
 ) -> GroupFit:
     """Fit one group of modes, the others staying where they are.
 
@@ -88,7 +90,25 @@ def fit_group(
     lines = band_lines(spectra, start, group, usable)
     if len(lines) < LIKELIHOOD.least_lines_per_mode * len(group):
         return GroupFit(group)
+    if n_forces:
+        band, values = reduce_band(spectra, start, group, lines, slope, few_forces=True)
+        model = under_few_forces(band.data, band.model, n_forces)
+        few = _fitted(spectra, replace(band, model=model), values, group, convergence, begin)
+        if few.misfit < LIKELIHOOD.enough_forces:
+            return few
     band, values = reduce_band(spectra, start, group, lines, slope)
+    return _fitted(spectra, band, values, group, convergence, begin)
+
+
+def _fitted(
+    spectra: Spectra,
+    band: ReducedBand,
+    values: NDArray[np.complex128],
+    group: list[ModeIndex],
+    convergence: ConvergenceLimits,
+    begin: Callable[[ReducedBand], BandModel | None],
+) -> GroupFit:
+    lines = band.lines
     near = begin(band)
     for left in reversed(range(LIKELIHOOD.most_divisions + 1)):
         cleaned = without_ends(spectra, lines, values, band.data, near or band.model)
@@ -100,6 +120,42 @@ def fit_group(
         near = fit.model if fit.converged else near
         band = replace(band, data=divided(band.data, parts, spectra.frequency_hz[lines], cleaned))
     return GroupFit(group, band, fit, coarse=bool(np.any(parts > LIKELIHOOD.coarse_parts)))
+
+
+def few_forces(
+    spectra: Spectra,
+    start: StartModes,
+    groups: Sequence[list[ModeIndex]],
+    usable: NDArray[np.bool_],
+) -> int:
+    """Return how many forces, fewer than modes, drive them all; 0 where they may be as many.
+
+    Parameters
+    ----------
+    spectra : Spectra
+        Of all channels.
+    start : StartModes
+        All modes.
+    groups : sequence of list of ModeIndex
+        Of modes that overlap.
+    usable : (n_frequencies,) bool array
+        Which lines to use.
+    """
+    each = np.eye(len(start.shapes))
+    bands = {tuple(group): band_lines(spectra, start, group, usable) for group in groups}
+    counts = [count_forces(spectra.combined(each, lines).T) for lines in bands.values()]
+    told = [count for count in counts if count]
+    n_forces = int(np.ceil(np.median(told))) + LIKELIHOOD.more_forces if told else 0
+    if not 0 < n_forces < len(start.frequency_hz):
+        return 0
+    found = []
+    for group, lines in bands.items():
+        if len(lines) >= LIKELIHOOD.least_lines_per_mode * len(group):
+            band, _ = reduce_band(
+                spectra, start, list(group), lines, SlopePrior(), few_forces=True
+            )
+            found.append(are_few(band.data, band.model, n_forces))
+    return n_forces if found and np.mean(found) > LIKELIHOOD.coherent_bands else 0
 
 
 def updated(start: StartModes, fits: Sequence[GroupFit]) -> StartModes:

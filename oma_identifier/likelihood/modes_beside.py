@@ -50,6 +50,7 @@ def split_channels(
     ends_hz: Real,
     *,
     reduce: bool,
+    few_forces: bool = False,
 ) -> Subspaces:
     """Return what the channels see along and across the modes beside a band.
 
@@ -65,10 +66,15 @@ def split_channels(
         That makes the noise of all channels equal.
     ends_hz : (2,) array [Hz]
         Of the band.
+    few_forces : bool
+        Whether all modes are coherent: then all are tails.
     reduce : bool
         Whether there are channels enough to project other modes out; else all are tails.
     """
     others = [mode for mode in start.indices() if mode not in group]
+    if few_forces:
+        tails = _largest(spectra, start, group, others, LIKELIHOOD.most_coherent)
+        return Subspaces(np.empty((len(scale), 0)), np.eye(len(scale)), tails)
     apart = _apart(spectra, start, group, others, scale, ends_hz) if others and reduce else None
     if apart is not None:
         return apart

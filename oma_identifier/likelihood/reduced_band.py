@@ -78,11 +78,14 @@ def reduce_band(
     group: list[ModeIndex],
     lines: NDArray[np.intp],
     slope: SlopePrior,
+    *,
+    few_forces: bool = False,
 ) -> tuple[ReducedBand, Complex]:
     """Whiten, project and average one band; return it and its (n_lines, n_reduced) values.
 
     Channels are scaled to equal noise.  With more channels than modes, what other modes contribute
-    is projected out; otherwise they become tails of the model.
+    is projected out; otherwise, or where few forces drive them all, they become tails
+    of the model.
     """
     n_lines, frequency = len(lines), spectra.frequency_hz[lines]
     products = (parts @ parts.T for _, parts in spectra.parts(lines))
@@ -90,7 +93,9 @@ def reduce_band(
     many = len(plain) > LIKELIHOOD.few_channels
     scale = noise_scale(plain, n_lines) if many else unexplained_scale(plain)
     shapes = unit_columns(start.shapes * scale[:, None])
-    parted = split_channels(spectra, start, group, scale, frequency[[0, -1]], reduce=many)
+    parted = split_channels(
+        spectra, start, group, scale, frequency[[0, -1]], reduce=many, few_forces=few_forces
+    )
     basis = free = parted.free
     covariance = free.T @ (plain * np.outer(scale, scale)) @ free
     kept = free.shape[1]

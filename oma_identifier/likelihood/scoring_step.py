@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from oma_identifier.likelihood import shape_prior
 from oma_identifier.likelihood.band_model import BandData, BandModel
+from oma_identifier.likelihood.few_forces import turns
 from oma_identifier.likelihood.force_prior import Prior
 from oma_identifier.likelihood.whittle import (
     across,
@@ -58,10 +59,19 @@ def quadratic_at(data: BandData, model: BandModel, prior: Prior, at: Evaluation)
     shapes = [slice(mode * size + 2, (mode + 1) * size) for mode in range(model.n_free)]
     for own, known in zip(shapes, shape_prior.information(free, evaluated.across), strict=True):
         information[own, own] += known
+    if model.root is not None:
+        _hold_turns(information, model.root, model.n_free * size)
     scale = np.sqrt(np.diag(information))
     for own in shapes:
         scale[own] = np.linalg.norm(scale[own]) / max(1.0, np.sqrt(size - 2))
     return Quadratic(information, downhill_gradient(data, model, prior, at, evaluated), scale)
+
+
+def _hold_turns(information: Real, root: Complex, first: int) -> None:
+    """Say of turns of the root among the forces, which change nothing, that they are none."""
+    own = slice(first, first + 2 * root.size)
+    turning = turns(root)
+    information[own, own] += np.diag(information)[own].max() * (turning @ turning.T)
 
 
 def scoring_step(quadratic: Quadratic, damping: float) -> Real:
@@ -87,9 +97,18 @@ def moved(model: BandModel, step: Real) -> BandModel:
     turned = across(shapes[:, free]) @ (poles[:, 2::2] + 1j * poles[:, 3::2])[:, :, None]
     shapes[:, free] += turned[:, :, 0].T
     length[free] = np.linalg.norm(shapes[:, free], axis=0)
-    end = poles.size + len(frequency) ** 2
-    force = _mixed(model, shapes, _force_step(model.force, step[poles.size : end]))
-    force *= np.outer(length, length)
+    n_force = n_force_parameters(model)
+    end = poles.size + n_force
+    change, root = step[poles.size : end], model.root
+    mixing = _mixing(model, shapes)
+    if root is None:
+        force = _mixed(mixing, model.force, _force_step(model.force, change))
+        force *= np.outer(length, length)
+    else:
+        parts = change.reshape(*root.shape, 2)
+        root = root + parts[..., 0] + 1j * parts[..., 1] + mixing @ root
+        root = np.linalg.solve(np.eye(len(mixing)) + mixing, root) * length[:, None]
+        force = root @ root.conj().T
     noise = model.noise * np.exp(
         np.clip(step[end + 1 :], -LARGEST_LOG_STEP[2], LARGEST_LOG_STEP[2])
     )
@@ -99,6 +118,7 @@ def moved(model: BandModel, step: Real) -> BandModel:
         damping_ratio=damping,
         shapes=shapes / length,
         force=force,
+        root=root,
         noise=noise,
         slope=model.slope + float(step[end]),
     )
@@ -113,20 +133,30 @@ def _force_step(force: Complex, step: Real) -> Complex:
     return np.asarray(change + np.triu(change, 1).conj().T)
 
 
-def _mixed(model: BandModel, shapes: Complex, change: Complex) -> Complex:
-    """Return the force after a change of it and of the shapes.
+def n_force_parameters(model: BandModel) -> int:
+    """Return how many parameters the forces of a model have."""
+    return len(model.force) ** 2 if model.root is None else 2 * model.root.size
 
-    Modes of nearly the same pole have no shapes of their own: with Φ T for Φ and T⁻¹ S T⁻ᴴ for S
-    the spectra are the same.  Added to S as it is, a step would leave that curved valley.
+
+def _mixing(model: BandModel, shapes: Complex) -> Complex:
+    """Return T - 1 of a step that mixes the shapes Φ of modes of nearly the same pole to Φ T.
+
+    They have no shapes of their own: with Φ T for Φ and T⁻¹ S T⁻ᴴ for S the spectra are the same.
+    Added to S as it is, a step would leave that curved valley.
     """
     pole = model.frequency_hz * (1j - model.damping_ratio)
     width = model.frequency_hz * model.damping_ratio
     alike = np.abs(pole[:, None] - pole) < ALIKE * (width[:, None] + width)
-    mixing = np.zeros_like(force := model.force)
+    mixing = np.zeros_like(model.force)
     for mode in np.flatnonzero(alike[: model.n_free].sum(axis=1) > 1):
         near = alike[mode]
         step = shapes[:, mode] - model.shapes[:, mode]
         mixing[near, mode] = np.linalg.lstsq(model.shapes[:, near], step, rcond=0.1)[0]
+    return mixing
+
+
+def _mixed(mixing: Complex, force: Complex, change: Complex) -> Complex:
+    """Return the force after a change of it and of the shapes."""
     if not mixing.any():
         return np.asarray(force + change)
     change = change + mixing @ force + force @ mixing.conj().T

@@ -81,12 +81,30 @@ class LikelihoodThresholds:
     least_remainder: float = 1.0
     """Part of a tail, over the noise, that is left after projecting out and goes into the
     model."""
-    most_tails: int = 9
+    most_tails: int = 20
     """Modes beside the band in its model where none is projected out."""
+    most_coherent: int = 30
+    """Modes beside the band in its model where few forces drive them all."""
     most_remainders: int = 4
     """Remainders in the model where the others are projected out."""
 
+    # How many forces drive them.
+    quiet_blocks: float = 0.25
+    turning_blocks: float = 0.5
+    """Share of the blocks of a band that are taken to hold less noise, and fewer forces."""
+    enough_forces: float = 1.1
+    """Misfit up to which few forces do."""
+    more_forces: int = 1
+    """Forces more than were counted: one or two too many change neither values nor coverage, one
+    too few is a misfit."""
+
+    coherent_bands: float = 0.28
+    """Share of the bands that must be more likely under few forces: others are misled by errors
+    of the shapes."""
+
     # What is assumed before the data.
+    root_variance: float = 10.0
+    """Of an entry of the root of few forces, over the force of its mode."""
     noise_log_std: float = 1.0
     """Standard deviation of the logarithm of the noise."""
     slope_std: float = 1.0

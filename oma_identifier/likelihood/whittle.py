@@ -133,6 +133,7 @@ def evaluated_at(data: BandData, model: BandModel, at: Evaluation) -> Evaluated:
         log_frequency=log_frequency(data, model),
         noise=model.noise,
         across=across(model.shapes[:, free]),
+        root=model.root,
     )
 
 

@@ -40,6 +40,8 @@ class Evaluated:
         Noise power.
     across : (n_free, n_channels, n_channels - 1) complex array
         Directions across the shapes.
+    root : (n_modes, n_forces) complex array or None
+        Of the forces, where it has the parameters and not they.
     """
 
     count: Real
@@ -54,6 +56,7 @@ class Evaluated:
     log_frequency: Real
     noise: Real
     across: Complex
+    root: Complex | None = None
 
 
 @cache
@@ -67,8 +70,8 @@ def gradient(at: Evaluated, one_noise: bool) -> Real:
 
     Parameters of each free mode: ln f, ln ζ, then the shape along each direction across it (real
     and imaginary parts in turn); then the force (diagonal and upper triangle row by row, real
-    parts, then the imaginary parts off the diagonal); then the slope; then ln s, one or one per
-    channel.
+    parts, then the imaginary parts off the diagonal) or its root (row by row, real and imaginary
+    parts in turn); then the slope; then ln s, one or one per channel.
     """
     weighted = at.count[:, None, None] * at.residual
     n_modes, n_free = at.amplitude.shape[2], at.response.shape[2]
@@ -83,9 +86,6 @@ def gradient(at: Evaluated, one_noise: bool) -> Real:
     modes = np.concatenate([poles.T, shapes], axis=1).ravel()
     flat = at.amplitude.reshape(-1, n_modes)
     force = flat.conj().T @ (weighted @ at.amplitude).reshape(-1, n_modes)
-    first, second = pairs(n_modes)
-    off = first != second
-    upper = force[first, second] * np.where(off, 2.0, 1.0)
     on_diagonal = np.einsum('kcc->kc', weighted).real * at.noise
     # A S Aᴴ = E - diag s
     trace = at.count * at.excess - on_diagonal.sum(axis=1)
@@ -93,9 +93,19 @@ def gradient(at: Evaluated, one_noise: bool) -> Real:
     return np.concatenate(
         [
             modes,
-            upper.real,
-            upper[off].imag,
+            _by_force(force) if at.root is None else _by_root(force @ at.root),
             [float(at.log_frequency @ trace)],
             [noise.sum()] if one_noise else noise,
         ]
     )
+
+
+def _by_force(force: Complex) -> Real:
+    first, second = pairs(len(force))
+    off = first != second
+    upper = force[first, second] * np.where(off, 2.0, 1.0)
+    return np.concatenate([upper.real, upper[off].imag])
+
+
+def _by_root(pulled: Complex) -> Real:
+    return np.asarray(2.0 * np.stack([pulled.real, pulled.imag], axis=-1).ravel())

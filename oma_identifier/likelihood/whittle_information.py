@@ -74,19 +74,30 @@ def information(at: Evaluated, one_noise: bool) -> Real:
     off = first != second
     x, y = _modes_with_modes(products, poles, gain, at.count)
     to_force = _modes_with_force(products, poles, gain, at.count)
-    force = _force_block(products.among, at.count, first, second)
     turn = _turn(at.across, n_channels)
     modes_modes = _real(x, y, turn, turn)
-    modes_force = _with_pairs(
-        turn.T @ to_force[:, first, second], turn.T @ to_force[:, second, first], off
-    )
-    force_force = _pairs_with_pairs(*force, off)
-    top = _symmetric(modes_modes, modes_force, force_force)
-    rows = _slope_and_noise(products, poles, gain, at, first, second)
     n_halves = len(turn)
+    if at.root is None:
+        modes_force = _with_pairs(
+            turn.T @ to_force[:, first, second], turn.T @ to_force[:, second, first], off
+        )
+        force = _force_block(products.among, at.count, first, second)
+        force_force = _pairs_with_pairs(*force, off)
+        rows = _slope_and_noise(products, poles, gain, at, first, second)
+        rows_force = _of_pairs(rows[:, n_halves:], off)
+    else:
+        halves = (to_force @ at.root.conj(), to_force.swapaxes(1, 2) @ at.root)
+        into = _root_turn(at.root.size)
+        modes_force = _real(*(half.reshape(n_halves, -1) for half in halves), turn, into)
+        force_force = _real(*_root_block(products.among, at.root, at.count), into, into)
+        every = np.indices((n_modes, n_modes)).reshape(2, -1)
+        rows = _slope_and_noise(products, poles, gain, at, *every)
+        by_pair = rows[:, n_halves:].reshape(-1, n_modes, n_modes)
+        rows_force = 2.0 * ((by_pair @ at.root.conj()).reshape(len(rows), -1) @ into).real
+    top = _symmetric(modes_modes, modes_force, force_force)
     rest = [
         2.0 * (rows[:, :n_halves] @ turn).real,
-        _of_pairs(rows[:, n_halves:], off),
+        rows_force,
         _among(products.precision, at),
     ]
     return _joined(top, np.concatenate(rest, axis=1), n_channels, one_noise)
@@ -153,6 +164,27 @@ def _force_block(
     i, j = first[:, None], second[:, None]
     k, m = first[None], second[None]
     return every[j, k, m, i], every[j, m, k, i]
+
+
+def _root_block(among: Complex, root: Complex, count: Real) -> tuple[Complex, Complex]:
+    """Return X and Y of derivatives a_i (A L)_qᴴ by entries (i, q) of the root."""
+    n_modes, n_forces = root.shape
+    onto = np.tensordot(root.conj(), among, axes=(0, 0))  # (q, j): (A L)_qᴴ a_j
+    both = np.tensordot(root, onto, axes=(0, 1)).swapaxes(0, 1)  # (q, s): (A L)_qᴴ (A L)_s
+    flat = onto.reshape(n_forces * n_modes, -1)
+    x = ((flat * count) @ flat.T).reshape(n_forces, n_modes, n_forces, n_modes)
+    y = (both * count).reshape(n_forces**2, -1) @ among.reshape(n_modes**2, -1).T
+    y = y.reshape(n_forces, n_forces, n_modes, n_modes)
+    size = n_modes * n_forces
+    return (
+        np.asarray(x.transpose(3, 0, 1, 2).reshape(size, size)),
+        np.asarray(y.transpose(3, 0, 2, 1).reshape(size, size)),
+    )
+
+
+def _root_turn(size: int) -> Complex:
+    """Return the parameters of a root, as combinations of derivatives by its entries."""
+    return np.kron(np.eye(size), np.array([[1.0, 1.0j]]))
 
 
 def _turn(across: Complex, n_channels: int) -> Complex:

@@ -190,5 +190,6 @@ def _without(model: BandModel, position: int) -> BandModel:
         damping_ratio=np.delete(model.damping_ratio, position),
         shapes=np.delete(model.shapes, position, axis=1),
         force=np.delete(np.delete(model.force, position, axis=0), position, axis=1),
+        root=None if model.root is None else np.delete(model.root, position, axis=0),
         n_free=max(1, model.n_free - 1),  # a tail may move in its place
     )

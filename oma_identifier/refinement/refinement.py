@@ -28,7 +28,7 @@ from oma_identifier.likelihood import (
 from oma_identifier.one_thread import one_thread
 from oma_identifier.refinement.acceptance import Outcome, TAKEN
 from oma_identifier.refinement.band_fitter import slopes_of
-from oma_identifier.refinement.refining import GivenIndex, Record, Refining
+from oma_identifier.refinement.refining import GivenIndex, is_refinable, Record, Refining
 from oma_identifier.refinement.stages import STAGES
 from oma_identifier.refinement.warm_start import RefinedMode, WarmStart
 from oma_identifier.refinement.whole_shapes import WholeShapes
@@ -124,7 +124,7 @@ def refine(
             expected=', '.join(samples.channel_names),
         )
     given = sorted(
-        (GivenIndex(index) for index, mode in enumerate(modes) if _refinable(mode)),
+        (GivenIndex(index) for index, mode in enumerate(modes) if is_refinable(mode)),
         key=lambda index: modes.modes[index].frequency_hz,
     )
     if not given:
@@ -137,10 +137,6 @@ def refine(
         for stage in STAGES:
             of = stage(of)
         return _refinement(of)
-
-
-def _refinable(mode: Mode) -> bool:
-    return not mode.harmonic and 1e-4 < mode.damping_ratio < 0.5
 
 
 def _unrefined(modes: ModeSet) -> Refinement:

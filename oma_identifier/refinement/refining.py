@@ -1,7 +1,7 @@
 """What a refinement knows from stage to stage."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NewType
 
 import numpy as np
@@ -11,6 +11,8 @@ from modal_core.free_memory import give_back, LARGE_BYTES
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.likelihood import (
+    few_forces,
+    group_modes,
     GroupFit,
     inputs_of,
     ModeIndex,
@@ -53,6 +55,8 @@ class Record:
         What may be modes that are missing.
     is_whole : bool
         Whether it is a record as one, and no window.
+    n_forces : int
+        How many forces drive all modes; 0 where they may be as many.
     """
 
     modes: ModeSet
@@ -64,6 +68,7 @@ class Record:
     inputs: NDArray[np.complex64] | None = None
     candidates: tuple[Mode, ...] = ()
     is_whole: bool = False
+    n_forces: int = 0
 
     @classmethod
     def of(
@@ -82,7 +87,7 @@ class Record:
         spectra = spectra_of(samples, channels, more)
         if spectra.values.nbytes >= LARGE_BYTES:
             give_back()
-        return cls(
+        record = cls(
             modes,
             channels,
             spectra,
@@ -93,6 +98,12 @@ class Record:
             tuple(candidates),
             is_whole,
         )
+        given = sorted(filter(is_refinable, modes), key=lambda mode: mode.frequency_hz)
+        if not given:
+            return record
+        found = record.start_of(given)
+        groups = group_modes(found, spectra.spacing_hz)
+        return replace(record, n_forces=few_forces(spectra, found, groups, record.usable))
 
     def start_of(self, modes: Sequence[Mode]) -> StartModes:
         """Return poles and shapes of modes as they came."""
@@ -166,7 +177,8 @@ class Refining:
     @property
     def fitter(self) -> BandFitter:
         """Of the bands of the record."""
-        return BandFitter(self.record.spectra, self.record.usable, self.idle)
+        record = self.record
+        return BandFitter(record.spectra, record.usable, self.idle, record.n_forces)
 
     def given_mode(self, mode: ModeIndex) -> Mode:
         """Return a mode as it was given."""
@@ -177,3 +189,8 @@ def _positions(
     given: Sequence[GivenIndex], resting: frozenset[GivenIndex]
 ) -> frozenset[ModeIndex]:
     return frozenset(ModeIndex(mode) for mode, index in enumerate(given) if index in resting)
+
+
+def is_refinable(mode: Mode) -> bool:
+    """Tell whether a mode is one that a refinement may begin with."""
+    return not mode.harmonic and 1e-4 < mode.damping_ratio < 0.5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oma_identifier.likelihood import scoring_step, whittle, whittle_information
-from oma_identifier.likelihood.band_model import accelerance, BandData, BandModel
+from oma_identifier.likelihood.band_model import accelerance, BandData, BandModel, with_root
 from oma_identifier.likelihood.fit_band import fit_band
 from oma_identifier.likelihood.force_prior import Prior
 
@@ -14,7 +14,9 @@ N_LINES, N_CHANNELS = 60, 4
 STEP = 1e-6
 
 
-def band(seed: int, n_free: int, *, one_noise: bool) -> tuple[BandData, BandModel]:
+def band(
+    seed: int, n_free: int, *, one_noise: bool, n_forces: int = 0
+) -> tuple[BandData, BandModel]:
     """Return averaged periodograms that some other model could have made, and a model."""
     generator = np.random.default_rng(seed)
     n_modes = 3
@@ -32,6 +34,8 @@ def band(seed: int, n_free: int, *, one_noise: bool) -> tuple[BandData, BandMode
         reference_hz=10.0,
         slope=0.4,
     )
+    if n_forces:
+        model = with_root(model, mixing[:, :n_forces] / 10.0)
     rows = generator.standard_normal((N_LINES, 6, N_CHANNELS, 2)) @ (0.7, 0.7j)
     return (
         BandData(
@@ -52,13 +56,15 @@ def covariance(data: BandData, model: BandModel) -> np.ndarray:
     return amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1) + np.diag(model.noise)
 
 
-CASES = [(3, False), (2, False), (2, True), (1, True)]
+CASES = [(3, False, 0), (2, False, 0), (2, True, 0), (1, True, 0), (2, False, 2), (2, True, 1)]
 
 
-@pytest.mark.parametrize(('n_free', 'one_noise'), CASES)
-def test_information_is_that_of_the_derivatives_of_the_covariance(n_free, one_noise, monkeypatch):
+@pytest.mark.parametrize(('n_free', 'one_noise', 'n_forces'), CASES)
+def test_information_is_that_of_the_derivatives_of_the_covariance(
+    n_free, one_noise, n_forces, monkeypatch
+):
     monkeypatch.setattr(scoring_step, 'ALIKE', 0.0)
-    data, model = band(3, n_free, one_noise=one_noise)
+    data, model = band(3, n_free, one_noise=one_noise, n_forces=n_forces)
     prior = Prior.of(model)
     at = whittle.evaluate(data, model, prior)
     found = whittle_information.information(whittle.evaluated_at(data, model, at), one_noise)
@@ -75,9 +81,9 @@ def test_information_is_that_of_the_derivatives_of_the_covariance(n_free, one_no
     assert np.abs((found - expected) / scale).max() < 1e-6
 
 
-@pytest.mark.parametrize(('n_free', 'one_noise'), CASES)
-def test_gradient_is_that_of_the_likelihood_and_its_priors(n_free, one_noise):
-    data, model = band(4, n_free, one_noise=one_noise)
+@pytest.mark.parametrize(('n_free', 'one_noise', 'n_forces'), CASES)
+def test_gradient_is_that_of_the_likelihood_and_its_priors(n_free, one_noise, n_forces):
+    data, model = band(4, n_free, one_noise=one_noise, n_forces=n_forces)
     # Away from the centre of the priors, so that they pull.
     prior = Prior.of(replace(model, force=1.1 * model.force, noise=1.2 * model.noise))
     at = whittle.evaluate(data, model, prior)
