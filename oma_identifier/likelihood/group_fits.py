@@ -88,7 +88,7 @@ def fit_group(
     more than its scatter are divided, and fitted again.
     """
     lines = band_lines(spectra, start, group, usable)
-    if len(lines) < LIKELIHOOD.least_lines_per_mode * len(group):
+    if not _enough(lines, group):
         return GroupFit(group)
     if n_forces:
         band, values = reduce_band(spectra, start, group, lines, slope, few_forces=True)
@@ -128,7 +128,7 @@ def few_forces(
     groups: Sequence[list[ModeIndex]],
     usable: NDArray[np.bool_],
 ) -> int:
-    """Return how many forces, fewer than modes, drive them all; 0 where they may be as many.
+    """Return how many forces, few beside the modes, drive them all; 0 where they may be many.
 
     Parameters
     ----------
@@ -142,20 +142,23 @@ def few_forces(
         Which lines to use.
     """
     each = np.eye(len(start.shapes))
-    bands = {tuple(group): band_lines(spectra, start, group, usable) for group in groups}
-    counts = [count_forces(spectra.combined(each, lines).T) for lines in bands.values()]
+    bands = [(group, band_lines(spectra, start, group, usable)) for group in groups]
+    bands = [(group, lines) for group, lines in bands if _enough(lines, group)]
+    counts = [count_forces(spectra.combined(each, lines).T) for _, lines in bands]
     told = [count for count in counts if count]
     n_forces = int(np.ceil(np.median(told))) + LIKELIHOOD.more_forces if told else 0
-    if not 0 < n_forces < len(start.frequency_hz):
+    # Of more than half as many the force is described as well by its own entries.
+    if not 0 < 2 * n_forces <= len(start.frequency_hz):
         return 0
     found = []
-    for group, lines in bands.items():
-        if len(lines) >= LIKELIHOOD.least_lines_per_mode * len(group):
-            band, _ = reduce_band(
-                spectra, start, list(group), lines, SlopePrior(), few_forces=True
-            )
-            found.append(are_few(band.data, band.model, n_forces))
-    return n_forces if found and np.mean(found) > LIKELIHOOD.coherent_bands else 0
+    for group, lines in bands:
+        band, _ = reduce_band(spectra, start, group, lines, SlopePrior(), few_forces=True)
+        found.append(are_few(band.data, band.model, n_forces))
+    return n_forces if np.mean(found) > LIKELIHOOD.coherent_bands else 0
+
+
+def _enough(lines: NDArray[np.intp], group: list[ModeIndex]) -> bool:
+    return len(lines) >= LIKELIHOOD.least_lines_per_mode * len(group)
 
 
 def updated(start: StartModes, fits: Sequence[GroupFit]) -> StartModes:

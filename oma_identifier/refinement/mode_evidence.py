@@ -171,7 +171,8 @@ def _has_company(model: BandModel, position: BandIndex) -> bool:
 
 def _worth(data: BandData, model: BandModel) -> float:
     """Return what a mode must add to the log-likelihood for its parameters (Schwarz)."""
-    n_parameters = 2 * len(model.shapes) + 2 * len(model.frequency_hz) - 1
+    forces = 2 * len(model.frequency_hz) - 1 if model.root is None else 2 * model.root.shape[1]
+    n_parameters = 2 * len(model.shapes) + forces
     return float(0.5 * n_parameters * np.log(data.n_averaged.sum()))
 
 
