@@ -77,7 +77,7 @@ def are_few(data: BandData, model: BandModel, n_forces: int) -> bool:
     few = under_few_forces(data, model, n_forces)
     many = replace(model, force=_expected(data, model, coherent=False))
     worth = 0.5 * (2 * n_forces - 1) * len(model.force) * np.log(data.n_averaged.sum())
-    return _value(data, few) + worth < _value(data, many)
+    return bool(_value(data, few) + worth < _value(data, many))
 
 
 def _expected(data: BandData, model: BandModel, *, coherent: bool) -> Complex:

@@ -107,8 +107,8 @@ def moved(model: BandModel, step: Real) -> BandModel:
     else:
         parts = change.reshape(*root.shape, 2)
         root = root + parts[..., 0] + 1j * parts[..., 1] + mixing @ root
-        root = np.linalg.solve(np.eye(len(mixing)) + mixing, root) * length[:, None]
-        force = root @ root.conj().T
+        root = np.asarray(np.linalg.solve(np.eye(len(mixing)) + mixing, root) * length[:, None])
+        force = np.asarray(root @ root.conj().T)
     noise = model.noise * np.exp(
         np.clip(step[end + 1 :], -LARGEST_LOG_STEP[2], LARGEST_LOG_STEP[2])
     )

@@ -86,9 +86,10 @@ def information(at: Evaluated, one_noise: bool) -> Real:
         rows = _slope_and_noise(products, poles, gain, at, first, second)
         rows_force = _of_pairs(rows[:, n_halves:], off)
     else:
-        halves = (to_force @ at.root.conj(), to_force.swapaxes(1, 2) @ at.root)
+        x = (to_force @ at.root.conj()).reshape(n_halves, -1)
+        y = (to_force.swapaxes(1, 2) @ at.root).reshape(n_halves, -1)
         into = _root_turn(at.root.size)
-        modes_force = _real(*(half.reshape(n_halves, -1) for half in halves), turn, into)
+        modes_force = _real(x, y, turn, into)
         force_force = _real(*_root_block(products.among, at.root, at.count), into, into)
         every = np.indices((n_modes, n_modes)).reshape(2, -1)
         rows = _slope_and_noise(products, poles, gain, at, *every)
