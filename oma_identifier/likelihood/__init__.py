@@ -26,9 +26,9 @@ from oma_identifier.likelihood.fit_band import (
 from oma_identifier.likelihood.force_course import ForceCourse
 from oma_identifier.likelihood.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.likelihood.group_fits import (
-    few_forces,
     fit_group,
     GroupFit,
+    n_driving_forces,
     unit,
     updated,
     whole_shape,
@@ -79,7 +79,6 @@ __all__ = [
     'continued',
     'expected_motion',
     'expected_spectra',
-    'few_forces',
     'fit_band',
     'fit_group',
     'fit_known',
@@ -89,6 +88,7 @@ __all__ = [
     'least_blur',
     'least_scatter',
     'moving_channels',
+    'n_driving_forces',
     'normalised_std',
     'overlaps',
     'parts_along',

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from oma_identifier.likelihood.averages import averaged_again, divided, parts_wanted
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel, SlopePrior
 from oma_identifier.likelihood.few_forces import are_few, count_forces, under_few_forces
-from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band
+from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band, LATER_PASS
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
 from oma_identifier.likelihood.mode_groups import band_lines, StartModes
@@ -93,7 +93,8 @@ def fit_group(
     if n_forces:
         band, values = reduce_band(spectra, start, group, lines, slope, few_forces=True)
         model = under_few_forces(band.data, band.model, n_forces)
-        few = _fitted(spectra, replace(band, model=model), values, group, convergence, begin)
+        # One that does not describe the band soon does not later either, and is dear.
+        few = _fitted(spectra, replace(band, model=model), values, group, LATER_PASS, begin)
         if few.misfit < LIKELIHOOD.enough_forces:
             return few
     band, values = reduce_band(spectra, start, group, lines, slope)
@@ -122,7 +123,7 @@ def _fitted(
     return GroupFit(group, band, fit, coarse=bool(np.any(parts > LIKELIHOOD.coarse_parts)))
 
 
-def few_forces(
+def n_driving_forces(
     spectra: Spectra,
     start: StartModes,
     groups: Sequence[list[ModeIndex]],

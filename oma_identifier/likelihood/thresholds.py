@@ -81,7 +81,7 @@ class LikelihoodThresholds:
     least_remainder: float = 1.0
     """Part of a tail, over the noise, that is left after projecting out and goes into the
     model."""
-    most_tails: int = 20
+    most_tails: int = 14
     """Modes beside the band in its model where none is projected out."""
     most_coherent: int = 30
     """Modes beside the band in its model where few forces drive them all."""

@@ -11,12 +11,12 @@ from modal_core.free_memory import give_back, LARGE_BYTES
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.likelihood import (
-    few_forces,
     group_modes,
     GroupFit,
     inputs_of,
     ModeIndex,
     moving_channels,
+    n_driving_forces,
     Spectra,
     spectra_of,
     StartModes,
@@ -103,7 +103,7 @@ class Record:
             return record
         found = record.start_of(given)
         groups = group_modes(found, spectra.spacing_hz)
-        return replace(record, n_forces=few_forces(spectra, found, groups, record.usable))
+        return replace(record, n_forces=n_driving_forces(spectra, found, groups, record.usable))
 
     def start_of(self, modes: Sequence[Mode]) -> StartModes:
         """Return poles and shapes of modes as they came."""
