@@ -29,7 +29,7 @@ RATE_HZ = 500.0
 # Of a record in which nothing moves: enough for the splines of sensors' faults.
 STILL_ROWS = 8
 # Half of the shortest step.
-FINEST = 3
+FINEST = 6
 GRID_S = 0.5 * STEP_S / FINEST
 
 

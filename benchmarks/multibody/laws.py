@@ -180,9 +180,10 @@ class Stop(Law):
 
 @dataclass
 class FastDamping(Law):
-    """A damper whose torque grows with the cube of the speed."""
+    """A damper whose torque grows with the cube of the speed: fast motion makes it stiff."""
 
     c: float = 0.0
+    finer: int = 6
 
     def torque(self, time, twist, rate, position, velocity, inner):
         v = rate[self.gear]

@@ -32,8 +32,9 @@ class DecisionLimits:
     Parameters
     ----------
     misfit, worst_misfit : float
-        χ of all data (1.5 times the noise), and of one band at one amplitude level (twice the
-        noise): far above healthy arms, below the strangers that were tried.
+        χ of all data (1.3 times the noise), and of one band at one amplitude level (twice the
+        noise): far above healthy arms, below the strangers that were tried.  Right names left
+        up to 1.3 times the noise, wrong ones from 1.4: a drifting clock, a Stribeck curve.
     tolerance : float
         Largest tolerance, in prior standard deviations.
     least_fit_poses : int
@@ -46,7 +47,7 @@ class DecisionLimits:
         An experiment is proposed when it separates rivals so many times better than the campaign.
     """
 
-    misfit: float = 2.25
+    misfit: float = 1.7
     worst_misfit: float = 4.0
     tolerance: float = 4.5
     least_fit_poses: int = 2
