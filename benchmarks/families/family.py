@@ -93,14 +93,6 @@ FAMILIES = {
         replace(PLAIN, name='short', what='10 to 30 s', duration_s=(10.0, 30.0)),
         replace(PLAIN, name='noisy', what='noise 30 to 100 %', noise=(0.3, 1.0)),
         replace(PLAIN, name='low_rank', what='rank 1 to half', rank=(0.0, 0.5)),
-        replace(
-            PLAIN,
-            name='few_forces',
-            what='12 to 25 modes, forces a tenth to a third as many',
-            n_modes=(12, 25),
-            n_channels=(6, 24),
-            rank=(0.1, 0.33),
-        ),
         replace(PLAIN, name='coloured', what='coloured or banded forces', forces=ALL_FORCES[1:]),
         replace(
             PLAIN, name='unsteady', what='growing or bursting forces', courses=ALL_COURSES[1:]
