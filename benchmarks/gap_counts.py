@@ -12,7 +12,7 @@ SINGLE = tuple(kind for kind in KINDS if kind in NAMES)
 OUTSIDE = tuple(kind for kind in KINDS if kind not in NAMES)
 COLUMNS = ('what', 'seen', 'rate', '95 % interval', 'reach')
 # The catalogue's nearest relative at the right place is a fair name for these.
-RELATIVE = {'stribeck_friction': 'coulomb_friction'}
+RELATIVE = {'stribeck_friction': 'coulomb_friction', 'drifting_stiffness': 'stiffness_drift'}
 # Our number of a case, and the parameter that states it.
 VALUES = {
     'payload': ('mass', 'mass'),

@@ -149,6 +149,7 @@ GROUPS = {
             ('benchmarks/gap_at_rest.py', *RATES),
             'python -m benchmarks.gap_at_rest --table',
         ),
+        Group('gap_rates', RATES, 'python -m benchmarks.gap_rates --table'),
         Group('gap_single_runs', (), 'by hand'),
         Group(
             'model_speed',
