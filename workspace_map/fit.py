@@ -4,7 +4,7 @@ Gauss-Newton on the most probable functions: linearise every pose about its pres
 on all rows at once, take the new functions' values at the poses, until nothing moves.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,6 +53,10 @@ DRAWS, WIDTHS, SHARES, LOOKED_AT, ROUGH_STD = 500, (0.3, 1.0, 3.0), (0.03, 0.2, 
 poses, and what is near in log f."""
 WORTH = 5.0
 """What a mode that is explained adds to the log likelihood; what an arm has for it takes away."""
+MOST_BEGINNINGS, AS_PROBABLE = 5, 10.0
+"""Fits that are tried at most, and nats within which two are taken for the same place.  Of 44 arms
+2 came to rest 330 and 770 nats below the best place from one beginning, and were wrong by 17 and
+29 % in one mode of twenty."""
 FEWEST_POSES = 2
 """From which on scales are sought: one pose cannot tell what varies from what does not."""
 
@@ -142,7 +146,7 @@ def fit(
     if scales is not None and centres is not None:
         system = _System.about(problem, centres.states, centres.pairs)
         return system.calibrated(system.solved(scales))
-    return _descend(problem, medians, scales)
+    return _most_probable(problem, medians, scales)
 
 
 @dataclass(frozen=True)
@@ -177,14 +181,54 @@ def _told(other: Fitted | None, same_tool: bool) -> 'Told':
     return structure, other.dampers
 
 
-def _descend(
+def log_evidence(found: Fitted, measured: Sequence[MeasuredPose]) -> float:
+    """Return how probable measured modes are by a fit's prior; modes not explained count."""
+    structure = found.structure
+    misfit = np.sum((structure.factor.T @ structure.weight) ** 2)
+    explained = sum(len(pairs[0]) for pairs in found.centres.pairs)
+    unexplained = sum(len(pose) for pose in measured) - explained
+    size = np.sum(np.log(np.diag(structure.factor)))
+    return float(-0.5 * misfit - size - WORTH * unexplained)
+
+
+def _most_probable(
     problem: _Problem, prior: tuple[Scales, Scales], kept: tuple[Scales, Scales] | None
+) -> Fitted:
+    """Return the most probable of fits from several beginnings, until two are as probable.
+
+    Each may come to rest in a wrong place: with springs that no arm has, and modes that nobody
+    measured.
+    """
+    scales = kept or prior
+    if not problem.measured:
+        return _nothing(problem, scales)
+    found: list[tuple[float, Fitted]] = []
+    for begin in _beginnings(problem, scales[0]):
+        one = _descend(problem, prior, kept, begin)
+        found.append((log_evidence(one, problem.measured), one))
+        found.sort(key=lambda each: -each[0])
+        if len(found) > 1 and found[0][0] - found[1][0] < AS_PROBABLE:
+            break
+    return found[0][1]
+
+
+def _beginnings(problem: _Problem, scales: Scales) -> Iterator[State]:
+    yield State.none(problem.arm.n_dof, problem.arm.n_masses)
+    for seed in range(MOST_BEGINNINGS - 1):
+        yield most_alike(problem, scales, seed)
+
+
+def _descend(
+    problem: _Problem,
+    prior: tuple[Scales, Scales],
+    kept: tuple[Scales, Scales] | None,
+    begin: State,
 ) -> Fitted:
     scales = kept or prior
     found = _nothing(problem, scales)
-    states = [most_alike(problem, scales[0])] * len(problem.measured)
+    states = [begin] * len(problem.measured)
     part, moved = 1.0, np.inf
-    for step in range(MOST_STEPS if states else 0):
+    for step in range(MOST_STEPS):
         system = _System.about(problem, states, _paired(problem, states, found, moved))
         if kept is None and step in SCALES_AT and len(states) >= FEWEST_POSES:
             scales = (
@@ -200,7 +244,7 @@ def _descend(
         states = [a.towards(b, reach) for a, b in zip(states, aimed, strict=True)]
         if moved < SMALL_STEP and (kept is not None or step > max(SCALES_AT)):
             break
-    return system.calibrated(found) if states else found
+    return system.calibrated(found)
 
 
 Told = tuple[Posterior | Shared | None, Posterior | None]
@@ -272,13 +316,13 @@ def _paired(
     ]
 
 
-def most_alike(problem: _Problem, scales: Scales) -> State:
+def most_alike(problem: _Problem, scales: Scales, seed: int = 0) -> State:
     """Return a state, the same at all poses, whose modes look much like the measured ones.
 
     A search by chance, from no departure on, in one part of what an arm may have at a time: modes
     far from the model's are then paired with the right ones. A pairing wrong at first stays so.
     """
-    arm, generator = problem.arm, np.random.default_rng(0)
+    arm, generator = problem.arm, np.random.default_rng(seed)
     none = State.none(arm.n_dof, arm.n_masses)
     dampers = none.damper[~arm.is_base], none.damper[arm.is_base]
     chosen = range(0, len(problem.measured), max(1, len(problem.measured) // LOOKED_AT))

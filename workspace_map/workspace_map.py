@@ -17,7 +17,7 @@ from workspace_map.arm import (
     shape_slopes,
     State,
 )
-from workspace_map.fit import Centres, fit, Fitted, rows_at, WORTH
+from workspace_map.fit import Centres, fit, Fitted, log_evidence, rows_at
 from workspace_map.measured_pose import MeasuredPose
 from workspace_map.predicted import PredictedModes
 from workspace_map.prior import damping_parts, FREQUENCY, SHAPE, state_of, structure_parts
@@ -131,13 +131,7 @@ class WorkspaceMap:
     @property
     def log_evidence(self) -> float:
         """How probable the measured modes are by the map's prior; modes not explained count."""
-        found = self.fitted.structure
-        fit = np.sum((found.factor.T @ found.weight) ** 2)
-        unexplained = sum(len(pose) for pose in self.measured) - sum(
-            len(pairs[0]) for pairs in self.fitted.centres.pairs
-        )
-        size = np.sum(np.log(np.diag(found.factor)))
-        return float(-0.5 * fit - size - WORTH * unexplained)
+        return log_evidence(self.fitted, self.measured)
 
     def worth_of_transfer(self) -> float:
         """Return by how much the map of the other arm explains this one better than the model.

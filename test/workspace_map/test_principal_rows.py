@@ -67,3 +67,11 @@ def test_measured_shapes_are_turned_within_their_subspace_alone(arm):
     measured[:, :2] = shapes[:, :2] @ mix
     found = aligned(measured / size, modes, np.arange(modes.n)).shapes
     assert found == pytest.approx(shapes / size, abs=1e-9)
+
+
+def test_a_pose_without_modes_below_the_band_has_no_rows(arm):
+    """A fit on its way may make an arm that stiff."""
+    place, none = arm.at(arm.model.pose('P1')), State.none(arm.n_dof, arm.n_masses)
+    rows = principal_rows(arm, local_modes(place, none, 1.0))
+    assert len(rows.turn) == 0
+    assert all(len(part) == 0 for part in rows.parts)

@@ -39,7 +39,7 @@ def principal_rows(arm: Arm, modes: LocalModes) -> PrincipalRows:
     """Return the rows of the modes of interest."""
     n, count = modes.n, len(modes.arm.channels)
     slopes = shape_slopes(modes, _beyond_subspace(modes), modes.arm.channels)
-    parts = [part.reshape(n, count, -1) for part in structure_parts(arm, slopes)]
+    parts = [part.reshape(n, count, part.shape[-1]) for part in structure_parts(arm, slopes)]
     scales = structure_scales(arm.model.n_joints).constant
     moved = np.zeros((n, count, count))
     for scale, part in zip(scales, parts, strict=True):
