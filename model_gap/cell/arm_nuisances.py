@@ -134,8 +134,8 @@ def link_nuisances(
     return [dataclasses.replace(item, what='mass', link=link) for item in found]
 
 
-def mass_nuisance(name: str, sigma: float) -> Nuisance:
-    """Return the tolerance of a mass that is fixed to a link."""
+def mass_nuisance(name: str, link: str, sigma: float) -> Nuisance:
+    """Return the tolerance of a mass that is fixed to a link: a part of that link's."""
 
     def apply(cell: CellModel, amount: float) -> CellModel:
         factor = math.exp(amount)
@@ -145,4 +145,4 @@ def mass_nuisance(name: str, sigma: float) -> Nuisance:
         )
         return cell.with_spec(dataclasses.replace(cell.spec, masses=masses))
 
-    return Nuisance(f'mass of {name}', 'spec', apply, sigma)
+    return Nuisance(f'mass of {name}', 'spec', apply, sigma, what='mass', link=link)

@@ -1,6 +1,7 @@
 """How roughly a cell is known: one size of every kind of ordinary imperfection, or one by name."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping, Sequence
+import dataclasses
 from dataclasses import dataclass, field, fields, replace
 import math
 from typing import Any
@@ -26,7 +27,7 @@ class Tolerances:
     Parameters
     ----------
     stiffness, damping, mass, inertia, gain : float
-        Relative.
+        Relative.  No damping is known better than its spring, unless it is stated by name.
     centre_of_mass_m, sensor_position_m : float [m]
         Per axis.
     sensor_rotation_deg : float [deg]
@@ -118,7 +119,7 @@ def nuisances(cell: CellModel, links: tuple[str, ...], size: Tolerances) -> tupl
     found += base_nuisances(cell.spec.base.springs, size.stiffness)
     for link in links:
         found += link_nuisances(link, size.mass, size.inertia, size.centre_of_mass_m)
-    found += [mass_nuisance(mass.name, size.mass) for mass in cell.spec.masses]
+    found += [mass_nuisance(mass.name, mass.link, size.mass) for mass in cell.spec.masses]
     found += sensor_nuisances(
         cell.channels, size.sensor_position_m, size.sensor_rotation_deg, size.gain
     )
@@ -132,4 +133,21 @@ def nuisances(cell: CellModel, links: tuple[str, ...], size: Tolerances) -> tupl
         item.sized(size.by_name[item.name]) if item.name in size.by_name else item
         for item in found
     ]
+    sized = _damping_no_better(sized, size.by_name)
     return tuple(item for item in sized if item.sigma > 0.0 or item.kind == 'gain')
+
+
+def _damping_no_better(items: Sequence[Nuisance], stated: Container[str]) -> list[Nuisance]:
+    """Return tolerances in which no damping is known better than its spring, unless it is stated.
+
+    A model's dampers are guessed, or a loss factor times their springs.
+    """
+    sigma = {item.name: item.sigma for item in items}
+
+    def known(item: Nuisance) -> Nuisance:
+        spring = item.name.replace('damping', 'stiffness', 1)
+        if item.name in stated or not item.name.startswith('damping') or item.sigma == 0.0:
+            return item
+        return dataclasses.replace(item, sigma=max(item.sigma, sigma[spring]))
+
+    return [known(item) for item in items]

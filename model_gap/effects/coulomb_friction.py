@@ -50,9 +50,14 @@ class CoulombFriction(DetailedEffect):
             EffectParameter('torque', 'N m', 1.5, 0.05, 5000.0, neutral=20.0, log=True),
             EffectParameter('transition_speed', 'rad/s', 1.0, 2e-5, 0.1, neutral=1e-3, log=True),
         )
+        return (*first, *self.presliding)
+
+    @property
+    def presliding(self) -> tuple[EffectParameter, ...]:
+        """The compliance before it slides, where that is free."""
         if not self.details:
-            return first
-        return (*first, EffectParameter('presliding_compliance', '1', 0.05, 0.0, MOST_YIELDING))
+            return ()
+        return (EffectParameter('presliding_compliance', '1', 0.05, 0.0, MOST_YIELDING),)
 
     @property
     def place(self) -> str:

@@ -10,10 +10,10 @@ from model_gap.laws import FrictionCurveLaw, WholeFrictionCurveLaw
 
 
 class LoadFriction(CoulombFriction):
-    """(τ_c + μ|k (r + e)|)·tanh(v/v₀), r the twist under gravity: the gear's whole torque."""
+    """(τ_c + μ|k (r + e)|)·tanh(w/v₀), r the twist under gravity: the gear's whole torque."""
 
     type = 'load_friction'
-    equation = 'τ_f = (τ_c + μ |k (r + e)|) tanh(v/v_0), r the twist at rest'
+    equation = "τ_f = (τ_c + μ |k (r + e)|) tanh(w/v_0), w = v - p τ_f'/k, r the twist at rest"
     source = 'Hamon, Gautier and Garrec (2010), doi:10.1109/IROS.2010.5649189'
     signature = 'as dry friction, but more of it in poses in which gravity loads the joint'
     says = '{place} has dry friction of {torque:.3g} N m, and of {share:.2g} of its load'
@@ -29,15 +29,14 @@ class LoadFriction(CoulombFriction):
         return (
             *CoulombFriction(self.location, self.variant).parameters(scene),
             EffectParameter('share', '1', 0.1, 0.0, 1.0),
+            *self.presliding,
         )
-
-    def detailed(self) -> None:
-        """Return None: nothing more is free."""
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
-        torque, width, share = values
-        return self.with_torque(cell, (torque, width, 0.0, 1.0, share))
+        torque, width, share = values[:3]
+        compliance = values[3:] or (0.0,)
+        return self.with_torque(cell, (torque, width, 0.0, 1.0, share, *compliance))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return levels over two decades."""
@@ -45,5 +44,8 @@ class LoadFriction(CoulombFriction):
 
     def generalise(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
         """Return much and little of it made by load."""
-        torque, width = values[:2]
-        return [(0.7 * torque, width, 0.01), (0.3 * torque, width, 0.05)]
+        torque, width, *presliding = values
+        return [
+            (0.7 * torque, width, 0.01, *presliding),
+            (0.3 * torque, width, 0.05, *presliding),
+        ]

@@ -10,10 +10,10 @@ from model_gap.laws import FrictionCurveLaw, WholeFrictionCurveLaw
 
 
 class StribeckFriction(CoulombFriction):
-    """τ_c·(1 + s·exp(-(v/v_s)²))·tanh(v/v₀), as Coulomb's in the gear or on the whole joint."""
+    """τ_c·(1 + s·exp(-(w/v_s)²))·tanh(w/v₀), as Coulomb's in the gear or on the whole joint."""
 
     type = 'stribeck_friction'
-    equation = 'τ_f = τ_c (1 + s exp(-(v/v_s)²)) tanh(v/v_0)'
+    equation = "τ_f = τ_c (1 + s exp(-(w/v_s)²)) tanh(w/v_0), w = v - p τ_f'/k"
     source = 'Armstrong-Hélouvry et al. (1994), doi:10.1016/0005-1098(94)90209-7'
     signature = 'as dry friction, but at low amplitude damping falls faster than 1/amplitude'
     says = '{place} has dry friction of {torque:.3g} N m, and {rise:.2g} times more as it starts'
@@ -31,14 +31,12 @@ class StribeckFriction(CoulombFriction):
             *CoulombFriction(self.location, self.variant).parameters(scene),
             EffectParameter('rise', '1', 1.0, 0.0, 10.0),
             EffectParameter('stribeck_speed', 'rad/s', 1.0, 1e-4, 1.0, neutral=5e-3, log=True),
+            *self.presliding,
         )
-
-    def detailed(self) -> None:
-        """Return None: nothing more is free."""
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
-        return self.with_torque(cell, (*values, 0.0))
+        return self.with_torque(cell, (*values[:4], 0.0, *(values[4:] or (0.0,))))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return levels over two decades."""
@@ -46,5 +44,5 @@ class StribeckFriction(CoulombFriction):
 
     def generalise(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
         """Return knees to either side of the speeds that an arm is shaken at."""
-        torque, width = values[:2]
-        return [(0.7 * torque, width, 1.0, speed) for speed in (2e-3, 1e-2)]
+        torque, width, *presliding = values
+        return [(0.7 * torque, width, 1.0, speed, *presliding) for speed in (2e-3, 1e-2)]

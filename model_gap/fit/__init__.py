@@ -8,6 +8,7 @@ from model_gap.fit.fit import descend, Fit, fit, free_numbers_cost, Linearised
 from model_gap.fit.fits import fits, Numbers, numbers_of, with_numbers
 from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.neighbours import neighbours
+from model_gap.fit.partial import fit_some
 from model_gap.fit.posterior_predictive import posterior_predictive_check
 from model_gap.fit.split import pose_groups, split
 from model_gap.fit.thresholds import FIT
@@ -19,6 +20,7 @@ __all__ = [
     'Numbers',
     'descend',
     'fit',
+    'fit_some',
     'fits',
     'free_numbers_cost',
     'neighbours',

@@ -12,11 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
+from model_gap.campaign import Rows
 from model_gap.fit.fit import Fit
 from model_gap.fit.linearise import effect_columns, tolerance_columns
 from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
+
+Array = NDArray[np.float64]
 
 
 def posterior_predictive_check(fitted: Fit, predictor: Predictor) -> tuple[float, Hypothesis]:
@@ -32,34 +35,56 @@ def posterior_predictive_check(fitted: Fit, predictor: Predictor) -> tuple[float
     predictor : Predictor
         Of the held-out records.
     """
-    hypothesis = fitted.hypothesis
-    rows = predictor.rows(hypothesis.cell())
-    plain = predictor.weighting.misfit(rows)
+    here, way = fitted.hypothesis, np.zeros(len(fitted.precision))
+    rows = predictor.rows(here.cell())
+    chi = predictor.weighting.misfit(rows)
+    paid = chi
+    for _ in range(FIT.check_steps):
+        step, promised = _step(here, way, rows, chi, fitted, predictor)
+        for share in FIT.trials:
+            moved = _moved(here, share * step)
+            try:
+                moved_rows = predictor.rows(moved.cell())
+            except ModelError:
+                continue  # not a possible arm: a shorter step
+            moved_chi = predictor.weighting.misfit(moved_rows)
+            price = _paid(moved_chi, way + share * step, fitted)
+            if price < paid:
+                break
+        else:
+            break
+        here, way, rows, chi, paid = moved, way + share * step, moved_rows, moved_chi, price
+        if FIT.effective_data * np.log(paid / promised) < FIT.little_gain:
+            break  # as linear as it was taken to be
+    return paid, here
+
+
+def _step(
+    here: Hypothesis, way: Array, rows: Rows, chi: float, fitted: Fit, predictor: Predictor
+) -> tuple[Array, float]:
+    """Return the step to the least χ and price of the way, all linear, and that χ."""
     columns = np.concatenate(
-        [
-            tolerance_columns(hypothesis, predictor),
-            effect_columns(hypothesis, predictor, rows),
-        ]
+        [tolerance_columns(here, predictor), effect_columns(here, predictor, rows)]
     )
     residual = predictor.weighting.measured - rows
     gram = np.asarray(columns @ columns.T, dtype=float)
     pull = np.asarray(columns @ residual, dtype=float)
-    square = plain * predictor.weighting.count
-    chi: float = plain
-    way: NDArray[np.float64] = np.zeros(len(columns))
+    count = predictor.weighting.count
+    square, left, step = chi * count, chi, np.zeros(len(way))
     for _ in range(FIT.rounds):
-        weight = 2.0 * FIT.effective_data / (predictor.weighting.count * chi)
-        way = np.asarray(np.linalg.solve(weight * gram + fitted.precision, weight * pull), float)
-        chi = float(square - 2.0 * way @ pull + way @ gram @ way) / predictor.weighting.count
-        chi = max(chi, 1e-3 * plain)
-    size = len(hypothesis.tolerances)
-    moved = hypothesis.moved(
-        hypothesis.tolerance_values + way[:size],
-        hypothesis.inner + way[size:] * hypothesis.prior_scale,
+        weight = 2.0 * FIT.effective_data / (count * left)
+        force = weight * pull - fitted.precision @ way
+        step = np.asarray(np.linalg.solve(weight * gram + fitted.precision, force), float)
+        left = max(float(square - 2.0 * step @ pull + step @ gram @ step) / count, 1e-3 * chi)
+    return step, _paid(left, way + step, fitted)
+
+
+def _moved(here: Hypothesis, step: Array) -> Hypothesis:
+    size = len(here.tolerances)
+    return here.moved(
+        here.tolerance_values + step[:size], here.inner + step[size:] * here.prior_scale
     )
-    try:
-        there = predictor.weighting.misfit(predictor.rows(moved.cell()))
-    except ModelError:  # not a possible arm
-        return plain, hypothesis
-    paid = there * float(np.exp(0.5 * way @ fitted.precision @ way / FIT.effective_data))
-    return (paid, moved) if paid < plain else (plain, hypothesis)
+
+
+def _paid(chi: float, way: Array, fitted: Fit) -> float:
+    return chi * float(np.exp(0.5 * way @ fitted.precision @ way / FIT.effective_data))

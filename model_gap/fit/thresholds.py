@@ -25,6 +25,9 @@ class FitThresholds:
     """along the best one of each link. Chosen, not measured."""
     rounds: int = 4
     """Rounds of the posterior predictive check. Chosen, not measured."""
+    check_steps: int = 5
+    """Steps of that check at most, each linearised anew: one is enough of a model that is known
+    well."""
     heldout_share: float = 0.4
     """Of the poses, held out. Chosen, not measured."""
     least_poses: int = 3

@@ -18,16 +18,16 @@ def stretch(hypothesis: Hypothesis) -> float:
 
 
 def instead_of_tolerances(
-    hypothesis: Hypothesis, catalogue: Iterable[type[Effect]]
+    hypothesis: Hypothesis, unstretched: Hypothesis, catalogue: Iterable[type[Effect]]
 ) -> list[Hypothesis]:
-    """Return starts with what stretched tolerances may stand for, all tolerances nominal.
+    """Return starts with what stretched tolerances may stand for, tolerances as they were before.
 
     A softer spring or a tool of a few kilograms can be mimicked by tolerances far out of their
     range.  From there an effect gains nothing until all of that is undone: it must start without.
     """
     scene = hypothesis.scene
     values = hypothesis.tolerance_values
-    nominal = dataclasses.replace(hypothesis, tolerance_values=np.zeros_like(values))
+    before = dataclasses.replace(hypothesis, tolerance_values=unstretched.tolerance_values)
     far = [
         (item, value)
         for item, value in zip(hypothesis.tolerances, values.tolist(), strict=True)
@@ -36,7 +36,7 @@ def instead_of_tolerances(
     known = [effect.key for effect in hypothesis.effects]
     candidates = [effect for kind in catalogue for effect in kind.instances(scene)]
     return [
-        nominal.with_effect(effect, start)
+        before.with_effect(effect, start)
         for effect in candidates
         if effect.key not in known
         for start in dict.fromkeys(

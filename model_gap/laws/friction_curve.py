@@ -57,10 +57,16 @@ def curve(
     """
     level, width, rate_give = constants[0], constants[1], constants[2]
     rise, knee = constants[3], constants[4]
-    per_load, stiffness, at_rest = constants[5], constants[6], constants[7]
+    per_load, stiffness, at_rest, yielding = (
+        constants[5],
+        constants[6],
+        constants[7],
+        constants[8],
+    )
     size = level + per_load * abs(stiffness * (at_rest + twist))
-    speed = slid(abs(rate), rate_give * size, width, rise, knee)
-    if rate < 0.0:
+    free = rate + yielding * (4.0 * memory[2] - memory[3])
+    speed = slid(abs(free), (rate_give + 3.0 * yielding) * size, width, rise, knee)
+    if free < 0.0:
         speed = -speed
     held = grip(speed, width, rise, knee)
     before, last = memory[0], memory[1]
@@ -77,7 +83,7 @@ def curve(
                     grip(at, width, rise, knee) - grip(at, width, 0.0, knee)
                 )
         surplus = size * (mean - 0.5 * (last + held))
-    memory[0], memory[1] = speed, held
+    memory[0], memory[1], memory[2], memory[3] = speed, held, size * held, memory[2]
     return size * held, surplus
 
 
@@ -90,9 +96,10 @@ def whole_curve(
 
 
 class FrictionCurveLaw(JointLaw):
-    """F = (τ + μ|k (r + e)|)·(1 + s exp(-(w/v_s)²))·tanh(w/v₀) of the twist's rate w.
+    """F = (τ + μ|k (r + e)|)·(1 + s exp(-(w/v_s)²))·tanh(w/v₀), w = v - p F'/k the sliding speed.
 
-    Values τ, v₀, s, v_s, μ; r is the twist at rest, k the joint's stiffness.
+    Values τ, v₀, s, v_s, μ, p; r is the twist at rest, k the joint's stiffness, v the twist's
+    rate.  Before it slides it gives way, in steps as ``FrictionLaw`` says.
 
     References
     ----------
@@ -104,10 +111,11 @@ class FrictionCurveLaw(JointLaw):
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
-        """Return the values, how the rate falls with the torque, and the load at rest."""
-        level, width, rise, knee, per_load = values
+        """Return the values, how the rate falls with the torque, the load at rest, what gives."""
+        level, width, rise, knee, per_load, compliance = values
         load = per_load, context.stiffness, context.static_twist
-        return level, width, context.rate_give, rise, knee, *load
+        yielding = 0.5 * compliance / (context.period_s * context.stiffness)
+        return level, width, context.rate_give, rise, knee, *load, yielding
 
 
 class WholeFrictionCurveLaw(FrictionCurveLaw):

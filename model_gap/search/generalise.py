@@ -6,12 +6,11 @@ explanations are told apart by.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 import logging
 
 from model_gap.effects import Effect
 from model_gap.fit import Fit, fit, fits
-from model_gap.hypothesis import Hypothesis
+from model_gap.hypothesis import Hypothesis, is_special_case, more_general
 from model_gap.search.evidence_bound import evidence_bound
 from model_gap.search.refine import best_of_each
 from model_gap.search.rivals import EVIDENCE_BETWEEN
@@ -34,12 +33,23 @@ def generalised(
     data : SearchData
         Records.
     """
-    return best_of_each([_general(item, catalogue, data) for item in found])
+    every = best_of_each([_general(item, catalogue, data) for item in found])
+    return [item for item in every if not _no_better(item, every)]
+
+
+def _no_better(item: Fit, every: Sequence[Fit]) -> bool:
+    """Return whether its special case explains as much as two explanations are told apart by."""
+    effect = item.hypothesis.effects[-1]
+    return any(
+        is_special_case(other.hypothesis.effects[-1], effect)
+        and item.log_evidence - other.log_evidence <= EVIDENCE_BETWEEN
+        for other in every
+    )
 
 
 def _general(item: Fit, catalogue: Sequence[type[Effect]], data: SearchData) -> Fit:
     """Return the best law that a fit is a special case of, or the fit itself."""
-    starts = _starts(item.hypothesis, catalogue)
+    starts = more_general(item.hypothesis, catalogue)
     if not starts or evidence_bound(item) < EVIDENCE_BETWEEN:
         return item
 
@@ -58,18 +68,3 @@ def _general(item: Fit, catalogue: Sequence[type[Effect]], data: SearchData) -> 
         if lead > EVIDENCE_BETWEEN:
             return other
     return item
-
-
-def _starts(hypothesis: Hypothesis, catalogue: Sequence[type[Effect]]) -> list[Hypothesis]:
-    special, number = hypothesis.effects[-1], len(hypothesis.effects) - 1
-    fewer, values = hypothesis.without(number), hypothesis.values()[number]
-    general = [
-        kind(special.location, special.variant)
-        for kind in catalogue
-        if kind.special_case == special.type
-    ]
-    return [
-        replace(fewer, held=()).with_effect(effect, start)
-        for effect in general
-        for start in effect.generalise(values)
-    ]

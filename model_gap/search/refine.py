@@ -8,7 +8,7 @@ import numpy as np
 
 from model_gap.effects import Effect
 from model_gap.fit import Fit, fit, fits, Linearised, neighbours
-from model_gap.hypothesis import Hypothesis, instead_of_tolerances
+from model_gap.hypothesis import Hypothesis, instead_of_tolerances, more_general
 from model_gap.predict import Predictor
 from model_gap.search.screen import Trial
 from model_gap.search.search_data import SearchData
@@ -33,11 +33,13 @@ class RefinementLimits:
     hopeless : float
         Rough fits whose log evidence is this far behind the best are not refined.
     settled_misfit, settled_share : float
-        Once a rough fit is this good, torque laws that promised less than this share are not
-        tried.
+        Once a rough fit is this good, torque laws in other joints that promised less than this
+        share are not tried.  Those in the joint of the best are: laws mimic each other.
     mimicked_misfit : float
         Tolerances mimic an effect only where they leave little; where much is left they are
-        distorted.
+        distorted.  Of a model known roughly they are so with whatever is left.
+    linearisations, linearisations_far : int
+        Of the tolerances in a rough fit, at most; of a model known roughly the way is long.
     detailed : float
         Details are looked into of candidates this close to the best, in log evidence.
     """
@@ -52,6 +54,8 @@ class RefinementLimits:
     settled_misfit: float = 1.5
     settled_share: float = 0.5
     mimicked_misfit: float = 4.0
+    linearisations: int = 3
+    linearisations_far: int = 12
     detailed: float = 100.0
 
 
@@ -59,7 +63,11 @@ REFINEMENT = RefinementLimits()
 
 
 def rough_fits(
-    current: Fit, trials: Sequence[Trial], coarse: Predictor, catalogue: Sequence[type[Effect]]
+    current: Fit,
+    unstretched: Hypothesis,
+    trials: Sequence[Trial],
+    coarse: Predictor,
+    catalogue: Sequence[type[Effect]],
 ) -> list[Fit]:
     """Fit what promised most on the coarse records; return those worth more, the best first.
 
@@ -67,6 +75,8 @@ def rough_fits(
     ----------
     current : Fit
         What one more effect is sought for.
+    unstretched : Hypothesis
+        The model before ordinary tolerances were fitted: nominal unless it is known roughly.
     trials : sequence of Trial
         Screened, the most promising first.
     coarse : Predictor
@@ -77,16 +87,18 @@ def rough_fits(
     held = coarse.hold(current.hypothesis.cell()).held
     trials = chosen(trials)[: REFINEMENT.rough_after_torques if held else None]
     found: list[Fit | None] = []
-    if current.misfit < REFINEMENT.mimicked_misfit:
-        instead = instead_of_tolerances(current.hypothesis, catalogue)
+    known_roughly = bool(unstretched.tolerance_values.any())
+    often = REFINEMENT.linearisations_far if known_roughly else REFINEMENT.linearisations
+    if known_roughly or current.misfit < REFINEMENT.mimicked_misfit:
+        instead = instead_of_tolerances(current.hypothesis, unstretched, catalogue)
         starts = [replace(item, held=held) for item in instead]
-        found += fits(lambda start: fit(start, coarse, relinearise=3), starts)
+        found += fits(lambda start: fit(start, coarse, relinearise=often), starts)
     shared = Linearised.of(trials[0].base, coarse) if trials else None
 
     def roughly(start: Hypothesis) -> Fit:
         if start.effects[-1].amplitude_dependent:
             return fit(start, coarse, shared, iterations=4, relinearise=1)
-        return fit(start, coarse, shared, iterations=6, relinearise=3)
+        return fit(start, coarse, shared, iterations=6, relinearise=often)
 
     def starts_of(some: Sequence[Trial]) -> list[Hypothesis]:
         return [
@@ -101,11 +113,13 @@ def rough_fits(
 
     def may_wait(trial: Trial) -> bool:
         promises = trial.gain >= REFINEMENT.settled_share * trials[0].gain
-        return trial.effect.amplitude_dependent and not promises
+        elsewhere = trial.effect.location != trials[0].effect.location
+        return trial.effect.amplitude_dependent and elsewhere and not promises
 
     found += fits(roughly, starts_of([trial for trial in trials if not may_wait(trial)]))
     if min((item.misfit for item in found if item), default=np.inf) > REFINEMENT.settled_misfit:
         found += fits(roughly, starts_of([trial for trial in trials if may_wait(trial)]))
+    found += fits(roughly, _general_starts(best_of_each(found), catalogue))
     close = best_of_each(found)
     least = close[0].log_evidence - REFINEMENT.hopeless if close else 0.0
     for item in close[REFINEMENT.refined :]:
@@ -127,6 +141,20 @@ def rough_fits(
     if close and close[0].misfit > REFINEMENT.settled_misfit:
         close = with_details(close, coarse)
     return close
+
+
+def _general_starts(found: Sequence[Fit], catalogue: Sequence[type[Effect]]) -> list[Hypothesis]:
+    """Return starts of the laws whose special case leaves much over, where the best fit is.
+
+    Far behind another name it would be dropped before what it stands for is tried.
+    """
+    here = found[0].hypothesis.effects[-1].location if found else None
+    for item in found:
+        if item.hypothesis.effects[-1].location == here:
+            starts = more_general(item.hypothesis, catalogue)
+            if starts:
+                return starts if item.misfit > REFINEMENT.settled_misfit else []
+    return []
 
 
 def fine_fits(rough: Sequence[Fit], data: SearchData) -> list[Fit]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model_gap.campaign import Band, Campaign, explicit_damping
 from model_gap.cell import CellModel, joint_vector, Nuisance, nuisances, Tolerances
@@ -129,6 +130,8 @@ class Search:
         The records, transformed about what was found so far.
     simulated : bool or None
         The recordings are of a simulation linear about the motors' angles; None: not yet known.
+    roughly_known : (n_tolerances,) array or None
+        Tolerances with what is known only roughly as the recordings tell it, all others nominal.
     current : Fit or None
         What the next effect is added to; None before the first fit.
     trials : tuple of Trial
@@ -152,6 +155,7 @@ class Search:
     tolerances: tuple[Nuisance, ...]
     data: SearchData
     simulated: bool | None = None
+    roughly_known: NDArray[np.float64] | None = None
     current: Fit | None = None
     trials: tuple[Trial, ...] = ()
     fits: tuple[Fit, ...] = ()
@@ -221,15 +225,26 @@ class Search:
         )
 
     @property
+    def unstretched(self) -> Hypothesis:
+        """The model as it was given, but for what is known only roughly."""
+        if self.roughly_known is None:
+            return self.nominal
+        return replace(self.nominal, tolerance_values=self.roughly_known)
+
+    @property
     def usual_tolerances(self) -> tuple[Nuisance, ...]:
         """What its tolerances would be were nothing stated."""
         return nuisances(self.scene.cell, links_with_mass(self.model), Tolerances())
 
     @property
-    def known_roughly(self) -> bool:
-        """Whether any tolerance is wider than usual."""
+    def rough_places(self) -> tuple[int, ...]:
+        """Which tolerances are wider than usual; a gain acts linearly, however wide it is."""
         usual = {item.name: item.sigma for item in self.usual_tolerances}
-        return any(item.sigma > usual.get(item.name, item.sigma) for item in self.tolerances)
+        return tuple(
+            number
+            for number, item in enumerate(self.tolerances)
+            if item.kind != 'gain' and item.sigma > usual.get(item.name, item.sigma)
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:

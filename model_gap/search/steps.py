@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 import logging
 
-from model_gap.fit import Fit, fit, tolerance_columns
+from model_gap.fit import Fit, fit, fit_some, tolerance_columns
 from model_gap.hypothesis import stretch, STRETCHED
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
 from model_gap.search.generalise import generalised
@@ -65,10 +65,12 @@ LIMITS = StepLimits()
 
 def fit_tolerances(search: Search) -> Search:
     """Fit the model without any effect, before the first round."""
-    fitting = search.data.fitting
-    wide = search.known_roughly
-    often = LIMITS.rough_linearisations if wide else LIMITS.first_linearisations
-    first = fit(search.nominal, fitting, relinearise=often)
+    often, rough = LIMITS.first_linearisations, search.rough_places
+    if rough:
+        often = LIMITS.rough_linearisations
+        begun = fit_some(search.nominal, search.data.coarse, rough, often)
+        search = replace(search, roughly_known=begun.tolerance_values)
+    first = fit(search.unstretched, search.data.fitting, relinearise=often)
     log.debug('tolerances alone: misfit %.3g', first.misfit)
     return take_out_second_order(replace(search, current=first))
 
@@ -107,7 +109,7 @@ def screen_catalogue(search: Search) -> Search:
     ]
     poor = current.misfit > LIMITS.distorted_misfit
     if poor or not stretch(base) > STRETCHED:  # else tolerances hide what there is to reach
-        bases = [base] if base.effects or not poor else [base, search.nominal]
+        bases = [base] if base.effects or not poor else [base, search.unstretched]
         candidates = within_reach(
             candidates, bases, predictor, LIMITS.least_reach_gain, LIMITS.least_reach_share
         )
@@ -134,7 +136,8 @@ def fit_roughly(search: Search) -> Search:
         best = [f'{trial.effect!r}: {trial.gain:.3g}' for trial in search.trials[:1]]
         log.debug('nothing promises enough (best %s)', *best or ['none'])
         return replace(search, fits=())
-    rough = rough_fits(current, search.trials, search.data.coarse, search.settings.catalogue)
+    catalogue, coarse = search.settings.catalogue, search.data.coarse
+    rough = rough_fits(current, search.unstretched, search.trials, coarse, catalogue)
     if rough and current.misfit > LIMITS.distorted_misfit and not search.simulated:
         about = replace(rough[0].hypothesis, held=()).cell()
         search = search.with_data_about(about)

@@ -44,7 +44,16 @@ def test_what_is_stated_later_counts_and_a_name_counts_before_its_kind(robot, ce
     assert found['stiffness of joint_2'] == 0.1
     assert found['mass of link_3'] == 0.05
     assert found['rotation of elbow (x)'] == pytest.approx(np.radians(3.0))
-    assert found['damping of joint_1'] == Tolerances().damping
+
+
+def test_no_damping_is_known_better_than_its_spring_unless_it_is_stated(cell, robot):
+    stated = {'stiffness': 0.4, 'damping of joint_3': 0.05, 'stiffness of joint_2': 0.0}
+    found = sizes(cell, robot, Tolerances().stated(stated, ''))
+    assert found['damping of joint_1'] == 0.4
+    assert found['damping of joint_2'] == Tolerances().damping
+    assert found['damping of joint_3'] == 0.05
+    assert found['damping across joint_2 (1)'] == 0.4
+    assert sizes(cell, robot, Tolerances())['damping of joint_1'] == Tolerances().damping
 
 
 def test_what_has_no_tolerance_is_known_exactly(cell, robot):

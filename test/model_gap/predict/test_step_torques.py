@@ -308,7 +308,7 @@ def test_a_friction_curve_solves_its_implicit_equation(rng):
             rng.normal(0, 0.02),
         )
         context = JointContext(stiffness, at_rest, 0.0, rate_give, 1e-3)
-        values = (level, width, rise, knee, per_load)
+        values = (level, width, rise, knee, per_load, 0.0)
         constants = np.array(FrictionCurveLaw.constants(values, context))
         torque, _ = FrictionCurveLaw.torque(constants, np.zeros(MEMORY), twist, rate, 0.0)
         speed = rate - rate_give * torque
@@ -317,10 +317,11 @@ def test_a_friction_curve_solves_its_implicit_equation(rng):
         assert torque == pytest.approx(wanted, rel=1e-5, abs=1e-6 * size)
 
 
-def test_a_friction_curve_without_rise_and_load_is_coulombs(rng):
+@pytest.mark.parametrize('gives', [0.0, 0.03])
+def test_a_friction_curve_without_rise_and_load_is_coulombs(rng, gives):
     context = JointContext(2e6, 0.0, 0.0, 1e-5, 1e-3)
-    plain = np.array(FrictionLaw.constants((50.0, 1e-3, 0.0), context), dtype=float)
-    curve = np.array(FrictionCurveLaw.constants((50.0, 1e-3, 0.0, 1.0, 0.0), context))
+    plain = np.array(FrictionLaw.constants((50.0, 1e-3, gives), context), dtype=float)
+    curve = np.array(FrictionCurveLaw.constants((50.0, 1e-3, 0.0, 1.0, 0.0, gives), context))
     one, two = np.zeros(MEMORY), np.zeros(MEMORY)
     for rate in rng.normal(0.0, 5e-3, 50):
         expected = FrictionLaw.torque(plain, one, 0.0, rate, 0.0)
