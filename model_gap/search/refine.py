@@ -121,26 +121,25 @@ def rough_fits(
         found += fits(roughly, starts_of([trial for trial in trials if may_wait(trial)]))
     found += fits(roughly, _general_starts(best_of_each(found), catalogue))
     close = best_of_each(found)
-    least = close[0].log_evidence - REFINEMENT.hopeless if close else 0.0
     for item in close[REFINEMENT.refined :]:
-        log.debug(
-            '%r dropped: %d others are closer, the best by %.3g of log evidence',
-            item.hypothesis.effects[-1],
-            REFINEMENT.refined,
-            close[0].log_evidence - item.log_evidence,
-        )
+        _log_dropped(item, close[0], f'{REFINEMENT.refined} others are closer')
     close = close[: REFINEMENT.refined]
+    if close and close[0].misfit > REFINEMENT.settled_misfit:
+        close = best_of_each(with_details(close, coarse))
+    least = close[0].log_evidence - REFINEMENT.hopeless if close else 0.0
     for item in close:
         if item.log_evidence <= least:
-            log.debug(
-                '%r dropped: hopelessly behind, by %.3g of log evidence',
-                item.hypothesis.effects[-1],
-                close[0].log_evidence - item.log_evidence,
-            )
-    close = [item for item in close if item.log_evidence > least]
-    if close and close[0].misfit > REFINEMENT.settled_misfit:
-        close = with_details(close, coarse)
-    return close
+            _log_dropped(item, close[0], 'hopelessly behind')
+    return [item for item in close if item.log_evidence > least]
+
+
+def _log_dropped(item: Fit, best: Fit, why: str) -> None:
+    log.debug(
+        '%r dropped: %s, the best by %.3g of log evidence',
+        item.hypothesis.effects[-1],
+        why,
+        best.log_evidence - item.log_evidence,
+    )
 
 
 def _general_starts(found: Sequence[Fit], catalogue: Sequence[type[Effect]]) -> list[Hypothesis]:
