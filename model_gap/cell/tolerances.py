@@ -1,7 +1,6 @@
 """How roughly a cell is known: one size of every kind of ordinary imperfection, or one by name."""
 
 from collections.abc import Container, Mapping, Sequence
-import dataclasses
 from dataclasses import dataclass, field, fields, replace
 import math
 from typing import Any
@@ -145,9 +144,9 @@ def _damping_no_better(items: Sequence[Nuisance], stated: Container[str]) -> lis
     sigma = {item.name: item.sigma for item in items}
 
     def known(item: Nuisance) -> Nuisance:
-        spring = item.name.replace('damping', 'stiffness', 1)
         if item.name in stated or not item.name.startswith('damping') or item.sigma == 0.0:
             return item
-        return dataclasses.replace(item, sigma=max(item.sigma, sigma[spring]))
+        spring = item.name.replace('damping', 'stiffness', 1)
+        return replace(item, sigma=max(item.sigma, sigma[spring]))
 
     return [known(item) for item in items]

@@ -67,10 +67,13 @@ class CoulombFriction(DetailedEffect):
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
-        return self.with_torque(cell, (*values[:2], *(values[2:] or (0.0,))))
+        return self.with_torque(cell, values[:2], values[2:])
 
-    def with_torque(self, cell: CellModel, values: tuple[float, ...]) -> CellModel:
-        """Return a cell with the torque, in the gear or on the whole joint."""
+    def with_torque(
+        self, cell: CellModel, numbers: Sequence[float], presliding: Sequence[float]
+    ) -> CellModel:
+        """Return a cell with the torque, in the gear or on the whole joint; rigid unless free."""
+        values = (*numbers, *(presliding or (0.0,)))
         law = self.laws[self.variant == WHOLE_JOINT]
         force = JointForce(self.place, law, values)
         return dataclasses.replace(cell, forces=(*cell.forces, force))

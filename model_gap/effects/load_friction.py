@@ -34,9 +34,8 @@ class LoadFriction(CoulombFriction):
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
-        torque, width, share = values[:3]
-        compliance = values[3:] or (0.0,)
-        return self.with_torque(cell, (torque, width, 0.0, 1.0, share, *compliance))
+        torque, width, share, *presliding = values
+        return self.with_torque(cell, (torque, width, 0.0, 1.0, share), presliding)
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return levels over two decades."""

@@ -36,7 +36,7 @@ class StribeckFriction(CoulombFriction):
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
-        return self.with_torque(cell, (*values[:4], 0.0, *(values[4:] or (0.0,))))
+        return self.with_torque(cell, (*values[:4], 0.0), values[4:])
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return levels over two decades."""

@@ -5,7 +5,7 @@ data count as ``effective_data`` independent pieces of unknown scale,
 -log L = N log χ with χ = mean |Y - Ŷ|²/σ².
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -103,6 +103,31 @@ class Descent:
     gain: float
 
 
+@dataclass(frozen=True)
+class Stride:
+    """A step that was taken.
+
+    Parameters
+    ----------
+    step : (n_tolerances + n_parameters,) array
+        In prior standard deviations.
+    hypothesis : Hypothesis
+        Where it leads.
+    rows : (n_rows,) array
+        The prediction there.
+    misfit : float
+        χ there.
+    value : float
+        What became less.
+    """
+
+    step: Array
+    hypothesis: Hypothesis
+    rows: Rows
+    misfit: float
+    value: float
+
+
 def objective(misfit_value: float, hypothesis: Hypothesis) -> float:
     """Return minus the log posterior density, up to a constant."""
     scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
@@ -166,26 +191,51 @@ def descend(
     gram = np.asarray(columns @ columns.T, dtype=float)
     for _ in range(iterations):
         step = _step(hypothesis, predictor, columns, gram, rows, chi)
-        for trial in FIT.trials:
-            moved = hypothesis.moved(
-                hypothesis.tolerance_values + trial * step[: len(columns)],
-                hypothesis.inner + trial * step[len(columns) :] * hypothesis.prior_scale,
-            )
-            try:
-                new_rows = predictor.rows(moved.cell())
-            except ModelError:
-                continue  # not a possible arm: a shorter step
-            new_chi = predictor.weighting.misfit(new_rows)
-            value = objective(new_chi, moved)
-            if value < best:
-                break
-        else:
+        there = lower(
+            hypothesis, step, predictor, best, lambda _, moved, chi: objective(chi, moved)
+        )
+        if there is None:
             break
-        gain, best = best - value, value
-        hypothesis, rows, chi = moved, new_rows, new_chi
+        gain, best = best - there.value, there.value
+        hypothesis, rows, chi = there.hypothesis, there.rows, there.misfit
         if gain < 0.3:
             break
     return Descent(hypothesis, chi, best, first - best)
+
+
+def lower(
+    hypothesis: Hypothesis,
+    step: Array,
+    predictor: Predictor,
+    least: float,
+    value: Callable[[Array, Hypothesis, float], float],
+) -> Stride | None:
+    """Return where a step, or else a shorter one, leads lower; None where none does.
+
+    Parameters
+    ----------
+    hypothesis : Hypothesis
+        Where the step begins.
+    step : (n_tolerances + n_parameters,) array
+        In prior standard deviations.
+    predictor : Predictor
+        Of the records.
+    least : float
+        What is to be undercut.
+    value : callable
+        Takes the step taken, where it leads and χ there.
+    """
+    for share in FIT.trials:
+        moved = hypothesis.stepped(share * step)
+        try:
+            rows = predictor.rows(moved.cell())
+        except ModelError:
+            continue  # not a possible arm: a shorter step
+        chi = predictor.weighting.misfit(rows)
+        found = value(share * step, moved, chi)
+        if found < least:
+            return Stride(share * step, moved, rows, chi, found)
+    return None
 
 
 def _step(

@@ -11,9 +11,8 @@ Gelman, Meng and Stern (1996), Posterior predictive assessment, Statistica Sinic
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.errors import ModelError
 from model_gap.campaign import Rows
-from model_gap.fit.fit import Fit
+from model_gap.fit.fit import Fit, lower
 from model_gap.fit.linearise import effect_columns, tolerance_columns
 from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
@@ -41,19 +40,15 @@ def posterior_predictive_check(fitted: Fit, predictor: Predictor) -> tuple[float
     paid = chi
     for _ in range(FIT.check_steps):
         step, promised = _step(here, way, rows, chi, fitted, predictor)
-        for share in FIT.trials:
-            moved = _moved(here, share * step)
-            try:
-                moved_rows = predictor.rows(moved.cell())
-            except ModelError:
-                continue  # not a possible arm: a shorter step
-            moved_chi = predictor.weighting.misfit(moved_rows)
-            price = _paid(moved_chi, way + share * step, fitted)
-            if price < paid:
-                break
-        else:
+
+        def price(part: Array, _: Hypothesis, misfit: float, way: Array = way) -> float:
+            return _paid(misfit, way + part, fitted)
+
+        there = lower(here, step, predictor, paid, price)
+        if there is None:
             break
-        here, way, rows, chi, paid = moved, way + share * step, moved_rows, moved_chi, price
+        here, rows, chi, paid = there.hypothesis, there.rows, there.misfit, there.value
+        way = way + there.step
         if FIT.effective_data * np.log(paid / promised) < FIT.little_gain:
             break  # as linear as it was taken to be
     return paid, here
@@ -77,13 +72,6 @@ def _step(
         step = np.asarray(np.linalg.solve(weight * gram + fitted.precision, force), float)
         left = max(float(square - 2.0 * step @ pull + step @ gram @ step) / count, 1e-3 * chi)
     return step, _paid(left, way + step, fitted)
-
-
-def _moved(here: Hypothesis, step: Array) -> Hypothesis:
-    size = len(here.tolerances)
-    return here.moved(
-        here.tolerance_values + step[:size], here.inner + step[size:] * here.prior_scale
-    )
 
 
 def _paid(chi: float, way: Array, fitted: Fit) -> float:

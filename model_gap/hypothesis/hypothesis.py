@@ -117,6 +117,13 @@ class Hypothesis:
             self, tolerance_values=tolerance_values, inner=np.array(inside, dtype=float)
         )
 
+    def stepped(self, step: Array) -> 'Hypothesis':
+        """Return a copy moved by so many prior standard deviations, tolerances first."""
+        size = len(self.tolerances)
+        return self.moved(
+            self.tolerance_values + step[:size], self.inner + step[size:] * self.prior_scale
+        )
+
     @cached_property
     def tolerant(self) -> CellModel:
         """The cell with tolerances but without effects."""

@@ -24,7 +24,7 @@ class FrictionLaw(JointLaw):
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
         """Return how much the torque slows the sliding within a step."""
         level, width, compliance = values
-        yielding = 0.5 * compliance / (context.period_s * context.stiffness)
+        yielding = context.yielding(compliance)
         braking = (context.rate_give + 3.0 * yielding) * level
         return level, width, braking, yielding
 

@@ -57,12 +57,8 @@ def curve(
     """
     level, width, rate_give = constants[0], constants[1], constants[2]
     rise, knee = constants[3], constants[4]
-    per_load, stiffness, at_rest, yielding = (
-        constants[5],
-        constants[6],
-        constants[7],
-        constants[8],
-    )
+    per_load, stiffness, at_rest = constants[5], constants[6], constants[7]
+    yielding = constants[8]
     size = level + per_load * abs(stiffness * (at_rest + twist))
     free = rate + yielding * (4.0 * memory[2] - memory[3])
     speed = slid(abs(free), (rate_give + 3.0 * yielding) * size, width, rise, knee)
@@ -114,7 +110,7 @@ class FrictionCurveLaw(JointLaw):
         """Return the values, how the rate falls with the torque, the load at rest, what gives."""
         level, width, rise, knee, per_load, compliance = values
         load = per_load, context.stiffness, context.static_twist
-        yielding = 0.5 * compliance / (context.period_s * context.stiffness)
+        yielding = context.yielding(compliance)
         return level, width, context.rate_give, rise, knee, *load, yielding
 
 

@@ -48,6 +48,10 @@ class JointContext:
     period_s: float
     start_s: float = 0.0
 
+    def yielding(self, compliance: float) -> float:
+        """Return p/2hk of a spring before sliding, p as a share of the joint's own compliance."""
+        return 0.5 * compliance / (self.period_s * self.stiffness)
+
 
 class JointLaw:
     """A torque between motor and link of one joint; used as a class, never instantiated.

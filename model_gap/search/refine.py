@@ -11,6 +11,7 @@ from model_gap.fit import Fit, fit, fits, Linearised, neighbours
 from model_gap.hypothesis import Hypothesis, instead_of_tolerances, more_general
 from model_gap.predict import Predictor
 from model_gap.search.screen import Trial
+from model_gap.search.search import Search
 from model_gap.search.search_data import SearchData
 
 log = logging.getLogger(__name__)
@@ -62,35 +63,16 @@ class RefinementLimits:
 REFINEMENT = RefinementLimits()
 
 
-def rough_fits(
-    current: Fit,
-    unstretched: Hypothesis,
-    trials: Sequence[Trial],
-    coarse: Predictor,
-    catalogue: Sequence[type[Effect]],
-) -> list[Fit]:
-    """Fit what promised most on the coarse records; return those worth more, the best first.
-
-    Parameters
-    ----------
-    current : Fit
-        What one more effect is sought for.
-    unstretched : Hypothesis
-        The model before ordinary tolerances were fitted: nominal unless it is known roughly.
-    trials : sequence of Trial
-        Screened, the most promising first.
-    coarse : Predictor
-        Of the coarse records.
-    catalogue : sequence of Effect types
-        What stretched tolerances may stand for.
-    """
+def rough_fits(search: Search) -> list[Fit]:
+    """Fit what promised most on the coarse records; return those worth more, the best first."""
+    current, coarse, catalogue = search.fitted, search.data.coarse, search.settings.catalogue
     held = coarse.hold(current.hypothesis.cell()).held
-    trials = chosen(trials)[: REFINEMENT.rough_after_torques if held else None]
+    trials = chosen(search.trials)[: REFINEMENT.rough_after_torques if held else None]
     found: list[Fit | None] = []
-    known_roughly = bool(unstretched.tolerance_values.any())
+    known_roughly = search.roughly_known is not None
     often = REFINEMENT.linearisations_far if known_roughly else REFINEMENT.linearisations
     if known_roughly or current.misfit < REFINEMENT.mimicked_misfit:
-        instead = instead_of_tolerances(current.hypothesis, unstretched, catalogue)
+        instead = instead_of_tolerances(current.hypothesis, search.unstretched, catalogue)
         starts = [replace(item, held=held) for item in instead]
         found += fits(lambda start: fit(start, coarse, relinearise=often), starts)
     shared = Linearised.of(trials[0].base, coarse) if trials else None

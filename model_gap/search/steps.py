@@ -136,8 +136,7 @@ def fit_roughly(search: Search) -> Search:
         best = [f'{trial.effect!r}: {trial.gain:.3g}' for trial in search.trials[:1]]
         log.debug('nothing promises enough (best %s)', *best or ['none'])
         return replace(search, fits=())
-    catalogue, coarse = search.settings.catalogue, search.data.coarse
-    rough = rough_fits(current, search.unstretched, search.trials, coarse, catalogue)
+    rough = rough_fits(search)
     if rough and current.misfit > LIMITS.distorted_misfit and not search.simulated:
         about = replace(rough[0].hypothesis, held=()).cell()
         search = search.with_data_about(about)
