@@ -89,7 +89,7 @@ def scene(seed: int, speed: int, ramp: float = 0.0) -> Scene:
     Parameters
     ----------
     seed : int
-        Of pose, levels, chips and sensors; the pose is the same at all speeds.
+        Of pose, levels, chips and sensors; the pose alone is the same at all speeds.
     speed : int
         Which of the three.
     ramp : float
@@ -103,9 +103,10 @@ def scene(seed: int, speed: int, ramp: float = 0.0) -> Scene:
     kept = sensors[::EVERY_SENSOR]
     channels = tuple(one for one in layout.channels if one.name.split('.')[0] in kept)
     rng = np.random.default_rng([seed, speed, round(1000 * ramp)])
+    noise = int(rng.integers(2**31))  # chips and sensors of one speed tell nothing of another's
 
     def play(process: ProcessSettings, duration_s: float) -> tuple[Real, ArmSide]:
-        own = CellSettings(sample_rate_hz=OVERSAMPLED * RATE_HZ, seed=seed, process=process)
+        own = CellSettings(sample_rate_hz=OVERSAMPLED * RATE_HZ, seed=noise, process=process)
         arm = ArmSide(model, channels, np.degrees(model.to_controller(pose)), own)
         n_rows = round(duration_s * OVERSAMPLED * RATE_HZ)
         still = np.zeros((n_rows, len(pose)))
@@ -114,7 +115,7 @@ def scene(seed: int, speed: int, ramp: float = 0.0) -> Scene:
         return resample_poly(rows, 1, OVERSAMPLED, axis=0, padtype='line'), arm
 
     rpm = SPEEDS_RPM[speed]
-    chips = replace(CUT, seed=seed, background_n=CHIPS_N, speed_rpm=rpm)
+    chips = replace(CUT, seed=noise, background_n=CHIPS_N, speed_rpm=rpm)
     clean, arm = play(chips, DURATION_S)
     true = arm.model.damped_modes(pose, channels)
     hz = true.frequency_hz
