@@ -7,7 +7,6 @@ only to a percent or so and must not be given a name.
 from model_gap.cell.arm_nuisances import encoder_of
 from model_gap.cell.cell_model import CellModel, Filter, HeldTorque, JointForce, Ripple, Tone
 from model_gap.cell.changes import change_drive, change_joint, gain_step, offset_joint
-from model_gap.cell.equivalent_gain import closed_transfer, equivalent_gain
 from model_gap.cell.joint_vector import (
     axis_row,
     BETWEEN_LINKS,
@@ -46,9 +45,7 @@ __all__ = [
     'axis_row',
     'change_drive',
     'change_joint',
-    'closed_transfer',
     'encoder_of',
-    'equivalent_gain',
     'force_vector',
     'gain_step',
     'in_words',

@@ -4,9 +4,12 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from model_gap.cell import CellModel, JointForce
+from model_gap.cell import CellModel, joint_spring, JointForce
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.laws import CubicDampingLaw
+
+USUAL_S3 = 30.0
+"""Coefficient over stiffness of 3 % at 10 Hz and 0.1 mrad: 3/4 c (ω x)² = 2 ζ k/ω."""
 
 
 class CubicDamping(Effect):
@@ -29,8 +32,15 @@ class CubicDamping(Effect):
         return [cls(*place) for place in scene.joint_places]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return the coefficient."""
-        return (EffectParameter('coefficient', 'N m s³/rad³', 1e7, 0.0, 1e12),)
+        """Return the coefficient, anywhere about what damps as much as the joint's own damper."""
+        usual = self._usual(scene)
+        low, high = 1e-6 * usual, 1e6 * usual
+        # One standard deviation: from a twelfth to twelve times as much.
+        return (EffectParameter('coefficient', 'N m s³/rad³', 2.5, low, high, usual, log=True),)
+
+    def _usual(self, scene: Scene) -> float:
+        """Return what damps a joint that swings by 0.1 mrad at 10 Hz by 3 % of critical."""
+        return USUAL_S3 * joint_spring(scene.cell.spec, self.place).stiffness
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
@@ -39,4 +49,4 @@ class CubicDamping(Effect):
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return coefficients over four decades."""
-        return [(size,) for size in (1e5, 1e7, 1e9)]
+        return [(size * self._usual(scene),) for size in (0.01, 1.0, 100.0)]

@@ -10,11 +10,17 @@ from model_gap.laws import StopLaw
 
 
 class EndStop(DetailedEffect):
-    """A stiffness r·k beyond ±g about a middle: where the arm hangs, until a fit is good."""
+    """A stiffness r·k beyond ±g about a middle, damped while it is pressed.
+
+    The middle is where the arm hangs, and nothing is damped, until a fit is good.
+    """
 
     type = 'end_stop'
-    equation = 'τ = r k sign(x - m) max(|x - m| - g, 0)'
-    source = 'Shaw and Holmes (1983), doi:10.1016/0022-460X(83)90407-8'
+    equation = "τ = r k sign(x - m) d max(1 + l d', 0), d = max(|x - m| - g, 0)"
+    source = (
+        'Shaw and Holmes (1983), doi:10.1016/0022-460X(83)90407-8; '
+        'Hunt and Crossley (1975), doi:10.1115/1.3423596'
+    )
     signature = 'as nominal below an amplitude, stiffer and with harmonics above it'
     says = '{place} runs into a stop {gap:.2g} rad from where it hangs'
     amplitude_dependent = True
@@ -29,18 +35,23 @@ class EndStop(DetailedEffect):
         return [cls(*place) for place in scene.joint_places]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return gap and stiffness, and where its middle is."""
+        """Return gap and stiffness, then where its middle is and how it is damped."""
         first = (
             EffectParameter('gap', 'rad', 1.5, 1e-6, 1e-2, neutral=1e-4, log=True),
             EffectParameter('stiffness_ratio', '1', 1.0, 0.02, 200.0, neutral=3.0, log=True),
         )
-        middle = EffectParameter('middle', 'rad', 5e-5, -1e-3, 1e-3)
-        return (*first, middle) if self.details else first
+        if not self.details:
+            return first
+        return (
+            *first,
+            EffectParameter('middle', 'rad', 5e-5, -1e-3, 1e-3),
+            # Half of the speed is lost where it is pressed at 0.75/l (restitution 1 - 2/3 l v).
+            EffectParameter('loss', 's/rad', 20.0, 0.0, 1e3),
+        )
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
-        gap, ratio, middle = (*values, 0.0)[:3]
-        force = JointForce(self.place, StopLaw, (gap, ratio, middle))
+        force = JointForce(self.place, StopLaw, (*values, 0.0, 0.0)[:4])
         return dataclasses.replace(cell, forces=(*cell.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:

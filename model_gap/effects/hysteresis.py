@@ -5,16 +5,22 @@ import dataclasses
 from typing import ClassVar
 
 from model_gap.cell import CellModel, JointForce
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.laws import HysteresisLaw
 
+KNEE = 4.0
 
-class Hysteresis(Effect):
-    """A spring s·k beside the joint's own that slips at the twist x_y (Jenkin element)."""
+
+class Hysteresis(DetailedEffect):
+    """A spring s·k beside the joint's own that slips at the twist x_y.
+
+    How sharp its knee is (n; Bouc and Wen's is often 1 to 2, Jenkin's is sharp) is free once a fit
+    is good.
+    """
 
     type = 'hysteresis'
-    equation = "τ = s k z, z' = x' while |z| < x_y, else 0 outwards"
-    source = 'Iwan (1966), doi:10.1115/1.3625199; Bouc-Wen with a sharp knee'
+    equation = "τ = s k z, z' = x' (1 - |z/x_y|ⁿ) outwards, x' inwards"
+    source = 'Wen (1976), doi:10.1061/JMCEA3.0002106; Iwan (1966), doi:10.1115/1.3625199'
     signature = 'frequency falls as amplitude rises; damping is largest between, small beyond'
     says = 'A part of {place}, {share:.2g} times its stiffness, slips at {limit:.2g} rad'
     amplitude_dependent = True
@@ -30,15 +36,17 @@ class Hysteresis(Effect):
         return [cls(*place) for place in scene.joint_places]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return how stiff it is and where it slips."""
-        return (
+        """Return how stiff it is and where it slips, then how sharply."""
+        first = (
             EffectParameter('share', '1', 0.3, 0.0, 5.0),
             EffectParameter('limit', 'rad', 1.0, 1e-7, 5e-3, neutral=4e-5, log=True),
         )
+        knee = EffectParameter('knee', '1', 1.0, 0.7, 40.0, neutral=KNEE, log=True)
+        return (*first, knee) if self.details else first
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the torque."""
-        force = JointForce(self.place, HysteresisLaw, (values[0], values[1]))
+        force = JointForce(self.place, HysteresisLaw, (*values, KNEE)[:3])
         return dataclasses.replace(cell, forces=(*cell.forces, force))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
@@ -47,5 +55,5 @@ class Hysteresis(Effect):
 
     def other_starts(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
         """Return limits far from each other: what never slips is a spring, the rest friction."""
-        share, limit = values
-        return [(share, limit * factor) for factor in (0.3, 3.0)]
+        share, limit, *knee = values
+        return [(share, limit * factor, *knee) for factor in (0.3, 3.0)]

@@ -7,17 +7,18 @@ from model_gap.laws.solve import slipping
 
 
 class HysteresisLaw(JointLaw):
-    """N = s k z, z follows the twist between ±x_y: values s (share of the stiffness k) and x_y.
+    """N = s k z, z' = x' (1 - |z/x_y|ⁿ (1 + sign(x' z))/2): values s (share of k), x_y and n.
 
     References
     ----------
-    Iwan (1966), doi:10.1115/1.3625199 (one Jenkin element beside a spring).
+    Wen (1976), doi:10.1061/JMCEA3.0002106; sharp, with n large, it is the element of Iwan (1966),
+    doi:10.1115/1.3625199.
     """
 
     torque = slipping
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
-        """Return stiffness, limit and give."""
-        share, limit = values
-        return max(share, 1e-9) * context.stiffness, limit, context.give
+        """Return stiffness, limit, give and knee."""
+        share, limit, knee = values
+        return max(share, 1e-9) * context.stiffness, limit, context.give, knee

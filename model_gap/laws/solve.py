@@ -27,6 +27,9 @@ MOST_NEWTON_STEPS = 20
 SOLVED = 1e-9
 # Third of the give times what the spring stiffens by: beyond, no parabola follows its steps.
 STEEPEST = 0.03
+# In limits of a spring that slips: beyond, it has slipped; over its sharpness, a step of its knee.
+SATURATED = 8.0
+KNEE_STEP = 1.0
 
 
 @compiled
@@ -161,15 +164,65 @@ def speed_spring(
 
 
 @compiled
+def loaded(part: float, path: float, knee: float) -> float:
+    """Return what a part of a limit becomes along a path in limits, u' = 1 - uⁿ from u >= 0."""
+    if path > SATURATED:
+        return 1.0
+    count = int(path * knee / KNEE_STEP) + 1
+    step = path / count
+    for _ in range(count):  # classical Runge and Kutta
+        first = 1.0 - part**knee
+        second = 1.0 - min(part + 0.5 * step * first, 1.0) ** knee
+        third = 1.0 - min(part + 0.5 * step * second, 1.0) ** knee
+        last = 1.0 - min(part + step * third, 1.0) ** knee
+        part = min(part + step / 6.0 * (first + 2.0 * (second + third) + last), 1.0)
+    return part
+
+
+@compiled
+def bouc_wen(part: float, path: float, knee: float) -> float:
+    """Return z/l behind a path in limits: it unloads straight, and loads along its knee.
+
+    References
+    ----------
+    Wen (1976), doi:10.1061/JMCEA3.0002106, with A = 1 and β = γ = 1/2 lⁿ.
+    """
+    side = 1.0 if path > 0.0 else -1.0
+    ahead, left = side * part, abs(path)
+    if ahead < 0.0:
+        back = min(-ahead, left)
+        ahead, left = ahead + back, left - back
+    return side * loaded(ahead, left, knee) if left > 0.0 else side * ahead
+
+
+@compiled
 def slipping(
     constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
 ) -> tuple[float, float]:
-    """Return the torque of a spring that slips: it follows the twist up to its limit."""
-    stiffness, limit, give = constants[0], constants[1], constants[2]
-    free = memory[0] + twist - memory[1]
-    torque = stiffness * free / (1.0 + give * stiffness)
-    torque = min(max(torque, -stiffness * limit), stiffness * limit)
-    memory[0], memory[1] = torque / stiffness, twist - give * torque
+    """Return the torque of a spring that slips: it follows the twist up to its limit.
+
+    The part z/l of its limit solves z/l = B(x - e z/l) with e what the twist gives, in limits: B
+    climbs by one at most, and Newton's steps are kept between what is known of both sides.
+    """
+    stiffness, limit, give, knee = constants[0], constants[1], constants[2], constants[3]
+    before, path = memory[0], (twist - memory[1]) / limit
+    eased = give * stiffness
+    low, high = -1.0, 1.0
+    part = min(max((before + path) / (1.0 + eased), low), high)
+    for _ in range(MOST_NEWTON_STEPS):
+        there = bouc_wen(before, path - eased * part, knee)
+        over = part - there
+        if abs(over) < SOLVED:
+            break
+        if over > 0.0:
+            high = part
+        else:
+            low = part
+        slope = 1.0 - abs(there) ** knee if (path - eased * part) * there > 0.0 else 1.0
+        following = part - over / (1.0 + eased * slope)
+        part = following if low < following < high else 0.5 * (low + high)
+    torque = stiffness * limit * part
+    memory[0], memory[1] = part, twist - give * torque
     return torque, 0.0
 
 
@@ -177,10 +230,29 @@ def slipping(
 def stopped(
     constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
 ) -> tuple[float, float]:
-    """Return the torque of stops to either side of a middle."""
+    """Return the torque of stops to either side of a middle, damped while they are pressed.
+
+    N = r k d (1 + l v) of depth d and its rate v, both less by their give times N: the smaller
+    root of a quadratic.  A stop never pulls.
+
+    References
+    ----------
+    Hunt and Crossley (1975), doi:10.1115/1.3423596.
+    """
     gap, stiffness, give, middle = constants[0], constants[1], constants[2], constants[3]
+    loss, rate_give = constants[4], constants[5]
     beyond = max(twist - middle - gap, 0.0) + min(twist - middle + gap, 0.0)
-    return stiffness * beyond / (1.0 + give * stiffness), 0.0
+    depth = abs(beyond)
+    grows = 1.0 + loss * (rate if beyond > 0.0 else -rate)
+    torque = 0.0
+    if depth > 0.0 and grows > 0.0:
+        eased = loss * rate_give
+        first = 1.0 + stiffness * (give * grows + depth * eased)
+        held = first * first - 4.0 * stiffness * stiffness * give * eased * depth * grows
+        torque = 2.0 * stiffness * depth * grows / (first + sqrt(max(held, 0.0)))
+        if beyond < 0.0:
+            torque = -torque
+    return torque, bent(memory, torque, give * stiffness)
 
 
 @compiled

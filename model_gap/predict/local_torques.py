@@ -68,11 +68,12 @@ class LocalTorques:
         return force.law.sees_first if first else force.law.sees
 
     def bends(self, force: JointForce) -> bool:
-        """Return whether a torque is a spring's on the predicted twist.
+        """Return whether a torque is on the predicted twist.
 
-        It may change the arm's own stiffness as it moves: no constant gain stands for that.
+        What a small change of the arm makes of it is stepped again: no constant gain stands for
+        that.
         """
-        return force.law.of_spring and self.followed(force) is Follow.PREDICTED
+        return self.followed(force) is Follow.PREDICTED
 
     def of(
         self, cells: Sequence[CellModel], model: FlexibleJointModel, systems: Sequence[PoseSystem]
@@ -112,7 +113,7 @@ class LocalTorques:
             [
                 TorqueFollowing(one, force, item, systems[group], cell, self.bends(force))
                 for force, one in zip(cell.forces, stepped, strict=True)
-                if force.law.of_spring
+                if force.law.of_spring or self.bends(force)
             ]
             for item, group, stepped in zip(
                 self.records, self.groups, torques.stepped, strict=True

@@ -63,7 +63,7 @@ def stacked(omega: Array, deflection: Complex, acceleration: Complex, shift: Com
 
 @dataclass(frozen=True)
 class TorqueFollowing:
-    """A spring's torque in one record, ready to be stepped along slightly changed twists.
+    """A torque in one record, ready to be stepped along slightly changed twists.
 
     Parameters
     ----------
@@ -104,14 +104,14 @@ class TorqueFollowing:
             heavier = static_twist - present.static_twist
             return stronger * self.stepped.force + heavier * self._per_load
         motion, row = self._long
-        twist = on_steps(
-            np.einsum('nf,nf->f', row, change.force(motion)), self.item, len(present.twist)
-        )
+        twist = np.einsum('nf,nf->f', row, change.force(motion))
+        rate = 1j * self.item.long_motion[0] * twist
         path = dataclasses.replace(
             present,
             stiffness=stiffness,
             static_twist=static_twist,
-            twist=present.twist + twist,  # springs do not ask for the rate
+            twist=present.twist + on_steps(twist, self.item, len(present.twist)),
+            rate=present.rate + on_steps(rate, self.item, len(present.rate)),
         )
         return self._change(path)
 

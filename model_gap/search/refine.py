@@ -73,6 +73,7 @@ def rough_fits(search: Search) -> list[Fit]:
     often = REFINEMENT.linearisations_far if known_roughly else REFINEMENT.linearisations
     if known_roughly or current.misfit < REFINEMENT.mimicked_misfit:
         instead = instead_of_tolerances(current.hypothesis, search.unstretched, catalogue)
+        instead += [trial.base.with_effect(trial.effect, trial.values) for trial in search.instead]
         starts = [replace(item, held=held) for item in instead]
         found += fits(lambda start: fit(start, coarse, relinearise=often), starts)
     shared = Linearised.of(trials[0].base, coarse) if trials else None
@@ -155,13 +156,24 @@ def fine_fits(rough: Sequence[Fit], data: SearchData) -> list[Fit]:
 
 
 def _next_door(near: Sequence[Fit], data: SearchData) -> list[Fit]:
-    """Fit the best effect of a link on the links beside it as well."""
+    """Fit the best effect of a link on the links beside it as well, on until it stays."""
+    found: list[Fit] = []
     best = max(near, key=lambda item: item.log_evidence, default=None)
-    if best is None:
-        return []
-    moved = neighbours(best.hypothesis, data.coarse)
-    fine = fits(lambda start: fit(start, data.fitting, iterations=5), moved)
-    return with_details([item for item in fine if item], data.fitting)
+    left: set[str | None] = set()
+    while best is not None:
+        left.add(best.hypothesis.effects[-1].location)
+        moved = [
+            start
+            for start in neighbours(best.hypothesis, data.coarse)
+            if start.effects[-1].location not in left
+        ]
+        fine = fits(lambda start: fit(start, data.fitting, iterations=5), moved)
+        beside = with_details([item for item in fine if item], data.fitting)
+        found += beside
+        least = best.log_evidence
+        better = [item for item in beside if item.log_evidence > least]
+        best = max(better, key=lambda item: item.log_evidence, default=None)
+    return found
 
 
 def with_details(found: Sequence[Fit], predictor: Predictor) -> list[Fit]:

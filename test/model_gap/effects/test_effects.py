@@ -25,6 +25,7 @@ HARMLESS = {
     'load_friction': (1e-9, 1e-3, 0.0),
     'backlash': (1e-12, 1.0),
     'end_stop': (1e-2, 3.0),
+    'cubic_damping': (1.0,),
     'sensor_mount_resonance': (3e6, 0.05),
     'servo_compliance': (3e5, 0.5),
     'tuned_mass': (1e-7, 15.0, 0.04),

@@ -8,11 +8,14 @@ import pytest
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
 from model_gap.cell.cell_model import CellModel, HeldTorque
-from model_gap.cell.equivalent_gain import equivalent_gain
 from model_gap.cell.tolerances import nuisances, Tolerances
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
+from model_gap.effects.coulomb_friction import CoulombFriction
+from model_gap.effects.cubic_damping import CubicDamping
 from model_gap.effects.cubic_stiffness import CubicStiffness
+from model_gap.effects.end_stop import EndStop
+from model_gap.effects.hysteresis import Hysteresis
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.sensor_gain import SensorGain
 from model_gap.find_gap import find_gap
@@ -25,39 +28,6 @@ from model_gap.search.search import SearchSettings
 
 SEED = 17
 SMALL = {'n_fit': 2, 'n_held': 0, 'duration': 10.0, 'size': 0.0}
-
-
-def gaussian_motion(rng, count=2**17, rate=500.0):
-    """Return a twist with power from 5 to 30 Hz, its rate, their bins and frequencies."""
-    omega = 2 * np.pi * np.fft.rfftfreq(count, 1 / rate)
-    inside = (omega > 2 * np.pi * 5) & (omega < 2 * np.pi * 30)
-    spectrum = inside * (rng.standard_normal(len(omega)) + 1j * rng.standard_normal(len(omega)))
-    twist = np.fft.irfft(spectrum, count)
-    scale = 1e-4 / twist.std()
-    return twist * scale, np.fft.irfft(1j * omega * spectrum, count) * scale, inside, omega
-
-
-def test_equivalent_spring_and_damper_of_gaussian_motion():
-    rng = np.random.default_rng(SEED)
-    twist, rate, inside, omega = gaussian_motion(rng)
-    bins = np.unique(np.geomspace(*np.flatnonzero(inside)[[0, -1]], 3000).astype(int))
-
-    def spectrum(values):
-        return np.fft.rfft(values)[bins]
-
-    cubic = equivalent_gain(spectrum(1e13 * twist**3), spectrum(twist), omega[bins])
-    expected = 3e13 * twist.var()
-    assert cubic.real.mean() == pytest.approx(expected, rel=0.05), f'seed {SEED}'
-    assert np.abs(cubic.imag).max() < 0.05 * expected, f'seed {SEED}'
-    rest = 2e-4  # preload: the mean slope is that at rest and what the motion adds
-    preloaded = 1e13 * ((rest + twist) ** 3 - rest**3)
-    stiffer = equivalent_gain(spectrum(preloaded), spectrum(twist), omega[bins])
-    expected = 3e13 * (rest**2 + twist.var())
-    assert stiffer.real.mean() == pytest.approx(expected, rel=0.05), f'seed {SEED}'
-    assert np.abs(stiffer.imag).max() < 0.05 * expected, f'seed {SEED}'
-    dry = equivalent_gain(spectrum(50.0 * np.sign(rate)), spectrum(twist), omega[bins])
-    damper = (dry.imag / omega[bins]).mean()
-    assert damper == pytest.approx(50.0 * np.sqrt(2 / np.pi) / rate.std(), rel=0.05)
 
 
 def test_parting_filter_is_its_partial_fractions():
@@ -141,9 +111,30 @@ def test_tolerance_derivatives_follow_a_hard_spring(joint, alpha, share, campaig
     hidden = {'type': 'cubic_stiffness', 'joint': joint, 'alpha': alpha, 'preload': share}
     campaign = campaign_of([hidden], SEED, **SMALL)
     predictor, scene = predictor_of(campaign, robot)
+    found = derivative_errors(predictor, scene, CubicStiffness(joint), (alpha, share))
+    assert max(found.values()) < 0.1, f'seed {SEED}: {found}'
+
+
+@pytest.mark.parametrize(
+    ('effect', 'values'),
+    [
+        (EndStop('joint_1'), (8e-5, 3.0)),
+        (Hysteresis('joint_2'), (0.5, 3e-5)),
+        (CubicDamping('joint_2'), (3e8,)),
+        (CoulombFriction('joint_2'), (80.0, 1e-3)),
+    ],
+)
+def test_tolerance_derivatives_follow_any_law(effect, values, campaign_of, robot):
+    predictor, scene = predictor_of(campaign_of([], SEED, **SMALL), robot)
+    found = derivative_errors(predictor, scene, effect, values)
+    assert max(found.values()) < 0.1, f'seed {SEED}: {found}'
+
+
+def derivative_errors(predictor, scene, effect, values):
+    """Return how far derivatives are from central differences, over their size, by tolerance."""
     tolerances = nuisances(scene.cell, ('link_3',), Tolerances())
     start = Hypothesis(scene, tolerances, (), np.zeros(len(tolerances)), np.zeros(0))
-    bent = start.with_effect(CubicStiffness(joint), (alpha, share))
+    bent = start.with_effect(effect, values)
     columns = tolerance_columns(bent, predictor)
     step = 0.02
     wanted = [
@@ -171,7 +162,7 @@ def test_tolerance_derivatives_follow_a_hard_spring(joint, alpha, share, campaig
         exact = (up - down) / (2.0 * step)
         found[item.name] = float(np.linalg.norm(columns[number] - exact) / np.linalg.norm(exact))
     assert sorted(found) == sorted(wanted)
-    assert max(found.values()) < 0.1, f'seed {SEED}: {found}'
+    return found
 
 
 @pytest.mark.slow

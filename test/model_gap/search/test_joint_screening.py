@@ -20,6 +20,7 @@ from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.neighbours import neighbours
 from model_gap.fit.split import split
 from model_gap.search.joint_screening import screen_jointly
+from model_gap.search.refine import fine_fits
 from model_gap.search.rivals import fit_instead
 from model_gap.search.screen import Trial
 from model_gap.search.search import Candidate, Round, Search, SearchSettings
@@ -88,6 +89,16 @@ def test_from_the_next_link_the_right_one_is_found(search):
     assert found['link_4'] < min(value(wrong), found['link_6']) - 10.0, f'seed {SEED}: {found}'
     stiffer = search.nominal.with_effect(JointStiffness('joint_3'), (1.1,))
     assert neighbours(stiffer, predictor) == []
+
+
+@pytest.mark.slow
+def test_a_swinging_mass_is_followed_over_two_links(search):
+    """The next link is better, and only from there its own comes in sight."""
+    start = search.nominal.with_effect(TunedMass('link_2', 'x'), (2.0, 14.0, 0.04))
+    far = fit(start, search.data.fitting, relinearise=2)
+    ways = fine_fits([far], search.data)
+    assert ways[0].hypothesis.effects[-1].key == ('tuned_mass', 'link_4'), f'seed {SEED}: {ways}'
+    assert ways[0].log_evidence > far.log_evidence + 10.0, f'seed {SEED}'
 
 
 def test_details_left_alone_change_nothing(search):
