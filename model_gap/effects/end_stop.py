@@ -24,6 +24,7 @@ class EndStop(DetailedEffect):
     signature = 'as nominal below an amplitude, stiffer and with harmonics above it'
     says = '{place} runs into a stop {gap:.2g} rad from where it hangs'
     amplitude_dependent = True
+    optional = ('loss',)  # models written before stops had one
     confused_with: ClassVar[Mapping[str, str]] = {
         'cubic_stiffness': 'a third, lower level: a spring still hardens, a stop is not reached',
         'backlash': 'a third, lower level: play is softest there, a stop is not reached',

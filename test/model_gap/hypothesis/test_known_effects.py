@@ -115,6 +115,15 @@ def test_every_effect_of_the_arm_is_there_again_after_loading(
         np.testing.assert_array_equal(one, two)
 
 
+def test_a_stop_of_a_model_that_knows_no_loss_is_lossless(robot, layout, scene):
+    fitted = hypothesis(scene, 'end_stop', 'joint_1', (1e-4, 3.0)).with_details()
+    (known,) = known_effects(fitted, [0.1] * 4)
+    older = dataclasses.replace(known, parameters=known.parameters[:3])
+    spec = dataclasses.replace(robot.spec, effects=(older,))
+    cell = with_known_effects(Scene(robot, scene.sensors, CellModel(spec, layout.channels)))
+    assert cell.forces[0].values == (1e-4, 3.0, 0.0, 0.0)
+
+
 def test_unknown_effect_is_one_clear_line(robot, layout, scene):
     spec = dataclasses.replace(robot.spec, effects=(KnownEffect('gremlin', kept_in='effects'),))
     with pytest.raises(ModelError, match='unknown effect'):
