@@ -32,7 +32,7 @@ class CubicDamping(Effect):
         return [cls(*place) for place in scene.joint_places]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return the coefficient, anywhere about what damps as much as the joint's own damper."""
+        """Return the coefficient."""
         usual = self._usual(scene)
         low, high = 1e-6 * usual, 1e6 * usual
         # One standard deviation: from a twelfth to twelve times as much.

@@ -252,7 +252,7 @@ def stopped(
         torque = 2.0 * stiffness * depth * grows / (first + sqrt(max(held, 0.0)))
         if beyond < 0.0:
             torque = -torque
-    return torque, bent(memory, torque, give * stiffness)
+    return torque, 0.0
 
 
 @compiled
