@@ -9,7 +9,10 @@ from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.laws import CubicDampingLaw
 
 USUAL_S3 = 30.0
-"""Coefficient over stiffness of 3 % at 10 Hz and 0.1 mrad: 3/4 c (ω x)² = 2 ζ k/ω."""
+"""Coefficient over stiffness of 3 % at 10 Hz and 0.1 mrad: 3/4 c (ω x)² = 2 ζ k/ω, rounded.
+
+It centres a wide prior alone: known to 1.5 %, eight times as much is pulled by 0.005 σ.
+"""
 
 
 class CubicDamping(Effect):

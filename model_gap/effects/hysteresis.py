@@ -9,6 +9,10 @@ from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Sc
 from model_gap.laws import HysteresisLaw
 
 KNEE = 4.0
+"""Until it is free, between what arms may have: χ of a sharp one (seed 707003, small campaign) is
+1.0, 1.3, 2.0 with n = 40, 4, 2; of one with n = 2 (707003) it is 1.18, 1.11, 1.07.  Four others
+with n = 2, on which it was not chosen, were named from it (seeds 777000 to 777002).
+"""
 
 
 class Hysteresis(DetailedEffect):

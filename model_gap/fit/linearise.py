@@ -7,11 +7,7 @@ from numpy.typing import NDArray
 
 from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Complex, hann, Rows
-from model_gap.cell import (
-    CellModel,
-    joint_spring,
-    plain_joint,
-)
+from model_gap.cell import CellModel, joint_spring, plain_joint
 from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import ArmChange, Predictor, stacked, static_twist
@@ -96,7 +92,7 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     arm = _ArmDerivative(cell, predictor)
     solved, tolerances = arm.solved, hypothesis.tolerances
     local = predictor.local_torques
-    anew = {plain_joint(force.joint) for force in cell.forces if not local.bends(force)}
+    anew = {plain_joint(force.joint) for force in cell.forces if not local.is_predicted(force)}
     turned = any(item.kind == 'pose' for item in tolerances)
     base = predictor.rows(cell) if anew or turned else np.zeros(0, dtype=np.float32)
     gains = [number for number, item in enumerate(tolerances) if item.kind == 'gain']

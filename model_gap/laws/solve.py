@@ -27,9 +27,9 @@ MOST_NEWTON_STEPS = 20
 SOLVED = 1e-9
 # Third of the give times what the spring stiffens by: beyond, no parabola follows its steps.
 STEEPEST = 0.03
-# In limits of a spring that slips: beyond, it has slipped; over its sharpness, a step of its knee.
+# Longest path that a spring's slip is followed along, in limits: of the last limit 0.3 % is left
+# then at n = 0.7, 0.03 % at n = 1 and 2e-7 at n = 2.
 SATURATED = 8.0
-KNEE_STEP = 1.0
 
 
 @compiled
@@ -165,12 +165,15 @@ def speed_spring(
 
 @compiled
 def loaded(part: float, path: float, knee: float) -> float:
-    """Return what a part of a limit becomes along a path in limits, u' = 1 - uⁿ from u >= 0."""
-    if path > SATURATED:
-        return 1.0
-    count = int(path * knee / KNEE_STEP) + 1
+    """Return what a part of a limit becomes along a path in limits, u' = 1 - uⁿ from u >= 0.
+
+    In classical steps of 1/n at most, the width of the knee: along up to two limits they are
+    right to 0.08 % of one at n = 1, less at sharper knees, and to 0.4 % at n = 0.7.
+    """
+    path = min(path, SATURATED)
+    count = int(path * knee) + 1
     step = path / count
-    for _ in range(count):  # classical Runge and Kutta
+    for _ in range(count):
         first = 1.0 - part**knee
         second = 1.0 - min(part + 0.5 * step * first, 1.0) ** knee
         third = 1.0 - min(part + 0.5 * step * second, 1.0) ** knee

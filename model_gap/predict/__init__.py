@@ -11,7 +11,6 @@ from model_gap.predict.ripple import transform_at
 from model_gap.predict.step_torque import compile_laws
 from model_gap.predict.thresholds import PREDICTION
 from model_gap.predict.torque_following import ArmChange, stacked
-from model_gap.predict.torque_spectra import sum_of_forces
 
 __all__ = [
     'PREDICTION',
@@ -21,6 +20,5 @@ __all__ = [
     'linearised',
     'stacked',
     'static_twist',
-    'sum_of_forces',
     'transform_at',
 ]

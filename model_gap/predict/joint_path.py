@@ -99,14 +99,14 @@ def joint_path(
             # One sample; half of it falls behind the record.
             normal = np.random.default_rng(PREDICTION.noise_seed).standard_normal((2, len(share)))
             error = share * np.sqrt(noise[0]) * (normal[0] + 1j * normal[1])
-            noisy = _with_rate(twist - give * error, item, steps_per_s)
+            noisy = with_rate(twist - give * error, item, steps_per_s)
             low = np.sum((residues / (-PARTING_1_S[:, None] - poles)).real, axis=1) + instant
             residues = np.r_[residues * predicted_share(poles), parting_residues() * low]
             poles = np.r_[poles, -PARTING_1_S]
         else:
             poles, residues = np.zeros(0, dtype=complex), np.zeros(0, dtype=complex)
         instant = 0.0
-    linear, rate = _with_rate(twist, item, steps_per_s)
+    linear, rate = with_rate(twist, item, steps_per_s)
     record = item.record
     speed = record.motor_velocity @ axis_row(model, joint)
     return JointPath(
@@ -130,7 +130,7 @@ def static_twist(model: FlexibleJointModel, vector: Array, pose: Array) -> float
     return float(vector @ model.dynamics.sag(pose))
 
 
-def _with_rate(twist: Complex, item: RecordSpectra, steps_per_s: float) -> tuple[Array, Array]:
+def with_rate(twist: Complex, item: RecordSpectra, steps_per_s: float) -> tuple[Array, Array]:
     """Return a twist that starts from rest, and its rate, at the steps of a record."""
     record, omega = item.record, item.long_motion[0]
     seconds = len(record.motor_acceleration) / record.sample_rate_hz

@@ -67,7 +67,7 @@ class LocalTorques:
         first = self.steps_per_s < PREDICTION.steps_per_s
         return force.law.sees_first if first else force.law.sees
 
-    def bends(self, force: JointForce) -> bool:
+    def is_predicted(self, force: JointForce) -> bool:
         """Return whether a torque is on the predicted twist.
 
         What a small change of the arm makes of it is stepped again: no constant gain stands for
@@ -111,9 +111,9 @@ class LocalTorques:
         """Return what follows slight changes of the arm: springs' torques, per record."""
         return [
             [
-                TorqueFollowing(one, force, item, systems[group], cell, self.bends(force))
+                TorqueFollowing(one, force, item, systems[group], cell, self.is_predicted(force))
                 for force, one in zip(cell.forces, stepped, strict=True)
-                if force.law.of_spring or self.bends(force)
+                if force.law.of_spring or self.is_predicted(force)
             ]
             for item, group, stepped in zip(
                 self.records, self.groups, torques.stepped, strict=True

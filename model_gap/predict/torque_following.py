@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from model_gap.campaign import RecordSpectra
 from model_gap.cell import CellModel, JointForce, PoseArm, PoseSystem
-from model_gap.predict.joint_path import JointPath, on_steps
+from model_gap.predict.joint_path import JointPath, with_rate
 from model_gap.predict.step_torque import step_torque
 from model_gap.predict.torque_spectra import long_spectrum, SteppedTorque, whole_force
 
@@ -77,7 +77,7 @@ class TorqueFollowing:
         The arm at its pose.
     cell : CellModel
         Gives the steps before the motors.
-    bends : bool
+    predicted : bool
         Whether it is stepped again; else it stays but for its own spring and load.
     """
 
@@ -86,7 +86,7 @@ class TorqueFollowing:
     item: RecordSpectra
     system: PoseSystem
     cell: CellModel
-    bends: bool
+    predicted: bool
 
     def push(self, change: ArmChange, stiffness: float, static_twist: float) -> Complex:
         """Return the change of the force on the deflections, (n_dof, 3 n_bins).
@@ -99,19 +99,19 @@ class TorqueFollowing:
             Of the joint in the changed arm.
         """
         present = self.stepped.path
-        if not self.bends:
+        if not self.predicted:
             stronger = stiffness / present.stiffness - 1.0
             heavier = static_twist - present.static_twist
             return stronger * self.stepped.force + heavier * self._per_load
         motion, row = self._long
-        twist = np.einsum('nf,nf->f', row, change.force(motion))
-        rate = 1j * self.item.long_motion[0] * twist
+        change_of_twist = np.einsum('nf,nf->f', row, change.force(motion))
+        twist, rate = with_rate(change_of_twist, self.item, present.steps_per_s)
         path = dataclasses.replace(
             present,
             stiffness=stiffness,
             static_twist=static_twist,
-            twist=present.twist + on_steps(twist, self.item, len(present.twist)),
-            rate=present.rate + on_steps(rate, self.item, len(present.rate)),
+            twist=present.twist + twist,
+            rate=present.rate + rate,
         )
         return self._change(path)
 

@@ -7,10 +7,16 @@ import logging
 import numpy as np
 
 from model_gap.effects import Effect
-from model_gap.fit import Fit, fit, fits, Linearised, neighbours
-from model_gap.hypothesis import Hypothesis, instead_of_tolerances, more_general
+from model_gap.fit import Fit, fit, fits, Linearised, neighbours, tolerance_columns
+from model_gap.hypothesis import (
+    Hypothesis,
+    instead_of_tolerances,
+    more_general,
+    stretch,
+    STRETCHED,
+)
 from model_gap.predict import Predictor
-from model_gap.search.screen import Trial
+from model_gap.search.screen import Projection, screen, Trial
 from model_gap.search.search import Search
 from model_gap.search.search_data import SearchData
 
@@ -39,6 +45,8 @@ class RefinementLimits:
     mimicked_misfit : float
         Tolerances mimic an effect only where they leave little; where much is left they are
         distorted.  Of a model known roughly they are so with whatever is left.
+    instead : int
+        Most effects that are tried instead of stretched tolerances together.
     linearisations, linearisations_far : int
         Of the tolerances in a rough fit, at most; of a model known roughly the way is long.
     detailed : float
@@ -55,6 +63,7 @@ class RefinementLimits:
     settled_misfit: float = 1.5
     settled_share: float = 0.5
     mimicked_misfit: float = 4.0
+    instead: int = 3
     linearisations: int = 3
     linearisations_far: int = 12
     detailed: float = 100.0
@@ -71,11 +80,8 @@ def rough_fits(search: Search) -> list[Fit]:
     found: list[Fit | None] = []
     known_roughly = search.roughly_known is not None
     often = REFINEMENT.linearisations_far if known_roughly else REFINEMENT.linearisations
-    if known_roughly or current.misfit < REFINEMENT.mimicked_misfit:
-        instead = instead_of_tolerances(current.hypothesis, search.unstretched, catalogue)
-        instead += [trial.base.with_effect(trial.effect, trial.values) for trial in search.instead]
-        starts = [replace(item, held=held) for item in instead]
-        found += fits(lambda start: fit(start, coarse, relinearise=often), starts)
+    starts = [replace(item, held=held) for item in _mimicked(search)]
+    found += fits(lambda start: fit(start, coarse, relinearise=often), starts)
     shared = Linearised.of(trials[0].base, coarse) if trials else None
 
     def roughly(start: Hypothesis) -> Fit:
@@ -114,6 +120,32 @@ def rough_fits(search: Search) -> list[Fit]:
         if item.log_evidence <= least:
             _log_dropped(item, close[0], 'hopelessly behind')
     return [item for item in close if item.log_evidence > least]
+
+
+def _mimicked(search: Search) -> list[Hypothesis]:
+    """Return starts with what stretched tolerances may stand for, one by one and together."""
+    current, catalogue = search.fitted, search.settings.catalogue
+    hypothesis, little_left = current.hypothesis, current.misfit < REFINEMENT.mimicked_misfit
+    found: list[Hypothesis] = []
+    if little_left or search.roughly_known is not None:
+        found += instead_of_tolerances(hypothesis, search.unstretched, catalogue)
+    if little_left and stretch(hypothesis) > STRETCHED:
+        found += _instead_of_many(search)
+    return found
+
+
+def _instead_of_many(search: Search) -> list[Hypothesis]:
+    """Return starts with what explains most where tolerances are as they were before any fit.
+
+    What many of them together have made up for gains nothing from where they are.
+    """
+    hypothesis, predictor = search.fitted.hypothesis, search.data.screening
+    before = replace(hypothesis, tolerance_values=search.unstretched.tolerance_values)
+    projection = Projection.of(before, predictor, tolerance_columns(before, predictor))
+    trials = screen([trial.effect for trial in search.trials], projection, predictor)
+    return [
+        before.with_effect(trial.effect, trial.values) for trial in trials[: REFINEMENT.instead]
+    ]
 
 
 def _log_dropped(item: Fit, best: Fit, why: str) -> None:

@@ -136,8 +136,6 @@ class Search:
         What the next effect is added to; None before the first fit.
     trials : tuple of Trial
         Of this round, best first.
-    instead : tuple of Trial
-        Of this round, with tolerances as they were before any fit, where these are stretched.
     fits : tuple of Fit
         Of this round, best first.
     rounds : tuple of Round
@@ -160,7 +158,6 @@ class Search:
     roughly_known: NDArray[np.float64] | None = None
     current: Fit | None = None
     trials: tuple[Trial, ...] = ()
-    instead: tuple[Trial, ...] = ()
     fits: tuple[Fit, ...] = ()
     rounds: tuple[Round, ...] = ()
     finished: bool = False

@@ -37,8 +37,6 @@ class StepLimits:
     distorted_misfit : float
         A misfit this large means that the fit without an effect is distorted: candidates are then
         tried on the nominal model.
-    instead : int
-        Best effects that are tried instead of stretched tolerances.
     near_misfit : float
         Of a misfit so small not all is resonance: hums stand out of it.
     first_linearisations : int
@@ -56,7 +54,6 @@ class StepLimits:
     open_misfit: float = 1.1
     closed_share: float = 0.8
     distorted_misfit: float = 4.0
-    instead: int = 3
     near_misfit: float = 30.0
     first_linearisations: int = 3
     rough_linearisations: int = 12
@@ -110,21 +107,15 @@ def screen_catalogue(search: Search) -> Search:
         for effect in kind.instances(search.scene)
         if not any(same(effect, item) for item in base.effects)
     ]
-    poor, stretched = current.misfit > LIMITS.distorted_misfit, stretch(base) > STRETCHED
-    if poor or not stretched:  # else tolerances hide what there is to reach
+    poor = current.misfit > LIMITS.distorted_misfit
+    if poor or not stretch(base) > STRETCHED:  # else tolerances hide what there is to reach
         bases = [base] if base.effects or not poor else [base, search.unstretched]
         candidates = within_reach(
             candidates, bases, predictor, LIMITS.least_reach_gain, LIMITS.least_reach_share
         )
         base = bases[-1]
     projection = Projection.of(base, predictor, tolerance_columns(base, predictor))
-    trials = screen(candidates, projection, predictor)
-    instead: list[Trial] = []
-    if stretched and not poor:  # what tolerances together have made up for gains nothing from here
-        before = replace(base, tolerance_values=search.unstretched.tolerance_values)
-        plain = Projection.of(before, predictor, tolerance_columns(before, predictor))
-        instead = screen(candidates, plain, predictor)[: LIMITS.instead]
-    return replace(search, trials=tuple(trials), instead=tuple(instead))
+    return replace(search, trials=tuple(screen(candidates, projection, predictor)))
 
 
 def screen_again(search: Search) -> Search:
