@@ -7,7 +7,7 @@ import math
 from model_gap.cell.cell_model import CellModel
 from model_gap.cell.changes import change_drive, change_link, change_tilt, offset_joint
 from model_gap.cell.nuisance import Nuisance
-from structural_model.spec import JointSpec, LinkSpec, ModelSpec, Spring
+from structural_model.spec import JointSpec, LinkSpec, MassSpec, ModelSpec, Spring
 
 Change = Callable[[CellModel, float], CellModel]
 OfSpring = Callable[[Spring], Spring]
@@ -134,15 +134,47 @@ def link_nuisances(
     return [dataclasses.replace(item, what='mass', link=link) for item in found]
 
 
-def mass_nuisance(name: str, link: str, sigma: float) -> Nuisance:
-    """Return the tolerance of a mass that is fixed to a link: a part of that link's."""
+def mass_nuisances(
+    mass: MassSpec, size: float, inertia: float, centre_of_mass_m: float
+) -> list[Nuisance]:
+    """Return tolerances of a mass that is fixed to a link, those of a link: it is a part of it."""
 
-    def apply(cell: CellModel, amount: float) -> CellModel:
-        factor = math.exp(amount)
-        masses = tuple(
-            dataclasses.replace(item, mass_kg=item.mass_kg * factor) if item.name == name else item
-            for item in cell.spec.masses
+    def changed(change: Callable[[MassSpec, float], MassSpec]) -> Change:
+        def apply(cell: CellModel, amount: float) -> CellModel:
+            masses = tuple(
+                change(item, amount) if item.name == mass.name else item
+                for item in cell.spec.masses
+            )
+            return cell.with_spec(dataclasses.replace(cell.spec, masses=masses))
+
+        return apply
+
+    def heavier(item: MassSpec, amount: float) -> MassSpec:
+        return dataclasses.replace(item, mass_kg=item.mass_kg * math.exp(amount))
+
+    def larger(item: MassSpec, amount: float) -> MassSpec:
+        x, y, z = (radius * math.exp(0.5 * amount) for radius in item.gyration_m)
+        return dataclasses.replace(item, gyration_m=(x, y, z))
+
+    def shifted(axis: int) -> Callable[[MassSpec, float], MassSpec]:
+        def change(item: MassSpec, amount: float) -> MassSpec:
+            place = list(item.position_m)
+            place[axis] += amount
+            return dataclasses.replace(item, position_m=(place[0], place[1], place[2]))
+
+        return change
+
+    found = [Nuisance(f'mass of {mass.name}', 'spec', changed(heavier), size)]
+    if any(mass.gyration_m):
+        found.append(Nuisance(f'inertia of {mass.name}', 'spec', changed(larger), inertia))
+    found += [
+        Nuisance(
+            f'centre of mass of {mass.name} ({"xyz"[axis]})',
+            'spec',
+            changed(shifted(axis)),
+            centre_of_mass_m,
+            'm',
         )
-        return cell.with_spec(dataclasses.replace(cell.spec, masses=masses))
-
-    return Nuisance(f'mass of {name}', 'spec', apply, sigma, what='mass', link=link)
+        for axis in range(3)
+    ]
+    return [dataclasses.replace(item, what='mass', link=mass.link) for item in found]

@@ -12,7 +12,7 @@ from model_gap.cell.arm_nuisances import (
     encoder_nuisance,
     joint_nuisances,
     link_nuisances,
-    mass_nuisance,
+    mass_nuisances,
 )
 from model_gap.cell.cell_model import CellModel
 from model_gap.cell.nuisance import Nuisance
@@ -118,7 +118,8 @@ def nuisances(cell: CellModel, links: tuple[str, ...], size: Tolerances) -> tupl
     found += base_nuisances(cell.spec.base.springs, size.stiffness)
     for link in links:
         found += link_nuisances(link, size.mass, size.inertia, size.centre_of_mass_m)
-    found += [mass_nuisance(mass.name, mass.link, size.mass) for mass in cell.spec.masses]
+    for mass in cell.spec.masses:
+        found += mass_nuisances(mass, size.mass, size.inertia, size.centre_of_mass_m)
     found += sensor_nuisances(
         cell.channels, size.sensor_position_m, size.sensor_rotation_deg, size.gain
     )

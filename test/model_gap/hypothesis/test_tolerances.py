@@ -109,6 +109,14 @@ def test_every_tolerance_moves_the_prediction(robot, cell, campaign):
         assert np.abs(there - base).max() > 1e-6 * np.abs(base).max(), item.name
 
 
+def test_a_tool_is_known_no_better_than_a_link(cell, robot):
+    """A 52 kg spindle 3 mm off looks like play of the last joint, where it may not be."""
+    found = sizes(cell, robot, Tolerances())
+    (tool,) = cell.spec.masses
+    for what in ('mass of {}', 'inertia of {}', *(f'centre of mass of {{}} ({x})' for x in 'xyz')):
+        assert found[what.format(tool.name)] == found[what.format('link_6')], what
+
+
 def test_a_sensor_of_one_axis_turns_about_the_others_only(robot, cell):
     one = tuple(item for item in cell.channels if item.name != 'elbow.x')[:7]
     names = sizes(dataclasses.replace(cell, channels=one), robot, Tolerances())
