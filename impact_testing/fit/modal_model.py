@@ -75,10 +75,13 @@ class ModalModel:
         return np.vstack([np.tile(largest, (self.places.n, 1)), np.repeat(-self.pole.real, 2)])
 
     def moved(self, step: Real) -> tuple[Complex, Complex]:
-        """Return poles and shapes a step from here."""
+        """Return poles and shapes a step from here; of two conjugate poles the upper one."""
         both = step.reshape(self.places.n + 1, len(self.pole), 2)
         change = both[..., 0] + 1j * both[..., 1]
-        return self.pole + change[-1], self.shape + change[:-1].T
+        pole, shape = self.pole + change[-1], self.shape + change[:-1].T
+        # A broad pole may step across the real axis: its mirror image is the same mode.
+        below = pole.imag < 0.0
+        return np.where(below, pole.conj(), pole), np.where(below[:, None], shape.conj(), shape)
 
     def amplitude(self, point: int) -> Complex:
         """Return amplitudes of accelerances of a point, (n_poles, n_channels) array."""

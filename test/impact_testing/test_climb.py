@@ -34,3 +34,13 @@ def test_it_comes_back_from_half_a_band_away(summit, seed):
     pole = model.pole + half_width * (away[0] + 1j * away[1])
     again = climb(data, model.places, pole, model.shape)
     assert sum(again.cost) < sum(model.cost) + 1.0, seed
+
+
+def test_a_pole_on_the_other_side_of_the_real_axis_comes_back_as_its_mirror_image(summit):
+    """It explains the same, and its modal mass would be negative."""
+    data, model = summit
+    pole, shape = 0.99 * model.pole, model.shape.copy()
+    pole[1], shape[1] = pole[1].conj(), shape[1].conj()
+    again = climb(data, model.places, pole, shape)
+    assert np.all(again.pole.imag > 0.0), again.pole
+    np.testing.assert_allclose(np.sort_complex(again.pole), np.sort_complex(model.pole), rtol=1e-3)
