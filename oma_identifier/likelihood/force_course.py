@@ -135,6 +135,8 @@ def _forces(spectra: Spectra, each: GroupFit) -> Iterator[_Forces]:
         return
     # What a fit made of the power of weak forces may be below zero: of them it tells nothing.
     model, data = without_negative(each.fit.model), each.band.data
+    if not model.force.any():
+        return
     own = slice(0, model.n_free)
     amplitude = model.shapes * forced_gain(data, model)[:, None, :]
     adjoint = model.force[own] @ amplitude.conj().transpose(0, 2, 1)
