@@ -1,7 +1,8 @@
 """Whether the modes of a short record hold still: its quarters compared.
 
 A record of few windows has nobody to tell that a mode drifts.  Its quarters do, where they are
-long enough for the mode.
+long enough for the mode.  One that drifts by many half-widths is no mode of the record as one at
+all, but one of its quarters.
 """
 
 from collections.abc import Callable
@@ -15,7 +16,8 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.record.thresholds import RECORD
-from oma_identifier.record.window_means import Sightings
+from oma_identifier.record.window_means import MeanMode, Sightings
+from oma_identifier.record.with_means import without_mixtures
 
 N_PARTS = 4
 
@@ -30,10 +32,13 @@ class Steadiness:
         In the order given.
     varies : bool
         Whether any of them does.
+    lacking : tuple of MeanMode
+        Modes that drift of which the record as one has none.
     """
 
     modes: ModeSet
     varies: bool
+    lacking: tuple[MeanMode, ...] = ()
 
 
 def steadiness(
@@ -62,7 +67,9 @@ def steadiness(
             continue
     checked = [_checked(mode, parts) if _is_alone(mode, modes) else mode for mode in modes]
     varies = any(one is not mode for one, mode in zip(checked, modes, strict=True))
-    return Steadiness(replace(modes, modes=tuple(checked)), varies)
+    lacking = _lacking(parts, modes)
+    steady = replace(modes, modes=tuple(checked))
+    return Steadiness(steady, varies or bool(lacking), lacking)
 
 
 def _checked(mode: Mode, parts: list[ModeSet]) -> Mode:
@@ -76,6 +83,26 @@ def _checked(mode: Mode, parts: list[ModeSet]) -> Mode:
         return mode
     mean = seen.mean()
     return mean.widen(mode) if mean.varies else mode
+
+
+def _lacking(parts: list[ModeSet], modes: ModeSet) -> tuple[MeanMode, ...]:
+    """Return what drifts through the parts and is like no mode of the record."""
+    tracks: list[Sightings] = []
+    for part in parts:
+        free = list(tracks)
+        for mode in part:
+            if any(_alike(known, mode) for known in modes):
+                continue
+            before = [track for track in free if _alike(track.last, mode)]
+            if before:
+                track = min(before, key=lambda each: _apart(each.last, mode))
+                free.remove(track)
+            else:
+                track = Sightings(mode)
+                tracks.append(track)
+            track.add(mode, 1.0)
+    long = [track.mean() for track in tracks if track.n_independent >= RECORD.fewest_parts]
+    return tuple(without_mixtures([mean for mean in long if mean.varies], modes))
 
 
 def _is_alone(mode: Mode, modes: ModeSet) -> bool:

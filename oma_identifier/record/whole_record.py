@@ -168,7 +168,8 @@ class WholeRecord:
         found, varies = self._joined(longest)
         if longest.means.n_independent < N_PARTS and self._settings.method == BY_WINDOWS:
             steady = steadiness(found.modes, longest.kept.parts()[0], self._modes_of)
-            found, varies = replace(found, modes=steady.modes), varies or steady.varies
+            found = with_means(replace(found, modes=steady.modes), steady.lacking)
+            varies = varies or steady.varies
         flags = (*quality.flags, *self._flags(longest, found), *([VARIES] if varies else []))
         quality = replace(quality, flags=flags)
         return result_of(found, longest.spectrum, quality, (self._start_ns, self._end_ns))

@@ -165,6 +165,21 @@ def test_a_record_of_one_window_tells_by_its_quarters_that_a_mode_drifts(drift):
         assert np.all(np.isnan(off) | (off < 3.0)) and np.isnan(off).any(), off
 
 
+def test_a_mode_that_drifts_by_many_half_widths_is_one_of_the_quarters():
+    """20 half-widths over the record, 5 in a quarter: the record as one shows a ridge, no mode."""
+    rng = np.random.default_rng(5)
+    drift = 1.0 + 0.02 * np.linspace(-0.5, 0.5, 16_800)
+    hz = np.array((21.0, 44.0))
+    rows = _driven(rng, np.outer(hz, drift), 0.001, rng.standard_normal((4, 2)), 140.0, 120.0)
+    whole = identify(rows, 140.0).found.whole
+    assert 'modes_vary' in whole.quality.flags
+    assert len(whole.modes) == 2, whole.modes
+    off = np.abs(whole.modes.frequency_hz - hz) / deviations(whole.modes)[:, 0]
+    assert np.all(off < 3.0), off
+    assert np.all(deviations(whole.modes)[:, 0] > 0.6 * 0.02 / np.sqrt(12.0) * hz)
+    assert np.isnan(deviations(whole.modes)[:, 1]).all()
+
+
 def test_gravity_costs_no_digits(record):
     """Micrometres per second squared on gravity: about zero, single precision is coarser."""
     quiet = replace(record, acceleration=1e-6 * record.acceleration + 9.81)
