@@ -182,8 +182,10 @@ def _tried(
             if spectra is None:
                 continue
             direction = predictor.weighting.rows(spectra) - projection.rows
-            moved = float(np.sqrt(direction @ direction / projection.count))
-            value, amplitude = projection.value(direction)
+            # What makes an arm unstable grows beyond all numbers, and is no start.
+            with np.errstate(over='ignore', invalid='ignore'):
+                moved = float(np.sqrt(direction @ direction / projection.count))
+                value, amplitude = projection.value(direction)
             least, at, most = best.get(number, (np.inf, values, 0.0))
             if np.isfinite(value) and value < least:
                 least, at = value, scaled(effects[number], values, amplitude, base)
