@@ -117,21 +117,8 @@ def link_nuisances(
 
         return apply
 
-    found = [
-        Nuisance(f'mass of {link}', 'spec', scaled('mass_factor'), mass),
-        Nuisance(f'inertia of {link}', 'spec', scaled('inertia_factor'), inertia),
-        *(
-            Nuisance(
-                f'centre of mass of {link} ({"xyz"[axis]})',
-                'spec',
-                shifted(axis),
-                centre_of_mass_m,
-                'm',
-            )
-            for axis in range(3)
-        ),
-    ]
-    return [dataclasses.replace(item, what='mass', link=link) for item in found]
+    changes = (scaled('mass_factor'), scaled('inertia_factor'), *map(shifted, range(3)))
+    return _of_body(link, link, changes, (mass, inertia, centre_of_mass_m))
 
 
 def mass_nuisances(
@@ -164,17 +151,23 @@ def mass_nuisances(
 
         return change
 
-    found = [Nuisance(f'mass of {mass.name}', 'spec', changed(heavier), size)]
-    if any(mass.gyration_m):
-        found.append(Nuisance(f'inertia of {mass.name}', 'spec', changed(larger), inertia))
-    found += [
-        Nuisance(
-            f'centre of mass of {mass.name} ({"xyz"[axis]})',
-            'spec',
-            changed(shifted(axis)),
-            centre_of_mass_m,
-            'm',
-        )
-        for axis in range(3)
+    changes = (changed(heavier), changed(larger), *(changed(shifted(axis)) for axis in range(3)))
+    found = _of_body(mass.name, mass.link, changes, (size, inertia, centre_of_mass_m))
+    return found if any(mass.gyration_m) else [found[0], *found[2:]]
+
+
+def _of_body(
+    name: str, link: str, changes: Sequence[Change], sizes: tuple[float, float, float]
+) -> list[Nuisance]:
+    """Return tolerances of a body's mass and inertia, and of where it is along x, y and z."""
+    mass, inertia, centre_of_mass_m = sizes
+    heavier, larger, *shifted = changes
+    found = [
+        Nuisance(f'mass of {name}', 'spec', heavier, mass),
+        Nuisance(f'inertia of {name}', 'spec', larger, inertia),
+        *(
+            Nuisance(f'centre of mass of {name} ({axis})', 'spec', shift, centre_of_mass_m, 'm')
+            for axis, shift in zip('xyz', shifted, strict=True)
+        ),
     ]
-    return [dataclasses.replace(item, what='mass', link=mass.link) for item in found]
+    return [dataclasses.replace(item, what='mass', link=link) for item in found]
