@@ -56,9 +56,13 @@ def remarks_on(
     """Return what should be known, each with a remedy."""
     said = []
     if not places.tied:
+        hits = ', '.join(dict.fromkeys(point.hit for point in points if point.hit))
+        names = ', '.join(places.names[:3]) + ', …' * (places.n_channels > 3)
         said.append(
-            'no driving point: masses are not known; put a sensor where the hammer strikes and'
-            ' name it (--at CHANNEL)'
+            'no driving point'
+            + (f' ({hits} is none of the channels {names})' if hits else '')
+            + ': masses are not known; put a sensor where the hammer strikes and name it'
+            ' (--at CHANNEL)'
         )
     if misfit > MODEL_SHORT:
         said.append(

@@ -56,9 +56,9 @@ TIME_SPELLINGS = {
     'h': 'hr hrs hour hours stunden',
 }
 NEITHER = frozenset(
-    """grad/s rpm 1/min hz khz 1/s km/h v mv uv a ma n kn nm n*m bar mbar pa kpa mpa
-    hpa °c c degc k °f f degf % deg ° rad mrad t mt ut nt gauss mgauss count counts lsb adc
-    raw bit bits digit digits db w ohm mv/v mv/g lux""".split()
+    """grad/s rpm 1/min hz khz 1/s km/h v mv uv a ma n kn mn dan lbf kgf gf nm n*m bar
+    mbar pa kpa mpa hpa °c c degc k °f f degf % deg ° rad mrad t mt ut nt gauss mgauss
+    count counts lsb adc raw bit bits digit digits db w ohm mv/v mv/g lux""".split()
 )
 """Units of neither responses nor times; angles are those of joints."""
 SPELLINGS = {

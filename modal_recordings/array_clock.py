@@ -70,7 +70,7 @@ def array_clock(
                 expected=options.advice.rate,
             )
         return ArrayClock(stated_hz, None, options.start_ns)
-    measured_hz = _measured_hz(path, time_s)
+    measured_hz = _measured_hz(path, time_s, options.advice.columns)
     if None in columns.time_factors:
         notes = (f'time without unit: taken as seconds, {measured_hz:.6g} Hz',)
         _check_seconds(path, measured_hz, time_s, stated_hz, options.advice.columns)
@@ -139,7 +139,7 @@ def _counted_s(
     return np.asarray((count - count[0]) / (step * rate_hz), dtype=np.float64)
 
 
-def _measured_hz(path: Path, time_s: NDArray[np.float64]) -> float:
+def _measured_hz(path: Path, time_s: NDArray[np.float64], advice: str) -> float:
     """Return the rate of times, gaps left out, also where several rows share a stamp."""
     steps = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / len(steps)
@@ -168,6 +168,7 @@ def _measured_hz(path: Path, time_s: NDArray[np.float64]) -> float:
             where=path,
             found=f'{rate_hz:.3g} Hz by its times',
             expected=f'{LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g} Hz',
+            advice=advice,
         )
     return rate_hz
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
+from modal_core.units import STANDARD_GRAVITY, WITH_UNIT
 from modal_recordings.array_options import array_options, ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.array_table import ArrayTable
@@ -15,7 +16,17 @@ from modal_recordings.formats import read_arrays, READERS, table_of
 from modal_recordings.heading import Heading, heading_of
 from modal_recordings.open_recording import ARRAY_READERS
 
-NEWTONS = {'n': 1.0, 'kn': 1e3}
+KILOGRAM_FORCE = STANDARD_GRAVITY
+NEWTONS = {
+    'n': 1.0,
+    'mn': 1e-3,  # of a hammer, no meganewton
+    'dan': 10.0,
+    'kn': 1e3,
+    'kgf': KILOGRAM_FORCE,
+    'gf': 1e-3 * KILOGRAM_FORCE,
+    'lbf': 0.45359237 * KILOGRAM_FORCE,
+}
+UNITS = ('N', 'mN', 'daN', 'kN', 'kgf', 'gf', 'lbf')
 FORCE_WORDS = frozenset(('force', 'hammer', 'kraft', 'impact'))
 WITH_FORCE = ', '.join((*ARRAY_READERS, *READERS))
 UNEVEN = 0.1
@@ -77,11 +88,11 @@ def open_with_force(
     table = (
         ARRAY_READERS[suffix](place)
         if suffix in ARRAY_READERS
-        else table_of(place, read_arrays(place), ())
+        else table_of(place, read_arrays(place), with_force=True)
     )
     headings = _headings(place, table, options)
     column = _force_column(place, headings, force)
-    factor = NEWTONS.get(headings[column].unit_text.strip().lower(), 1.0)
+    factor = _newtons(place, headings[column])
     rest = _without(table, options, column)
     responses = ArrayRecording(place, *rest)
     _check_even(place, responses)
@@ -124,6 +135,17 @@ def _is_force(heading: Heading) -> bool:
     if heading.unit_text:
         return heading.unit_text.strip().lower() in NEWTONS
     return bool(heading.words) and heading.words[0] in FORCE_WORDS
+
+
+def _newtons(place: Path, heading: Heading) -> float:
+    """Return the factor to newtons; a column without a unit is in newtons."""
+    told = heading.unit_text or (WITH_UNIT.match(heading.name) or ('', '', ''))[2]
+    factor = NEWTONS.get(told.strip().lower()) if told else 1.0
+    if factor is None:
+        raise RecordingError(
+            'unknown unit of a force', where=place, found=told, expected=', '.join(UNITS)
+        )
+    return factor
 
 
 def _without(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from modal_core.errors import RecordingError
 from modal_recordings.array_table import ArrayTable, MOST_COLUMNS
 from modal_recordings.spooled import spooled
-from modal_recordings.text_cells import is_comment, NO_VALUE, not_a_number
+from modal_recordings.text_cells import is_comment, NO_VALUE, not_a_number, split
 from modal_recordings.text_layout import LONGEST_LINE, text_layout, TextLayout
 from modal_recordings.time_text import is_time_text, seconds_of
 
@@ -157,7 +157,9 @@ def _complaint(path: Path, lines: list[str], layout: TextLayout, first: int) -> 
     for number, line in enumerate(lines, start=first + 1):
         if not line.strip() or is_comment(line):
             continue
-        error = _fault(f'{path}: line {number}', layout.cells(line.split(' #')[0]), layout)
+        # A blank last cell is a cell without a value here, not one too few.
+        cells = split(line.split(' #')[0], layout.separator, layout.n_columns)
+        error = _fault(f'{path}: line {number}', cells, layout)
         if error is not None:
             return error
     return RecordingError('not a table of numbers', where=path)

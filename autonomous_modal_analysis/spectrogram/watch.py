@@ -41,6 +41,8 @@ class SpectrogramWatch:
     def add(self, window: Window) -> None:
         """Take the samples of a window that no window before had."""
         samples = window.samples
+        if not samples.channels:
+            return
         self._windows.append((samples.start_ns, samples.end_ns))
         if self._segments is None:
             self._rate_hz = samples.sample_rate_hz

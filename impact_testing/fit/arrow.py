@@ -93,16 +93,17 @@ class Factored:
     core: Real
 
     def solve(self, right: Real) -> Real:
-        """Return the solution of a right side, (n_slots, size) array."""
-        arrow = self.arrow
-        right = right * self.scale
+        """Return the solutions of right sides, (n_slots, size, n) array."""
+        arrow, count = self.arrow, right.shape[2]
+        right = right * self.scale[:, :, None]
         first = right[arrow.apart]
-        seen = right[arrow.kept].ravel() - np.einsum('kif,ki->f', self.border, first)
+        seen = right[arrow.kept].reshape(len(self.core), count)
+        seen = seen - np.tensordot(self.border, first, axes=((0, 1), (0, 1)))
         kept = self.core @ seen
         found = np.zeros_like(right)
-        found[arrow.kept] = kept.reshape(-1, arrow.size)
-        found[arrow.apart] = np.einsum('kij,kj->ki', self.own, first) - self.border @ kept
-        return found * self.scale
+        found[arrow.kept] = kept.reshape(len(arrow.kept), arrow.size, count)
+        found[arrow.apart] = self.own @ first - self.border @ kept
+        return found * self.scale[:, :, None]
 
     def inverse_of(self, rows: slice) -> Real:
         """Return the inverse between the same rows of every slot.
@@ -122,3 +123,46 @@ class Factored:
             found[slot, :, slot] += self.own[row][rows, rows]
         size = self.scale[:, rows].ravel()
         return np.asarray(found.reshape(len(size), len(size)) * np.outer(size, size))
+
+
+@dataclass(frozen=True, slots=True)
+class Doubted:
+    """The inverse of a factored matrix less what common unknowns explain: A - B M⁻¹ Bᵀ.
+
+    Parameters
+    ----------
+    factored : Factored
+        A.
+    turned : (n_slots, size, n) array
+        A⁻¹ B.
+    core : (n, n) array
+        Inverse of M - Bᵀ A⁻¹ B.
+
+    References
+    ----------
+    Woodbury (1950), Inverting modified matrices, Princeton.
+    """
+
+    factored: Factored
+    turned: Real
+    core: Real
+
+    @classmethod
+    def of(cls, factored: Factored, columns: Real, inner: Real) -> 'Doubted':
+        """Return it for B, (n_slots, size, n), and M."""
+        turned = factored.solve(columns)
+        left = inner - np.tensordot(columns, turned, axes=((0, 1), (0, 1)))
+        return cls(factored, turned, np.asarray(np.linalg.inv(left), dtype=float))
+
+    def solve(self, right: Real) -> Real:
+        """Return the solution of a right side, (n_slots, size) array."""
+        seen = np.einsum('sin,si->n', self.turned, right)
+        return np.asarray(
+            self.factored.solve(right[:, :, None])[:, :, 0] + self.turned @ (self.core @ seen)
+        )
+
+    def inverse_of(self, rows: slice) -> Real:
+        """Return the inverse between the same rows of every slot."""
+        part = self.turned[:, rows]
+        part = part.reshape(part.shape[0] * part.shape[1], len(self.core))
+        return np.asarray(self.factored.inverse_of(rows) + part @ self.core @ part.T)

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
-from impact_testing.fit.arrow import Arrow
+from impact_testing.fit.arrow import Arrow, Doubted
 from impact_testing.fit.places import Places
 from impact_testing.responses import (
     apart,
@@ -54,6 +55,8 @@ class ModalModel:
     information : Arrow
         Real and imaginary parts of all poles' shapes in turn, a slot per place, then the poles.
     score : (n_places + 1, 2 n_poles) array
+    shared, doubt : (n_places + 1, 2 n_poles, n) and (n, n) array
+        Products of unknowns that all FRFs of a point share with the others, and with themselves.
     cost : tuple of float
         Sums of squares that are left, in units of the noise, by point.
     misfit : float
@@ -65,8 +68,14 @@ class ModalModel:
     shape: Complex
     information: Arrow
     score: Real
+    shared: Real
+    doubt: Real
     cost: tuple[float, ...]
     misfit: float
+
+    def factored(self, lift: Real) -> Doubted:
+        """Factor the information, with a diagonal added, (n_places + 1, 2 n_poles) array."""
+        return Doubted.of(self.information.factored(self.scale, lift), self.shared, self.doubt)
 
     @property
     def scale(self) -> Real:
@@ -99,7 +108,7 @@ class ModalModel:
         if not self.places.tied:
             for mode, shape in enumerate(self.shape[:, : self.places.n_channels]):
                 lift[int(np.argmax(np.abs(shape))), 2 * mode : 2 * mode + 2] *= PINNED / RIDGE
-        factored = self.information.factored(scale, lift)
+        factored = self.factored(lift)
         wider = max(1.0, self.misfit)
         return [
             wider * factored.inverse_of(slice(2 * mode, 2 * mode + 2))
@@ -121,20 +130,44 @@ class ModalModel:
 
 
 def evaluate(
-    data: Sequence[PointData], places: Places, pole: Complex, shape: Complex
+    data: Sequence[PointData],
+    places: Places,
+    pole: Complex,
+    shape: Complex,
+    doubts: Sequence[Real] = (),
 ) -> ModalModel:
-    """Return cost and derivatives at poles and shapes; residual terms are solved for."""
+    """Return cost and derivatives at poles and shapes; residual terms are solved for.
+
+    Parameters
+    ----------
+    data : sequence of PointData
+    places, pole, shape
+        See :class:`ModalModel`.
+    doubts : sequence of (2 n_lines, n_channels, n) array
+        Of each point, what unknowns with a deviation of one add to all its FRFs; none: none.
+    """
     information = Arrow(places.n + 1, 2 * len(pole), places.apart)
     score = np.zeros((places.n + 1, 2 * len(pole)))
-    cost = []
-    for each, into, out in zip(data, places.into, places.out, strict=True):
-        part = _Part.of(each, pole, shape[:, out], shape[:, [into]])
-        part.add_to(information, score, into, out)
-        cost.append(part.cost)
+    cost, shared, own = [], [], []
+    for number, (each, into, out) in enumerate(zip(data, places.into, places.out, strict=True)):
+        none = np.empty((2 * len(each.course), len(each.level), 0))
+        doubt = doubts[number] if doubts else none
+        part = _Part.of(each, pole, shape[:, out], shape[:, [into]], doubt)
+        part.add_to(information, into, out)
+        columns = part.by_slot(len(score), into, out)
+        # The unknowns are solved for, as residual terms are.
+        solved = np.linalg.solve(part.doubt, part.pull)
+        score += columns[:, :, 0] - columns[:, :, 1:] @ solved
+        cost.append(part.cost - float(part.pull @ solved))
+        shared.append(columns[:, :, 1:])
+        own.append(part.doubt)
     values = sum(2 * len(each.course) * len(each.level) for each in data)
     unknown = score.size + sum(N_RESIDUAL * len(each.level) for each in data)
     misfit = sum(cost) / max(1, values - unknown)
-    return ModalModel(places, pole, shape, information, score, tuple(cost), misfit)
+    together = np.concatenate(shared, axis=2)
+    return ModalModel(
+        places, pole, shape, information, score, together, block_diag(*own), tuple(cost), misfit
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,10 +178,12 @@ class _Part:
     ----------
     gram : (2, n_poles, 2, 2, n_poles, 2) array
         Products of basis functions, then of their derivatives by the poles.
-    seen : (2, n_poles, 2, n_channels) array
-        Products of those with what is left.
+    seen : (2, n_poles, 2, n_channels, 1 + n) array
+        Products of those with what is left, then with what doubtful unknowns do.
     by_channel, by_hit, by_pole : (n_poles, n_channels, 2, 2) array
         How amplitudes move with the shape at the channel, that at the point hit, and the pole.
+    doubt, pull : (n, n) and (n,) array
+        Products of what those do with itself, with their own information, and with what is left.
     cost : float
         Sum of squares that is left.
     """
@@ -158,25 +193,36 @@ class _Part:
     by_channel: Real
     by_hit: Real
     by_pole: Real
+    doubt: Real
+    pull: Real
     cost: float
 
     @classmethod
-    def of(cls, data: PointData, pole: Complex, there: Complex, hit: Complex) -> '_Part':
+    def of(
+        cls, data: PointData, pole: Complex, there: Complex, hit: Complex, doubt: Real
+    ) -> '_Part':
         """Solve for the residual terms."""
         left, functions_of, _ = remainder(data, pole, there * hit)
         n, unit = len(pole), 1.0 / np.sqrt(data.level)
+        both = np.concatenate([left[:, :, None], doubt], axis=2)
+        n_channels, n_seen = both.shape[1:]
+        flat = doubt.reshape(left.size, n_seen - 1)
         return cls(
             gram=(functions_of.T @ functions_of).reshape(2, n, 2, 2, n, 2),
-            seen=(functions_of.T @ left).reshape(2, n, 2, -1),
+            seen=(functions_of.T @ both.reshape(len(both), -1)).reshape(
+                2, n, 2, n_channels, n_seen
+            ),
             by_channel=_form(hit * unit),
             by_hit=_form(there * unit),
             by_pole=_form(there * hit * unit),
+            doubt=np.eye(n_seen - 1) + flat.T @ flat,
+            pull=flat.T @ left.ravel(),
             cost=float(np.sum(left**2)),
         )
 
-    def add_to(self, information: Arrow, score: Real, into: int, out: NDArray[np.int64]) -> None:
-        """Add information and score; a block of a slot with itself is added in halves."""
-        size, poles = score.shape[1], len(score) - 1
+    def add_to(self, information: Arrow, into: int, out: NDArray[np.int64]) -> None:
+        """Add information; a block of a slot with itself is added in halves."""
+        size, poles = information.size, information.n_slots - 1
         basis, mixed, own = self.gram[0, :, :, 0], self.gram[0, :, :, 1], self.gram[1, :, :, 1]
 
         def each(first: Real, gram: Real, second: Real) -> Real:
@@ -196,9 +242,21 @@ class _Part:
         information.add(into, into, 0.5 * each(hit, basis, hit).sum(axis=0))
         information.add(into, poles, each(hit, mixed, pole).sum(axis=0))
         information.add(poles, poles, 0.5 * each(pole, own, pole).sum(axis=0))
-        score[out] += np.einsum('nora,nro->ona', channel, self.seen[0]).reshape(-1, size)
-        score[into] += np.einsum('nora,nro->na', hit, self.seen[0]).ravel()
-        score[poles] += np.einsum('nora,nro->na', pole, self.seen[1]).ravel()
+
+    def by_slot(self, n_slots: int, into: int, out: NDArray[np.int64]) -> Real:
+        """Return what was seen as a score by slots, (n_slots, 2 n_poles, 1 + n) array."""
+        n_seen = self.seen.shape[-1]
+        found = np.zeros((n_slots, 2 * len(self.by_hit), n_seen))
+        channel, hit, pole = self.by_channel, self.by_hit, self.by_pole
+
+        def each(form: Real, seen: Real, to: str) -> Real:
+            turned = np.einsum(f'nora,nrot->{to}', form, seen, optimize=True)
+            return np.asarray(turned.reshape(-1, found.shape[1], n_seen))
+
+        found[out] += each(channel, self.seen[0], 'onat')
+        found[into] += each(hit, self.seen[0], 'nat')[0]
+        found[-1] += each(pole, self.seen[1], 'nat')[0]
+        return found
 
 
 def remainder(data: PointData, pole: Complex, amplitude: Complex) -> tuple[Real, Real, Real]:
@@ -232,6 +290,7 @@ def climb(
     pole: Complex,
     shape: Complex,
     enough: float = -np.inf,
+    doubts: Sequence[Real] = (),
 ) -> ModalModel:
     """Climb to the maximum of the likelihood, or to a cost.
 
@@ -240,21 +299,21 @@ def climb(
     Levenberg and Marquardt; damped by how much of what a step promises it keeps (Nielsen 1999,
     Damping parameter in Marquardt's method, IMM-REP-1999-05).
     """
-    now, damping, harder = evaluate(data, places, pole, shape), 1e-3, 2.0
+    now, damping, harder = evaluate(data, places, pole, shape, doubts), 1e-3, 2.0
     for _ in range(MOST_STEPS if len(pole) else 0):
         scale = now.scale
         diagonal = now.information.diagonal() * scale**2
         lift = damping * diagonal + RIDGE * diagonal.max()
-        step = now.information.factored(scale, lift).solve(now.score)
+        step = now.factored(lift).solve(now.score)
         longest = float(np.abs(step[-1] / scale[-1]).max())
         step = step * (LONGEST_STEP / max(LONGEST_STEP, longest))
         # By the score here: that of where it leads is against the step when it went too far.
         promised = float(np.sum(step * now.score))
-        there = evaluate(data, places, *now.moved(step))
+        there = evaluate(data, places, *now.moved(step), doubts)
         kept = (sum(now.cost) - sum(there.cost)) / (
             promised + float(np.sum(lift * (step / scale) ** 2)) + 1e-300
         )
-        if kept < 0.0:
+        if not kept >= 0.0:  # or no number: a pole far on the other side
             damping, harder = damping * harder, 2.0 * harder
         else:
             now, harder = there, 2.0
@@ -272,11 +331,16 @@ def synthesised(data: PointData, pole: Complex, amplitude: Complex) -> Complex:
     s = 2j * np.pi * data.frequency_hz
     found = (1.0 / (s[:, None] - pole)) @ amplitude
     found = found + (1.0 / (s[:, None] - pole.conj())) @ amplitude.conj()
+    return found + residual(data, pole, amplitude)
+
+
+def residual(data: PointData, pole: Complex, amplitude: Complex) -> Complex:
+    """Return what residual terms explain of a point's FRFs, (n_lines, n_channels) array."""
     basis = functions(data, pole)
     parts = _parts(amplitude / np.sqrt(data.level))
     left = apart(data.target) - basis[:, :-N_RESIDUAL] @ parts
     coefficients = np.linalg.lstsq(basis[:, -N_RESIDUAL:], left, rcond=None)[0]
-    return np.asarray(found + residual_terms(data) @ coefficients * np.sqrt(data.level))
+    return np.asarray(residual_terms(data) @ coefficients * np.sqrt(data.level))
 
 
 def _parts(values: Complex) -> Real:

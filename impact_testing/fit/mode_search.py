@@ -3,10 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact_testing.fit.first_shapes import first_shapes
 from impact_testing.fit.free_fit import free_fit
 from impact_testing.fit.further_mode import chance_gain, further_mode, trial_poles
+from impact_testing.fit.likely_force import force_doubts, with_common_noise, with_likely_force
 from impact_testing.fit.modal_model import climb, evaluate, ModalModel
 from impact_testing.fit.places import Places
 from impact_testing.fit.start_poles import start_poles
@@ -14,6 +16,8 @@ from impact_testing.fit.ties import loose_points
 from impact_testing.responses import PointData
 from modal_core.errors import IdentificationError
 
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
 MOST_ADDED = 20
 """In one round: where the model does not hold, no number of modes does."""
 ACCURACY = 1e-3
@@ -32,13 +36,29 @@ def fitted(data: Sequence[PointData]) -> tuple[list[PointData], ModalModel]:
     for _ in range(ROUNDS):
         # What former taps left looks like noise until the modes are known.
         now = [
-            each.reweighted(model.pole, model.amplitude(point)) for point, each in enumerate(now)
+            _likely(each, data[n], model.pole, model.amplitude(n)) for n, each in enumerate(now)
         ]
         model = climb(now, places, model.pole, model.shape)
         model = _pruned(now, _completed(now, model))
     if not len(model.pole):
         raise IdentificationError('no mode stands out of the noise')
-    return now, model
+    return _with_force_noise(now, data, model)
+
+
+def _with_force_noise(
+    now: Sequence[PointData], data: Sequence[PointData], model: ModalModel
+) -> tuple[list[PointData], ModalModel]:
+    """Climb and prune once more, with the noise that the forces of each point have in common."""
+    each = range(len(now))
+    now = [with_common_noise(now[n], data[n]) for n in each]
+    doubts = [force_doubts(now[n], model.pole, model.amplitude(n)) for n in each]
+    model = climb(now, model.places, model.pole, model.shape, doubts=doubts)
+    return now, _pruned(now, model, doubts)
+
+
+def _likely(now: PointData, given: PointData, pole: Complex, amplitude: Complex) -> PointData:
+    """Return forces and noise as they are most likely under a model."""
+    return with_likely_force(now, given, pole, amplitude).reweighted(pole, amplitude)
 
 
 def _completed(data: Sequence[PointData], model: ModalModel) -> ModalModel:
@@ -52,7 +72,9 @@ def _completed(data: Sequence[PointData], model: ModalModel) -> ModalModel:
     return model
 
 
-def _pruned(data: Sequence[PointData], model: ModalModel) -> ModalModel:
+def _pruned(
+    data: Sequence[PointData], model: ModalModel, doubts: Sequence[Real] = ()
+) -> ModalModel:
     """Leave out each that explains no more than chance, or the measuring chain, does.
 
     All that are weak by curvature are tried, the weakest first: of two that stand for one mode
@@ -67,11 +89,11 @@ def _pruned(data: Sequence[PointData], model: ModalModel) -> ModalModel:
             break
         least = max(1.0, model.misfit) * chance + _inaccuracy(data, complex(model.pole[weakest]))
         least += sum(model.cost)
-        less = _without(data, model, weakest, least)
+        less = _without(data, model, weakest, least, doubts)
         if sum(less.cost) > least:
             needed[weakest] = True
         else:
-            model = climb(data, model.places, less.pole, less.shape)
+            model = climb(data, model.places, less.pole, less.shape, doubts=doubts)
             needed = np.delete(needed, weakest)
     return model
 
@@ -85,7 +107,13 @@ def _inaccuracy(data: Sequence[PointData], pole: complex) -> float:
     return ACCURACY**2 * total
 
 
-def _without(data: Sequence[PointData], model: ModalModel, mode: int, enough: float) -> ModalModel:
+def _without(
+    data: Sequence[PointData],
+    model: ModalModel,
+    mode: int,
+    enough: float,
+    doubts: Sequence[Real],
+) -> ModalModel:
     """Climb without a mode as far as a cost.
 
     From its neighbours as they are, or from what the poles tell alone.
@@ -94,5 +122,5 @@ def _without(data: Sequence[PointData], model: ModalModel, mode: int, enough: fl
     starts = [np.delete(model.shape, mode, axis=0)]
     if len(pole):
         starts.append(first_shapes(free_fit(data, pole), places))
-    costs = [sum(evaluate(data, places, pole, each).cost) for each in starts]
-    return climb(data, places, pole, starts[int(np.argmin(costs))], enough)
+    costs = [sum(evaluate(data, places, pole, each, doubts).cost) for each in starts]
+    return climb(data, places, pole, starts[int(np.argmin(costs))], enough, doubts)

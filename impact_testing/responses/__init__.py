@@ -14,13 +14,14 @@ from impact_testing.responses.basis import (
     residual_terms,
 )
 from impact_testing.responses.frf import PointFrf
-from impact_testing.responses.spectra import PointSpectra
+from impact_testing.responses.spectra import PointSpectra, Pulse
 
 __all__ = [
     'N_RESIDUAL',
     'PointData',
     'PointFrf',
     'PointSpectra',
+    'Pulse',
     'apart',
     'band_lines',
     'bells',

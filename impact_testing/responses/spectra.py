@@ -9,8 +9,8 @@ force F with a (F(ω) + u) / (jω - p), where
 is known once the pole is.  So no window is needed, and none biases the damping.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +114,20 @@ class PointSpectra:
             frequency_hz=frequency,
             force=np.asarray(forces),
             motion=np.asarray(motions) * to_acceleration,
+        )
+
+    def with_force(self, pulses: Sequence[Pulse]) -> 'PointSpectra':
+        """Return the same responses to other forces of the taps."""
+        good = [pulse for pulse, each in zip(pulses, self.taps, strict=True) if each.good]
+        return replace(self, pulses=tuple(pulses), force=self.transforms(good))
+
+    def transforms(self, pulses: Iterable[Pulse]) -> Complex:
+        """Return the spectra of forces, each from the begin of its segment."""
+        rate_hz = self.record.rate_hz
+        n_rows = round(self.length_s * rate_hz)
+        window = np.exp(-self.decay_1_s * np.arange(n_rows) / rate_hz)
+        return np.asarray(
+            [rfft(p.force_n * window[: len(p.force_n)], n_rows)[1:] / rate_hz for p in pulses]
         )
 
     @property

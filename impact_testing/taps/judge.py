@@ -1,6 +1,6 @@
 """Which taps are good, and why the others are not."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -61,6 +61,10 @@ class JudgedTap:
         """What is wrong, for people."""
         return '; '.join(f'{fault}: {how}' for fault, how in self.faults) or 'good'
 
+    def has(self, fault: Fault) -> bool:
+        """Tell whether this is wrong with it."""
+        return any(each == fault for each, _ in self.faults)
+
     def with_fault(self, fault: Fault, how: str) -> 'JudgedTap':
         """Return the tap with one more fault."""
         return JudgedTap(self.tap, (*self.faults, (fault, how)))
@@ -70,7 +74,28 @@ def judge_taps(record: ImpactRecord) -> tuple[JudgedTap, ...]:
     """Find the taps of a record and judge each by itself; how long they ring comes later."""
     taps = find_taps(record.force_n, record.rate_hz)
     usual = float(np.median([tap.peak_n for tap in taps])) if taps else 0.0
-    return tuple(JudgedTap(tap, tuple(_faults(record, tap, usual))) for tap in taps)
+    judged = [JudgedTap(tap, tuple(_faults(record, tap, usual))) for tap in taps]
+    return tuple(_at_the_limit(record, judged))
+
+
+def _at_the_limit(record: ImpactRecord, judged: Sequence[JudgedTap]) -> Iterator[JudgedTap]:
+    """Yield the taps; those that reach a limit that others were seen to be cut at are cut, too.
+
+    A short pulse has two samples there, or one.  Pulses that differ and whose largest force is the
+    very same are cut, three of them, or two with two samples there: those of a converter with a
+    thousand steps are so alike by chance once in a hundred thousand tests.
+    """
+    highest = max((each.tap.peak_n for each in judged), default=0.0)
+    forces = [np.abs(record.force_n[each.tap.first : each.tap.last + 1]) for each in judged]
+    at = [force for force, each in zip(forces, judged, strict=True) if each.tap.peak_n == highest]
+    differ = len({float(force.sum()) for force in at}) > 1
+    flat = sum(int(np.count_nonzero(force == force.max())) > 1 for force in at)
+    cut = any(each.has(Fault.FORCE_CLIPPED) for each in judged if each.tap.peak_n == highest)
+    cut = cut or (differ and (flat > 1 or len(at) > 2))
+    for each in judged:
+        if cut and each.tap.peak_n == highest and not each.has(Fault.FORCE_CLIPPED):
+            each = each.with_fault(Fault.FORCE_CLIPPED, f'at {highest:.3g} N')
+        yield each
 
 
 def usual_length(gaps_s: Sequence[float]) -> float:
@@ -106,9 +131,9 @@ def with_length(
     """Turn down taps whose segment is cut short."""
     said = []
     for number, (each, gap) in enumerate(zip(taps, gaps(record, taps), strict=True)):
-        if gap < length_s - 0.5 / record.rate_hz:
+        if each.good and gap < length_s - 0.5 / record.rate_hz:
             fault = Fault.TOO_CLOSE if number < len(taps) - 1 else Fault.RECORD_ENDS
-            each = each.with_fault(fault, f'the next {gap:.2g} s later, {length_s:.3g} s needed')
+            each = each.with_fault(fault, f'the next {gap:.3g} s later, {length_s:.3g} s needed')
         said.append(each)
     return tuple(said)
 

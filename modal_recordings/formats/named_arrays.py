@@ -123,7 +123,9 @@ class NamedArrays:
     texts: dict[str, str] = field(default_factory=dict)
 
 
-def table_of(path: Path, found: NamedArrays, chosen: Sequence[str] = ()) -> ArrayTable:
+def table_of(
+    path: Path, found: NamedArrays, chosen: Sequence[str] = (), *, with_force: bool = False
+) -> ArrayTable:
     """Return the table of responses a file holds.
 
     Parameters
@@ -134,6 +136,8 @@ def table_of(path: Path, found: NamedArrays, chosen: Sequence[str] = ()) -> Arra
         Its content.
     chosen : sequence of str
         Names of the arrays to use; none: the only one there is, or all that have one length.
+    with_force : bool
+        Whether one of them is a force, beside responses that may be columns of one array.
 
     Raises
     ------
@@ -144,6 +148,8 @@ def table_of(path: Path, found: NamedArrays, chosen: Sequence[str] = ()) -> Arra
     arrays = _chosen(path, [_with_unit(path, each, found.texts) for each in records], chosen)
     times = [each for each in arrays if _is_time(each, path)]
     data = [each for each in arrays if each not in times]
+    if with_force:
+        data = [column for each in data for column in _columns(each)]
     times = _one_of_alike(times)
     lengths = {each.n_samples for each in arrays}
     if not data:
@@ -158,7 +164,7 @@ def table_of(path: Path, found: NamedArrays, chosen: Sequence[str] = ()) -> Arra
             'several arrays, which cannot be columns of one table',
             where=path,
             found=_listed(arrays),
-            advice=f'say which one: --topic {data[0].name}',
+            advice='' if with_force else f'say which one: --topic {data[0].name}',
         )
     rate_hz = _rate(path, found.numbers, data)
     _check_together(path, data, rate_hz, chosen)
@@ -326,6 +332,25 @@ def _matrix(path: Path, data: NamedArray, times: Sequence[NamedArray]) -> ArrayT
         headings=(*(each.last_name for each in times), *headings),
         units=(*(each.unit for each in times), *units),
     )
+
+
+def _columns(array: NamedArray) -> list[NamedArray]:
+    """Return the columns of an array one by one; a row as it is."""
+    if array.is_row:
+        return [array]
+    upright = array.values.shape[0] >= array.values.shape[1]
+    columns = range(min(array.values.shape))
+    known = len(array.headings) == len(columns)
+    return [
+        replace(
+            array,
+            name=array.headings[n] if known else f'{array.name}{n + 1}',
+            values=np.asarray(array.values[:, n] if upright else array.values[n]),
+            headings=(array.headings[n],) if known else (),
+            units=(array.units[n],) if len(array.units) == len(columns) else array.units,
+        )
+        for n in columns
+    ]
 
 
 def _side_by_side(path: Path, arrays: Sequence[NamedArray]) -> ArrayTable:

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from modal_core.assignment import cheapest_pairs
+from modal_core.errors import LayoutError
 from modal_core.indicators import mac_where_seen
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.compare.expected_mac import expected_mac, ExpectedMac, UNKNOWN
@@ -32,7 +33,7 @@ class ModeChange:
     frequency_surprise, damping_surprise : float
         Changes in standard deviations of the difference; NaN when a deviation is unknown.
     mac : float
-        Of the two shapes.
+        Of the two shapes; NaN by one common channel.
     expected_mac : ExpectedMac
         Of two estimates of one mode with uncertainties as these.
     """
@@ -82,14 +83,26 @@ def compare_modes(first: ModeSet, second: ModeSet) -> ModeComparison:
     ----------
     first, second : ModeSet
         Of the same channels, or of channel sets that share names.
+
+    Raises
+    ------
+    LayoutError
+        They share none: nothing tells which mode is which.
     """
-    names = [name for name in first.channel_names if name in second.channel_names]
+    names = tuple(name for name in first.channel_names if name in second.channel_names)
+    if not names and len(first) and len(second):
+        raise LayoutError(
+            'the two share no channel, so that nothing tells which mode is which',
+            found='; '.join(', '.join(each.channel_names) for each in (first, second)),
+            advice='give channels at the same place the same name, for example with --channels',
+        )
     one = first.shapes[[first.channel_names.index(name) for name in names]]
     two = second.shapes[[second.channel_names.index(name) for name in names]]
-    alike = mac_where_seen(one, two) if names else np.ones((len(first), len(second)))
+    alike = mac_where_seen(one, two)
     shift = np.abs(second.frequency_hz[None] / first.frequency_hz[:, None] - 1.0)
     cost = shift / COMPARISON.farthest_share + (1.0 - alike)
-    same = names == list(first.channel_names) == list(second.channel_names)
+    same = names == tuple(first.channel_names) == tuple(second.channel_names)
+    told = len(names) > 1  # by one channel all shapes are alike
     expected = [
         [expected_mac(mode, other) if same else UNKNOWN for other in second] for mode in first
     ]
@@ -103,7 +116,7 @@ def compare_modes(first: ModeSet, second: ModeSet) -> ModeComparison:
         _change(
             first.modes[row],
             second.modes[column],
-            float(alike[row, column]),
+            float(alike[row, column]) if told else math.nan,
             expected[row][column],
         )
         for row, column in pairs

@@ -26,6 +26,7 @@ from oma_identifier.quality import (
     is_damping_unsure,
     named,
 )
+from oma_identifier.time_axis import TIME_AXIS
 
 
 def cut_window(
@@ -215,10 +216,15 @@ def _channel_quality(
 
 def _why_excluded(channels: Sequence[ChannelQuality]) -> str:
     """Name channels by what is wrong with them."""
+    by_flag = channels_by_flag(channels)
+    unreal = set(by_flag.get('not_finite', ()))
     return '; '.join(
         f'{flag} in {named(names, INTAKE.most_named)}'
-        for flag, names in channels_by_flag(channels).items()
-        if flag in EXCLUDING
+        + f' (no numbers, or beyond {TIME_AXIS.largest_value:,.0f}: is the unit right?)'
+        * (flag == 'not_finite')
+        for flag, names in by_flag.items()
+        # What is left of a channel without values is flat.
+        if flag in EXCLUDING and not (flag == 'flatline' and unreal.issuperset(names))
     )
 
 

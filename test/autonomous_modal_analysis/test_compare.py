@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 
 from autonomous_modal_analysis import cli
 from autonomous_modal_analysis.report import ComparedState, write_comparison
+from modal_core.errors import LayoutError
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.compare import compare_modes
 
@@ -94,6 +95,18 @@ def test_modes_of_one_recording_alone_stand_aside_and_names_are_only_text(tmp_pa
     page = (tmp_path / 'c.html').read_text()
     assert 'first alone' in page and 'second alone' in page
     assert '<b>second' not in page and '<i>first' not in page
+
+
+def test_modes_without_a_common_channel_are_not_compared_and_by_one_without_a_mac():
+    def modes(*names):
+        found = [Mode(hz, 0.01, np.ones(2, dtype=complex), 0.01, 0.001) for hz in (4.0, 9.0)]
+        return ModeSet(tuple(found), names)
+
+    with pytest.raises(LayoutError, match='share no channel'):
+        compare_modes(modes('a', 'b'), modes('c', 'd'))
+    changes = compare_modes(modes('a', 'b'), modes('b', 'c')).changes
+    assert len(changes) == 2 and all(np.isnan(change.mac) for change in changes)
+    assert not any(change.is_shape_changed for change in changes)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """`ama impact`: taps in files, modes with masses out."""
 
+from dataclasses import replace
 import json
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 import pyuff
+from scipy.io import savemat
 
 import autonomous_modal_analysis as ama
 from test.support.hammer_bench import bench, taps
@@ -84,11 +86,31 @@ def test_the_force_is_found_by_its_unit_or_named(recorded, tmp_path):
     assert np.isnan(blind.modal_masses_kg).all()
 
 
+@pytest.mark.parametrize(('unit', 'newtons'), [('kN', 1e3), ('lbf', 4.4482216), ('kgf', 9.80665)])
+def test_forces_in_other_units_give_the_same_masses(recorded, tmp_path, unit, newtons):
+    record, _ = recorded
+    other = replace(record, force_n=record.force_n / newtons)
+    file = written(tmp_path / 'unit.csv', other, HEAD.replace('[N]', f'[{unit}]'))
+    masses = ama.impact(file).modal_masses_kg
+    assert masses == pytest.approx([12.548, 14.147, 14.608], rel=0.01)
+
+
+def test_a_force_beside_one_array_of_responses_is_read(recorded, tmp_path):
+    record, _ = recorded
+    file = tmp_path / 'taps.mat'
+    time = np.arange(len(record.force_n)) / record.rate_hz
+    arrays = {'time': time, 'hammer': record.force_n, 'm': record.responses.acceleration}
+    savemat(file, arrays, oned_as='column')
+    masses = ama.impact(file, at='m3', unit='m/s^2').modal_masses_kg
+    assert masses == pytest.approx([12.548, 14.147, 14.608], rel=0.01)
+
+
 @pytest.mark.parametrize(
     ('head', 'options', 'says'),
     [
         ('time [s],m1 [m/s^2],m2 [m/s^2]', (), 'no force channel'),
         ('time [s],hammer [N],m1 [m/s^2]', ('--force', 'tip'), 'no such column'),
+        ('time [s],hammer [poundal],m1 [m/s^2]', (), 'unknown unit of a force'),
         ('time [s],hammer [N],m1 [m/s^2]', ('--max-frequency-hz', '1'), 'band too narrow'),
         ('time [s],hammer [N],m1 [m/s^2]', ('--segment-s', '30'), 'too few good taps'),
         ('time [s],hammer [N],m1 [m/s^2]', ('--window-end', '2'), 'out of range'),

@@ -59,6 +59,12 @@ def test_clipped_forces_and_responses_are_named_and_coarse_converters_are_not():
     assert faults(coarse) == [set()] * 5
     cut = ImpactRecord(np.minimum(force, 0.7 * force.max()), record.responses)
     assert Fault.FORCE_CLIPPED in set.union(*faults(cut))
+    # Short pulses have two samples or one at the limit: all that reach it are cut.
+    for rate_hz in (512.0, 1024.0):
+        short = taps(bench(), 2, TIMES, rng, rate_hz, width_s=0.004)
+        limited = np.minimum(short.force_n, 50.0)
+        said = faults(ImpactRecord(limited, short.responses))
+        assert all(Fault.FORCE_CLIPPED in each for each in said), said
     top = 0.6 * np.abs(motion).max()
     cut = ImpactRecord(
         force, Samples(np.clip(motion, -top, top), 512.0, record.responses.channels)

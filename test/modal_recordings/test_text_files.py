@@ -124,6 +124,7 @@ ASKED = {
     'the same without names': (table(None, ',', ','), 'decimal comma'),
     'rows longer than the names': (table(seconds(), above='a,b\n'), '2 names, 3 columns'),
     'one row longer': (table(None) + '1,2,3\n', 'line 301: row too long'),
+    'a blank last cell': (table(None) + '1,\n1,2\n', 'line 301, column 2: no value'),
     'one row shorter': (table(None) + '1\n1,2\n', 'line 301: row too short'),
     'an empty cell': (table(None) + '1,\n,2\n1,2\n', 'line 301'),
     'a word': (table(None) + '1,n.a.\n1,2\n', 'line 301, column 2: not a number'),

@@ -22,7 +22,7 @@ from model_gap.fit.split import split
 from model_gap.search.joint_screening import screen_jointly
 from model_gap.search.refine import fine_fits
 from model_gap.search.rivals import fit_instead
-from model_gap.search.screen import Projection, screen, Trial
+from model_gap.search.screen import Projection, screen
 from model_gap.search.search import Candidate, Round, Search, SearchSettings
 from model_gap.search.steps import fit_tolerances, screen_again, screen_catalogue
 from test.model_gap.conftest import ROBOT
@@ -59,7 +59,9 @@ def test_swinging_mass_wins_the_race_and_its_place_is_found(search):
     ]
     base = fit(search.nominal, search.data.loudest).hypothesis
     loudest = search.data.loudest
-    trials = screen(effects, Projection.of(base, loudest, tolerance_columns(base, loudest)), loudest)
+    trials = screen(
+        effects, Projection.of(base, loudest, tolerance_columns(base, loudest)), loudest
+    )
     best = screen_jointly(trials, base, loudest)[0]
     assert repr(best.effect) == 'tuned_mass at link_4 z', f'seed {SEED}'
     assert best.gain > 20.0, f'seed {SEED}: {best.gain}'
