@@ -12,9 +12,11 @@ import math
 import numpy as np
 
 from modal_core.errors import IdentificationError
+from modal_core.free_memory import LARGE_BYTES
 from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from modal_core.side_by_side import side_by_side
 from oma_identifier.record.thresholds import RECORD
 from oma_identifier.record.window_means import MeanMode, Sightings
 from oma_identifier.record.with_means import without_mixtures
@@ -58,13 +60,18 @@ def steadiness(
     if not len(modes):
         return Steadiness(modes, varies=False)
     length = len(samples.acceleration) // N_PARTS
-    parts = []
-    for first in range(0, N_PARTS * length, length):
-        part = samples.part(slice(first, first + length))
+
+    def identified(first: int) -> ModeSet | None:
         try:
-            parts.append(identify(part))
+            return identify(samples.part(slice(first, first + length)))
         except (IdentificationError, np.linalg.LinAlgError):
-            continue
+            return None
+
+    begins = range(0, N_PARTS * length, length)
+    # Of long records memory counts more.
+    is_large = samples.acceleration.nbytes >= LARGE_BYTES
+    found = map(identified, begins) if is_large else side_by_side(identified, begins)
+    parts = [each for each in found if each is not None]
     checked = [_checked(mode, parts) if _is_alone(mode, modes) else mode for mode in modes]
     varies = any(one is not mode for one, mode in zip(checked, modes, strict=True))
     lacking = _lacking(parts, modes)

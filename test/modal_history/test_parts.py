@@ -67,9 +67,9 @@ def test_the_joint_that_softened_is_named(tmp_path, joint, share, hours, seed):
 
 @pytest.mark.slow
 def test_named_joints_are_the_right_ones(tmp_path, record_property):
-    """Seeds 700 to 735: 1 % in 24 h, 3 % in 2 h, a quarter of them with poses from anywhere."""
+    """Seeds 700 to 715: 1 % in 24 h, 3 % in 2 h, a quarter of them with poses from anywhere."""
     right = wrong = missed = 0
-    for seed in range(700, 736):
+    for seed in range(700, 716):
         joint, share, hours = seed % 3 + 1, *((0.01, 24.0) if seed % 2 else (0.03, 2.0))
         lost = tuple(share * (number == joint) for number in (1, 2, 3))
         found, part = named_in_months(tmp_path / str(seed), lost, hours, seed, seed % 4 == 3)
@@ -78,7 +78,7 @@ def test_named_joints_are_the_right_ones(tmp_path, record_property):
             right += part.named.place == f'j{joint}'
             wrong += part.named.place != f'j{joint}'
     record_property('right, wrong, not found', (right, wrong, missed))
-    assert wrong <= 2 and right >= 30 and missed <= 3, (right, wrong, missed)
+    assert wrong <= 1 and right >= 13 and missed <= 2, (right, wrong, missed)
 
 
 # -- a whole history, and a robot of six axes ----------------------------------------------------
