@@ -148,5 +148,5 @@ def _check_finite(path: Path, values: NDArray[np.generic], columns: ArrayColumns
                 where=f'{path}: row {first + row + 1}, channel {columns.names[column]}',
                 found=part[row, column],
                 expected='finite numbers',
-                advice='leave the channel out (--channels, - in its place), or cut the rows off',
+                advice='leave the channel out, or cut those rows off',
             )

@@ -94,7 +94,7 @@ def compare_modes(first: ModeSet, second: ModeSet) -> ModeComparison:
         raise LayoutError(
             'the two share no channel, so that nothing tells which mode is which',
             found='; '.join(', '.join(each.channel_names) for each in (first, second)),
-            advice='give channels at the same place the same name, for example with --channels',
+            advice='give channels at the same place the same name',
         )
     one = first.shapes[[first.channel_names.index(name) for name in names]]
     two = second.shapes[[second.channel_names.index(name) for name in names]]
