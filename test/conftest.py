@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 import gc
 import os
 from pathlib import Path
+import zlib
 
 import numpy as np
 import pytest
@@ -19,6 +20,24 @@ os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
 DATA = Path(
     os.environ.get('AMA_TEST_DATA', Path(__file__).resolve().parents[2] / 'shared' / 'data')
 )
+
+
+SLOW_SHARE = os.environ.get('AMA_SLOW_SHARE', '0/1')
+"""Which share of the slow tests runs: 1/3 is the second of three.  None is left out by itself."""
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out the slow tests of other shares; all cases of a test are of one."""
+    which, n_shares = map(int, SLOW_SHARE.split('/'))
+    left_out = [
+        item
+        for item in items
+        if item.get_closest_marker('slow')
+        and zlib.crc32(item.nodeid.partition('[')[0].encode()) % n_shares != which
+    ]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in set(left_out)]
 
 
 def pytest_collection_finish() -> None:
