@@ -14,8 +14,8 @@ export MKL_NUM_THREADS := 1
 
 help:
 	@echo 'make demo    set up and run the whole loop on the emulated arm'
-	@echo 'make test    set up and run the tests, without the long ones and the series of nodes (five minutes)'
-	@echo 'make test-all   all tests, the long statistical and node series too (half an hour)'
+	@echo 'make test    set up and run the tests, without the long ones and the series of nodes (ten minutes and more)'
+	@echo 'make test-all   all tests, the long statistical and node series too (an hour)'
 	@echo 'make coverage   which lines the quick tests without nodes run'
 	@echo 'make lint    ruff and mypy'
 	@echo 'make docs    build the documentation: docs/_build/html/index.html'
