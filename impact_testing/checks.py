@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from impact_testing.fit import FreePoint, Places
 from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
+from oma_identifier.quality import named
 
 Complex = NDArray[np.complex128]
 MODEL_SHORT = 2.0
@@ -57,7 +58,7 @@ def remarks_on(
     said = []
     if not places.tied:
         hits = ', '.join(dict.fromkeys(point.hit for point in points if point.hit))
-        names = ', '.join(places.names[:3]) + ', …' * (places.n_channels > 3)
+        names = named(places.names[: places.n_channels], 3)
         said.append(
             'no driving point'
             + (f' ({hits} is none of the channels {names})' if hits else '')
@@ -84,9 +85,9 @@ def remarks_on(
         )
     without = [each.mode for each in modes if np.isnan(each.mode.frequency_std_hz)]
     if without:
-        named = ', '.join(f'{mode.frequency_hz:.4g}' for mode in without)
+        near = ', '.join(f'{mode.frequency_hz:.4g}' for mode in without)
         said.append(
-            f'modes at {named} Hz lie within their half-widths: another pair may explain the FRFs'
+            f'modes at {near} Hz lie within their half-widths: another pair may explain the FRFs'
             ' as well, so these have no σ; points that show one of them alone tell'
         )
     if any(each.mode.frequency_std_hz > 0.5 * each.mode.frequency_hz for each in modes):

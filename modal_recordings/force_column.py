@@ -16,17 +16,15 @@ from modal_recordings.formats import read_arrays, READERS, table_of
 from modal_recordings.heading import Heading, heading_of
 from modal_recordings.open_recording import ARRAY_READERS
 
-KILOGRAM_FORCE = STANDARD_GRAVITY
 NEWTONS = {
-    'n': 1.0,
-    'mn': 1e-3,  # of a hammer, no meganewton
-    'dan': 10.0,
-    'kn': 1e3,
-    'kgf': KILOGRAM_FORCE,
-    'gf': 1e-3 * KILOGRAM_FORCE,
-    'lbf': 0.45359237 * KILOGRAM_FORCE,
+    'N': 1.0,
+    'mN': 1e-3,  # however it is written: no hammer has meganewtons
+    'daN': 10.0,
+    'kN': 1e3,
+    'kgf': STANDARD_GRAVITY,
+    'gf': 1e-3 * STANDARD_GRAVITY,
+    'lbf': 0.45359237 * STANDARD_GRAVITY,
 }
-UNITS = ('N', 'mN', 'daN', 'kN', 'kgf', 'gf', 'lbf')
 FORCE_WORDS = frozenset(('force', 'hammer', 'kraft', 'impact'))
 WITH_FORCE = ', '.join((*ARRAY_READERS, *READERS))
 UNEVEN = 0.1
@@ -133,17 +131,21 @@ def _force_column(place: Path, headings: Sequence[Heading], force: str | None) -
 
 def _is_force(heading: Heading) -> bool:
     if heading.unit_text:
-        return heading.unit_text.strip().lower() in NEWTONS
+        return _known_factor(heading.unit_text) is not None
     return bool(heading.words) and heading.words[0] in FORCE_WORDS
+
+
+def _known_factor(unit: str) -> float | None:
+    return {name.lower(): factor for name, factor in NEWTONS.items()}.get(unit.strip().lower())
 
 
 def _newtons(place: Path, heading: Heading) -> float:
     """Return the factor to newtons; a column without a unit is in newtons."""
     told = heading.unit_text or (WITH_UNIT.match(heading.name) or ('', '', ''))[2]
-    factor = NEWTONS.get(told.strip().lower()) if told else 1.0
+    factor = _known_factor(told) if told else 1.0
     if factor is None:
         raise RecordingError(
-            'unknown unit of a force', where=place, found=told, expected=', '.join(UNITS)
+            'unknown unit of a force', where=place, found=told, expected=', '.join(NEWTONS)
         )
     return factor
 

@@ -29,15 +29,15 @@ SLOW_SHARE = os.environ.get('AMA_SLOW_SHARE', '0/1')
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out the slow tests of other shares; all cases of a test are of one."""
     which, n_shares = map(int, SLOW_SHARE.split('/'))
-    left_out = [
-        item
+    runs = [
+        not item.get_closest_marker('slow')
+        or zlib.crc32(item.nodeid.partition('[')[0].encode()) % n_shares == which
         for item in items
-        if item.get_closest_marker('slow')
-        and zlib.crc32(item.nodeid.partition('[')[0].encode()) % n_shares != which
     ]
-    if left_out:
+    if not all(runs):
+        left_out = [item for item, run in zip(items, runs, strict=True) if not run]
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if item not in set(left_out)]
+        items[:] = [item for item, run in zip(items, runs, strict=True) if run]
 
 
 def pytest_collection_finish() -> None:

@@ -21,20 +21,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.fit.modal_model import residual
-from impact_testing.responses import apart, PointData, PointFrf, Pulse, residual_terms
+from impact_testing.fit.modal_model import remainder, residual
+from impact_testing.responses import apart, PointData, PointFrf, Pulse
 from impact_testing.taps import ForceLevel
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 LEAST_DOUBT = 0.01
-"""Sum of squares, in units of the noise, that a direction of the force's noise adds to be one."""
+"""Least sum of squares, in units of the noise, that an unknown of the force's noise adds.  One
+that adds less moves no value by more than a tenth of its own deviation (Cauchy and Schwarz)."""
 
 
 def with_likely_force(
     data: PointData, measured: PointData, pole: Complex, amplitude: Complex
 ) -> PointData:
     """Return a point with the forces that are most likely by sensor and responses.
+
+    The noise stays as it is; it is less with them.
 
     Parameters
     ----------
@@ -53,12 +56,14 @@ def with_likely_force(
     answers = _Answers.of(data, pole, amplitude)
     power = data.course * data.frf.force_power[data.lines]
     weight = 1.0 / np.sqrt(power[:, None] * data.level)
-    left = iter((read.motion[:, data.lines] - answers.to(measured)) * weight)
+    answer = read.force[:, data.lines, None] * answers.direct
+    answer = answer + read.free_motion(pole, amplitude, data.lines)
+    left = iter((read.motion[:, data.lines] - answer) * weight)
     pulses = [
         _likely(pulse, answers.columns(pulse, weight), next(left), noise_n) if tap.good else pulse
         for pulse, tap in zip(read.pulses, read.taps, strict=True)
     ]
-    return PointData.of(PointFrf(read.with_force(pulses)), data.lines)
+    return replace(data, frf=PointFrf(read.with_force(pulses)))
 
 
 def _likely(pulse: Pulse, columns: Complex, left: Complex, noise_n: float) -> Pulse:
@@ -88,15 +93,14 @@ def with_common_noise(data: PointData, measured: PointData) -> PointData:
         pulse = pulses[number]
         own = weight / float(size @ size) * common[: len(pulse.force_n)]
         pulses[number] = Pulse(pulse.first, pulse.force_n - own)
-    fresh = PointData.of(PointFrf(likely.with_force(pulses)), data.lines)
-    return replace(fresh, course=data.course, level=data.level)
+    return replace(data, frf=PointFrf(likely.with_force(pulses)))
 
 
 def force_doubts(data: PointData, pole: Complex, amplitude: Complex) -> Real:
     """Return what common noise of the forces adds to a point, (2 n_lines, n_channels, n) array.
 
-    By independent unknowns with a deviation of one, without what residual terms explain; those
-    that add less than a tenth of the noise are left out.
+    By independent unknowns with a deviation of one that add orthogonal values, without what
+    residual terms explain.
     """
     spectra = data.frf.spectra
     noise_n = ForceLevel.of(spectra.record.force_n).noise_n
@@ -106,7 +110,7 @@ def force_doubts(data: PointData, pole: Complex, amplitude: Complex) -> Real:
     weight = 1.0 / np.sqrt(data.course[:, None] * data.level) / mean[:, None]
     added = apart(_Answers.of(data, pole, amplitude).columns(longest, weight))
     added *= noise_n / float(np.linalg.norm(size))
-    directions = np.linalg.qr(apart(residual_terms(data) / np.sqrt(data.course)[:, None]))[0]
+    _, _, directions = remainder(data, pole, amplitude)
     flat = added.reshape(len(added), -1)
     flat = flat - directions @ (directions.T @ flat)
     flat = flat.reshape(-1, added.shape[2])
@@ -149,14 +153,6 @@ class _Answers:
         lower = (1.0 / (s - windowed.conj()))[:, :, None] * amplitude.conj()
         direct = upper.sum(axis=1) + lower.sum(axis=1) + residual(data, pole, amplitude)
         return cls(data, pole, upper, lower, direct)
-
-    def to(self, measured: PointData) -> Complex:
-        """Return the answers to the forces that were read, (n_taps, n_lines, n_channels) array."""
-        spectra = measured.frf.spectra
-        ends = spectra.ends(self.pole - spectra.decay_1_s)
-        found = spectra.force[:, self.data.lines, None] * self.direct
-        found = found + np.einsum('kp,lpc->klc', ends, self.upper, optimize=True)
-        return np.asarray(found + np.einsum('kp,lpc->klc', ends.conj(), self.lower, optimize=True))
 
     def columns(self, pulse: Pulse, weight: NDArray[np.inexact]) -> Complex:
         """Return what a newton in each sample of a pulse adds, (n_lines, n_channels, n) array."""

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from impact_testing.fit.arrow import Arrow, Doubted
 from impact_testing.fit.places import Places
@@ -144,7 +143,8 @@ def evaluate(
     places, pole, shape
         See :class:`ModalModel`.
     doubts : sequence of (2 n_lines, n_channels, n) array
-        Of each point, what unknowns with a deviation of one add to all its FRFs; none: none.
+        Of each point, what unknowns with a deviation of one add to all its FRFs, orthogonal to
+        one another and to residual terms; none: none.
     """
     information = Arrow(places.n + 1, 2 * len(pole), places.apart)
     score = np.zeros((places.n + 1, 2 * len(pole)))
@@ -156,7 +156,7 @@ def evaluate(
         part.add_to(information, into, out)
         columns = part.by_slot(len(score), into, out)
         # The unknowns are solved for, as residual terms are.
-        solved = np.linalg.solve(part.doubt, part.pull)
+        solved = part.pull / part.doubt
         score += columns[:, :, 0] - columns[:, :, 1:] @ solved
         cost.append(part.cost - float(part.pull @ solved))
         shared.append(columns[:, :, 1:])
@@ -166,7 +166,15 @@ def evaluate(
     misfit = sum(cost) / max(1, values - unknown)
     together = np.concatenate(shared, axis=2)
     return ModalModel(
-        places, pole, shape, information, score, together, block_diag(*own), tuple(cost), misfit
+        places,
+        pole,
+        shape,
+        information,
+        score,
+        together,
+        np.diag(np.concatenate(own)),
+        tuple(cost),
+        misfit,
     )
 
 
@@ -182,8 +190,8 @@ class _Part:
         Products of those with what is left, then with what doubtful unknowns do.
     by_channel, by_hit, by_pole : (n_poles, n_channels, 2, 2) array
         How amplitudes move with the shape at the channel, that at the point hit, and the pole.
-    doubt, pull : (n, n) and (n,) array
-        Products of what those do with itself, with their own information, and with what is left.
+    doubt, pull : (n,) array
+        Information on each of those, with that of its deviation; products with what is left.
     cost : float
         Sum of squares that is left.
     """
@@ -215,7 +223,7 @@ class _Part:
             by_channel=_form(hit * unit),
             by_hit=_form(there * unit),
             by_pole=_form(there * hit * unit),
-            doubt=np.eye(n_seen - 1) + flat.T @ flat,
+            doubt=1.0 + np.sum(flat**2, axis=0),
             pull=flat.T @ left.ravel(),
             cost=float(np.sum(left**2)),
         )

@@ -75,13 +75,7 @@ class PointData:
         amplitude : (n_poles, n_channels) complex array
             In accelerances.
         """
-        spectra = self.frf.spectra
-        windowed = pole - spectra.decay_1_s
-        s = 2j * np.pi * spectra.frequency_hz
-        ends = np.zeros_like(spectra.motion)
-        for side, value in ((windowed, amplitude), (windowed.conj(), amplitude.conj())):
-            bell = 1.0 / (s[:, None] - side)
-            ends += np.einsum('kp,lp,pc->klc', spectra.ends(side), bell, value, optimize=True)
+        ends = self.frf.spectra.free_motion(pole, amplitude)
         fresh = PointData.of(self.frf, self.lines, ends)
         return replace(self, course=fresh.course, level=fresh.level)
 

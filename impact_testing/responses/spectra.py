@@ -89,19 +89,15 @@ class PointSpectra:
         """Transform the segments of the good taps."""
         rest_n = ForceLevel.of(record.force_n).rest_n
         pulses = tuple(pulse_of(record, each.tap, rest_n) for each in taps)
-        rate_hz, n_rows = record.rate_hz, round(length_s * record.rate_hz)
-        window = np.exp(-decay_1_s * np.arange(n_rows) / rate_hz)
+        rate_hz, window = record.rate_hz, _window(decay_1_s, length_s, record.rate_hz)
+        n_rows = len(window)
         frequency = rfftfreq(n_rows, 1.0 / rate_hz)[1:]
-        forces, motions = [], []
-        for each, pulse in zip(taps, pulses, strict=True):
-            if not each.good:
-                continue
+        good = [pulse for pulse, each in zip(pulses, taps, strict=True) if each.good]
+        motions = []
+        for pulse in good:
             begin = pulse.first
-            alone = np.zeros(n_rows)
-            alone[: len(pulse.force_n)] = pulse.force_n
             rows = record.responses.widened(slice(begin, begin + n_rows))
             rows = rows - _rest(record, begin, rows)
-            forces.append(rfft(alone * window)[1:] / rate_hz)
             motions.append(rfft(rows * window[:, None], axis=0)[1:] / rate_hz)
         times = [2 - TIMES_DERIVED[channel.unit] for channel in record.responses.channels]
         to_acceleration = (2j * np.pi * frequency[:, None]) ** np.array(times)
@@ -112,23 +108,16 @@ class PointSpectra:
             length_s=n_rows / rate_hz,
             decay_1_s=decay_1_s,
             frequency_hz=frequency,
-            force=np.asarray(forces),
+            force=_force_spectra(good, window, rate_hz),
             motion=np.asarray(motions) * to_acceleration,
         )
 
     def with_force(self, pulses: Sequence[Pulse]) -> 'PointSpectra':
         """Return the same responses to other forces of the taps."""
         good = [pulse for pulse, each in zip(pulses, self.taps, strict=True) if each.good]
-        return replace(self, pulses=tuple(pulses), force=self.transforms(good))
-
-    def transforms(self, pulses: Iterable[Pulse]) -> Complex:
-        """Return the spectra of forces, each from the begin of its segment."""
-        rate_hz = self.record.rate_hz
-        n_rows = round(self.length_s * rate_hz)
-        window = np.exp(-self.decay_1_s * np.arange(n_rows) / rate_hz)
-        return np.asarray(
-            [rfft(p.force_n * window[: len(p.force_n)], n_rows)[1:] / rate_hz for p in pulses]
-        )
+        window = _window(self.decay_1_s, self.length_s, self.record.rate_hz)
+        force = _force_spectra(good, window, self.record.rate_hz)
+        return replace(self, pulses=tuple(pulses), force=force)
 
     @property
     def n_taps(self) -> int:
@@ -166,11 +155,45 @@ class PointSpectra:
             former = former + own
         return np.asarray(found)
 
+    def free_motion(
+        self, pole: Complex, amplitude: Complex, lines: slice = slice(None)
+    ) -> Complex:
+        """Return what the ends of the segments add, (n_taps, n_lines, n_channels) array [m/s].
+
+        Parameters
+        ----------
+        pole : (n_poles,) complex array [rad/s]
+        amplitude : (n_poles, n_channels) complex array
+            In accelerances.
+        lines : slice
+            Of the spectra.
+        """
+        windowed = pole - self.decay_1_s
+        s = 2j * np.pi * self.frequency_hz[lines, None]
+        # The force is real, so that the ends of a conjugate are the conjugates of the ends.
+        ends = self.ends(windowed)
+        upper = np.einsum('kp,lp,pc->klc', ends, 1.0 / (s - windowed), amplitude, optimize=True)
+        bell = 1.0 / (s - windowed.conj())
+        conjugates = ends.conj(), bell, amplitude.conj()
+        return np.asarray(upper + np.einsum('kp,lp,pc->klc', *conjugates, optimize=True))
+
 
 def pulse_of(record: ImpactRecord, tap: Tap, rest_n: float) -> Pulse:
     """Return the force of a tap without what it reads at rest: the window of the force."""
     first, last = begin_of(record, tap), min(len(record.force_n), tap.last + FILTER_SAMPLES + 1)
     return Pulse(first, record.sign * (record.force_n[first:last] - rest_n))
+
+
+def _window(decay_1_s: float, length_s: float, rate_hz: float) -> Real:
+    """Return the exponential window of a segment."""
+    return np.asarray(np.exp(-decay_1_s * np.arange(round(length_s * rate_hz)) / rate_hz))
+
+
+def _force_spectra(pulses: Iterable[Pulse], window: Real, rate_hz: float) -> Complex:
+    """Return the spectra of forces, each from the begin of its segment."""
+    return np.asarray(
+        [rfft(p.force_n * window[: len(p.force_n)], len(window))[1:] / rate_hz for p in pulses]
+    )
 
 
 def _rest(record: ImpactRecord, begin: int, rows: Real) -> Real:

@@ -86,12 +86,12 @@ def _at_the_limit(record: ImpactRecord, judged: Sequence[JudgedTap]) -> Iterator
     thousand steps are so alike by chance once in a hundred thousand tests.
     """
     highest = max((each.tap.peak_n for each in judged), default=0.0)
-    forces = [np.abs(record.force_n[each.tap.first : each.tap.last + 1]) for each in judged]
-    at = [force for force, each in zip(forces, judged, strict=True) if each.tap.peak_n == highest]
-    differ = len({float(force.sum()) for force in at}) > 1
-    flat = sum(int(np.count_nonzero(force == force.max())) > 1 for force in at)
-    cut = any(each.has(Fault.FORCE_CLIPPED) for each in judged if each.tap.peak_n == highest)
-    cut = cut or (differ and (flat > 1 or len(at) > 2))
+    top = [each for each in judged if each.tap.peak_n == highest]
+    forces = [np.abs(record.force_n[each.tap.first : each.tap.last + 1]) for each in top]
+    differ = len({float(force.sum()) for force in forces}) > 1
+    flat = sum(int(np.count_nonzero(force == force.max())) > 1 for force in forces)
+    cut = any(each.has(Fault.FORCE_CLIPPED) for each in top)
+    cut = cut or (differ and (flat > 1 or len(top) > 2))
     for each in judged:
         if cut and each.tap.peak_n == highest and not each.has(Fault.FORCE_CLIPPED):
             each = each.with_fault(Fault.FORCE_CLIPPED, f'at {highest:.3g} N')

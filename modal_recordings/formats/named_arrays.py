@@ -148,7 +148,7 @@ def table_of(
     arrays = _chosen(path, [_with_unit(path, each, found.texts) for each in records], chosen)
     times = [each for each in arrays if _is_time(each, path)]
     data = [each for each in arrays if each not in times]
-    if with_force:
+    if with_force and len(data) > 1:
         data = [column for each in data for column in _columns(each)]
     times = _one_of_alike(times)
     lengths = {each.n_samples for each in arrays}
@@ -336,7 +336,7 @@ def _matrix(path: Path, data: NamedArray, times: Sequence[NamedArray]) -> ArrayT
 
 def _columns(array: NamedArray) -> list[NamedArray]:
     """Return the columns of an array one by one; a row as it is."""
-    if array.is_row:
+    if array.is_row or min(array.values.shape) > MOST_COLUMNS:
         return [array]
     upright = array.values.shape[0] >= array.values.shape[1]
     columns = range(min(array.values.shape))
