@@ -29,7 +29,9 @@ Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 LEAST_DOUBT = 0.01
 """Least sum of squares, in units of the noise, that an unknown of the force's noise adds.  One
-that adds less moves no value by more than a tenth of its own deviation (Cauchy and Schwarz)."""
+that adds less moves no value by more than a tenth of its own deviation (Cauchy and Schwarz).  A
+hundredth of it changed neither coverage (168 values of
+twelve unseen structures) nor the rms errors over σ, to two digits."""
 
 
 def with_likely_force(
