@@ -133,7 +133,7 @@ def identify_recording(
             band=analysed_band(mode(rates_hz), pipeline.record.identified_s, asked, settings),
             harmonics=whole.harmonics,
             damage=(*recording.damage(), *_unused(pipeline)),
-            remarks=remarks(whole, windows, mode(rates_hz), settings),
+            remarks=(*recording.notes, *remarks(whole, windows, mode(rates_hz), settings)),
             sliding=sliding.found(),
         ),
         whole=whole,

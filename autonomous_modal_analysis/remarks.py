@@ -1,7 +1,4 @@
-"""What people should know of an identification and do about it, in plain lines.
-
-Nothing here is wrong with the data; where there is no such line the settings fit them.
-"""
+"""What people should know of an identification and do about it, in plain lines."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -14,7 +11,7 @@ import numpy as np
 from autonomous_modal_analysis.results import IdentifiedWindow
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
-from modal_reports import count, listed
+from modal_reports import count, listed, poor_channels
 from oma_identifier.covariance import COVARIANCE
 from oma_identifier.record import needed_window_s, SHORT_WINDOWS, too_slow
 from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
@@ -61,7 +58,7 @@ def remarks(
         _empty_windows(whole, windows),
         _odd_rate(whole, sample_rate_hz, settings),
     )
-    return tuple(line for line in found if line)
+    return (*poor_channels(whole.quality.channels), *(line for line in found if line))
 
 
 def _conditions(whole: WindowResult) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact_testing.record import AGAINST, ImpactRecord
 from modal_core.channel import Channel
@@ -49,6 +50,8 @@ def read_impact(
             if isinstance(block, SampleBlock | StampedSamples)
         ]
     )
+    _check_whole(path, found.force_n[:, None], (found.name,))
+    _check_whole(path, rows, recording.channel_names)
     measured = tuple(
         Channel(name, unit=si)
         for name, si in zip(recording.channel_names, recording.units, strict=True)
@@ -65,6 +68,20 @@ def read_impact(
     samples = Samples(rows, recording.sample_rate_hz, measured, recording.start_ns)
     point = _hit(found.name, recording.channel_names) if hit is None else hit
     return ImpactRecord(found.force_n, samples, point, Path(path).stem)
+
+
+def _check_whole(path: str | Path, values: NDArray[np.float64], names: Sequence[str]) -> None:
+    """Refuse what is no number: of a tap nothing can be filled in."""
+    lost = np.argwhere(~np.isfinite(values))
+    if len(lost):
+        row, column = lost[0]
+        raise RecordingError(
+            'a value that is no number',
+            where=f'{path}: row {row + 1}, {names[column]}',
+            found=values[row, column],
+            expected='finite numbers: samples of a tap cannot be filled in',
+            advice='leave the channel out with --channels, - in its place, or cut the rows off',
+        )
 
 
 def _hit(force: str, names: Sequence[str]) -> str:

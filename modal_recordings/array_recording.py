@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.errors import RecordingError
 from modal_core.measurements import (
     Measurement,
     NANOSECONDS_PER_SECOND,
@@ -26,6 +25,7 @@ from modal_recordings.summary import summarise
 BLOCK_S = 0.25
 FEWEST_ROWS = 128
 ROWS_AT_ONCE = 1 << 13
+MOST_NAMED = 4
 
 
 class ArrayRecording:
@@ -72,11 +72,11 @@ class ArrayRecording:
         self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
         self.units = columns.units
         self.channel_names = columns.names
-        self.notes = (*notes, *table.notes, *columns.notes, *clock.notes)
+        assumed = (*notes, *table.notes, *columns.notes, *clock.notes)
+        self.notes = (*assumed, *_lost(table.values, columns))
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
         self._speed_hz = speed_hz
-        _check_finite(path, table.values, columns)
 
     def attachments(self) -> tuple[Attachment, ...]:
         """Return none: arrays carry no files."""
@@ -133,20 +133,16 @@ class ArrayRecording:
         return ()
 
 
-def _check_finite(path: Path, values: NDArray[np.generic], columns: ArrayColumns) -> None:
+def _lost(values: NDArray[np.generic], columns: ArrayColumns) -> tuple[str, ...]:
+    """Say how many values are no numbers, as loggers write what they did not get."""
     if values.dtype.kind != 'f':
-        return
+        return ()
+    lost = np.zeros(len(columns.channels), dtype=np.int64)
     pages = ReadPages.behind(values)
     for first in range(0, len(values), ROWS_AT_ONCE):
         part = values[first : first + ROWS_AT_ONCE]
         pages.read(part.nbytes)
-        part = part[:, columns.channels]
-        if not np.isfinite(part).all():
-            row, column = np.argwhere(~np.isfinite(part))[0]
-            raise RecordingError(
-                'value is not finite',
-                where=f'{path}: row {first + row + 1}, channel {columns.names[column]}',
-                found=part[row, column],
-                expected='finite numbers',
-                advice='leave the channel out, or cut those rows off',
-            )
+        lost += np.sum(~np.isfinite(part[:, columns.channels]), axis=0)
+    found = [f'{n} of {name}' for n, name in zip(lost, columns.names, strict=True) if n]
+    said = ', '.join(found[:MOST_NAMED]) + ', ...' * (len(found) > MOST_NAMED)
+    return (f'values that are no numbers, taken as lost: {said}',) if found else ()

@@ -66,6 +66,7 @@ class MessageRecording:
         self.file = file
         self.entries = file.topics()
         self.fraction_read = 0.0
+        self.notes: tuple[str, ...] = ()
         self._mark = mark
         self._spindle = spindle
         self._stretch: Stretch | None = None
@@ -86,7 +87,12 @@ class MessageRecording:
     def info(self) -> RecordingInfo:
         """Return what the recording holds; reads it once from end to end."""
         return summarise(
-            self, path=str(self.path), kind=self.kind, entries=self.entries, damage=None, notes=()
+            self,
+            path=str(self.path),
+            kind=self.kind,
+            entries=self.entries,
+            damage=None,
+            notes=self.notes,
         )
 
     def measurements(self) -> Iterator[Measurement]:

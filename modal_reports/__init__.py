@@ -46,7 +46,12 @@ from modal_reports.charts import (
     Trace,
     tracks_data,
 )
-from modal_reports.health_words import channel_words, flag_words, quality_words
+from modal_reports.health_words import (
+    channel_words,
+    flag_words,
+    poor_channels,
+    quality_words,
+)
 from modal_reports.mode_words import HARMONIC, KNOWN, mark, SCATTERED, SCATTERED_MEANS
 from modal_reports.numbers import (
     deviation_text,
@@ -149,6 +154,7 @@ __all__ = [
     'over_state',
     'percent',
     'pooled',
+    'poor_channels',
     'quality_words',
     'render',
     'sensor_displacements',

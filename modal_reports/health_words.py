@@ -1,5 +1,7 @@
 """The health of data in words: what every flag means, what was found on a channel."""
 
+from collections.abc import Sequence
+
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_reports.words import capital, count, listed
 
@@ -25,6 +27,9 @@ FLAG_WORDS = {
     'gross_motion': 'the robot moved far',
     'line_or_mode': 'a harmonic may be a mode of light damping: a record four times as long tells',
 }
+
+BRIDGED = ('gap',)
+"""Flags of channels that are used as if nothing had been there."""
 
 
 def quality_words(quality: DataQuality) -> list[str]:
@@ -61,6 +66,28 @@ def channel_words(channel: ChannelQuality) -> str:
     if channel.excluded:
         found.insert(0, 'left out')
     return ', '.join(found) or 'healthy'
+
+
+def poor_channels(channels: Sequence[ChannelQuality]) -> tuple[str, ...]:
+    """Return which channels were left out and which look wrong, and why; a line for each."""
+    left_out, suspect = _by_words(channels, True), _by_words(channels, False)
+    return tuple(
+        f'{what}: {"; ".join(f"{listed(names)} ({why})" for why, names in found.items())}'
+        for what, found in (('left out', left_out), ('to be looked at', suspect))
+        if found
+    )
+
+
+def _by_words(channels: Sequence[ChannelQuality], excluded: bool) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for channel in channels:
+        # What is left of a channel without values is flat.
+        told = ('flatline',) if 'not_finite' in channel.flags else ()
+        told = told if excluded else (*told, *BRIDGED)
+        flags = [flag for flag in channel.flags if flag not in told]
+        if channel.excluded == excluded and flags:
+            found.setdefault(', '.join(map(flag_words, flags)), []).append(channel.name)
+    return found
 
 
 def flag_words(flag: str) -> str:

@@ -29,7 +29,8 @@ def identify(
     Parameters
     ----------
     array : (n_samples, n_channels) or (n_samples,) array_like [m/s²]
-        Responses to ambient or random excitation; a pandas DataFrame names its channels.
+        Responses to ambient or random excitation; a pandas DataFrame names its channels.  NaN is
+        a sample lost: a few are filled in, a channel with many is left out.
     sample_rate_hz : float [Hz] or None
         Rate of the rows; None: from a column that is named a time.
     channel_names : sequence of str or None
@@ -55,8 +56,7 @@ def identify(
     ------
     ModalAnalysisError
         In one line: the array has no rate, the wrong orientation, a column that counts up as
-        times do, a value that is not finite; a setting is unknown or out of range; or the data
-        cannot be identified.
+        times do; a setting is unknown or out of range; or the data cannot be identified.
 
     Examples
     --------

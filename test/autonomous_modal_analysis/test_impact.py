@@ -11,6 +11,7 @@ import pyuff
 from scipy.io import savemat
 
 import autonomous_modal_analysis as ama
+from modal_core.errors import RecordingError
 from test.support.hammer_bench import bench, taps
 
 SEED = 43
@@ -125,6 +126,19 @@ def test_bad_input_gets_one_line(recorded, tmp_path, head, options, says):
     assert said.returncode == 2
     assert says in said.stderr
     assert len(said.stderr.strip().splitlines()) == 1
+
+
+def test_of_a_tap_nothing_is_filled_in(recorded, tmp_path):
+    record, _ = recorded
+    for column, name in enumerate(('hammer', 'm1')):
+        arrays = {
+            'hammer': record.force_n.copy(),
+            'm1': record.responses.acceleration[:, 0].copy(),
+        }
+        arrays[name][1234] = np.nan
+        savemat(tmp_path / f'{column}.mat', arrays, oned_as='column')
+        with pytest.raises(RecordingError, match=f'row 1235, {name}: a value that is no number'):
+            ama.impact(tmp_path / f'{column}.mat', sample_rate_hz=record.rate_hz, unit='m/s^2')
 
 
 def test_a_recording_of_messages_is_refused_in_one_line(tmp_path):

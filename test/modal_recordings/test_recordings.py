@@ -224,10 +224,6 @@ def cases(tmp_path):
     files['no rate'] = tmp_path / 'good.npy'
     np.save(tmp_path / 'objects.npy', np.array([{}, []], dtype=object), allow_pickle=True)
     files['pickled'] = tmp_path / 'objects.npy'
-    bad = good.copy()
-    bad[7, 1] = np.nan
-    np.save(tmp_path / 'nan.npy', bad)
-    files['nan'] = tmp_path / 'nan.npy'
     files['short row'] = save('short.csv', b'a,b\n1,2\n3\n')
     files['word'] = save('word.csv', b'a,b\n1,2\n3,four\n')
     files['empty folder'] = tmp_path / 'folder'
@@ -247,7 +243,6 @@ CASES = (
     'unknown suffix',
     'truncated npy',
     'pickled',
-    'nan',
     'no rate',
     'short row',
     'word',
