@@ -1,7 +1,7 @@
 """Methods that solve every frequency band afresh from conditioned samples."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 import math
@@ -27,7 +27,7 @@ from oma_identifier.spectra import line_at, SpectralPeaks
 from oma_identifier.subspace import deviation_from, PoleDeviation, RawPoles
 
 Real = NDArray[np.float64]
-Solve = Callable[[range, tuple[int, int] | None], RawPoles]
+Solve = Callable[[Sequence[int], tuple[int, int] | None], RawPoles]
 """Even model orders, and first and last row of a stretch to leave out, to poles."""
 
 
@@ -126,7 +126,7 @@ class JackknifedBand:
         orders = self.poles.model_order[rows]
         series = jackknife(
             self.problem.rows[:, : self.problem.n_channels],
-            partial(self.solve, range(int(orders.min()), int(orders.max()) + 1, 2)),
+            partial(self.solve, sorted(set(orders.tolist()))),
             orders,
             np.log(self.poles.eigenvalue[rows]),
             self.poles.shape[:, rows],

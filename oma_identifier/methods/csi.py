@@ -1,5 +1,6 @@
 """Combined deterministic-stochastic subspace identification as a method of the catalogue."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from oma_identifier.covariance import choose_references
@@ -26,7 +27,7 @@ class Csi(BandedMethod):
         block_rows = settings.block_rows or BLOCK_ROWS
         gram = combined_gram(outputs, inputs, block_rows)
 
-        def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+        def solve(orders: Sequence[int], left_out: tuple[int, int] | None) -> RawPoles:
             rest = gram.without(left_out)
             return combined_poles(rest, inputs.shape[1], references, block_rows, orders)
 

@@ -1,5 +1,7 @@
 """Poly-reference least squares in the frequency domain as a method of the catalogue."""
 
+from collections.abc import Sequence
+
 from oma_identifier.covariance import choose_references
 from oma_identifier.methods.banded import BandedMethod, Problem, Solve
 from oma_identifier.methods.half_spectra import LagSums
@@ -22,12 +24,9 @@ class Plscf(BandedMethod):
         sums = LagSums(problem.rows, references, min(METHOD.lags, len(problem.rows) // 4))
         highest = max(3, 2 * problem.orders[-1] // len(references))
 
-        def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+        def solve(orders: Sequence[int], left_out: tuple[int, int] | None) -> RawPoles:
             # A polynomial order has a pole pair for every two references.
-            first, last = orders[0] // 2, orders[-1] // 2
-            degrees = range(max(2, first), min(last, highest) + 1)
-            if len(orders) == 1:
-                degrees = range(first, first + 1)
+            degrees = [order // 2 for order in orders if 2 <= order // 2 <= highest]
             raw = poles_of_covariance(sums.covariance(left_out), degrees, reach)
             return RawPoles(2 * raw.model_order // len(references), raw.eigenvalue, raw.shape)
 

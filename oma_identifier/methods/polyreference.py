@@ -1,5 +1,7 @@
 """Poly-reference least squares in the frequency domain, all orders from one set of equations."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, eig, solve, solve_triangular
@@ -12,7 +14,7 @@ def plscf(
     rows: NDArray[np.float64],
     references: NDArray[np.int64],
     n_lags: int,
-    orders: range,
+    orders: Sequence[int],
     band: tuple[float, float] = (0.0, 0.5),
 ) -> RawPoles:
     """Return the poles of all polynomial orders.
@@ -28,7 +30,7 @@ def plscf(
         Columns that serve as references.
     n_lags : int
         Longest lag of the half spectra.
-    orders : range
+    orders : sequence of int
         Polynomial orders.
     band : (2,) tuple
         Ends of the fitted band as fractions of the sample rate.
@@ -47,7 +49,7 @@ def plscf(
 
 
 def poles_of_covariance(
-    covariance: NDArray[np.float64], orders: range, band: tuple[float, float]
+    covariance: NDArray[np.float64], orders: Sequence[int], band: tuple[float, float]
 ) -> RawPoles:
     """Return the poles of all polynomial orders, see :func:`plscf`.
 

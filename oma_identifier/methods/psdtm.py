@@ -155,7 +155,7 @@ class _Bands(BandedMethod):
         n_conditions = int(condition.max()) + 1
         self.most_conditions = max(self.most_conditions, n_conditions)
 
-        def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+        def solve(orders: Sequence[int], left_out: tuple[int, int] | None) -> RawPoles:
             kept = spectra.without(left_out)
             each = [np.flatnonzero(kept & (condition == one)) for one in range(n_conditions)]
             if n_conditions < 2 or min(map(len, each)) == 0:
@@ -199,7 +199,9 @@ def _apart(one: Complex, other: Complex) -> float:
     return float(np.median(1.0 - np.abs(np.sum(one.conj() * other, axis=1)) ** 2))
 
 
-def poles_of_conditions(angle: Real, directions: Sequence[Complex], orders: range) -> RawPoles:
+def poles_of_conditions(
+    angle: Real, directions: Sequence[Complex], orders: Sequence[int]
+) -> RawPoles:
     """Return the poles of the inverse differences of transmissibilities.
 
     Parameters
@@ -208,7 +210,7 @@ def poles_of_conditions(angle: Real, directions: Sequence[Complex], orders: rang
         Frequency times the sampling interval.
     directions : sequence of (n_lines, n_channels) complex array
         Of the response under each condition, times anything at each line.
-    orders : range
+    orders : sequence of int
         Orders of the polynomial.
     """
     strength = np.min([np.mean(np.abs(each) ** 2, axis=0) for each in directions], axis=0)

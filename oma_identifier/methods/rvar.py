@@ -23,6 +23,7 @@ Vu, Thomas, Lakis and Marcouiller (2011), doi:10.1016/j.ymssp.2010.08.006 (vecto
 modal analysis).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 import math
 
@@ -71,7 +72,7 @@ class RecursiveVar(Var):
         faded = super().prepare(problem, settings)
         fading = math.exp(-0.5 / (settings.memory * problem.band.sample_rate_hz))
 
-        def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+        def solve(orders: Sequence[int], left_out: tuple[int, int] | None) -> RawPoles:
             found = faded(orders, left_out)
             return RawPoles(found.model_order, fading * found.eigenvalue, found.shape)
 

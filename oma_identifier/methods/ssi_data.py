@@ -1,5 +1,6 @@
 """Data-driven subspace identification as a method of the catalogue."""
 
+from collections.abc import Sequence
 import math
 
 from oma_identifier.covariance import choose_references
@@ -18,7 +19,7 @@ def prepare_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solv
     )
     gram = data_gram(problem.rows, references, block_rows)
 
-    def solve(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+    def solve(orders: Sequence[int], left_out: tuple[int, int] | None) -> RawPoles:
         return data_poles(gram.without(left_out), references, block_rows, orders)
 
     return solve

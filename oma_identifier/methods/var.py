@@ -19,6 +19,7 @@ Methods for System Identification, doi:10.1007/BFb0009019 (instruments); Rissane
 doi:10.1016/0005-1098(78)90005-5 (order).
 """
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -47,7 +48,7 @@ class Var(BandedMethod):
         n_samples = round(problem.duration_s * problem.band.sample_rate_hz)
         sums = VarSums(problem.rows, references, n_samples)
 
-        def solve_orders(orders: range, left_out: tuple[int, int] | None) -> RawPoles:
+        def solve_orders(orders: Sequence[int], left_out: tuple[int, int] | None) -> RawPoles:
             rest = sums.without(left_out)
             found = [rest.poles(order // 2) for order in orders if 2 <= order // 2 <= sums.highest]
             return _joined(found, problem.n_channels)

@@ -9,6 +9,8 @@ needs an input that keeps exciting every mode: for a single sweep past a mode it
 too large.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
@@ -24,7 +26,7 @@ def csi(
     inputs: NDArray[np.float64],
     references: NDArray[np.int64],
     block_rows: int,
-    orders: range,
+    orders: Sequence[int],
 ) -> RawPoles:
     """Return the poles of all model orders.
 
@@ -41,7 +43,7 @@ def csi(
         Outputs whose past is used.
     block_rows : int
         Block rows of future and of past.
-    orders : range
+    orders : sequence of int
         Model orders.
 
     Raises
@@ -73,7 +75,7 @@ def combined_poles(
     n_inputs: int,
     references: NDArray[np.int64],
     block_rows: int,
-    orders: range,
+    orders: Sequence[int],
 ) -> RawPoles:
     """Return the poles of all model orders, see :func:`csi`."""
     size = gram.n_left

@@ -5,6 +5,8 @@ matters, and it is that of H L⁻ᵀ, with H the product of future and past and 
 with itself.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, eigh, solve_triangular
@@ -20,7 +22,7 @@ def ssi_data(
     rows: NDArray[np.float64],
     references: NDArray[np.int64],
     block_rows: int,
-    orders: range,
+    orders: Sequence[int],
 ) -> RawPoles:
     """Return the poles of all model orders.
 
@@ -32,7 +34,7 @@ def ssi_data(
         Columns whose past is used.
     block_rows : int
         Block rows of future and of past.
-    orders : range
+    orders : sequence of int
         Model orders.
 
     References
@@ -51,7 +53,7 @@ def data_gram(
 
 
 def data_poles(
-    gram: HankelGram, references: NDArray[np.int64], block_rows: int, orders: range
+    gram: HankelGram, references: NDArray[np.int64], block_rows: int, orders: Sequence[int]
 ) -> RawPoles:
     """Return the poles of all model orders, see :func:`ssi_data`."""
     past, future = range(block_rows), range(block_rows, 2 * block_rows)
@@ -70,7 +72,7 @@ def triangular_factor(gram: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def poles_of_projection(
-    projection: NDArray[np.float64], n_channels: int, n_references: int, orders: range
+    projection: NDArray[np.float64], n_channels: int, n_references: int, orders: Sequence[int]
 ) -> RawPoles:
     """Return the poles of all orders from a matrix with the column space of the observability.
 
@@ -80,7 +82,7 @@ def poles_of_projection(
         Any matrix with that column space.
     n_channels, n_references : int
         Channels of one block row; of one block column.
-    orders : range
+    orders : sequence of int
         Model orders.
     """
     size = projection.shape[1]
