@@ -27,22 +27,36 @@ def show_levels(levels: Sequence[ModeLevels]) -> None:
             table.add_row(*_row(each, each.law))
     OUTPUT.print(table)
     for each in levels:
-        if each.law is None and each.points:
-            hz = f'{each.points[0][1].frequency_hz:.4g} Hz'
+        if each.law is None:
+            hz = f'{each.mode.frequency_hz:.4g} Hz'
             OUTPUT.print(f'{hz}: no law, {each.reason}', soft_wrap=True, markup=False)
 
 
 def _row(levels: ModeLevels, law: LevelLaw) -> tuple[str, ...]:
-    smallest, largest = levels.points[0][2], levels.points[-1][2]
-    moves = f'{1e3 * smallest.displacement_m:.2g}-{1e3 * largest.displacement_m:.2g}'
+    stiffness, damping = added_at_largest(levels, law)
     return (
         FREQUENCY.number(law.mode.frequency_hz, law.frequency_std_hz),
         escape(levels.channel),
-        moves,
-        _change(law.mode.stiffness, largest.square_m2, law.stiffness, law.cubic_stiffness_std),
+        moves_mm(levels),
+        stiffness,
         law.stiffness.law.value,
-        _change(law.mode.damping, largest.square_m2_s2, law.damping, law.cubic_damping_std),
+        damping,
         law.damping.law.value,
+    )
+
+
+def moves_mm(levels: ModeLevels) -> str:
+    """Return the smallest and the largest motion [mm rms]."""
+    smallest, largest = levels.points[0][2], levels.points[-1][2]
+    return f'{1e3 * smallest.displacement_m:.2g}-{1e3 * largest.displacement_m:.2g}'
+
+
+def added_at_largest(levels: ModeLevels, law: LevelLaw) -> tuple[str, str]:
+    """Return what the level adds to stiffness and to damping at the largest motion [%]."""
+    largest = levels.points[-1][2]
+    return (
+        _change(law.mode.stiffness, largest.square_m2, law.stiffness, law.cubic_stiffness_std),
+        _change(law.mode.damping, largest.square_m2_s2, law.damping, law.cubic_damping_std),
     )
 
 

@@ -8,7 +8,7 @@ from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import SettingsError
 from modal_core.mode import ModeSet
 from modal_core.samples import Samples
-from oma_identifier.compare import merge_modes, shared_channels
+from oma_identifier.compare import check_references, merge_modes, shared_channels
 
 HIGHEST = 0.4
 """Share of the sample rate up to which modes are read out of samples of a lower rate."""
@@ -65,12 +65,13 @@ def merge_set_ups(
     SettingsError
         There are fewer than two.
     LayoutError
-        They share no channel.
+        They share no channel, or one of them is wired otherwise in a set-up.
     """
     if len(given) < 2:
         raise SettingsError('nothing to merge', found=len(given), expected='two set-ups or more')
     modes = [each.modes for each in given]
     references = shared_channels([each.channel_names for each in modes])
+    check_references(modes, [each.name for each in given], references)
     highest_hz = max((mode.frequency_hz for each in modes for mode in each), default=0.0)
     joined = merge_modes(modes, lambda number: given[number].samples(highest_hz))
     numbered = (replace(mode, id=index + 1) for index, mode in enumerate(joined.modes))

@@ -23,6 +23,8 @@ class ModeLevels:
     ----------
     channel : str
         At which motion is meant: the mode's largest.
+    mode : Mode
+        In the first recording.
     points : tuple of (int, Mode, ModalMotion)
         Number of the recording, mode and motion there, by motion.
     law : LevelLaw or None
@@ -32,6 +34,7 @@ class ModeLevels:
     """
 
     channel: str
+    mode: Mode
     points: tuple[tuple[int, Mode, ModalMotion], ...]
     law: LevelLaw | None
     reason: str = ''
@@ -69,27 +72,38 @@ def _over_levels(results: Sequence['ModalResult'], course: tuple[CoursePoint, ..
     channels = results[0].found.parts[0].channels
     straight = np.array([each.is_straight for each in channels])
     if not straight.any():
-        return ModeLevels('', (), None, 'no channel along a straight line')
+        return ModeLevels('', course[0].mode, (), None, 'no channel along a straight line')
     largest = channels[int(np.argmax(np.where(straight, np.abs(shape), -1.0)))]
-    points = []
+    points, unknown = [], dict.fromkeys(range(len(results)), 'not found there')
     for point in course:
         found = results[point.recording]
-        parts = found.found.parts
-        names = [each.name for each in parts[0].channels]
-        if largest.name in names:
-            at = names.index(largest.name)
-            motion = modal_motion(parts, point.mode, list(found.modes), at)
-            if motion is not None:
-                points.append((point.recording, point.mode, motion))
+        motion = _motion(found, point.mode, largest.name)
+        if isinstance(motion, str):
+            unknown[point.recording] = motion
+        else:
+            del unknown[point.recording]
+            points.append((point.recording, point.mode, motion))
     points.sort(key=lambda each: each[2].displacement_m)
-    law, reason = _law(points)
-    return ModeLevels(largest.name, tuple(points), law, reason)
+    missing = [f'{results[number].name}: {why}' for number, why in unknown.items()]
+    law, reason = _law(points, missing)
+    return ModeLevels(largest.name, course[0].mode, tuple(points), law, reason)
 
 
-def _law(points: Sequence[tuple[int, Mode, ModalMotion]]) -> tuple[LevelLaw | None, str]:
+def _motion(found: 'ModalResult', mode: Mode, channel: str) -> ModalMotion | str:
+    parts = found.found.parts
+    names = [each.name for each in parts[0].channels]
+    if channel not in names:
+        return f'without {channel}'
+    return modal_motion(parts, mode, list(found.modes), names.index(channel))
+
+
+def _law(
+    points: Sequence[tuple[int, Mode, ModalMotion]], missing: Sequence[str]
+) -> tuple[LevelLaw | None, str]:
     """Return the law that the points tell, or why they tell none."""
     if len(points) < LEVELS.fewest_levels:
-        return None, f'its motion is known in {len(points)} recordings'
+        known = f'its motion is known in {len(points)} recordings of {LEVELS.fewest_levels}'
+        return None, '; '.join((known, *missing))
     moves = [motion.displacement_m for _, _, motion in points]
     if moves[-1] < LEVELS.least_factor * moves[0]:
         return None, f'its levels differ by a factor of {moves[-1] / moves[0]:.1f}'

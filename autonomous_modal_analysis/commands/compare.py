@@ -105,7 +105,7 @@ def compare(
     )
     if out is not None:
         drawn = StateDrawn(base.spectrum, drawing)
-        write_comparison(out / REPORT, first.name, base.modes, states, drawn, base.at)
+        write_comparison(out / REPORT, first.name, base.modes, states, drawn, base.at, over_levels)
         show_written(out, (REPORT,))
 
 

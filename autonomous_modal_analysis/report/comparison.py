@@ -7,8 +7,10 @@ from pathlib import Path
 from markupsafe import Markup
 
 from autonomous_modal_analysis.mode_courses import mode_courses
+from autonomous_modal_analysis.mode_levels import ModeLevels
 from autonomous_modal_analysis.operating_state import OperatingState, UNKNOWN_STATE
 from autonomous_modal_analysis.report.courses import courses_shown
+from autonomous_modal_analysis.report.levels import levels_shown
 from autonomous_modal_analysis.report.overlay import (
     damping_of_both,
     shapes_of_both,
@@ -77,6 +79,7 @@ def write_comparison(
     others: Sequence[ComparedState],
     drawn: StateDrawn = NOT_DRAWN,
     at: OperatingState = UNKNOWN_STATE,
+    levels: Sequence[ModeLevels] | None = None,
 ) -> None:
     """Write the report of recordings beside the first, whole or not at all.
 
@@ -94,6 +97,8 @@ def write_comparison(
         Spectrum of the first, and its modes on the arm.
     at : OperatingState
         Joint speed, pose and load of the first.
+    levels : sequence of ModeLevels or None
+        Its modes over the level of their motion; None: not asked for.
     """
     spectra = [
         spectra_of_both((first, modes, drawn), (each.name, each.modes, each.drawn))
@@ -104,9 +109,11 @@ def write_comparison(
     names = ', '.join(each.name for each in others)
     courses = mode_courses(modes, [each.found for each in others])
     states = [at, *(each.at for each in others)]
+    named = [first, *(each.name for each in others)]
     values = {
         'first': first,
-        'courses': courses_shown([first, *(each.name for each in others)], states, courses),
+        'courses': courses_shown(named, states, courses),
+        'levels': None if levels is None else levels_shown(named, levels),
         'states': [
             {
                 'name': each.name,

@@ -8,5 +8,13 @@ tell of it (PreGER).
 
 from oma_identifier.compare.comparison import compare_modes, ModeChange, ModeComparison
 from oma_identifier.compare.merging import merge_modes, shared_channels
+from oma_identifier.compare.reference_check import check_references
 
-__all__ = ['ModeChange', 'ModeComparison', 'compare_modes', 'merge_modes', 'shared_channels']
+__all__ = [
+    'ModeChange',
+    'ModeComparison',
+    'check_references',
+    'compare_modes',
+    'merge_modes',
+    'shared_channels',
+]

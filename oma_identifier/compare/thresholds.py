@@ -32,6 +32,10 @@ class ComparisonThresholds:
     clear: float = math.log(20.0)
     """Log odds against the best other arrangement; below, which of two modes it is stays open."""
 
+    fewest_mended: int = 2
+    """Modes that must fit the other set-ups by one change of one reference, and do not without:
+    of 400 random structures in order none was refused."""
+
     # Their common values.
     least_scatter: float = 0.03
     """Scatter in typical stated deviations below which it adds nothing."""

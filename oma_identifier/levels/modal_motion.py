@@ -85,8 +85,8 @@ class ModalMotion:
 
 def modal_motion(
     parts: Sequence[Samples], mode: Mode, modes: Sequence[Mode], channel: int
-) -> ModalMotion | None:
-    """Return how a mode moves; None where the record is too short or it does not rise from noise.
+) -> ModalMotion | str:
+    """Return how a mode moves, or why that is not known: a record too short, too much noise.
 
     Parameters
     ----------
@@ -114,13 +114,14 @@ def modal_motion(
         if each.duration_s > LEVELS.fewest_ends * ends_s
     ]
     if not found:
-        return None
+        longest_s, needed_s = max(each.duration_s for each in parts), LEVELS.fewest_ends * ends_s
+        return f'{longest_s:.3g} s in a row are short, {math.ceil(1.05 * needed_s):g} s would do'
     at_channel, rate_hz = abs(mode.shape[channel]), found[0].rate_hz
     envelopes = tuple(at_channel * each.displacement for each in found)
     carrier_hz = found[0].carrier_hz
     seen = bandwidth(envelopes, rate_hz, carrier_hz)
     if not seen.noise_share < LEVELS.largest_noise:
-        return None
+        return f'{100.0 * seen.noise_share:.0f} % of the power about it are noise'
     displacement = _moments(envelopes)
     velocity = _moments([at_channel * each.velocity for each in found])
     duration_s = sum(map(len, envelopes)) / rate_hz

@@ -1,0 +1,122 @@
+"""Whether references mean the same in all set-ups: sign, gain and which is which.
+
+A reference that is wired otherwise in one set-up makes two modes of one.  It is told from the
+set-up's modes alone: some that fit no other's would, several at once, by one change of one sensor.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.errors import LayoutError
+from modal_core.mode import Mode, ModeSet
+from oma_identifier.compare.same_modes import same_modes
+from oma_identifier.compare.thresholds import COMPARISON
+
+Change = NDArray[np.float64]
+"""(n_references, n_references) matrix that the shapes at the references are multiplied with."""
+
+SAME_GAIN = 0.3
+"""Logarithm of a gain that could be scatter of the shapes; chosen."""
+
+
+def check_references(
+    setups: Sequence[ModeSet], names: Sequence[str], references: Sequence[str]
+) -> None:
+    """Refuse set-ups one of which has a reference turned, exchanged or of another gain.
+
+    Parameters
+    ----------
+    setups : sequence of ModeSet
+        With the references among their channels.
+    names : sequence of str
+        Of the set-ups.
+    references : sequence of str
+        Channels they share.
+
+    Raises
+    ------
+    LayoutError
+        Naming set-up and sensor.
+    """
+    at_references = [_at(each, references) for each in setups]
+    groups = same_modes(at_references, references)
+    found: list[tuple[int, int, int, list[str]]] = []
+    for k, at in enumerate(at_references):
+        others = [_member(at_references, group, k) for group in groups if set(group) != {k}]
+        rest = replace(at, modes=tuple(others))
+        n_fit = _n_same(at, rest)
+        if others and len(at) - n_fit >= COMPARISON.fewest_mended:
+            n_mended, words = _mended(at, rest)
+            found.append((n_mended - n_fit, n_fit, k, words))
+    more, n_fit, k, words = max(found, default=(0, 0, 0, []))
+    if more >= COMPARISON.fewest_mended:
+        raise LayoutError(
+            'a reference is another in this set-up',
+            where=names[k] if len(names) > 2 else ' and '.join(names),
+            found=f'{n_fit} of {len(setups[k])} modes are like those of the others, {n_fit + more}'
+            f' with {" or ".join(words)}',
+            expected='the same place, axis, sign and gain of a reference in all set-ups',
+            advice='mend it there, or leave it out of that set-up',
+        )
+
+
+def _mended(at: ModeSet, rest: ModeSet) -> tuple[int, list[str]]:
+    """Return how many modes fit by the best change of one reference, and which changes do so."""
+    most, best = 0, list[str]()
+    for words, change in _changes(at, rest):
+        modes = tuple(replace(mode, shape=change @ mode.shape) for mode in at.modes)
+        n_same = _n_same(replace(at, modes=modes), rest)
+        if n_same > most:
+            most, best = n_same, []
+        if n_same == most:
+            best.append(words)
+    return most, best
+
+
+def _member(setups: Sequence[ModeSet], group: dict[int, int], besides: int) -> Mode:
+    """Return a mode of a group, of another set-up."""
+    k = next(each for each in group if each != besides)
+    return setups[k].modes[group[k]]
+
+
+def _at(modes: ModeSet, references: Sequence[str]) -> ModeSet:
+    rows = [modes.channel_names.index(name) for name in references]
+    kept = tuple(replace(mode, shape=mode.shape[rows], shape_std=None) for mode in modes.modes)
+    return ModeSet(kept, tuple(references), modes.method)
+
+
+def _n_same(own: ModeSet, rest: ModeSet) -> int:
+    return sum(len(group) > 1 for group in same_modes([own, rest], own.channel_names))
+
+
+def _changes(own: ModeSet, rest: ModeSet) -> Iterator[tuple[str, Change]]:
+    """Yield what may have been done to references, in words and as it is undone."""
+    names = own.channel_names
+    gains = _gains(own, rest)
+    for place, name in enumerate(names):
+        turned = np.ones(len(names))
+        turned[place] = -1.0
+        yield f'{name} turned', np.diag(turned)
+    for one, two in combinations(range(len(names)), 2):
+        order = np.arange(len(names))
+        order[[one, two]] = two, one
+        yield f'{names[one]} and {names[two]} exchanged', np.eye(len(names))[order]
+    for place, (name, gain) in enumerate(zip(names, gains, strict=True)):
+        if abs(np.log(gain)) < SAME_GAIN:
+            continue
+        for sign in (1.0, -1.0):
+            scaled = np.ones(len(names))
+            scaled[place] = sign * gain
+            yield f'{name} times {sign * gain:.2g}', np.diag(scaled)
+
+
+def _gains(own: ModeSet, rest: ModeSet) -> NDArray[np.float64]:
+    """Return by how much each reference is larger, over the others, in modes of like frequency."""
+    nearest = [int(np.argmin(np.abs(rest.frequency_hz - mode.frequency_hz))) for mode in own.modes]
+    mine, theirs = np.abs(own.shapes) ** 2, np.abs(rest.shapes[:, nearest]) ** 2
+    share = [(each / np.maximum(each.sum(axis=0) - each, 1e-12)) for each in (theirs, mine)]
+    return np.asarray(np.sqrt(np.median(share[0] / np.maximum(share[1], 1e-12), axis=1)))
