@@ -45,10 +45,16 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
         steps.append(step / scale)
     stepped = [cell for cell, waits in zip(cells, slow, strict=True) if waits]
     waiting = iter(predictor.predict_many(stepped) if stepped else [])
+    n_dof = predictor.arm(now.spec).n_dof
+
+    def freed(cell: CellModel) -> bool:
+        """Return whether the step gives way where nothing did: there is no change of matrices."""
+        return predictor.arm(cell.spec).n_dof != n_dof
+
     arm: _ArmDerivative | None = None
     columns = []
     for cell, waits, step in zip(cells, slow, steps, strict=True):
-        if waits or cell.spec == now.spec or _turned(cell, now):
+        if waits or cell.spec == now.spec or _turned(cell, now) or freed(cell):
             spectra = next(waiting) if waits else predictor.predict(cell)
             columns.append((predictor.weighting.rows(spectra) - base) / np.float32(step))
             continue

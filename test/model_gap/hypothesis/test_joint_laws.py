@@ -11,6 +11,7 @@ from model_gap.cell.cell_model import CellModel, HeldTorque
 from model_gap.cell.tolerances import nuisances, Tolerances
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
+from model_gap.effects.base_compliance import BaseCompliance
 from model_gap.effects.coulomb_friction import CoulombFriction
 from model_gap.effects.cubic_damping import CubicDamping
 from model_gap.effects.cubic_stiffness import CubicStiffness
@@ -25,6 +26,7 @@ from model_gap.predict.error_covariance import error_covariance, whitened
 from model_gap.predict.followed import PARTING_1_S, parting_residues, predicted_share
 from model_gap.predict.predict import Predictor
 from model_gap.search.search import SearchSettings
+from structural_model.spec import BaseSpec
 
 SEED = 17
 SMALL = {'n_fit': 2, 'n_held': 0, 'duration': 10.0, 'size': 0.0}
@@ -205,6 +207,18 @@ def test_error_covariance_of_play_stays_while_its_torque_is_held(campaign_of, ro
     expected = (rows(0.02) - rows(-0.02)) / 0.04
     wrong = np.linalg.norm(effect_columns(both, predictor, base)[-1] - expected)
     assert wrong < 0.02 * np.linalg.norm(expected), f'seed {SEED}'
+
+
+def test_a_rigid_base_is_let_go_step_by_step(campaign_of, robot):
+    """Sideways it is rigid where it rocks already: a step from there has more motions."""
+    rigid = robot.replace(replace(robot.spec, base=BaseSpec()))
+    campaign = campaign_of([], SEED, **SMALL)
+    predictor, scene = predictor_of(campaign, rigid)
+    nominal = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0))
+    rocking = nominal.with_effect(BaseCompliance(None), (1e-7, 4e-4)).with_details()
+    columns = effect_columns(rocking, predictor, predictor.rows(rocking.cell()))
+    assert [item.name for item in rocking.parameters][-1] == 'translation'
+    assert np.isfinite(columns).all() and np.linalg.norm(columns[-1]) > 0.0
 
 
 def test_numbers_move_beside_held_torques_of_the_model_itself(robot, layout):
