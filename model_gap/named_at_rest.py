@@ -57,6 +57,10 @@ def _offsets(faults: Sequence[Fault], fit: Fit | None) -> dict[str, Number]:
 
 def with_faults(decision: Decision, faults: Sequence[Fault], fit: Fit | None) -> Decision:
     """Return a verdict that counts what gravity named and put right before the dynamics."""
+    untold = [fault.words() for fault in faults if fault.kind is Kind.UNTOLD]
+    if untold:
+        reasons = (*decision.reasons, *untold)
+        return dataclasses.replace(decision, verdict=Verdict.UNEXPLAINED, reasons=reasons)
     own = named_at_rest(faults, fit)
     places = {str(item.effect.location) for item in decision.accepted}
     open_ = [fault for fault in faults if not _settled(fault, own, places)]

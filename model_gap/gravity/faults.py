@@ -22,6 +22,9 @@ class Kind(Enum):
     GAIN = 'gain'
     AXES = 'axes'
     TURNED = 'turned'
+    SENSORS = 'sensors_exchanged'
+    JOINTS = 'joints_exchanged'
+    UNTOLD = 'untold'
 
 
 # What a fault costs in log evidence for each number that it frees: the logarithm of how much
@@ -34,6 +37,8 @@ COST = {
     Kind.GAIN: 5.0,
     Kind.AXES: 4.0,
     Kind.TURNED: 15.0,
+    Kind.SENSORS: 4.0,
+    Kind.JOINTS: 4.0,
 }
 
 
@@ -46,12 +51,13 @@ class Fault:
     kind : Kind
         What.
     place : str
-        Joint, sensor or channel.
+        Joint, sensor or channel; of an exchange both.
     columns : tuple of int
-        Channels it changes; of an encoder the joint's number; none of a tilt.
+        Channels it changes, of exchanged sensors those of one, then of the other; of an encoder
+        the joint's number, of exchanged joints both; none of a tilt.
     values : tuple of float
         Offset [rad] or [m/s²], gain, tilt about x and y [rad], or the matrix that mixes a sensor's
-        axes, row by row.
+        axes, row by row; of what is untold the root mean square that is left [m/s²].
     sigma : float
         Of an offset or gain.
     gain : float
@@ -94,10 +100,33 @@ class Fault:
             said = f'{self.place} reads {with_sigma(*self._size())} times what it should'
         elif self.kind is Kind.AXES:
             said = f'sensor {self.place} has its axes exchanged or reversed: {self._axes()}'
+        elif self.kind is Kind.SENSORS:
+            said = f'sensors {self.place} are exchanged in the recordings'
+        elif self.kind is Kind.JOINTS:
+            said = f'joints {self.place} are exchanged in the recordings'
+        elif self.kind is Kind.UNTOLD:
+            said = (
+                f'gravity reads otherwise by {self.values[0]:.2g} m/s² rms, most at {self.place},'
+                ' and no few faults of sensors, encoders or mounting explain that: are poses,'
+                ' model and layout those of the recordings?'
+            )
         else:
             angle = np.degrees(Rotation.from_matrix(self.matrix).magnitude())
             said = f'sensor {self.place} is mounted turned by {angle:.1f}°'
         return said + (f' (or {self.rival.words()})' if self.rival else '')
+
+    @property
+    def halves(self) -> tuple[list[int], list[int]]:
+        """Columns of the one and of the other that are exchanged."""
+        half = len(self.columns) // 2
+        return list(self.columns[:half]), list(self.columns[half:])
+
+    def exchanged(self, rows: Array) -> Array:
+        """Return an array, (n, n_columns), with the columns of both exchanged."""
+        one, two = self.halves
+        found = rows.copy()
+        found[:, one], found[:, two] = rows[:, two], rows[:, one]
+        return found
 
     def _size(self) -> tuple[float, float]:
         return self.values[0], self.sigma

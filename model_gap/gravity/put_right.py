@@ -1,4 +1,4 @@
-"""Put right what gravity tells: units of recordings, and where the arm stands."""
+"""Put right what gravity tells: recordings' units and columns, and where the arm stands."""
 
 from collections.abc import Sequence
 import dataclasses
@@ -15,16 +15,36 @@ from structural_model import FlexibleJointModel
 
 
 def put_right(campaign: Campaign, faults: Sequence[Fault]) -> Campaign:
-    """Return a campaign with its units put right."""
+    """Return a campaign with its units put right, and what was exchanged changed back."""
     channels = campaign.layout.channels
     factor = np.array([G_M_S2 if _in_g(faults, it.sensor) else 1.0 for it in channels])
-    if (factor == 1.0).all():
+    exchanges = [fault for fault in faults if fault.kind in (Kind.SENSORS, Kind.JOINTS)]
+    if (factor == 1.0).all() and not exchanges:
         return campaign
 
     def right(record: GapRecord) -> GapRecord:
-        return dataclasses.replace(record, acceleration=record.acceleration * factor)
+        record = dataclasses.replace(record, acceleration=record.acceleration * factor)
+        for fault in exchanges:
+            record = _changed_back(record, fault, [it.sensor for it in channels])
+        return record
 
     return dataclasses.replace(campaign, records=tuple(map(right, campaign.records)))
+
+
+def _changed_back(record: GapRecord, fault: Fault, sensors: Sequence[str]) -> GapRecord:
+    if fault.kind is Kind.JOINTS:
+        return dataclasses.replace(
+            record,
+            pose=fault.exchanged(record.pose[None])[0],
+            motor_acceleration=fault.exchanged(record.motor_acceleration),
+            motor_velocity=fault.exchanged(record.motor_velocity),
+            motor_shift=fault.exchanged(record.motor_shift),
+        )
+    # Sensors that show no gravity have no columns where faults are weighed.
+    both = fault.place.split(' and ')
+    columns = [n for name in both for n, sensor in enumerate(sensors) if sensor == name]
+    whole = dataclasses.replace(fault, columns=tuple(columns))
+    return dataclasses.replace(record, acceleration=whole.exchanged(record.acceleration))
 
 
 def right_units(layout: SensorLayout, faults: Sequence[Fault]) -> SensorLayout:

@@ -7,7 +7,7 @@ The means are m = u(q + δ) + tolerances + noise.  With their tolerances as cova
 from collections.abc import Iterator, Sequence
 import dataclasses
 from dataclasses import dataclass
-from itertools import permutations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,10 @@ class GravityLimits:
     between : float
         Log evidence by which two explanations can be told apart.
     most : int
-        Faults, at most.
+        Faults beside units, at most: so many may stand for one that is not thought of.
+    left_m_s2 : float [m/s²]
+        Root mean square of what is left, above which more is wrong than was found: gravity turned
+        by three degrees; zero offsets drift by a tenth of that.
     poses : int
         Tried, for one that tells two explanations apart.
     open_deg : float [deg]
@@ -41,7 +44,8 @@ class GravityLimits:
 
     worth_naming: float = 12.0
     between: float = 8.0
-    most: int = 6
+    most: int = 5
+    left_m_s2: float = 0.5
     poses: int = 64
     open_deg: float = 1.0
 
@@ -62,11 +66,15 @@ ORIENTATIONS = tuple(
 def weigh(rest: AtRest, tolerances: Tolerances) -> tuple[Fault, ...]:
     """Return what gravity shows to be wrong, the most telling first; nothing on healthy data."""
     found: list[Fault] = []
-    while rest.channels and len(found) < LIMITS.most:
+    while rest.channels:
         state = _State.of(rest, found, tolerances)
+        if state.cost < LIMITS.worth_naming:
+            break
+        if sum(fault.kind is not Kind.UNIT for fault in found) == LIMITS.most:
+            return _untold(rest, found, tolerances)
         tried = sorted(state.candidates(found), key=lambda fault: -fault.gain)
         if not tried or tried[0].gain < LIMITS.worth_naming:
-            break
+            return _untold(rest, found, tolerances) if state.left > LIMITS.left_m_s2 else (*found,)
         best = tried[0]
         close = [it for it in tried[1:] if it.gain > best.gain - LIMITS.between]
         other = [it for it in close if not _alike(it, best)]
@@ -75,6 +83,12 @@ def weigh(rest: AtRest, tolerances: Tolerances) -> tuple[Fault, ...]:
             best = dataclasses.replace(best, rival=other[0], telling=telling)
         found.append(best)
     return tuple(found)
+
+
+def _untold(rest: AtRest, found: Sequence[Fault], tolerances: Tolerances) -> tuple[Fault, ...]:
+    """Return what stays where more is wrong than was found: units, which are known exactly."""
+    units = [fault for fault in found if fault.kind is Kind.UNIT]
+    return (*units, _State.of(rest, units, tolerances).untold())
 
 
 def _alike(one: Fault, other: Fault) -> bool:
@@ -120,6 +134,9 @@ def faulty(rest: AtRest, faults: Sequence[Fault]) -> tuple[Array, Array, Array]:
     """Return what should be read with some faults, and its derivatives by offsets and tilts."""
     offset = np.zeros(rest.poses.shape[1])
     for fault in faults:
+        if fault.kind is Kind.JOINTS:
+            rest = dataclasses.replace(rest, poses=fault.exchanged(rest.poses))
+    for fault in faults:
         if fault.kind is Kind.ENCODER:
             offset[fault.columns[0]] += fault.values[0]
     tilts = rest.tilts(offset)
@@ -145,6 +162,8 @@ def _applied(readings: Array, fault: Fault) -> Array:
         wrong[:, columns] *= fault.values[0]
     elif fault.kind in (Kind.AXES, Kind.TURNED):
         wrong[:, columns] = wrong[:, columns] @ fault.matrix.T
+    elif fault.kind is Kind.SENSORS:
+        wrong = fault.exchanged(wrong)
     return wrong
 
 
@@ -175,7 +194,7 @@ class _State:
         """Return every fault that is not known yet, with what it gains."""
         taken = {(fault.kind, fault.place) for fault in known}
         mixed = {fault.place for fault in known if fault.kind in (Kind.AXES, Kind.TURNED)}
-        for fault in self._all():
+        for fault in (*self._all(), *self._exchanged_joints(known)):
             oriented = fault.kind in (Kind.AXES, Kind.TURNED) and fault.place in mixed
             if (fault.kind, fault.place) not in taken and not oriented:
                 yield fault
@@ -195,8 +214,30 @@ class _State:
             if len(columns) == 3:
                 yield from self._oriented(sensor, tuple(columns))
 
-    def _gaining(self, fault: Fault) -> Fault:
-        cost = self.cost_of(self.rest.measured - _applied(self.predicted, fault))
+        for (one, own), (two, its) in combinations(self.rest.sensors.items(), 2):
+            if len(own) == len(its):
+                yield self._gaining(Fault(Kind.SENSORS, f'{one} and {two}', (*own, *its)))
+
+    def _exchanged_joints(self, known: Sequence[Fault]) -> Iterator[Fault]:
+        for one, two in combinations(range(len(self.rest.model.joint_names)), 2):
+            names = self.rest.model.joint_names
+            fault = Fault(Kind.JOINTS, f'{names[one]} and {names[two]}', (one, two))
+            yield self._gaining(fault, faulty(self.rest, (*known, fault))[0])
+
+    @property
+    def left(self) -> float:
+        """Root mean square of what is not explained [m/s²]."""
+        return float(np.sqrt(np.mean((self.rest.measured - self.predicted) ** 2)))
+
+    def untold(self) -> Fault:
+        """Return that something is wrong that no fault explains."""
+        square = np.mean((self.rest.measured - self.predicted) ** 2, axis=0)
+        most = self.rest.channels[int(np.argmax(square))]
+        return Fault(Kind.UNTOLD, most.sensor, (), (self.left,))
+
+    def _gaining(self, fault: Fault, predicted: Array | None = None) -> Fault:
+        predicted = _applied(self.predicted, fault) if predicted is None else predicted
+        cost = self.cost_of(self.rest.measured - predicted)
         return dataclasses.replace(fault, gain=self.cost - cost - COST[fault.kind])
 
     def _scaled(self, place: str, columns: tuple[int, ...]) -> Iterator[Fault]:

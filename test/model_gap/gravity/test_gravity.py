@@ -197,3 +197,38 @@ def test_sensors_that_take_their_mean_away_tell_nothing(robot, layout):
         rest = rest_of(robot, dataclasses.replace(made, records=quiet))
         assert len(rest.channels) == keep
         assert weigh(rest, Tolerances()) == ()
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_exchanged_sensors_and_joints_are_named_and_changed_back(robot, layout, seed):
+    """One plug for another, or two joints' states: nothing else is wrong."""
+    made = campaign(robot, layout, np.random.default_rng(100 + seed))
+    tip, elbow = ([n for n, it in enumerate(layout.channels) if it.sensor == name]
+                  for name in ('spindle', 'elbow'))  # fmt: skip
+    order = np.arange(len(layout.channels))
+    order[[*tip, *elbow]] = [*elbow, *tip]
+    joints = [0, 2, 1, 3, 4, 5]
+    for kind, wrong in (
+        (Kind.SENSORS, lambda it: {'acceleration': it.acceleration[:, order]}),
+        (Kind.JOINTS, lambda it: {'pose': it.pose[joints]}),
+    ):
+        records = tuple(dataclasses.replace(it, **wrong(it)) for it in made.records)
+        mixed = dataclasses.replace(made, records=records)
+        (fault,) = found(robot, mixed)
+        assert fault.kind is kind and fault.rival is None, f'seed {100 + seed}: {fault.words()}'
+        for record, back in zip(made.records, put_right(mixed, [fault]).records, strict=True):
+            assert np.array_equal(back.acceleration, record.acceleration)
+            assert np.array_equal(back.pose, record.pose)
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_what_no_few_faults_explain_is_told_as_such(robot, layout, seed):
+    """Every recording with the pose of another: nothing is wrong with sensors or encoders."""
+    made = campaign(robot, layout, np.random.default_rng(200 + seed))
+    others = (*made.records[1:], made.records[0])
+    records = [
+        dataclasses.replace(it, pose=other.pose)
+        for it, other in zip(made.records, others, strict=True)
+    ]
+    faults = found(robot, dataclasses.replace(made, records=tuple(records)))
+    assert faults[-1].kind is Kind.UNTOLD, f'seed {200 + seed}: {[it.words() for it in faults]}'
