@@ -65,7 +65,9 @@ def _change(start: float, square: float, law: QuantityLaw, slope_std: float) -> 
     if start <= 0.0 or law.law not in (Law.CUBIC, Law.CONSTANT, Law.CUBIC_OR_FRICTION):
         return '-'
     change, std = (100.0 * value * square / start for value in (law.cubic.slope, slope_std))
-    return f'{change:+.1f} ± {std:.1f}' if math.isfinite(std) else f'{change:+.1f}'
+    if math.isfinite(std):
+        return f'{change:+.1f} ± {std:.1f}'
+    return '-' if law.law is Law.CONSTANT else f'{change:+.1f}'
 
 
 def levels_json(names: Sequence[str], levels: Sequence[ModeLevels]) -> dict[str, object]:

@@ -22,6 +22,7 @@ def test_a_frame_has_the_modes_of_its_formula(frame, identified):
     assert mac_of_pairs(identified.shapes, frame.shapes.astype(complex)).min() > 0.999
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_the_standard_deviations_say():
     """Of ten seeds; the root mean square of 30 scores is within 0.6 to 1.5 but once in 10,000."""
     scores = []

@@ -53,6 +53,7 @@ def test_one_that_names_no_robot_is_not(path, tmp_path):
     assert points(ama.open(other), tmp_path / 'results') == 0
 
 
+@pytest.mark.slow
 def test_one_that_carries_its_robot_is_drawn_on_it(path, tmp_path):
     """The robot is in no folder here: another name, and a plan that names none."""
     files = carried(path)

@@ -116,6 +116,7 @@ def test_results_are_what_the_command_prints_and_writes(mcap, ama_command, tmp_p
     assert (tmp_path / 'api' / 'report.html').stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_an_array_gives_what_its_file_gives(frame, ama_command, tmp_path):
     np.save(tmp_path / 'frame.npy', frame.acceleration)
     options = ('--sample-rate-hz', 100, '--channels', ','.join(FLOORS), '--window-s', 40)

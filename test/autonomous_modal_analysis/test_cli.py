@@ -31,6 +31,7 @@ def two_modes(tmp_path_factory):
     return path, truth, shapes, seed
 
 
+@pytest.mark.slow
 def test_verbose_says_why_poles_were_turned_down(ama, two_modes):
     path, *_ = two_modes
     options = ('identify', path, '--sample-rate-hz', 100, '--unit', 'm/s^2', '--json')
@@ -92,6 +93,7 @@ def test_out_writes_results_and_report(ama, two_modes, tmp_path):
     assert names == {'modes.json', 'modes.csv', 'report.html'}
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_plan_and_another_seed_another(ama):
     def plan(seed):
         run = ama('plan', '--duration-s', 10, '--seed', seed, '--json')
@@ -105,6 +107,7 @@ def test_the_same_seed_gives_the_same_plan_and_another_seed_another(ama):
     assert len(first['flange_range_m']) == 3 and 0.0 < max(first['flange_range_m']) < 0.05
 
 
+@pytest.mark.slow
 def test_an_approach_has_a_preview_and_a_hash_of_its_own(ama, tmp_path):
     way = ('plan', '--approach-from', '80,45,-10,90,-90,0', '--pose-deg', 'P1')
     run = ama(*way, '--rapid', tmp_path / 'approach.mod', '--json')

@@ -50,6 +50,7 @@ def test_the_mode_that_changed_is_told_and_the_other_is_not(ama, states):
     assert found['only_first'] == found['only_second'] == []
 
 
+@pytest.mark.slow
 def test_kept_results_stand_for_their_recording(ama, states, tmp_path):
     kept = tmp_path / 'rest'
     assert ama('identify', states / 'rest.npy', '--out', kept).returncode == 0
@@ -62,6 +63,7 @@ def test_kept_results_stand_for_their_recording(ama, states, tmp_path):
     assert all(change['frequency_change'] == 0.0 for change in json.loads(again.stdout)['changes'])
 
 
+@pytest.mark.slow
 def test_several_are_compared_with_the_first_and_leave_a_report(ama, states, tmp_path):
     kept = tmp_path / 'rest'
     assert ama('identify', states / 'rest.npy', '--out', kept).returncode == 0
@@ -142,6 +144,7 @@ def levels(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_levels_tell_that_a_linear_structure_is_one(ama, levels):
     run = ama('compare', *sorted(levels.glob('*.npy')), '--levels', '--json')
     assert run.returncode == 0, run.stderr
@@ -159,6 +162,7 @@ def test_levels_tell_that_a_linear_structure_is_one(ama, levels):
 
 
 @pytest.mark.parametrize('given', ['few', 'kept'])
+@pytest.mark.slow
 def test_what_tells_no_law_is_refused_in_one_line(ama, levels, tmp_path, given):
     files = sorted(levels.glob('*.npy'))
     if given == 'kept':

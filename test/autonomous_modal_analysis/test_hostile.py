@@ -168,6 +168,7 @@ def test_a_signal_at_any_time_ends_a_command_without_a_traceback(recording, comm
         )
 
 
+@pytest.mark.slow
 def test_folders_that_take_no_files_leave_nothing_half_written(recording, tmp_path):
     (tmp_path / 'file').write_text('here')
     for out in (tmp_path / 'file', tmp_path / 'file' / 'below', '/proc/nothing', '/dev/null'):

@@ -75,6 +75,7 @@ def played(tmp_path_factory):
     return motion, motion.emulate(file, {'rest_s': 0.5})
 
 
+@pytest.mark.slow
 def test_results_of_a_played_plan_say_what_its_preview_said(played):
     motion, recording = played
     found = recording.identify(robot=ROBOT)

@@ -27,6 +27,7 @@ def conditions(tmp_path_factory):
     ]
 
 
+@pytest.mark.slow
 def test_two_recordings_give_the_modes_and_the_number_of_conditions(ama, conditions):
     run = ama('identify', *conditions, '--method', 'psdtm', '--json')
     assert run.returncode == 0, run.stderr

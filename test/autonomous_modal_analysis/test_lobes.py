@@ -45,6 +45,7 @@ def files(tmp_path):
     return tool, cut
 
 
+@pytest.mark.slow
 def test_limits_of_the_textbook_machine_in_all_files(files, tmp_path):
     tool, cut = files
     said = run('lobes', tool, '--cut', cut, '--out', tmp_path / 'out', '--json')
@@ -85,6 +86,7 @@ def test_a_table_of_responses_is_as_good_as_its_modes(files, tmp_path):
     assert found.charts[0].mean.depth_m == pytest.approx(direct.charts[0].mean.depth_m, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_modes_of_a_tap_test_need_the_channels_of_the_tool(tmp_path, files):
     _, cut = files
     mode = {

@@ -74,6 +74,7 @@ def test_set_ups_without_a_shared_channel_are_refused(ama, setups, tmp_path):
     assert 'share no channel' in run.stderr and 'reference' in run.stderr
 
 
+@pytest.mark.slow
 def test_a_mode_that_one_set_up_missed_stays_without_its_points(ama, setups, tmp_path):
     kept = tmp_path / 'kept'
     assert ama('identify', setups / 'one.npy', '--out', kept).returncode == 0

@@ -40,6 +40,7 @@ def recorded(tmp_path_factory):
         ('without.mcap', (), None, 'data'),
     ],
 )
+@pytest.mark.slow
 def test_the_band_ends_where_the_plan_says(
     recorded, monkeypatch, capsys, file, options, high_hz, chosen
 ):

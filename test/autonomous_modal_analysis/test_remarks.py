@@ -35,6 +35,7 @@ def test_sound_data_need_no_remark():
         assert len(found) == 2 and found.remarks == (), f'seed {SEED}'
 
 
+@pytest.mark.slow
 def test_windows_too_short_for_the_slowest_mode_are_named_with_those_that_would_do(ama, tmp_path):
     np.save(tmp_path / 'slow.npy', response(20.0, 1800.0, [(0.32, 0.03), (4.0, 0.02)]))
     options = tmp_path / 'slow.npy', '--sample-rate-hz', '20', '--unit', 'm/s^2'

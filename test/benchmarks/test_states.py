@@ -19,6 +19,7 @@ def test_standing_joints_keep_their_friction():
 
 
 @pytest.mark.parametrize('lengths', [10.0, 30.0, 100.0])
+@pytest.mark.slow
 def test_each_turn_costs_twice_the_presliding_travel(lengths):
     n = 40
     path = sweeps(n, lengths * SLIPS_RAD, round(100 * lengths))

@@ -17,6 +17,7 @@ def robot():
     return load_robot(ROBOT)
 
 
+@pytest.mark.slow
 def test_optimised_pulses_know_the_worst_mode_better_than_uniform_intervals(robot):
     layout = load_layout(ROBOT)
     paper = uniform_intervals(

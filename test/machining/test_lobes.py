@@ -93,6 +93,7 @@ def test_without_deviation_every_sample_is_the_nominal_limit():
         sampled_limits(bare, cut, limits_of, 5, np.random.default_rng(SEED))
 
 
+@pytest.mark.slow
 def test_proposals_take_much_and_chatter_seldom():
     settings = CutSettings.from_mapping({**ASKED, 'coefficients_std': 0.08, 'n_samples': 12})
     found = stability_lobes(uncertain(), settings)

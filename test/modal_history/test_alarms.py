@@ -33,6 +33,7 @@ def changes(month):
     return found
 
 
+@pytest.mark.slow
 def test_a_usual_month_raises_no_alarm():
     """Seed 31: daily and weekly temperature, twelve poses, three loads, slow scatter, outliers."""
     found = changes(Month(30, 31))

@@ -102,6 +102,7 @@ def month_of_misses(seed, kind):
 
 
 @pytest.mark.parametrize('kind', ['alone', 'by pose', 'bursts'])
+@pytest.mark.slow
 def test_usual_misses_of_months_raise_no_alarm(kind):
     """Seeds 20 to 23: every run of misses of three weeks is looked at; then a day without it."""
     n_false = 0

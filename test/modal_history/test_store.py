@@ -327,6 +327,7 @@ def test_a_folder_that_may_not_be_written_to(filled):
     assert runs == '1' and 'cannot be written' in refusal, ended.stderr
 
 
+@pytest.mark.slow
 def test_a_month_of_one_result_a_minute_is_less_than_200_megabytes(tmp_path):
     """42 channels and 10 modes; a day of it, as every day takes as much."""
     rng, path, n_day = np.random.default_rng(10), tmp_path / 'day', 24 * 60

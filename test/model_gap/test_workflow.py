@@ -211,6 +211,7 @@ def test_what_was_found_is_kept_before_it_is_compared(softer, compared, tmp_path
     assert 'Joint 2 is' in page and 'This is the verdict' not in page
 
 
+@pytest.mark.slow
 def test_healthy_arm_has_no_gap(campaign_of, robot):
     result = find_gap(robot, campaign_of((), SEED + 1), FEW)
     assert result.decision.verdict is Verdict.NONE, f'seed {SEED + 1}: {result.decision}'

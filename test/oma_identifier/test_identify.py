@@ -137,6 +137,7 @@ def test_what_cannot_be_identified_says_why(array, says):
 
 
 @pytest.mark.parametrize('max_frequency_hz', [None, 10.0, 7.0, 5.0])
+@pytest.mark.slow
 def test_clt_building(data_path, max_frequency_hz):
     # Aloisio, Pasca, Tomasi, Fragiacomo (2020), Engineering Structures 213, 110593
     data = np.load(data_path('palisaden_clt_building', 'Palisaden_dataset.npy'))

@@ -42,6 +42,7 @@ def one_pose(tmp_path_factory):
     return file.read_text(), arm.model, layout
 
 
+@pytest.mark.slow
 def test_a_fit_that_comes_to_rest_in_a_wrong_place_begins_anew():
     """Seed 863019, five random poses; from one beginning a mode in twenty was off by 37 %."""
     hidden = hidden_arm(863019)
@@ -49,6 +50,7 @@ def test_a_fit_that_comes_to_rest_in_a_wrong_place_begins_anew():
     assert benchmark.errors_of(known, hidden, 40).most < 0.03
 
 
+@pytest.mark.slow
 def test_frequencies_and_damping_at_poses_never_measured(ready, unseen):
     """Seed 101, eight random poses, 40 others; the model alone is several times farther off."""
     known, hidden = ready

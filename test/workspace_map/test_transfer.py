@@ -36,6 +36,7 @@ def first():
     return mapped(hidden_arm(SEED), 8)
 
 
+@pytest.mark.slow
 def test_three_poses_of_an_arm_of_the_same_make_are_enough(first):
     """Seed 33: the same lack of the model, other tolerances."""
     other = hidden_arm(SEED, sibling=1)
@@ -45,6 +46,7 @@ def test_three_poses_of_an_arm_of_the_same_make_are_enough(first):
     assert median_error(helped, other) < 1.3 * median_error(mapped(other, 8), other) + 1e-3
 
 
+@pytest.mark.slow
 def test_an_arm_of_another_make_is_told(first):
     """Seed 35: what it has and its model lacks is something else."""
     assert mapped(hidden_arm(SEED + 2), 3, first).worth_of_transfer() < 0.0
@@ -62,6 +64,7 @@ def test_what_the_other_map_does_not_know_is_part_of_sigma(first):
     assert np.mean(inside) > 0.85
 
 
+@pytest.mark.slow
 def test_a_file_holds_the_other_map_too(first, tmp_path):
     """Without it the difference of the two arms would be taken for that from the model."""
     helped, layout = mapped(hidden_arm(SEED, sibling=1), 3, first), load_layout(ROBOT)
@@ -83,6 +86,7 @@ def with_another_tool(first):
     return mapped(hidden, 3, first, known), hidden
 
 
+@pytest.mark.slow
 def test_with_another_tool_what_the_arm_has_is_known_and_what_the_tool_has_is_not(
     first, with_another_tool
 ):

@@ -63,6 +63,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(('name', 'hidden', 'effect', 'values', 'allowed'), CASES)
+@pytest.mark.slow
 def test_spectra_agree_with_independent_arm(
     name, hidden, effect, values, allowed, campaign_of, robot
 ):

@@ -41,6 +41,7 @@ def test_a_step_leaves_its_state_as_it_was_and_says_the_same_again(begun):
         begun.current = first.current
 
 
+@pytest.mark.slow
 def test_the_log_says_why_what_was_turned_down_and_what_was_decided(begun, caplog):
     with caplog.at_level(logging.DEBUG, logger='model_gap'):
         found = run_search(begun)

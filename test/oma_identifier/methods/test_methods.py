@@ -132,6 +132,7 @@ def test_efdd_damping_is_not_biased_by_the_spectral_window():
         'efdd',
     ],
 )
+@pytest.mark.slow
 def test_deviations_say_how_far_off_the_modes_are(method):
     """Errors over their own standard deviations have a mean square of one."""
     truth = Plant(
@@ -353,6 +354,7 @@ def test_deviations_of_csi_are_those_of_the_estimates():
     assert inside > 0.85, f'seeds {seeds}: {inside}'
 
 
+@pytest.mark.slow
 def test_efdd_finds_close_modes_of_which_one_peaks():
     generator = np.random.default_rng(SEED)
     close = replace(
@@ -422,6 +424,7 @@ def test_merging_weighs_with_variances_and_needs_shared_channels():
         merge_modes([first, replace(second, channel_names=('x', 'c'))])
 
 
+@pytest.mark.slow
 def test_merging_the_simulated_building(data_path):
     exact = np.array(
         [2.63186, 2.69173, 3.43042, 8.29742, 8.42882, 10.6272, 14.0053, 14.093, 17.5741]

@@ -94,6 +94,7 @@ def test_modes_that_move_are_those_of_a_memory_ago():
     assert 0.4 < spread < 1.7, f'seeds {seeds}: {score}'
 
 
+@pytest.mark.slow
 def test_a_shift_by_the_speed_within_a_record_is_followed():
     """Frequencies of a grinding robot differed by a tenth between two speeds (Mokdad)."""
     rng = np.random.default_rng(SEED)

@@ -63,6 +63,7 @@ def chosen_order(series: np.ndarray) -> int:
 
 
 @pytest.mark.parametrize('duration_s', [20.0, 60.0])
+@pytest.mark.slow
 def test_a_shift_by_the_speed_shows_in_short_records(duration_s):
     """Frequencies of a grinding robot differed by a tenth between two speeds (Mokdad)."""
     rng = np.random.default_rng(SEED)

@@ -87,6 +87,7 @@ def errors(robot, window, method):
     return np.array(found).T
 
 
+@pytest.mark.slow
 def test_known_joint_motion_makes_modes_several_times_more_exact(robot, recorded):
     blind = np.sqrt(np.mean(errors(robot, recorded, 'ssi_cov') ** 2, axis=1))
     known = np.sqrt(np.mean(errors(robot, recorded, 'csi') ** 2, axis=1))

@@ -107,6 +107,7 @@ def test_derivatives_against_a_known_motion():
 
 
 @pytest.mark.parametrize('fast_rad_s2', [pytest.param(0.0, marks=pytest.mark.slow), 1.0])
+@pytest.mark.slow
 def test_a_rigid_arm_in_motion_has_no_modes(robot, layout, fast_rad_s2):
     for seed in (SEED, SEED + 1):
         rng = np.random.default_rng(seed)
@@ -139,6 +140,7 @@ def test_only_a_travelling_arm_has_peaks_of_motion(robot, layout, scale, explain
     assert RobotSignals().clean(seen).explains(1.3, 0.05, shape) is explained
 
 
+@pytest.mark.slow
 def test_without_a_model_large_motion_makes_no_mode(robot, layout):
     rng = np.random.default_rng(SEED)
     motion = Motion(robot.pose('P1'), 1.0, SEED)
@@ -193,6 +195,7 @@ def shaken(robot, layout):
         pytest.param(False, 0.0, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_a_flexible_arm_keeps_its_modes_in_motion(robot, layout, shaken, modelled, early_s):
     """No mode is lost, none is added: with a model, without, and with joint states out of step."""
     rng = np.random.default_rng(SEED)

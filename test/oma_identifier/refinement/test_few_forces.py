@@ -60,6 +60,7 @@ def test_as_many_forces_as_modes_are_not_few():
     assert Record.of(samples, modes, None, (), None).n_forces == 0
 
 
+@pytest.mark.slow
 def test_modes_under_two_forces_are_refined_and_their_deviations_cover_the_truth():
     off, said = [], 0
     for seed in SEEDS:

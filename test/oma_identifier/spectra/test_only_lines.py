@@ -86,6 +86,7 @@ def test_what_modulation_leaves_over_a_record_is_no_mode():
 
 
 @pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'efdd', 'fdd'])
+@pytest.mark.slow
 def test_no_method_makes_modes_of_strong_sines(structure, method):
     like = structure((9.0,), (0.02,), n_channels=4).simulate(np.random.default_rng(1), 60.0, 200.0)
     rows = sines(*CASES['harmonic series'])

@@ -193,6 +193,7 @@ def test_healthy_sensors_do_not_change(structure, n_axes):
             assert not flags & {*CHANGES, 'shape_changed'}, f'seed {SEED}, {seed}'
 
 
+@pytest.mark.slow
 def test_nothing_is_averaged_over_a_change_and_modes_keep_their_ids(record, structure):
     """Shapes of every window are those of the sensors as they were then, or say so."""
     plant = structure(FREQUENCY_HZ, DAMPING, n_channels=12, seed=SEED)

@@ -43,6 +43,7 @@ def last_ns(path):
 
 
 @pytest.mark.parametrize('when_s', [0.9, 1.33])
+@pytest.mark.slow
 def test_a_killed_bridge_leaves_its_record_to_the_end(tmp_path, when_s):
     path = tmp_path / 'egm.mcap'
     process = subprocess.Popen(
