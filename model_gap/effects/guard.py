@@ -9,7 +9,6 @@ import dataclasses
 from functools import wraps
 import inspect
 import math
-import traceback
 from types import MappingProxyType
 from typing import Any
 
@@ -17,41 +16,31 @@ import numpy as np
 
 from modal_core.errors import ModalAnalysisError, SettingsError
 from model_gap.cell import CellModel, Filter
+from model_gap.effects.code_place import CodePlace
 from model_gap.effects.effect import Effect, EffectParameter
 
 # (answer, where, arguments) -> answer
-Check = Callable[[Any, str, tuple[Any, ...]], Any]
+Check = Callable[[Any, CodePlace, tuple[Any, ...]], Any]
 
 
-def guarded(kind: type[Effect], where: str) -> type[Effect]:
+def guarded(kind: type[Effect], where: CodePlace) -> type[Effect]:
     """Return an effect's class, its own methods telling in one line what goes wrong in them."""
     if '_guarded' in vars(kind):
         return kind
     for name, member in list(vars(kind).items()):
         check = CHECKS.get(name)
         if isinstance(member, classmethod | staticmethod):
-            told = _told(member.__func__, f'{where}: {name}()', check)
+            told = _told(member.__func__, where.inside(f'{name}()'), check)
             setattr(kind, name, type(member)(told))
         elif isinstance(member, property) and member.fget:
-            setattr(kind, name, property(_told(member.fget, f'{where}: {name}', check)))
+            setattr(kind, name, property(_told(member.fget, where.inside(name), check)))
         elif inspect.isfunction(member):
-            setattr(kind, name, _told(member, f'{where}: {name}()', check))
+            setattr(kind, name, _told(member, where.inside(f'{name}()'), check))
     kind._guarded = True  # type: ignore[attr-defined]
     return kind
 
 
-def line_of(error: BaseException, where: str) -> str:
-    """Return where an exception was raised: the last line of it in a file that is named."""
-    if isinstance(error, SyntaxError) and error.lineno:
-        return f'{where}:{error.lineno}'
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if where.startswith(frame.filename)]
-    return (
-        where.replace(own[-1].filename, f'{own[-1].filename}:{own[-1].lineno}') if own else where
-    )
-
-
-def _told(method: Callable[..., Any], where: str, check: Check | None) -> Callable[..., Any]:
+def _told(method: Callable[..., Any], where: CodePlace, check: Check | None) -> Callable[..., Any]:
     @wraps(method)
     def call(*args: Any, **words: Any) -> Any:
         try:
@@ -60,24 +49,26 @@ def _told(method: Callable[..., Any], where: str, check: Check | None) -> Callab
             raise
         except Exception as error:
             raise SettingsError(
-                f'effect fails: {type(error).__name__}: {error}', where=line_of(error, where)
+                f'effect fails: {type(error).__name__}: {error}', where=where.of(error)
             ) from error
         return check(found, where, args) if check else found
 
     return call
 
 
-def _refuse(what: str, where: str, found: object, expected: str) -> None:
+def _refuse(what: str, where: CodePlace, found: object, expected: str) -> None:
     raise SettingsError(what, where=where, found=found, expected=expected)
 
 
-def _instances(found: Any, where: str, given: tuple[Any, ...]) -> list[Effect]:
+def _instances(found: Any, where: CodePlace, given: tuple[Any, ...]) -> list[Effect]:
     if not isinstance(found, list | tuple) or not all(isinstance(it, Effect) for it in found):
         _refuse('wrong answer', where, found, 'a list of effects')
     return list(found)
 
 
-def _parameters(found: Any, where: str, given: tuple[Any, ...]) -> tuple[EffectParameter, ...]:
+def _parameters(
+    found: Any, where: CodePlace, given: tuple[Any, ...]
+) -> tuple[EffectParameter, ...]:
     if not isinstance(found, list | tuple) or not all(
         isinstance(item, EffectParameter) for item in found
     ):
@@ -95,7 +86,7 @@ def _parameters(found: Any, where: str, given: tuple[Any, ...]) -> tuple[EffectP
     return tuple(found)
 
 
-def _starts(found: Any, where: str, given: tuple[Any, ...]) -> list[tuple[float, ...]]:
+def _starts(found: Any, where: CodePlace, given: tuple[Any, ...]) -> list[tuple[float, ...]]:
     try:
         values = [tuple(float(value) for value in start) for start in found]
     except (TypeError, ValueError):
@@ -109,7 +100,7 @@ def _starts(found: Any, where: str, given: tuple[Any, ...]) -> list[tuple[float,
     return values
 
 
-def _cell(found: Any, where: str, given: tuple[Any, ...]) -> CellModel:
+def _cell(found: Any, where: CodePlace, given: tuple[Any, ...]) -> CellModel:
     if not isinstance(found, CellModel):
         _refuse('wrong answer', where, type(found).__name__, 'a CellModel')
     for name in ('spec', 'channels', 'forces', 'ripples', 'tones'):
@@ -136,7 +127,7 @@ def _are_numbers(item: Any) -> bool:
     return True
 
 
-def _step(step: Filter, where: str) -> Filter:
+def _step(step: Filter, where: CodePlace) -> Filter:
     """Return a filter that is told of when it fails or its answer is none."""
 
     def call(omega: Any, spectra: Any) -> Any:

@@ -15,8 +15,9 @@ import sys
 from types import ModuleType
 
 from modal_core.errors import ModalAnalysisError, SettingsError
+from model_gap.effects.code_place import CodePlace
 from model_gap.effects.effect import Effect
-from model_gap.effects.guard import guarded, line_of
+from model_gap.effects.guard import guarded
 
 GROUP = 'autonomous_modal_analysis.effects'
 TYPE_NAME = re.compile(r'[a-z][a-z0-9_]*')
@@ -60,7 +61,7 @@ def installed_effects() -> list[type[Effect]]:
     """Return the effects that installed packages declare as entry points."""
     found = []
     for entry in sorted(entry_points(group=GROUP), key=lambda item: item.name):
-        where = f'entry point {entry.name} = {entry.value}'
+        where = CodePlace(f'entry point {entry.name} = {entry.value}')
         kind = _told(entry.load, where, 'uninstall the package, or mend it')
         if not (inspect.isclass(kind) and issubclass(kind, Effect)):
             raise SettingsError('not an effect', where=where, found=kind, expected='its class')
@@ -94,7 +95,7 @@ def _effects_of(file: Path) -> list[type[Effect]]:
     # What others of the file are derived from need not be an effect itself.
     bases = {base for kind in kinds for base in kind.__mro__[1:]}
     return [
-        _checked(kind, str(file))
+        _checked(kind, CodePlace(str(file)))
         for kind in dict.fromkeys(kinds)
         if not (inspect.isabstract(kind) and kind in bases)
     ]
@@ -116,14 +117,14 @@ def _module(file: Path) -> ModuleType:
     module = module_from_spec(spec)
     sys.modules[name] = module  # pickled classes are looked up there
     try:
-        _told(lambda: spec.loader.exec_module(module), str(file))  # type: ignore[union-attr]
+        _told(lambda: spec.loader.exec_module(module), CodePlace(str(file)))  # type: ignore[union-attr]
     except ModalAnalysisError:
         del sys.modules[name]
         raise
     return module
 
 
-def _told(load: Callable[[], object], where: str, advice: str = '') -> object:
+def _told(load: Callable[[], object], where: CodePlace, advice: str = '') -> object:
     try:
         return load()
     except ModalAnalysisError:
@@ -131,14 +132,14 @@ def _told(load: Callable[[], object], where: str, advice: str = '') -> object:
     except (Exception, SystemExit) as error:
         raise SettingsError(
             f'cannot be loaded: {type(error).__name__}: {error}',
-            where=line_of(error, where),
+            where=where.of(error),
             advice=advice,
         ) from error
 
 
-def _checked(kind: type[Effect], where: str) -> type[Effect]:
+def _checked(kind: type[Effect], where: CodePlace) -> type[Effect]:
     """Return an effect that says what it must, its methods guarded."""
-    where = f'{where}: class {kind.__name__}'
+    where = where.inside(f'class {kind.__name__}')
     missing = sorted(kind.__abstractmethods__) if inspect.isabstract(kind) else []
     missing += [
         name
@@ -151,5 +152,5 @@ def _checked(kind: type[Effect], where: str) -> type[Effect]:
         raise SettingsError(
             'type is no name', where=where, found=kind.type, expected='such as cable_to_ground'
         )
-    _told(lambda: kind.in_words('here', {}), f'{where}: says')
+    _told(lambda: kind.in_words('here', {}), where.inside('says'))
     return guarded(kind, where)

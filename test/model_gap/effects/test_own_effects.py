@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -149,6 +150,19 @@ def test_what_fails_at_work_is_one_line_with_its_place(kind, robot, layout, tmp_
                 cell.seen(np.ones(3), np.ones((12, 3), dtype=complex))
     told = str(caught.value)
     assert '\n' not in told and said in told and 'bad.py' in told, told
+
+
+def test_the_line_is_told_of_a_folder_named_from_here(robot, layout, tmp_path, monkeypatch):
+    broken = CODE.replace('return cell.then_output', 'return cel.then_output')
+    (tmp_path / 'mine').mkdir()
+    (tmp_path / 'mine' / 'bad.py').write_text(broken)
+    (line,) = (at for at, text in enumerate(broken.splitlines(), 1) if 'return cel.' in text)
+    monkeypatch.chdir(tmp_path)
+    (bad,) = with_own_effects((), [Path('mine')])
+    scene = Scene(robot, tuple(it.name for it in layout), CellModel(robot.spec, layout.channels))
+    with pytest.raises(SettingsError) as caught:
+        bad.instances(scene)[0].apply(scene.cell, (50.0,), scene)
+    assert str(caught.value).startswith(f'mine/bad.py:{line}: class LowPass: apply(): ')
 
 
 def test_a_folder_that_is_none_is_one_line(tmp_path):
