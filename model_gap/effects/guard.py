@@ -47,7 +47,8 @@ def _told(method: Callable[..., Any], where: CodePlace, check: Check | None) -> 
             found = method(*args, **words)
         except ModalAnalysisError:
             raise
-        except Exception as error:
+        # Somebody's sys.exit() would end the search without a word.
+        except (Exception, SystemExit) as error:
             raise SettingsError(
                 f'effect fails: {type(error).__name__}: {error}', where=where.of(error)
             ) from error

@@ -124,6 +124,7 @@ FAILING = {
     'starts': ('[(corner,)', '[(corner, 1.0)', '1 numbers in each start'),
     'nothing starts': ('(20.0, 50.0, 120.0, 300.0)', '()', 'a list of starts'),
     'apply fails': ('own = [', 'own = values[7] + [', 'IndexError'),
+    'apply ends the program': ('own = [', "__import__('sys').exit(3); own = [", 'SystemExit: 3'),
     'apply gives nothing': ('return cell.then_output', 'cell.then_output', 'a CellModel'),
     'apply gives no number': (
         'return cell.then_output(filtered)',
