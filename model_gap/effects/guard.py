@@ -93,12 +93,27 @@ def _starts(found: Any, where: CodePlace, given: tuple[Any, ...]) -> list[tuple[
     except (TypeError, ValueError):
         values = []
     effect, scene = given[:2]
-    count = len(effect.parameters(scene))
+    ranges = effect.parameters(scene)
+    count = len(ranges)
     if any(len(start) != count for start in values) and not getattr(effect, 'details', False):
         _refuse('wrong answer', where, values[0], f'{count} numbers in each start')
     if not values or not all(math.isfinite(value) for start in values for value in start):
         _refuse('wrong answer', where, found, 'a list of starts, each with finite values')
+    for item, value in (pair for start in values for pair in zip(ranges, start, strict=False)):
+        if not _is_within(value, item):
+            _refuse(
+                'start outside the range of its parameter',
+                where,
+                f'{item.name} {value:g}',
+                f'{item.low:g} to {item.high:g} {item.unit}'.strip(),
+            )
     return values
+
+
+def _is_within(value: float, item: EffectParameter) -> bool:
+    """Return whether a parameter may have a value; a grid may round beyond its ends."""
+    ends = (item.low, item.high)
+    return item.low <= value <= item.high or any(math.isclose(value, end) for end in ends)
 
 
 def _cell(found: Any, where: CodePlace, given: tuple[Any, ...]) -> CellModel:

@@ -122,6 +122,8 @@ FAILING = {
     'range': ('1.0, 2.0, 5000.0', '1.0, 5000.0, 2.0', 'impossible parameter'),
     'scale': ('1.0, 2.0', "float('nan'), 2.0", 'impossible parameter'),
     'starts': ('[(corner,)', '[(corner, 1.0)', '1 numbers in each start'),
+    'starts below': ('(20.0, 50.0,', '(20.0, 0.5,', 'corner 0.5, expected 2 to 5000 Hz'),
+    'starts of no logarithm': ('(20.0, 50.0,', '(20.0, -3.0,', 'corner -3, expected 2 to 5000'),
     'nothing starts': ('(20.0, 50.0, 120.0, 300.0)', '()', 'a list of starts'),
     'apply fails': ('own = [', 'own = values[7] + [', 'IndexError'),
     'apply ends the program': ('own = [', "__import__('sys').exit(3); own = [", 'SystemExit: 3'),
