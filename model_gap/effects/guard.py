@@ -9,6 +9,8 @@ import dataclasses
 from functools import wraps
 import inspect
 import math
+import re
+from string import Formatter
 from types import MappingProxyType
 from typing import Any
 
@@ -17,7 +19,7 @@ import numpy as np
 from modal_core.errors import ModalAnalysisError, SettingsError
 from model_gap.cell import CellModel, Filter
 from model_gap.effects.code_place import CodePlace
-from model_gap.effects.effect import Effect, EffectParameter
+from model_gap.effects.effect import Effect, EffectParameter, Scene
 
 # (answer, where, arguments) -> answer
 Check = Callable[[Any, CodePlace, tuple[Any, ...]], Any]
@@ -64,7 +66,23 @@ def _refuse(what: str, where: CodePlace, found: object, expected: str) -> None:
 def _instances(found: Any, where: CodePlace, given: tuple[Any, ...]) -> list[Effect]:
     if not isinstance(found, list | tuple) or not all(isinstance(it, Effect) for it in found):
         _refuse('wrong answer', where, found, 'a list of effects')
+    for effect in found:
+        _check_words(effect, where.file, given[1])
     return list(found)
+
+
+def _check_words(effect: Effect, file: str, scene: Scene) -> None:
+    """Refuse a sentence that names no parameter, where it is made of ``says``."""
+    kind = type(effect)
+    if kind.in_words.__func__ is not Effect.in_words.__func__:  # type: ignore[attr-defined]
+        return
+    forms = filter(None, (effect, effect.detailed()))
+    names = ['place', *dict.fromkeys(it.name for form in forms for it in form.parameters(scene))]
+    fields = (field for _, field, _, _ in Formatter().parse(kind.says) if field is not None)
+    for name in (re.split(r'[.[]', field)[0] for field in fields):
+        if name not in names:
+            where = CodePlace(file, f'class {kind.__name__}: says')
+            _refuse('not a parameter', where, f'{{{name}}}', ', '.join(names))
 
 
 def _parameters(

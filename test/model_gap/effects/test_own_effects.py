@@ -119,6 +119,7 @@ def test_what_cannot_be_loaded_is_one_line_with_its_place(kind, tmp_path):
 FAILING = {
     'instances fail': ('return [cls(', 'return [1 / 0 + cls(', 'ZeroDivisionError'),
     'instances of what': ('return [cls(', 'return [str(', 'a list of effects'),
+    'name in words': ('{corner:', '{cornr:', 'found {cornr}, expected place, corner'),
     'range': ('1.0, 2.0, 5000.0', '1.0, 5000.0, 2.0', 'impossible parameter'),
     'scale': ('1.0, 2.0', "float('nan'), 2.0", 'impossible parameter'),
     'starts': ('[(corner,)', '[(corner, 1.0)', '1 numbers in each start'),
