@@ -166,8 +166,11 @@ def _step(step: Filter, where: CodePlace) -> Filter:
 
     def call(omega: Any, spectra: Any) -> Any:
         found = np.asarray(told(omega, spectra))
-        if found.shape != spectra.shape or not np.isfinite(found).all():
-            _refuse('wrong answer of a filter', where, found.shape, f'finite {spectra.shape}')
+        if found.shape != spectra.shape:
+            _refuse('wrong shape from a filter', where, found.shape, f'{spectra.shape}')
+        if wrong := int((~np.isfinite(found)).sum()):
+            count = f'{wrong} of {found.size} values'
+            _refuse('NaN or infinite values from a filter', where, count, 'numbers')
         return found
 
     told = _told(step, where, None)

@@ -134,7 +134,16 @@ FAILING = {
         "return __import__('dataclasses').replace(cell, tones=(float('nan'),))",
         'not a number',
     ),
-    'filter': ('for row, mine in zip(readings, own)]', 'for row, mine in zip([], own)]', 'filter'),
+    'filter': (
+        'for row, mine in zip(readings, own)]',
+        'for row, mine in zip([], own)]',
+        'wrong shape',
+    ),
+    'filter gives no numbers': (
+        'row * passed if',
+        "row * float('nan') if",
+        'NaN or infinite values from a filter (found 9 of 36 values, expected numbers)',
+    ),
     'filter fails': ('passed = 1.0 /', 'passed = 1.0 + None /', 'TypeError'),
 }
 
