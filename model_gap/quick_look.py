@@ -85,6 +85,8 @@ class QuickLook:
         For people: joints, resonances, amplitude, poses, sensors.
     following : tuple of str
         What to record next to see it better.
+    notes : tuple of str
+        What was assumed or left out of the recordings, or looks wrong in them.
     """
 
     state: State
@@ -93,6 +95,7 @@ class QuickLook:
     reasons: tuple[str, ...]
     where: tuple[str, ...]
     following: tuple[str, ...]
+    notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """Return what ``ama gap --quick --json`` prints."""
@@ -104,6 +107,7 @@ class QuickLook:
             'reasons': list(self.reasons),
             'where': list(self.where),
             'next': list(self.following),
+            'notes': list(self.notes),
         }
 
 
@@ -166,12 +170,12 @@ def look_at(search: Search, faults: tuple[Fault, ...] = ()) -> QuickLook:
         enough = could_gain < search.settings.worth_adding
         state = State.HEALTHY if enough else State.UNCLEAR
     if state is State.HEALTHY:
-        return QuickLook(state, left, could_gain, (), (), ())
+        return QuickLook(state, left, could_gain, (), (), (), search.notes)
     noisy = max(left.fitted, left.worst.misfit / 2.0) > LEAST_TO_DESCRIBE
     remains = what_remains(search, fitted.hypothesis) if noisy else ()
     where = (*_stretched(search), *_joints(search), *(item.words for item in remains))
     following = tuple(item.next_recording for item in remains)
-    return QuickLook(state, left, could_gain, reasons, where, following)
+    return QuickLook(state, left, could_gain, reasons, where, following, search.notes)
 
 
 def _stretched(search: Search) -> tuple[str, ...]:

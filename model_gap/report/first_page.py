@@ -44,7 +44,7 @@ class FirstPage:
     @classmethod
     def of_look(cls, robot: str, look: QuickLook) -> 'FirstPage':
         """Return the page of a quick look."""
-        lines = (*look.reasons, *look.where)
+        lines = (*look.reasons, *look.where, *_notes(look))
         return cls(
             robot, HEADLINES[look.state], tuple(dict.fromkeys(lines)), look.following, SEARCHING
         )
@@ -70,4 +70,8 @@ def look_lines(look: QuickLook) -> list[str]:
     lines += [f'  because {line}' for line in look.reasons]
     lines += [f'  where: {line}' for line in look.where if line not in look.reasons]
     lines += [f'  next: {line}' for line in look.following]
-    return lines
+    return lines + _notes(look)
+
+
+def _notes(look: QuickLook) -> list[str]:
+    return [f'note: {line}' for line in look.notes]

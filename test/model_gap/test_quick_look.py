@@ -39,8 +39,9 @@ def test_a_healthy_arm_is_said_to_be_so_with_nothing_else(robot, folder_of):
     look = quick_look(robot, read_campaign(folder_of(), robot))
     assert look.state is State.HEALTHY, f'seed {SEED}: {look}'
     assert look.where == look.reasons == ()
-    (line,) = look_lines(look)
-    assert line.startswith('healthy: ')
+    assert look_lines(look)[0].startswith('healthy: ')
+    assert look.to_dict()['notes'] == list(look.notes)
+    assert look_lines(look)[1:] == [f'note: {line}' for line in look.notes]
 
 
 def test_a_gap_is_seen_and_placed(soft):
@@ -48,6 +49,13 @@ def test_a_gap_is_seen_and_placed(soft):
     assert any('joint_2' in line for line in soft.where), soft.where
     said = soft.to_dict()
     assert said['state'] == 'gap' and said['reasons'] and said['over_noise'] > 0.0
+
+
+def test_notes_of_the_recordings_are_told(soft, tmp_path):
+    away = replace(soft, notes=('p0: the joint states stand 9 deg away from its pose',))
+    assert look_lines(away)[-1] == f'note: {away.notes[0]}'
+    FirstPage.of_look('x', away).write(tmp_path / 'page.html')
+    assert 'Note: p0: the joint states stand 9 deg' in (tmp_path / 'page.html').read_text()
 
 
 def test_the_first_page_says_so_and_that_it_goes_on(soft, tmp_path):
