@@ -6,6 +6,7 @@ joints, and the spectra that model and measurement are compared on.
 
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
+from model_gap.campaign.copies import refuse_copies
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.flat_tops import flat_topped
 from model_gap.campaign.read_campaign import campaign_layout, read_campaign
@@ -42,6 +43,7 @@ __all__ = [
     'read_campaign',
     'read_campaign_file',
     'record_spectra',
+    'refuse_copies',
     'smoothed',
     'tail_of',
 ]

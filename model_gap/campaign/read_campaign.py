@@ -16,6 +16,7 @@ from modal_recordings import open_recording
 from modal_recordings.attachment import attached_layout
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
+from model_gap.campaign.copies import refuse_copies
 from model_gap.campaign.motion import motion_on_grid, RecordedMotion
 from model_gap.campaign.resample import at_times, thinned
 from model_gap.campaign.series import gather, joint_columns, RawRecording, Series
@@ -66,6 +67,7 @@ def read_campaign(
         progress((number + 1) / len(entries))
     if not raws:
         raise useless[0]
+    refuse_copies(((entry.name, _samples(raw)) for entry, raw in raws), folder)
     kept = _common_layout(sensors, [raw for _, raw in raws], notes)
     read: list[tuple[RawRecording, GapRecord, RecordedMotion]] = []
     for entry, raw in raws:
@@ -122,6 +124,11 @@ def _gathered(
         if note not in notes:
             notes.append(note)
     return replace(raw, accelerations=tuple(_thinned(item) for item in raw.accelerations))
+
+
+def _samples(raw: RawRecording) -> Iterator[Array]:
+    series = (*raw.accelerations, raw.position)
+    return (item.values for item in series if item is not None)
 
 
 def _thinned(item: Series) -> Series:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from modal_core.errors import SettingsError
 from modal_core.yaml_file import load_yaml
-from model_gap.campaign import CampaignEntry, read_campaign_file
+from model_gap.campaign import CampaignEntry, read_campaign_file, refuse_copies
 from model_gap.trajectory.recording import EncoderRecording, read_encoder_recording, SUFFIX
 from structural_model import FlexibleJointModel
 
@@ -71,6 +71,8 @@ def read_encoder_campaign(folder: Path, model: FlexibleJointModel) -> EncoderCam
         entries, remarks, sizes = tuple(CampaignEntry(item, item.name) for item in paths), (), {}
         start = None
     recordings = [read_encoder_recording(item.path, model.n_joints) for item in entries]
+    samples = [(it.motor_rad, it.link_rad, it.torque_nm) for it in recordings]
+    refuse_copies(zip((entry.name for entry in entries), samples, strict=True), folder)
     if len({item.encoders for item in recordings}) > 1:
         raise SettingsError('recordings of different encoders', where=folder)
     fitting, heldout, how = _divided(recordings, [item.heldout for item in entries])

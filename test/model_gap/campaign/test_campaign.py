@@ -1,6 +1,7 @@
 """Reading campaigns: what is accepted, and what is said about what is missing."""
 
 from dataclasses import replace
+import shutil
 
 import numpy as np
 import pytest
@@ -397,6 +398,14 @@ def test_remarks_are_kept_and_a_file_named_twice_is_refused(folder, robot):
     (folder / 'campaign.yaml').write_text(yaml.safe_dump(content))
     with pytest.raises(SettingsError, match='twice'):
         read_campaign_file(folder)
+
+
+def test_a_copy_under_another_name_is_refused_and_both_are_named(folder, robot):
+    (folder / 'campaign.yaml').unlink()
+    shutil.copy(folder / 'p0_l1.mcap', folder / 'p7_l1.mcap')
+    with pytest.raises(RecordingError) as caught:
+        read_campaign(folder, robot)
+    assert 'same samples (found p0_l1.mcap and p7_l1.mcap' in str(caught.value)
 
 
 def test_another_pose_than_said_is_noted(folder, robot):

@@ -72,8 +72,9 @@ def test_objects_are_never_unpickled(robot, tmp_path):
 
 
 def test_campaign_file_says_what_is_held_out_and_where_it_starts(robot, tmp_path):
-    for name in 'abc':
-        np.savez(tmp_path / f'{name}.npz', **arrays())
+    for number, name in enumerate('abc'):
+        torque = (1.0 + number) * arrays()['motor_torque_nm']
+        np.savez(tmp_path / f'{name}.npz', **arrays(motor_torque_nm=torque))
     (tmp_path / 'campaign.yaml').write_text(
         'recordings:\n- {file: a.npz, heldout: true}\n- {file: b.npz}\n- {file: c.npz}\n'
         'start_pose: [0, -80, 90, 0, 0, 0]\n'
@@ -84,6 +85,13 @@ def test_campaign_file_says_what_is_held_out_and_where_it_starts(robot, tmp_path
     assert [item.name for item in campaign.fitting] == ['b', 'c']
     np.testing.assert_allclose(np.rad2deg(campaign.start), [0, -80, 90, 0, 0, 0], atol=1e-9)
     assert campaign.fitting[0].encoders == (0, 1, 2)
+
+
+def test_a_copy_is_refused_and_both_are_named(robot, tmp_path):
+    for name in 'ab':
+        np.savez(tmp_path / f'{name}.npz', **arrays())
+    with pytest.raises(ModalAnalysisError, match=r'same samples \(found a\.npz and b\.npz'):
+        read_encoder_campaign(tmp_path, robot)
 
 
 @pytest.mark.parametrize('pose', ['[1, 2]', '"nowhere"', '{a: 1}', '[.nan, 0, 0, 0, 0, 0]'])
