@@ -12,10 +12,6 @@ from excitation_planner.pose_range import SensitivityTable
 def show_model(seen: ModelAtPose) -> None:
     """Print one row per mode, with the sensitivity to each joint where asked for."""
     coefficients = seen.sensitivity
-    pose = seen.pose_deg.round(2).tolist()
-    OUTPUT.print(
-        f'{seen.model.robot_name} at {pose} deg{_joints(seen)}', soft_wrap=True, markup=False
-    )
     table = Table(box=SIMPLE_HEAD, padding=(0, 0))
     joints = seen.model.joint_names if coefficients is not None else ()
     for heading in ('mode', 'Hz', 'damping %', *joints):
@@ -29,6 +25,10 @@ def show_model(seen: ModelAtPose) -> None:
             f'{100 * ratio:.2f}',
             *_changes(coefficients, number),
         )
+    pose = seen.pose_deg.round(2).tolist()
+    OUTPUT.print(
+        f'{seen.model.robot_name} at {pose} deg{_joints(seen)}', soft_wrap=True, markup=False
+    )
     OUTPUT.print(table)
     if not seen.model.n_dof:
         OUTPUT.print('a rigid model has no modes: springs come from ama gap, or by hand')

@@ -38,6 +38,7 @@ from structural_model.spec import (
     Spring,
     Vector,
 )
+from structural_model.spring_check import check_spring
 from structural_model.urdf import load_urdf, parse_urdf, RigidRobot
 
 URDF_FILE, MODEL_FILE = 'robot.urdf', 'model.yaml'
@@ -266,19 +267,25 @@ def _joint(name: str, item: object, where: str) -> JointSpec:
     return JointSpec(
         name=name,
         drive=Drive(
-            spring=_fill(Spring, mapping.get('drive') or {}, f'{where}.drive'),
+            spring=_spring(mapping.get('drive') or {}, f'{where}.drive'),
             gear_ratio=_number(mapping.get('gear_ratio', 1.0), f'{where}.gear_ratio'),
             rotor_inertia_kg_m2=_number(
                 mapping.get('rotor_inertia_kg_m2', 0.0), f'{where}.rotor_inertia_kg_m2'
             ),
-            servo=_fill(Spring, mapping.get('servo') or {}, f'{where}.servo'),
+            servo=_spring(mapping.get('servo') or {}, f'{where}.servo'),
         ),
         tilts=(
-            _fill(Spring, tilts[0], f'{where}.tilts[0]'),
-            _fill(Spring, tilts[1], f'{where}.tilts[1]'),
+            _spring(tilts[0], f'{where}.tilts[0]'),
+            _spring(tilts[1], f'{where}.tilts[1]'),
         ),
         offset_rad=_number(mapping.get('offset_rad', 0.0), f'{where}.offset_rad'),
     )
+
+
+def _spring(item: object, where: str) -> Spring:
+    spring: Spring = _fill(Spring, item, where)
+    check_spring(spring, where)
+    return spring
 
 
 def _fill(kind: type, item: object, where: str) -> Any:
@@ -300,7 +307,7 @@ def _convert(value: object, kind: Any, where: str) -> Any:
     """Turn a YAML value into what a field is declared to be."""
     inner = get_args(kind)
     if kind is Spring:
-        return _fill(Spring, value, where)
+        return _spring(value, where)
     if kind is bool:
         if not isinstance(value, bool):
             raise ModelError('not true or false', where=where, found=value)

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 import pinocchio as pin
 
-from modal_core.errors import ModelError
 from structural_model.spec import Spring, Vector
+from structural_model.spring_check import check_spring
 
 Matrix = NDArray[np.float64]
 
@@ -70,12 +70,7 @@ class ArmBuilder:
         ModelError
             It pushes away, or drives.
         """
-        if not (spring.stiffness > 0.0 and spring.damping >= 0.0):
-            raise ModelError(
-                'spring without positive stiffness or with negative damping',
-                where=f'{self.robot_name}: {self.names[dofs[0]]}',
-                found=f'{spring.stiffness}, {spring.damping}',
-            )
+        check_spring(spring, f'{self.robot_name}: {self.names[dofs[0]]}')
         block = np.asarray(shape, dtype=float)
         self.springs.append((dofs, spring.stiffness * block, spring.damping * block))
 

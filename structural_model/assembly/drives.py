@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from modal_core.errors import ModelError
 from structural_model.coupling import AxisMap
 from structural_model.spec import ModelSpec, Spring
+from structural_model.spring_check import check_spring
 from structural_model.urdf import RigidRobot
 
 
@@ -84,8 +85,8 @@ def _add(
     where: str,
 ) -> None:
     vector = np.array([weights.get(name, 0.0) for name in dof_names])
-    k, c = spring.stiffness, spring.damping
-    if not (np.isfinite(k) and k > 0.0 and c >= 0.0):
-        raise ModelError('spring without positive stiffness', where=where, found=f'{k}, {c}')
-    stiffness += k * np.outer(vector, vector)
-    damping += c * np.outer(vector, vector)
+    check_spring(spring, where)
+    if spring.rigid:
+        raise ModelError('spring without a finite stiffness', where=where)
+    stiffness += spring.stiffness * np.outer(vector, vector)
+    damping += spring.damping * np.outer(vector, vector)

@@ -186,6 +186,7 @@ def test_hostile_or_broken_xml(arms, text):
         ('joints: {j: {drive: {stiffness: soft}}}', 'not a number'),
         ('joints: {j: {drive: {stiffness: .nan}}}', 'not a finite number'),
         ('joints: {j: {drive: {stiffness: -5.0}}}', 'positive stiffness'),
+        ('joints: {j: {drive: {stiffness: 5.0, damping: -60}}}', 'drive: negative damping'),
         ('joints: {j: {tilts: [{stiffness: 0.0}, {}]}}', 'positive stiffness'),
         ('joints: {j: {tilts: [{}]}}', 'tilts are two springs'),
         ('joints: {j: {servo: {stiffness: 5.0}}}', 'needs a drive stiffness'),
