@@ -32,6 +32,8 @@ def show_model(seen: ModelAtPose) -> None:
     OUTPUT.print(table)
     if not seen.model.n_dof:
         OUTPUT.print('a rigid model has no modes: springs come from ama gap, or by hand')
+    for line in seen.notes:
+        OUTPUT.print(f'note: {line}', soft_wrap=True, markup=False)
     if coefficients is not None:
         OUTPUT.print(
             f'change of frequency [%] for a joint step of {seen.step_deg:g} deg:'

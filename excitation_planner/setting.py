@@ -55,7 +55,7 @@ def bring_together(
         An unknown axis or link, wrong weights, or a pose outside the range.
     """
     if layout is not None:
-        layout.check_links(model.link_names, model.robot_name)
+        model.check_layout(layout)
     start = start_of(model, request)
     return Setting(
         request=request,

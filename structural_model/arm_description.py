@@ -3,12 +3,14 @@
 from collections.abc import Mapping
 import dataclasses
 from dataclasses import dataclass, fields
+import math
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from modal_core.errors import ModelError
+from modal_core.channel import SensorLayout
+from modal_core.errors import LayoutError, ModelError
 from structural_model.coupling import AxisMap
 from structural_model.limits import check_length, RobotLimits
 from structural_model.parameters import read_parameters, write_parameters
@@ -16,6 +18,10 @@ from structural_model.spec import ModelSpec
 from structural_model.urdf import RigidRobot
 
 Array = NDArray[np.float64]
+SENSOR_REACHES = 3.0
+"""What a link carries lies within the arm's reach of it; more than twice that is for tools."""
+FARTHEST_SENSOR_M = 10.0
+"""Allowed of any arm: joints of one origin reach nowhere, and a table on them has a size."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,6 +121,27 @@ class ArmDescription:
         values = check_length(q, self.joint_names, self.robot_name)
         self.limits.check_pose(values, self.robot_name)
         return values
+
+    def check_layout(self, layout: SensorLayout) -> None:
+        """Refuse a sensor on a link there is none of, or far off its link.
+
+        Raises
+        ------
+        LayoutError
+            Naming the sensor.
+        """
+        layout.check_links(self.link_names, self.robot_name)
+        farthest_m = max(FARTHEST_SENSOR_M, SENSOR_REACHES * self.robot.reach_m)
+        for sensor in layout:
+            away_m = math.hypot(*sensor.position_m)
+            if away_m > farthest_m:
+                raise LayoutError(
+                    f'sensor {sensor.name} sits far off its link',
+                    where=layout.name,
+                    found=f'{away_m:.4g} m from the origin of {sensor.frame_id}',
+                    expected=f'at most {farthest_m:.3g} m',
+                    advice='position_m is in metres',
+                )
 
     def replace(self, spec: ModelSpec) -> Self:
         """Return this robot with other flexibilities, masses or dampers."""

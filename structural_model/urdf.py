@@ -105,6 +105,19 @@ class RigidRobot:
         """Moving joints in order."""
         return tuple(joint.name for joint in self.joints)
 
+    @property
+    def reach_m(self) -> float:
+        """Farthest that the origin of a link may be from the base's: steps between them, added."""
+        steps = [float(np.linalg.norm(place.translation)) for place in self.model.jointPlacements]
+        reach = [0.0]
+        for joint in range(1, self.model.njoints):
+            reach.append(reach[self.model.parents[joint]] + steps[joint])
+        ends = (
+            reach[frame.parentJoint] + float(np.linalg.norm(frame.placement.translation))
+            for frame in self.model.frames
+        )
+        return float(max(ends))
+
 
 def load_urdf(path: Path) -> RigidRobot:
     """Read a URDF file.

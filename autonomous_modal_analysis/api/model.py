@@ -23,6 +23,7 @@ from modal_core.version import software
 from modal_dashboard.arm_drawing import draw_arm
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.matrices import DampedModes
+from structural_model.model_notes import model_notes
 
 Array = NDArray[np.float64]
 HIGHEST_HZ = 200.0
@@ -107,6 +108,16 @@ class ModelAtPose(Result):
     def _inside(self) -> NDArray[np.bool_]:
         return np.asarray(self._modes.frequency_hz <= self.highest_hz)
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the model, and how many of its modes do not oscillate."""
+        still = self.model.n_dof - len(self._modes.frequency_hz)
+        left_out = (
+            f'{still} of {self.model.n_dof} modes do not oscillate and are left out: overdamped,'
+            ' or gravity overturns a spring',
+        )
+        return (*model_notes(self.model), *(left_out if still else ()))
+
     def headline(self) -> str:
         """Say which robot and pose, and how many modes there are."""
         angles = ', '.join(f'{angle:.4g}' for angle in self.pose_deg + 0.0)
@@ -146,6 +157,7 @@ class ModelAtPose(Result):
             'frequencies_hz': self.frequencies_hz,
             'damping_ratios': self.damping_ratios,
             'channels': list(self.channel_names),
+            'notes': list(self.notes),
             'shapes': {'real': self.shapes.real.T, 'imag': self.shapes.imag.T},
         }
         if self.sensitivity is not None:

@@ -62,5 +62,5 @@ def sensors_of(
 
         sensors = load_layout(robot)
     if sensors is not None:
-        sensors.check_links(model.link_names, model.robot_name)
+        model.check_layout(sensors)
     return sensors

@@ -57,7 +57,7 @@ def read_campaign(
     file = read_campaign_file(folder)
     entries = file.entries[:most]
     sensors = _layout(file.layout, layout, folder)
-    sensors.check_links(model.link_names, model.robot_name)
+    model.check_layout(sensors)
     notes: list[str] = []
     raws: list[tuple[CampaignEntry, RawRecording]] = []
     useless: list[RecordingError] = []

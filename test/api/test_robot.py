@@ -81,6 +81,14 @@ def test_a_robot_may_be_a_model_of_its_own():
     assert ama.model(load_robot(ROBOT)).shapes.shape[0] == 0
 
 
+def test_a_mode_that_does_not_oscillate_is_noted():
+    arm = load_robot(ROBOT)
+    heavy = arm.with_parameters({'joints.joint_1.drive.spring.damping': 1e9})
+    assert ama.model(arm).notes == ()
+    (note,) = ama.model(heavy).notes
+    assert note.startswith(f'1 of {arm.n_dof} modes do not oscillate'), note
+
+
 def test_the_text_of_a_model_names_robot_pose_and_modes():
     found = ama.model(ROBOT, 'P1', max_frequency_hz=20)
     lines = repr(found).splitlines()

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from modal_core.channel import Sensor, SensorLayout
 from modal_core.errors import LayoutError, ModelError
 from structural_model import load_layout, load_robot
+from structural_model.model_notes import model_notes
 from structural_model.robot_files import robot_folder
 
 DEG = np.pi / 180
@@ -233,6 +235,52 @@ def test_broken_layout(arms):
     (folder / 'sensors.yaml').write_text('sensors: []')
     with pytest.raises(LayoutError, match='no sensors'):
         load_layout(folder)
+
+
+def test_a_sensor_in_millimetres_is_refused_and_named(arms):
+    model = arms.pendulum('{}')
+
+    def layout(*place):
+        return SensorLayout((Sensor('tip', 'rod', place),), 'sensors.yaml')
+
+    model.check_layout(layout(0.45, 0.05, 0.04))
+    with pytest.raises(LayoutError, match=r'sensor tip sits far off its link \(found 454\.5 m'):
+        model.check_layout(layout(450.0, 50.0, 40.0))
+    with pytest.raises(LayoutError, match='unknown link'):
+        model.check_layout(SensorLayout((Sensor('tip', 'nowhere'),)))
+
+
+def two_links(arms, model_yaml, step='0.6 0 0', mass=3.0):
+    body = '<link name="base"/>' + ''.join(
+        arms.link(name, mass, '0 0 -0.2', (0.2, 0.2, 0.1)) for name in ('upper', 'lower')
+    )
+    joints = arms.joint('j', 'base', 'upper'), arms.joint('k', 'upper', 'lower', step)
+    return arms.load(body + ''.join(joints), model_yaml)
+
+
+SOFT = 'joints: {j: {drive: {stiffness: 1e4}}, k: {drive: {stiffness: 1e4}}}'
+
+
+def test_an_arm_as_usual_has_no_notes(arms, shipped):
+    assert model_notes(two_links(arms, SOFT)) == model_notes(shipped[0]) == ()
+    assert model_notes(two_links(arms, '{}')) == (), 'rigid as a whole'
+    assert two_links(arms, SOFT).robot.reach_m == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'told'),
+    [
+        ({'model_yaml': 'joints: {j: {drive: {stiffness: 1e4}}}'}, 'rigid: k'),
+        (
+            {'model_yaml': SOFT.replace('{stiffness: 1e4}}, k', '{stiffness: .inf}}, k')},
+            'rigid: j',
+        ),
+        ({'step': '600 0 0'}, 'reach 600 m: are its lengths in metres'),
+        ({'mass': 9e9}, 'what j moves weighs 9e+09 kg'),
+    ],
+)
+def test_what_a_model_leaves_out_or_has_in_another_unit_is_noted(arms, changes, told):
+    assert told in model_notes(two_links(arms, **({'model_yaml': SOFT} | changes)))[0]
 
 
 def test_gravity_that_overturns_the_springs_is_an_error(arms):
