@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_reports import with_sigma
 from model_gap.cell import Nuisance, RELATIVE
 from model_gap.find_gap import GapResult
 from model_gap.fit import Fit
@@ -157,7 +158,7 @@ def calibration_words(items: Sequence[Calibrated], turned: Sequence[Mount]) -> l
         moved = sorted(moved, key=lambda item: -item.moved)[:MOST_TOLD]
         lines.append(f'calibrated: {", ".join(map(_words, moved))}')
     if turned:
-        mounted = [f'{it.sensor} by {it.angle_deg:.2f} ± {it.sigma_deg:.2f}°' for it in turned]
+        mounted = [f'{it.sensor} by {with_sigma(it.angle_deg, it.sigma_deg)}°' for it in turned]
         lines.append(f'mounts turned, within tolerance: {", ".join(mounted)}')
     open_ = [item.name for item in items if not item.determined and _is_spring(item)]
     if open_:
@@ -176,7 +177,8 @@ def _is_spring(item: Calibrated) -> bool:
 
 def _words(item: Calibrated) -> str:
     if item.unit == RELATIVE:
-        return f'{item.name} {item.value:.3f} ± {item.sigma:.3f} times nominal'
+        return f'{item.name} {with_sigma(item.value, item.sigma)} times nominal'
+    sign = '+' if item.value > 0.0 else ''
     if item.unit == 'm':
-        return f'{item.name} {1e3 * item.value:+.1f} ± {1e3 * item.sigma:.1f} mm'
-    return f'{item.name} {item.value:+.2f} ± {item.sigma:.2f}°'
+        return f'{item.name} {sign}{with_sigma(1e3 * item.value, 1e3 * item.sigma, "mm")}'
+    return f'{item.name} {sign}{with_sigma(item.value, item.sigma)}°'

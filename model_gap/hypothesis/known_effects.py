@@ -8,6 +8,7 @@ import numpy as np
 
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.errors import ModelError
+from modal_core.near_names import misspelt, near
 from model_gap.cell import CellModel
 from model_gap.effects import CATALOGUE, delay_step, Effect, Scene
 from model_gap.hypothesis.hypothesis import Hypothesis
@@ -129,12 +130,13 @@ def with_known_effects(scene: Scene, catalogue: Iterable[type[Effect]] = CATALOG
         if known.kept_in != 'effects':
             continue
         if known.type not in types:
+            slips, _ = misspelt([known.type], types)
             raise ModelError(
-                'unknown effect',
+                'the model has an effect that is not known',
                 where='effects',
                 found=known.type,
-                expected=', '.join(types),
-                advice="one's own effect: name its folder",
+                expected=near(known.type, tuple(types)) if slips else None,
+                advice='if it is one of your own, name its folder',
             )
         effect = types[known.type](known.location or None, known.variant)
         numbers = {item.name: item.value for item in known.parameters}

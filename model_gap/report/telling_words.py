@@ -1,10 +1,11 @@
 """What a campaign can tell apart, in words."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from model_gap.decide import NextRecording, Telling
+from modal_reports import count
+from model_gap.decide import NextRecording, Sight, Telling
 from model_gap.effects import Effect
 from structural_model import FlexibleJointModel
 
@@ -18,8 +19,8 @@ def telling_lines(found: Telling, model: FlexibleJointModel) -> list[str]:
     if found.unseen:
         lines.append(f'not seen at a usual size: {_names(found.unseen)}')
     lines += [
-        f'could not be told apart: {item.effect!r} from {_names(item.like)}'
-        for item in found.alike
+        f'could not be told apart: {_names([effect])} from {_names(others)}'
+        for effect, others in _pairs(found.alike)
     ]
     if seen and not found.alike:
         lines.append('all that are seen would be told apart')
@@ -29,6 +30,17 @@ def telling_lines(found: Telling, model: FlexibleJointModel) -> list[str]:
     if not any(max(item.told, item.seen) > 0 for item in found.following):
         lines.append('next: none of the recordings that were considered would tell more')
     return lines
+
+
+def _pairs(alike: Iterable[Sight]) -> Iterator[tuple[Effect, list[Effect]]]:
+    """Return each effect with those like it that were not told with it before."""
+    told: set[frozenset[Effect]] = set()
+    for item in alike:
+        pairs = {other: frozenset((item.effect, other)) for other in item.like}
+        others = [other for other, pair in pairs.items() if pair not in told]
+        told.update(pairs.values())
+        if others:
+            yield item.effect, others
 
 
 def _names(effects: Iterable[Effect]) -> str:
@@ -45,7 +57,7 @@ def _names(effects: Iterable[Effect]) -> str:
 
 
 def _words(item: NextRecording, model: FlexibleJointModel) -> str:
-    adds = f'{item.seen} effects more seen, {item.told} pairs more told apart'
+    adds = f'{count(item.seen, "effect")} more seen, {count(item.told, "pair")} more told apart'
     if item.pose is None:
         return f'the same poses, motion {item.factor:g} times as large: {adds}'
     angles = ','.join(f'{angle:.1f}' for angle in np.degrees(model.to_controller(item.pose)))

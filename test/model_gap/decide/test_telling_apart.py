@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from model_gap.decide.directions import Directions
+from model_gap.decide.telling_apart import NextRecording, Sight, Telling
 from model_gap.effects.joint_stiffness import JointStiffness
+from model_gap.effects.sensor_delay import SensorDelay
+from model_gap.effects.sensor_gain import SensorGain
 from model_gap.effects.sensor_mass import SensorMass
+from model_gap.effects.sensor_unit import SensorUnit
 from model_gap.effects.stiffness_drift import StiffnessDrift
 from model_gap.report import telling_lines
 from model_gap.search import SearchSettings
@@ -62,3 +66,18 @@ def test_another_pose_tells_more_and_is_said_as_an_option(campaign, robot):
     lines = telling_lines(found, robot)
     assert 'of the catalogue would be seen' in lines[0]
     assert all(line.split(':')[0] for line in lines)
+
+
+def test_a_pair_is_told_once_in_one_kind_of_name(robot):
+    gain, unit, delay = SensorGain('sensor:a'), SensorUnit('sensor:a'), SensorDelay('sensor:b')
+    sights = (
+        Sight(gain, (), 99.0, (unit,)),
+        Sight(unit, (), 99.0, (gain, delay)),
+        Sight(delay, (), 99.0, (unit,)),
+    )
+    lines = telling_lines(Telling(sights, 8.0, (NextRecording(None, 2.0, 1, 1),)), robot)
+    assert lines[1:-1] == [
+        'could not be told apart: sensor gain (sensor:a) from sensor unit (sensor:a)',
+        'could not be told apart: sensor unit (sensor:a) from sensor delay (sensor:b)',
+    ]
+    assert lines[-1].endswith(': 1 effect more seen, 1 pair more told apart')

@@ -188,7 +188,8 @@ def test_a_corrected_model_with_an_effect_of_ones_own_says_what_it_needs(robot, 
     known = KnownEffect('low_pass', 'sensor:elbow', '', 'effects', (KnownNumber('corner', 40.0),))
     spec = dataclasses.replace(robot.spec, effects=(known,))
     scene = Scene(robot, (), CellModel(spec, layout.channels))
-    with pytest.raises(ModelError, match='name its folder'):
+    with pytest.raises(ModelError, match='name its folder') as caught:
         with_known_effects(scene)
+    assert 'tuned_mass' not in str(caught.value), 'no list of what it is not'
     cell = with_known_effects(scene, with_own_effects(CATALOGUE, [folder]))
     assert len(cell.outputs) == 1

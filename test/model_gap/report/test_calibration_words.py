@@ -1,0 +1,16 @@
+"""The calibration in words: as many digits as a deviation has."""
+
+from model_gap.calibration import Calibrated, calibration_words, Mount
+
+
+def test_a_small_deviation_is_not_none():
+    items = (
+        Calibrated('centre of mass of tip (z)', 1.6e-3, 0.05e-3, 'm', 1.0, True),
+        Calibrated('damping of q1', 1.0794, 0.0201, '1', 1.0, True),
+        Calibrated('zero of q2', -0.5, 0.004, 'deg', 1.0, True),
+    )
+    first, second = calibration_words(items, [Mount('boom', 2.0, 0.003)])
+    assert '(z) +1.600 ± 0.050 mm' in first
+    assert 'q1 1.079 ± 0.020 times nominal' in first
+    assert 'q2 −0.5000 ± 0.0040°' in first
+    assert second.endswith('boom by 2.0000 ± 0.0030°')
