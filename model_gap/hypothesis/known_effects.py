@@ -132,7 +132,7 @@ def with_known_effects(scene: Scene, catalogue: Iterable[type[Effect]] = CATALOG
         if known.type not in types:
             slips, _ = misspelt([known.type], types)
             raise ModelError(
-                'the model has an effect that is not known',
+                'unknown effect',
                 where='effects',
                 found=known.type,
                 expected=near(known.type, tuple(types)) if slips else None,

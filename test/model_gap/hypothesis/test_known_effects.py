@@ -130,6 +130,15 @@ def test_unknown_effect_is_one_clear_line(robot, layout, scene):
         with_known_effects(Scene(robot, scene.sensors, CellModel(spec, layout.channels)))
 
 
+def test_a_misspelt_effect_is_told_the_one_that_is_meant(scene):
+    spec = dataclasses.replace(
+        scene.cell.spec, effects=(KnownEffect('sensor_gian', kept_in='effects'),)
+    )
+    cell = dataclasses.replace(scene.cell, spec=spec)
+    with pytest.raises(ModelError, match='expected sensor_gain'):
+        with_known_effects(dataclasses.replace(scene, cell=cell))
+
+
 @pytest.mark.parametrize(
     'change',
     [
