@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from modal_reports import with_sigma
 from model_gap.cell import Nuisance, RELATIVE
+from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
 from model_gap.fit import Fit
 from model_gap.hypothesis import STRETCHED
@@ -32,11 +33,14 @@ class Calibrated:
     name : str
         Which.
     value, sigma : float
-        A factor, metres, or degrees; its standard deviation.
+        A factor, metres, or degrees; its standard deviation, NaN where something stays
+        unexplained: the number may stand for that.
     unit : str
         ``1``, ``m`` or ``deg``.
     deviations : float
         From nominal, in tolerances.
+    moved : float
+        From nominal, in new deviations as if nothing were unexplained; 0 where not determined.
     determined : bool
         The campaign tells at least as much of it as was known before.
     """
@@ -46,13 +50,8 @@ class Calibrated:
     sigma: float
     unit: str
     deviations: float
+    moved: float
     determined: bool
-
-    @property
-    def moved(self) -> float:
-        """How many of its new deviations it is away from nominal; 0 where it is not determined."""
-        away = math.log(self.value) * self.value if self.unit == RELATIVE else self.value
-        return abs(away) / self.sigma if self.determined else 0.0
 
     @property
     def stretched(self) -> bool:
@@ -69,7 +68,7 @@ class Mount:
     sensor : str
         Its name.
     angle_deg, sigma_deg : float [deg]
-        By how much, about whatever axis.
+        By how much, about whatever axis; σ is NaN where something stays unexplained.
     """
 
     sensor: str
@@ -84,8 +83,9 @@ def calibration(result: GapResult) -> tuple[Calibrated, ...]:
         return ()
     tolerances = fit.hypothesis.tolerances
     deviations = np.sqrt(np.diag(_covariance(fit)))
+    known = _is_explained(result)
     return tuple(
-        _calibrated(item, float(moved), float(left))
+        _calibrated(item, float(moved), float(left), known)
         for item, moved, left in zip(
             tolerances, fit.hypothesis.tolerance_values, deviations, strict=True
         )
@@ -93,7 +93,12 @@ def calibration(result: GapResult) -> tuple[Calibrated, ...]:
     )
 
 
-def _calibrated(item: Nuisance, moved: float, left: float) -> Calibrated:
+def _is_explained(result: GapResult) -> bool:
+    """Return whether noise is all that is left, as standard deviations take it to be."""
+    return result.decision.verdict is not Verdict.UNEXPLAINED
+
+
+def _calibrated(item: Nuisance, moved: float, left: float, known: bool) -> Calibrated:
     amount, sigma = item.sigma * moved, item.sigma * left
     unit = item.unit
     if unit == RELATIVE:
@@ -101,7 +106,10 @@ def _calibrated(item: Nuisance, moved: float, left: float) -> Calibrated:
         sigma *= amount
     elif unit == 'rad':
         amount, sigma, unit = math.degrees(amount), math.degrees(sigma), 'deg'
-    return Calibrated(item.name, amount, sigma, unit, moved, left < DETERMINED)
+    determined = left < DETERMINED
+    sigma = sigma if known else math.nan
+    away = abs(moved) / left if determined else 0.0
+    return Calibrated(item.name, amount, sigma, unit, moved, away, determined)
 
 
 def mounts(result: GapResult) -> tuple[Mount, ...]:
@@ -122,7 +130,8 @@ def mounts(result: GapResult) -> tuple[Mount, ...]:
         if turned @ np.linalg.solve(spread, turned) > TURNED**2:
             angle = float(np.linalg.norm(turned))
             along = turned / angle
-            found.append(Mount(sensor, angle, float(np.sqrt(along @ spread @ along))))
+            sigma = float(np.sqrt(along @ spread @ along))
+            found.append(Mount(sensor, angle, sigma if _is_explained(result) else math.nan))
     return tuple(sorted(found, key=lambda item: -item.angle_deg))
 
 
@@ -156,7 +165,8 @@ def calibration_words(items: Sequence[Calibrated], turned: Sequence[Mount]) -> l
     moved = [item for item in items if item.moved > CLEARLY and 'rotation' not in item.name]
     if moved:
         moved = sorted(moved, key=lambda item: -item.moved)[:MOST_TOLD]
-        lines.append(f'calibrated: {", ".join(map(_words, moved))}')
+        doubt = '' if math.isfinite(moved[0].sigma) else ' (or standing for what is unexplained)'
+        lines.append(f'calibrated{doubt}: {", ".join(map(_words, moved))}')
     if turned:
         mounted = [f'{it.sensor} by {with_sigma(it.angle_deg, it.sigma_deg)}°' for it in turned]
         lines.append(f'mounts turned, within tolerance: {", ".join(mounted)}')

@@ -91,8 +91,12 @@ def gap_mapping(result: GapResult, comparison: ModelComparison | None = None) ->
         'encoders_told_by_gravity_deg': {
             joint: _number(sigma) for joint, sigma in result.encoders_told.items()
         },
-        'calibration': [asdict(item) for item in calibration(result)],
-        'mounts': [asdict(item) for item in mounts(result)],
+        'calibration': [
+            {**asdict(item), 'sigma': _number(item.sigma)} for item in calibration(result)
+        ],
+        'mounts': [
+            {**asdict(item), 'sigma_deg': _number(item.sigma_deg)} for item in mounts(result)
+        ],
         'excitation': search.campaign.excitation,
         'comparison': None if comparison is None else comparison_mapping(comparison),
         'remarks': list(search.campaign.remarks),

@@ -1,16 +1,26 @@
-"""The calibration in words: as many digits as a deviation has."""
+"""The calibration in words: as many digits as a deviation has, and none where it has none."""
+
+import math
 
 from model_gap.calibration import Calibrated, calibration_words, Mount
 
 
 def test_a_small_deviation_is_not_none():
     items = (
-        Calibrated('centre of mass of tip (z)', 1.6e-3, 0.05e-3, 'm', 1.0, True),
-        Calibrated('damping of q1', 1.0794, 0.0201, '1', 1.0, True),
-        Calibrated('zero of q2', -0.5, 0.004, 'deg', 1.0, True),
+        Calibrated('centre of mass of tip (z)', 1.6e-3, 0.05e-3, 'm', 1.0, 32.0, True),
+        Calibrated('damping of q1', 1.0794, 0.0201, '1', 1.0, 3.9, True),
+        Calibrated('zero of q2', -0.5, 0.004, 'deg', 1.0, 125.0, True),
     )
     first, second = calibration_words(items, [Mount('boom', 2.0, 0.003)])
     assert '(z) +1.600 ± 0.050 mm' in first
     assert 'q1 1.079 ± 0.020 times nominal' in first
     assert 'q2 −0.5000 ± 0.0040°' in first
     assert second.endswith('boom by 2.0000 ± 0.0030°')
+
+
+def test_what_may_stand_for_something_unexplained_has_no_deviation():
+    items = (Calibrated('damping of q3', 1.22, math.nan, '1', 2.0, 5.8, True),)
+    (line,) = calibration_words(items, [])
+    assert line == (
+        'calibrated (or standing for what is unexplained): damping of q3 1.220 times nominal'
+    )
