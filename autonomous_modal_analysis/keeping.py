@@ -33,7 +33,7 @@ class Keeping:
     temperature_c: Annotated[
         float | None, typer.Option(help='For the history: temperature [°C].')
     ] = None
-    load_kg: Annotated[float | None, typer.Option(help='For the history: load [kg].')] = None
+    load_kg: Annotated[float | None, typer.Option(help='For the history: load \\[kg].')] = None
     at: Annotated[
         str | None,
         typer.Option(

@@ -49,7 +49,7 @@ Spindle = Annotated[
     str | None,
     typer.Option(
         '--spindle',
-        help='Topic, channel or column with the speed of the spindle [rpm], unless its name says '
+        help="Topic, channel or column with the spindle's speed \\[rpm], unless its name says "
         'Hz or rad/s: its orders are followed by it. Else the topic /spindle_speed_rpm, or lines '
         'that move are found.',
     ),

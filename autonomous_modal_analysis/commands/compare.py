@@ -37,7 +37,7 @@ def compare(
     out: Annotated[Path | None, typer.Option(help='Folder for comparison.html.')] = None,
     load_kg: Annotated[
         str | None,
-        typer.Option(help='Load of each recording in their order [kg], separated by commas.'),
+        typer.Option(help='Load of each recording in their order \\[kg], separated by commas.'),
     ] = None,
     levels: Annotated[
         bool,

@@ -83,7 +83,8 @@ def alarms(
         typer.Option(help='Take note of the alarm of this number; may be given more than once.'),
     ] = None,
     baseline_days: Annotated[
-        float, typer.Option(min=0.01, max=3650.0, help='How long what is usual is learnt [days].')
+        float,
+        typer.Option(min=0.01, max=3650.0, help='How long the usual is learnt \\[days].'),
     ] = 7.0,
     false_a_month: Annotated[
         float,

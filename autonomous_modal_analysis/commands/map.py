@@ -33,7 +33,7 @@ MapPath = Annotated[
 Tool = Annotated[
     str | None,
     typer.Option(
-        help='Tool point: a link, or link:x,y,z [m] in its frame.',
+        help='Tool point: a link, or link:x,y,z \\[m] in its frame.',
         show_default='the last link',
     ),
 ]

@@ -6,8 +6,11 @@ import sys
 
 import numpy as np
 import pytest
+from rich.text import Text
 from scipy.signal import lfilter
+import typer
 
+from autonomous_modal_analysis.cli import app
 from modal_core.indicators import mac
 
 
@@ -162,9 +165,23 @@ def test_the_help_waits_for_no_numerical_library():
     assert not loaded & {'numpy', 'scipy', 'rosbags', 'jinja2', 'rclpy'}
 
 
+def _helps(command, name='ama'):
+    yield name, command.help or ''
+    yield from (
+        (f'{name} {each.name}', getattr(each, 'help', '') or '') for each in command.params
+    )
+    for each, sub in getattr(command, 'commands', {}).items():
+        yield from _helps(sub, f'{name} {each}')
+
+
 def test_units_in_brackets_are_shown_in_the_help(ama):
+    """What begins with a small letter in brackets is markup to the renderer, and would be gone."""
     words = ama('info', '--help').stdout.replace('│', ' ').split()
-    assert '[ms],a' in words and '[g];' in words
+    assert '[ms],a' in words and '[g];' in words and '[rpm],' in words
+    told = dict(_helps(typer.main.get_command(app)))
+    shown = {name: Text.from_markup(text).plain for name, text in told.items()}
+    lost = {name: told[name] for name in told if shown[name] != told[name].replace('\\[', '[')}
+    assert len(told) > 300 and not lost
 
 
 def test_two_readings_of_a_wrong_pose(ama):
