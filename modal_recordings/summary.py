@@ -18,9 +18,8 @@ from modal_recordings.decode import BLOCK, JOINT_STATE, USABLE_TYPES
 from modal_recordings.info import Gap, RecordingInfo, TopicSummary
 from modal_recordings.raw_message import TopicEntry
 from modal_recordings.schemas import differing_field
+from modal_recordings.stamp_steps import stamp_steps
 
-# A step longer than this many nominal steps has lost at least one sample.
-GAP_STEPS = 1.5
 LISTED_GAPS = 100
 
 
@@ -203,10 +202,17 @@ def _summary(entry: TopicEntry, tally: _Tally | None, reason: str, n_refused: in
         )
     steps = np.concatenate(tally.steps) if tally.steps else np.empty(0, np.int64)
     starts = np.concatenate(tally.starts) if tally.starts else np.empty(0, np.int64)
-    forward = steps[steps > 0]
+    told = stamp_steps(steps)
     is_block = tally.declared_rate_hz > 0.0
-    rate, jitter = _rate(tally, forward, is_block)
-    gaps = tally.index_gaps if is_block else _gaps(steps, starts)
+    gaps = (
+        tally.index_gaps
+        if is_block
+        else [
+            Gap(int(starts[place]), int(starts[place] + steps[place]), int(told.n_lost[place]))
+            for place in np.flatnonzero(told.is_gap)
+        ]
+    )
+    n_equal = 0 if is_block or told.is_coarse else int(np.count_nonzero(steps == 0))
     return TopicSummary(
         name=entry.name,
         message_type=entry.message_type,
@@ -216,11 +222,11 @@ def _summary(entry: TopicEntry, tally: _Tally | None, reason: str, n_refused: in
         channels=tally.channels,
         n_samples=tally.n_samples,
         declared_rate_hz=tally.declared_rate_hz,
-        measured_rate_hz=rate,
-        jitter_std_s=jitter,
+        measured_rate_hz=_block_rate_hz(tally) if is_block else told.rate_hz,
+        jitter_std_s=0.0 if is_block else told.jitter_std_s,
         gaps=tuple(sorted(gaps, key=lambda gap: -gap.n_lost)[:LISTED_GAPS]),
         n_gaps=len(gaps),
-        n_duplicates=0 if is_block else int(np.count_nonzero(steps == 0)),
+        n_duplicates=n_equal,
         n_backwards=int(np.count_nonzero(steps < 0)),
         n_refused=n_refused,
         start_ns=tally.start_ns,
@@ -228,28 +234,9 @@ def _summary(entry: TopicEntry, tally: _Tally | None, reason: str, n_refused: in
     )
 
 
-def _rate(tally: _Tally, forward: NDArray[np.int64], is_block: bool) -> tuple[float, float]:
-    """Return the measured rate [Hz] and the scatter of the steps [s]."""
-    if len(forward) == 0:
-        return tally.declared_rate_hz, 0.0
-    if is_block:
-        span = (tally.end_ns - tally.start_ns) * 1e-9
-        lost = sum(gap.n_lost for gap in tally.index_gaps)
-        rate = (tally.n_samples + lost - 1) / span if span > 0.0 else tally.declared_rate_hz
-        return rate, 0.0
-    nominal = float(np.median(forward))
-    regular = forward[forward < GAP_STEPS * nominal]
-    return NANOSECONDS_PER_SECOND / float(regular.mean()), float(regular.std()) * 1e-9
-
-
-def _gaps(steps: NDArray[np.int64], starts: NDArray[np.int64]) -> list[Gap]:
-    forward = steps[steps > 0]
-    if len(forward) == 0:
-        return []
-    nominal = float(np.median(forward))
-    return [
-        Gap(int(start), int(start + step), max(1, round(step / nominal) - 1))
-        for start, step in zip(
-            starts[steps > GAP_STEPS * nominal], steps[steps > GAP_STEPS * nominal], strict=True
-        )
-    ]
+def _block_rate_hz(tally: _Tally) -> float:
+    """Return the rate that counters and stamps of blocks tell [Hz]."""
+    span = (tally.end_ns - tally.start_ns) * 1e-9
+    lost = sum(gap.n_lost for gap in tally.index_gaps)
+    is_known = tally.n_messages > 1 and span > 0.0
+    return (tally.n_samples + lost - 1) / span if is_known else tally.declared_rate_hz
