@@ -24,6 +24,9 @@ recorded, whole milliseconds or rows are; above 1 MHz it is days."""
 LEAST_EVEN = 0.5
 """Share of steps within half a step of the usual one; below, rows were not taken evenly."""
 
+COARSE_TICK = 1.5
+"""Steps of the stated rate between different times from where on several rows share a time."""
+
 
 @dataclass(frozen=True, slots=True)
 class ArrayClock:
@@ -201,9 +204,13 @@ def _check_seconds(
 
 
 def _is_uniform(time_s: NDArray[np.float64], rate_hz: float) -> bool:
-    """Tell whether times are those of the rate, to their printed digits: half a step."""
+    """Tell whether times are those of the rate, to their resolution: half a step, or a tick."""
+    steps = np.diff(time_s)
+    tick_s = float(np.min(steps, where=steps > 0.0, initial=np.inf))
+    is_coarse = COARSE_TICK < tick_s * rate_hz < math.inf
     grid = time_s[0] + np.arange(len(time_s)) / rate_hz
-    return bool(np.abs(time_s - grid).max() <= 0.5 / rate_hz)
+    reach_s = tick_s if is_coarse else 0.5 / rate_hz
+    return bool(np.abs(time_s - grid).max() <= reach_s)
 
 
 def _nanoseconds(path: Path, time_s: NDArray[np.float64]) -> NDArray[np.int64]:

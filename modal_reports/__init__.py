@@ -48,7 +48,6 @@ from modal_reports.charts import (
 )
 from modal_reports.health_words import (
     channel_words,
-    flag_words,
     poor_channels,
     quality_words,
 )
@@ -139,7 +138,6 @@ __all__ = [
     'embedded_json',
     'error_mark',
     'fixed',
-    'flag_words',
     'heading',
     'heat_map',
     'interpolate_displacements',

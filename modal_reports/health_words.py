@@ -1,32 +1,10 @@
-"""The health of data in words: what every flag means, what was found on a channel."""
+"""The health of data in words: of a window, and what was found on a channel."""
 
 from collections.abc import Sequence
 
+from modal_core.flag_words import flag_words
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_reports.words import capital, count, listed
-
-FLAG_WORDS = {
-    'flatline': 'no signal (flat line)',
-    'clipping': 'signal clipped at the sensor range',
-    'not_finite': 'values that are not numbers',
-    'gap': 'gaps in the data',
-    'degraded': 'identified from fewer channels than expected',
-    'partial': 'shorter than a full window',
-    'rate_change': 'sample rate changed',
-    'clock_jump': 'clock jumped',
-    'unit_g_suspicion': 'gravity reads 1: perhaps in g instead of m/s²',
-    'gravity_suspicion': 'gravity has the wrong length: check gain and unit',
-    'gain_suspicion': "too large or small for the robot's motion: check gain and unit",
-    'polarity_suspicion': "the robot's motion the wrong way round: check polarity",
-    'axes_suspicion': "another axis' motion of the robot: check axes and mounting",
-    'rigid_motion_mismatch': "does not fit the robot's motion: check polarity, axes and place",
-    'not_synchronous': 'sampled later or earlier than the other sensors',
-    'rigid_motion_removed': 'rigid motion of the arm taken out',
-    'known_motion': "modes marked so were estimated with the joints' known motion",
-    'drive_lines': 'lines of the drives taken out',
-    'gross_motion': 'the robot moved far',
-    'line_or_mode': 'a harmonic may be a mode of light damping: a record four times as long tells',
-}
 
 BRIDGED = ('gap',)
 """Flags of channels that are used as if nothing had been there."""
@@ -88,8 +66,3 @@ def _by_words(channels: Sequence[ChannelQuality], excluded: bool) -> dict[str, l
         if channel.excluded == excluded and flags:
             found.setdefault(', '.join(map(flag_words, flags)), []).append(channel.name)
     return found
-
-
-def flag_words(flag: str) -> str:
-    """Return a flag in words."""
-    return FLAG_WORDS.get(flag, flag.replace('_', ' '))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import Channel, SensorLayout
+from modal_core.flag_words import flag_words
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
@@ -27,6 +28,12 @@ from oma_identifier.quality import (
     named,
 )
 from oma_identifier.time_axis import TIME_AXIS
+
+ADVICE = {
+    'not_finite': f' (or beyond {TIME_AXIS.largest_value:,.0f}: is the unit right?)',
+    'clock_unknown': ' (state the rate of even samples, sample_rate_hz, or record finer times)',
+}
+"""What may be done about channels that are left out, by flag."""
 
 
 def cut_window(
@@ -219,9 +226,7 @@ def _why_excluded(channels: Sequence[ChannelQuality]) -> str:
     by_flag = channels_by_flag(channels)
     unreal = set(by_flag.get('not_finite', ()))
     return '; '.join(
-        f'{flag} in {named(names, INTAKE.most_named)}'
-        + f' (no numbers, or beyond {TIME_AXIS.largest_value:,.0f}: is the unit right?)'
-        * (flag == 'not_finite')
+        f'{flag_words(flag)} in {named(names, INTAKE.most_named)}{ADVICE.get(flag, "")}'
         for flag, names in by_flag.items()
         # What is left of a channel without values is flat.
         if flag in EXCLUDING and not (flag == 'flatline' and unreal.issuperset(names))
