@@ -11,6 +11,7 @@ FLAG_WORDS = {
     'wrapped': 'values beyond the range come back at its other end',
     'rectified': 'values without their sign',
     'rows_reversed': 'rows in reversed order',
+    'copied': 'the same samples as a channel before it: a copied or miswired column',
     'clock_unknown': 'stamps too coarse to tell the rate, or samples lost among coarse stamps',
     'clock_apart': 'another time than the other sensors',
     'not_synchronous': 'sampled later or earlier than the other sensors',

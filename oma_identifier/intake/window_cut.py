@@ -21,6 +21,8 @@ from oma_identifier.quality import (
     ChannelHealth,
     channels_by_flag,
     check_gravity,
+    COPIED,
+    copies,
     DAMPING_UNSURE,
     examine,
     EXCLUDING,
@@ -69,6 +71,7 @@ def cut_window(
     by_source = [
         _qualities(source, segment, rows, cut) for source, cut in zip(sources, cuts, strict=True)
     ]
+    by_source = _without_copies(cuts, by_source)
     values = _side_by_side(cuts, by_source, len(rows))
     channels = [channel for source in sources for channel in source.channels]
     qualities = [quality for each in by_source for quality in each]
@@ -98,6 +101,27 @@ def cut_window(
         pose=pose_of(recent),
         joints=recent,
     )
+
+
+def _without_copies(
+    cuts: Sequence[CutRows], qualities: Sequence[Sequence[ChannelQuality]]
+) -> list[list[ChannelQuality]]:
+    """Return the health of channels with those left out that have the samples of another."""
+    live = [
+        (source, place)
+        for source, each in enumerate(qualities)
+        for place, quality in enumerate(each)
+        if not quality.excluded
+    ]
+    found = [list(each) for each in qualities]
+    if len(live) > 1:
+        extremes = [cuts[source].summary.extremes[:, place] for source, place in live]
+        signals = [cuts[source].values[:, place] for source, place in live]
+        for copied in copies(signals, np.transpose(extremes)):
+            source, place = live[copied]
+            flags = (*found[source][place].flags, COPIED)
+            found[source][place] = replace(found[source][place], excluded=True, flags=flags)
+    return found
 
 
 def _side_by_side(

@@ -1,10 +1,12 @@
 """Whether the samples of a channel are measurements.
 
 In come the rows of one window; out go the health of each channel and the reason where it is
-left out: clipped, frozen, repeated, wrapped, without sign, reversed, lost or against gravity.
+left out: clipped, frozen, repeated, wrapped, without sign, reversed, copied, lost or against
+gravity.
 """
 
 from oma_identifier.quality.converter_watch import ConverterWatch
+from oma_identifier.quality.copies import COPIED, copies
 from oma_identifier.quality.filled import DAMPING_UNSURE, is_damping_unsure, SureDamping
 from oma_identifier.quality.flagged import channels_by_flag, named
 from oma_identifier.quality.health import (
@@ -20,6 +22,7 @@ from oma_identifier.quality.repeats import RepeatWatch
 from oma_identifier.quality.setup_check import check_gravity
 
 __all__ = [
+    'COPIED',
     'DAMPING_UNSURE',
     'EXCLUDING',
     'ChannelHealth',
@@ -29,6 +32,7 @@ __all__ = [
     'SureDamping',
     'channels_by_flag',
     'check_gravity',
+    'copies',
     'examine',
     'is_damping_unsure',
     'joined',

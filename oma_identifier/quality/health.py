@@ -19,6 +19,7 @@ EXCLUDING = (
     'wrapped',
     'rectified',
     'rows_reversed',
+    'copied',
     'clock_unknown',
     'missing',
 )

@@ -20,6 +20,12 @@ class QualityThresholds:
     """Kurtosis of a channel with knocks: a tone has 1.5, random vibration 3, and of n samples of
     it the estimate scatters by √(24 / n), 0.1 of 2,400."""
 
+    # Channels with the samples of another.
+    copied_roundings: float = 4.0
+    """Roundings of the largest value by which copies may differ once both were put on one grid:
+    in single precision 5e-7 of it, where noise of one step of 20 bits takes two channels farther
+    apart at some sample of any window."""
+
     # Values that are no new measurements.
     held_share: float = 0.01
     """Share of samples that were held: noise of at most 2 % of the channel's power."""

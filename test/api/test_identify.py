@@ -5,6 +5,7 @@ import pytest
 
 import autonomous_modal_analysis as ama
 from modal_core.errors import ModalAnalysisError, RecordingError, SettingsError
+from modal_core.flag_words import flag_words
 from modal_core.indicators import mac_of_pairs
 from test.support.frame import DAMPING_RATIO, FLOORS, shaken_frame
 
@@ -69,6 +70,16 @@ def test_values_that_are_no_numbers_are_samples_lost(frame, identified):
     assert 'left out: ch2 (values that are not numbers)' in without.remarks
     with pytest.raises(ModalAnalysisError, match='every channel is excluded: values that are not'):
         ama.identify(np.full_like(frame.acceleration, np.nan), RATE_HZ)
+
+
+def test_a_copied_column_is_left_out_and_a_flat_one_is_flat(frame):
+    flat = np.zeros(len(frame.acceleration))
+    columns = (*frame.acceleration.T, frame.acceleration[:, 1], flat, flat)
+    found = ama.identify(np.column_stack(columns), RATE_HZ)
+    assert found.channel_names == ('ch1', 'ch2', 'ch3')
+    (told,) = (remark for remark in found.remarks if remark.startswith('left out'))
+    assert f'ch4 ({flag_words("copied")})' in told
+    assert f'ch5 and ch6 ({flag_words("flatline")})' in told
 
 
 def test_columns_of_other_kinds_give_the_same_modes(frame):

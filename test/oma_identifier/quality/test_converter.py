@@ -88,7 +88,7 @@ def test_rows_reversed_within_blocks_take_no_part(length):
     values = values[np.minimum(places + length - 1, 4607) - np.arange(4608) + places]
     result = identify(values)[0]
     assert all('rows_reversed' in channel.flags for channel in result.quality.channels), SEED
-    assert not len(result.modes) and 'rows_reversed in c0' in result.quality.reason
+    assert not len(result.modes) and 'rows in reversed order in c0' in result.quality.reason
 
 
 HEALTHY = {
