@@ -14,7 +14,7 @@ RecordingPath = Annotated[
     Path,
     typer.Argument(
         help='rosbag2 folder, .mcap, .db3, ROS 1 .bag, array as .npy, .csv, .tsv or .txt, or of '
-        'another program: .uff, .mat, .h5, .nc, .wav, .lvm, .tdms, .mf4.',
+        'another program: .npz, .uff, .mat, .h5, .nc, .wav, .lvm, .tdms, .mf4.',
         show_default=False,
     ),
 ]

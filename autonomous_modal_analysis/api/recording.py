@@ -313,7 +313,8 @@ def open_recording(
 ) -> Recording:
     """Open a recording: rosbag2 folder, .mcap, .db3, ROS 1 .bag, arrays, files of other programs.
 
-    Arrays are .npy, .csv, .tsv or .txt, the others .uff, .mat, .h5, .nc, .wav, .tdms or .mf4.
+    Arrays are .npy, .csv, .tsv or .txt, the others .npz, .uff, .mat, .h5, .nc, .wav,
+    .lvm, .tdms or .mf4.
     Neither ROS nor its messages need to be installed.
 
     Parameters

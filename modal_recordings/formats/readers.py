@@ -11,6 +11,7 @@ from modal_recordings.formats.named_arrays import NamedArrays
 READERS = {
     '.uff': 'universal_file',
     '.unv': 'universal_file',
+    '.npz': 'numpy_file',
     '.mat': 'matlab_file',
     '.h5': 'hdf_file',
     '.hdf5': 'hdf_file',

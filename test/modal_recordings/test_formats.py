@@ -1,6 +1,7 @@
 """Files of other programs: what is read is what was written; what is damaged is refused."""
 
 from pathlib import Path
+import zipfile
 
 import numpy as np
 import pytest
@@ -46,6 +47,13 @@ def universal(path: Path, binary: bool = True, **other: object) -> Path:
 
 def matlab(path: Path) -> Path:
     savemat(path, {'run': {'acc': SAMPLES, 'fs': RATE_HZ}, 'note': 'arm 3', 'limits': [1.0, 2.0]})
+    return path
+
+
+def archive(path: Path) -> Path:
+    """One array of samples beside a rate, words and what is pickled."""
+    words = {'unit': 'm/s^2', 'limits': [1.0, 2.0], 'notes': np.array([None, {}], dtype=object)}
+    np.savez_compressed(path, acc=SAMPLES, fs=RATE_HZ, **words)
     return path
 
 
@@ -96,8 +104,8 @@ def tdms(path: Path) -> Path:
 
 
 WRITERS = {
-    'a.uff': universal, 'a.mat': matlab, 'b.mat': matlab_7_3, 'a.h5': hdf, 'a.nc': netcdf,
-    'a.wav': wav, 'a.tdms': tdms,
+    'a.uff': universal, 'a.npz': archive, 'a.mat': matlab, 'b.mat': matlab_7_3, 'a.h5': hdf,
+    'a.nc': netcdf, 'a.wav': wav, 'a.tdms': tdms,
 }  # fmt: skip
 OPTIONS = {'a.wav': {'unit': '10 m/s^2'}}
 
@@ -228,6 +236,15 @@ def test_whole_numbers_of_a_wav_file_are_shares_of_full_scale(kind, tmp_path):
     assert np.allclose(found[:4, 0], 2.0 * STANDARD_GRAVITY * np.array([0, 1, -1, 0]), rtol=0.01)
 
 
+def test_an_archive_that_claims_more_than_it_holds_is_refused(tmp_path):
+    header = np.lib.format.header_data_from_array_1_0(SAMPLES) | {'shape': (10**15, 3)}
+    with zipfile.ZipFile(tmp_path / 'a.npz', 'w') as file, file.open('acc.npy', 'w') as member:
+        np.lib.format.write_array_header_1_0(member, header)
+        member.write(b'\0' * 1000)
+    with pytest.raises(RecordingError, match=r'a.npz.*acc.npy ends early'):
+        open_recording(tmp_path / 'a.npz')
+
+
 def test_channels_of_another_length_are_asked_about(tmp_path):
     with nptdms.TdmsWriter(tmp_path / 'a.tdms') as writer:
         fast = nptdms.ChannelObject('a', 'fast', SAMPLES[:, 0], {'wf_increment': 0.01})
@@ -312,8 +329,8 @@ def test_what_was_never_measured_is_no_number(tmp_path):
         values[70] = 9.969209968386869e36
         file['acc'] = values
         file['acc'].attrs['fs'] = RATE_HZ
-    with pytest.raises(RecordingError, match='row 71, channel acc: value is not finite'):
-        open_recording(tmp_path / 'a.nc')
+    notes = open_recording(tmp_path / 'a.nc').notes
+    assert 'values that are no numbers, taken as lost: 1 of acc' in notes
 
 
 def test_the_newest_classic_netcdf_is_called_so(tmp_path):
