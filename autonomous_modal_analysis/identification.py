@@ -16,6 +16,7 @@ from modal_core.errors import IdentificationError, LayoutError, SettingsError
 from modal_core.measurements import JointSamples
 from modal_core.samples import Samples
 from modal_core.window import Window
+from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.open_recording import Recording
 from modal_reports import Spectrogram
 from oma_identifier.covariance import analysed_band, below_edge
@@ -91,6 +92,8 @@ def identify_recording(
     IdentificationError
         It cannot be identified with these settings at all.
     """
+    if settings.gyroscopes and isinstance(recording, ArrayRecording):
+        recording = recording.with_gyroscopes()
     asked, settings = settings, below_edge(settings, recorded_edge_hz(recording))
     force = measured_force(recording) if settings.method == 'force' else None
     pipeline = IdentificationPipeline(settings, layout, robot=robot, force=force, only_whole=True)

@@ -70,7 +70,7 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         A column may be several things, units contradict one another, or no response is left.
     """
     headings = _headings(path, table, options)
-    beside = () if options.channels else _turns_beside(headings)
+    beside = () if options.channels or options.gyroscopes else _turns_beside(headings)
     has_time = bool(table.dated) or any(heading and heading.is_time for heading in headings)
     times, counters, channels, notes = [], [], [], []
     for column, heading in enumerate(headings):
@@ -83,7 +83,7 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         elif column in beside:
             notes.append(
                 f'{_called(heading, column)} left out: {heading.unit_text} beside accelerations;'
-                ' taken where columns are named'
+                ' taken where columns are named or gyroscopes are asked for'
             )
         elif counts_up(table.values[:, column]):
             if not heading.is_counter and not (

@@ -46,6 +46,8 @@ class ArrayOptions:
         its unit; ``-`` leaves a column out; None: from the file.
     start_ns : int [ns]
         Time of the first row.
+    gyroscopes : bool
+        Angular velocities beside accelerations take part.
     advice : Advice
         How a person states these.
     """
@@ -54,6 +56,7 @@ class ArrayOptions:
     unit: str | None = None
     channels: tuple[str, ...] | None = None
     start_ns: int = 0
+    gyroscopes: bool = False
     advice: Advice = field(default_factory=Advice)
 
 

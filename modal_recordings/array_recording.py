@@ -1,6 +1,7 @@
 """A plain array as a recording."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,7 @@ class ArrayRecording:
         self.kind = path.suffix.lstrip('.').lower() or 'array'
         self.source = path.stem
         self.fraction_read = 0.0
+        self._read_from = table, options, notes, speed_hz
         columns = array_columns(path, table, options)
         clock = array_clock(path, table, columns, options)
         self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
@@ -77,6 +79,12 @@ class ArrayRecording:
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
         self._speed_hz = speed_hz
+
+    def with_gyroscopes(self) -> 'ArrayRecording':
+        """Return the same recording; angular velocities beside accelerations take part."""
+        table, options, notes, speed_hz = self._read_from
+        options = replace(options, gyroscopes=True)
+        return ArrayRecording(self.path, table, options, notes, speed_hz)
 
     def attachments(self) -> tuple[Attachment, ...]:
         """Return none: arrays carry no files."""

@@ -210,6 +210,14 @@ def test_rotations_take_part_where_columns_are_named(tmp_path):
     assert np.allclose(gathered(recording), VALUES * (np.pi / 180.0, 1.0))
 
 
+def test_rotations_take_part_where_gyroscopes_are_asked_for(tmp_path):
+    recording = open_recording(put(tmp_path, table(seconds(), above='t [s],w [deg/s],b [m/s²]\n')))
+    assert recording.channel_names == ('b',)
+    recording = recording.with_gyroscopes()
+    assert recording.channel_names == ('w', 'b') and recording.units == ('rad/s', 'm/s^2')
+    assert not any('left out' in note for note in recording.notes)
+
+
 @pytest.mark.parametrize(
     ('unit', 'si', 'factor'),
     [
