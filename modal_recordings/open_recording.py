@@ -1,10 +1,12 @@
 """Open whatever holds samples: rosbag2, MCAP, ROS 1 bags, plain arrays, other programs' files."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 import stat
 
 from modal_core.errors import RecordingError
+from modal_recordings.array_columns import LEAVE_OUT
 from modal_recordings.array_options import array_options, ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.array_table import ArrayTable, read_npy
@@ -41,7 +43,7 @@ def open_recording(
     ----------
     path : path
         A rosbag2 folder, or an .mcap, .db3, .bag, .npy or .csv file, or one of another program:
-        .uff, .mat, .h5, .nc, .wav, .lvm, .tdms, .mf4.
+        .npz, .uff, .mat, .h5, .nc, .wav, .lvm, .tdms, .mf4.
     sample_rate_hz : float [Hz] or None
         Rate of a plain array; overrides its sidecar ``<file>.yaml``.
     unit : str or None
@@ -107,8 +109,12 @@ def _of_table(
         table, note = marked_table(table, mark, place)
         notes.append(note)
     if spindle is not None:
-        table, column, factor = speed_column(table, spindle, place)
+        given = options.channels or ()
+        table, column, factor = speed_column(table, spindle, place, given)
         speed_hz = factor * table.column(column)
+        if len(given) == table.values.shape[1]:
+            others = (*given[:column], LEAVE_OUT, *given[column + 1 :])
+            options = replace(options, channels=others)
     return ArrayRecording(place, table, options, tuple(notes), speed_hz)
 
 

@@ -111,21 +111,46 @@ def no_speed(where: object, name: str, others: Sequence[str]) -> RecordingError:
     )  # fmt: skip
 
 
-def speed_column(table: ArrayTable, name: str, where: object) -> tuple[ArrayTable, int, float]:
+def speed_column(
+    table: ArrayTable, name: str, where: object, given: Sequence[str] = ()
+) -> tuple[ArrayTable, int, float]:
     """Return a table whose speed is no response, the column, and its factor to turns per second.
+
+    Parameters
+    ----------
+    table : ArrayTable
+        Of all columns.
+    name : str
+        Of the column, without its unit.
+    where : object
+        Named in errors.
+    given : sequence of str
+        Names told beside the file, one per column; else they are not looked at.
 
     Raises
     ------
     RecordingError
         There is no such column.
     """
-    plain = [WITH_UNIT.sub(r'\1', heading).strip() for heading in table.headings]
-    if name not in plain:
-        raise no_speed(where, name, plain or ('a file with headings',))
-    number = plain.index(name)
-    factor = factor_of(table.headings[number], table.units[number] if table.units else '')
-    headings, units = list(table.headings), list(table.units)
+    n_columns = table.values.shape[1]
+    own = table.headings or ('',) * n_columns
+    names = next((known for known in (given, own) if _place(known, name, n_columns) >= 0), ())
+    if not names:
+        known = given if len(given) == n_columns else table.headings
+        raise no_speed(where, name, [_plain(each) for each in known] or ('named columns',))
+    number = _place(names, name, n_columns)
+    factor = factor_of(names[number], table.units[number] if table.units else '')
+    headings, units = list(own), list(table.units)
     headings[number] = f'{name} [rpm]'
     if units:
         units[number] = 'rpm'
     return replace(table, headings=tuple(headings), units=tuple(units)), number, factor
+
+
+def _place(names: Sequence[str], name: str, n_columns: int) -> int:
+    plain = [_plain(each) for each in names]
+    return plain.index(name) if len(names) == n_columns and name in plain else -1
+
+
+def _plain(heading: str) -> str:
+    return WITH_UNIT.sub(r'\1', heading).strip()

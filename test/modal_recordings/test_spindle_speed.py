@@ -77,6 +77,21 @@ def test_a_column_is_the_speed_and_no_response(tmp_path, heading):
     assert recording.info().channels == ('tip', 'mid')
 
 
+@pytest.mark.parametrize(('heading', 'factor'), [('speed [rpm]', 60.0), ('speed [Hz]', 1.0)])
+def test_a_column_that_is_named_beside_the_file_is_the_speed(tmp_path, heading, factor):
+    values = np.random.default_rng(4).standard_normal((500, 3))
+    np.save(tmp_path / 'mill.npy', values)
+    recording = open_recording(
+        tmp_path / 'mill.npy',
+        sample_rate_hz=100.0,
+        channels=['tip', 'mid', heading],
+        spindle='speed',
+    )
+    assert recording.channel_names == ('tip', 'mid')
+    told = recording.spindle_speed()
+    assert np.allclose(told.speed_hz, values[:, 2] / factor)
+
+
 def test_a_speed_that_is_missing_is_one_line(tmp_path):
     path = write_mcap(tmp_path / 'a.mcap')
     with pytest.raises(RecordingError, match=r'no speed of a spindle.*found other') as said:
