@@ -71,6 +71,7 @@ def compare(
         raise SettingsError(
             'there is nothing to compare with', where='ama compare', expected='two'
         )
+    _tell_twice(recordings)
     check_endings(export or (), TABLE_ENDINGS)
     first, *others = recordings
     loads = _loads(load_kg, len(recordings))
@@ -107,6 +108,17 @@ def compare(
         drawn = StateDrawn(base.spectrum, drawing)
         write_comparison(out / REPORT, first.name, base.modes, states, drawn, base.at, over_levels)
         show_written(out, (REPORT,))
+
+
+def _tell_twice(recordings: Sequence[Path]) -> None:
+    """Say which recordings are given twice: from one to itself nothing changes."""
+    from rich.markup import escape
+
+    from autonomous_modal_analysis.terminal import MESSAGES
+
+    places = [path.resolve() for path in recordings]
+    for path in dict.fromkeys(path for path in recordings if places.count(path.resolve()) > 1):
+        MESSAGES.print(f'note: the same recording twice: {escape(str(path))}', soft_wrap=True)
 
 
 def _over_levels(

@@ -68,6 +68,7 @@ def test_several_are_compared_with_the_first_and_leave_a_report(ama, states, tmp
     kept = tmp_path / 'rest'
     assert ama('identify', states / 'rest.npy', '--out', kept).returncode == 0
     run = ama('compare', kept, kept, states / 'work.npy', '--out', tmp_path / 'out', '--json')
+    assert run.stderr.count('the same recording twice') == 1
     assert run.returncode == 0, run.stderr
     same, other = json.loads(run.stdout)['comparisons']
     assert [change['significant'] for change in same['changes']] == [False, False]
