@@ -1,5 +1,6 @@
 """Arrays of a file by name, and the one table of responses among them."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 import math
@@ -30,6 +31,8 @@ IN_MEMORY_BYTES = 16_000_000
 ROWS_AT_ONCE = 1 << 14
 DAMAGED = (OSError, RuntimeError, ValueError, TypeError, LookupError, EOFError, struct.error)
 """What libraries raise where values that are read when they are needed cannot be."""
+MOST_NAMED = 8
+"""Arrays that a message names."""
 FEWEST_OF_RECORD = 16
 """Of what can be a record: smaller arrays are lists of places, limits or coefficients."""
 
@@ -159,6 +162,8 @@ def table_of(
             found=_listed(found.arrays) or 'none',
             expected=f'real numbers, {FEWEST_OF_RECORD} samples or more',
         )
+    if len(lengths) > 1:
+        _check_lengths(path, arrays)
     if len(lengths) > 1 or (len(data) > 1 and not all(each.is_row for each in data)):
         raise RecordingError(
             'several arrays, which cannot be columns of one table',
@@ -174,6 +179,24 @@ def table_of(
         else _side_by_side(path, [*times, *data])
     )
     return replace(table, sample_rate_hz=rate_hz, calibrated=found.calibrated)
+
+
+def _check_lengths(path: Path, arrays: Sequence[NamedArray]) -> None:
+    """Name the channels of another length where most have one."""
+    usual, n_alike = Counter(each.n_samples for each in arrays).most_common(1)[0]
+    if 2 * n_alike <= len(arrays) or not all(each.is_row for each in arrays):
+        return
+    other = [each for each in arrays if each.n_samples != usual]
+    alike = [each.name for each in arrays if each.n_samples == usual]
+    raise RecordingError(
+        'channels of different lengths',
+        where=path,
+        found=_listed(other),
+        expected=f'{usual} samples, as the {n_alike} others',
+        advice='use those of one length alone, as topics: '
+        + ', '.join(alike[:MOST_NAMED])
+        + ', ...' * (n_alike > MOST_NAMED),
+    )
 
 
 def stated_rates(numbers: dict[str, float]) -> dict[str, float]:
@@ -403,5 +426,5 @@ def _gathered(
 def _listed(arrays: Sequence[NamedArray]) -> str:
     """Name arrays with their shapes."""
     return ', '.join(
-        f'{each.name} {" x ".join(map(str, each.values.shape))}' for each in arrays[:8]
-    ) + (f' and {len(arrays) - 8} more' if len(arrays) > 8 else '')
+        f'{each.name} {" x ".join(map(str, each.values.shape))}' for each in arrays[:MOST_NAMED]
+    ) + (f' and {len(arrays) - MOST_NAMED} more' if len(arrays) > MOST_NAMED else '')

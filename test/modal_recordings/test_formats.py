@@ -257,6 +257,22 @@ def test_channels_of_another_length_are_asked_about(tmp_path):
     assert recording.sample_rate_hz == pytest.approx(10.0)
 
 
+def test_a_channel_shorter_than_the_others_is_named(tmp_path):
+    with nptdms.TdmsWriter(tmp_path / 'a.tdms') as writer:
+        names, lengths = 'abc', (N_SAMPLES, N_SAMPLES - 500, N_SAMPLES)
+        writer.write_segment(
+            [
+                nptdms.ChannelObject('g', name, SAMPLES[:n, 0], {'wf_increment': 0.01})
+                for name, n in zip(names, lengths, strict=True)
+            ]
+        )
+    expected = r'different lengths .found g/b 2500, expected 3000 samples.*topics: g/a, g/c'
+    with pytest.raises(RecordingError, match=expected):
+        open_recording(tmp_path / 'a.tdms')
+    values, _ = read(tmp_path / 'a.tdms', topics=('g/a', 'g/c'))
+    assert values.shape == (N_SAMPLES, 2)
+
+
 def test_a_dataset_is_read_in_pieces(tmp_path):
     with h5py.File(tmp_path / 'a.h5', 'w') as file:
         large = file.create_dataset('acc', shape=(900_000, 3), dtype='f4')
