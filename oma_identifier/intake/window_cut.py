@@ -21,6 +21,7 @@ from oma_identifier.quality import (
     ChannelHealth,
     channels_by_flag,
     check_gravity,
+    check_sizes,
     COPIED,
     copies,
     DAMPING_UNSURE,
@@ -78,12 +79,12 @@ def cut_window(
     healthy = [place for place, quality in enumerate(qualities) if not quality.excluded]
     channels = [channels[place] for place in healthy]
     mean = np.concatenate([cut.summary.mean for cut in cuts])[healthy]
-    suspicions = check_gravity(channels, mean)
+    suspicions = check_gravity(channels, mean), check_sizes([qualities[p] for p in healthy])
     for place in healthy:
         quality = qualities[place]
-        if quality.name in suspicions:
-            flags_of = (*quality.flags, suspicions[quality.name])
-            qualities[place] = replace(quality, flags=flags_of)
+        found = [flags_of[quality.name] for flags_of in suspicions if quality.name in flags_of]
+        if found:
+            qualities[place] = replace(quality, flags=(*quality.flags, *found))
     qualities += _missing(layout, qualities)
     start_ns, end_ns = segment.time_ns(rows.start), segment.time_ns(rows.stop)
     recent = joints.between(start_ns, end_ns)

@@ -20,6 +20,7 @@ from oma_identifier.quality.health import (
 )
 from oma_identifier.quality.repeats import RepeatWatch
 from oma_identifier.quality.setup_check import check_gravity
+from oma_identifier.quality.small import check_sizes
 
 __all__ = [
     'COPIED',
@@ -32,6 +33,7 @@ __all__ = [
     'SureDamping',
     'channels_by_flag',
     'check_gravity',
+    'check_sizes',
     'copies',
     'examine',
     'is_damping_unsure',

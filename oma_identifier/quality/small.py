@@ -1,0 +1,32 @@
+"""Channels far smaller than the others of their kind that are no noise: a wrong unit or gain."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modal_core.quality import ChannelQuality
+from oma_identifier.quality.thresholds import QUALITY
+
+SMALL = 'small_suspicion'
+
+
+def check_sizes(channels: Sequence[ChannelQuality]) -> dict[str, str]:
+    """Return a flag per channel whose rms is far below the median of those in its unit.
+
+    Parameters
+    ----------
+    channels : sequence of ChannelQuality
+        Those that take part, with their rms and noise.
+    """
+    flags: dict[str, str] = {}
+    for unit in {channel.unit for channel in channels}:
+        alike = [channel for channel in channels if channel.unit == unit]
+        if len(alike) < QUALITY.fewest_alike:
+            continue
+        least = float(np.median([channel.rms for channel in alike])) / QUALITY.small_factor
+        flags |= {
+            channel.name: SMALL
+            for channel in alike
+            if channel.rms < least and channel.noise_rms < QUALITY.mostly_noise * channel.rms
+        }
+    return flags
