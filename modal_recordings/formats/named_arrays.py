@@ -162,7 +162,7 @@ def table_of(
             found=_listed(found.arrays) or 'none',
             expected=f'real numbers, {FEWEST_OF_RECORD} samples or more',
         )
-    if len(lengths) > 1:
+    if len(lengths) > 1 and not times:
         _check_lengths(path, arrays)
     if len(lengths) > 1 or (len(data) > 1 and not all(each.is_row for each in data)):
         raise RecordingError(
