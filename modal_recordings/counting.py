@@ -35,7 +35,8 @@ def counts_up(column: NDArray[np.generic]) -> bool:
     for first in range(0, len(column) - 1, PIECE_ROWS):
         part = np.asarray(column[first : first + PIECE_ROWS + 1], dtype=np.float64)
         pages.read(len(part) * abs(column.strides[0]))
-        steps = np.diff(part)
+        with np.errstate(invalid='ignore', over='ignore'):  # of infinite and of damaged values
+            steps = np.diff(part)
         if not np.isfinite(steps).all() or (steps < 0.0).any():
             beginning = np.asarray(column[:PIECE_ROWS], dtype=np.float64)
             return bool(np.isfinite(beginning).all()) and (
