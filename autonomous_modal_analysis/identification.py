@@ -136,7 +136,7 @@ def identify_recording(
             band=analysed_band(mode(rates_hz), pipeline.record.identified_s, asked, settings),
             harmonics=whole.harmonics,
             damage=(*recording.damage(), *_unused(pipeline)),
-            remarks=(*recording.notes, *remarks(whole, windows, mode(rates_hz), settings)),
+            remarks=(*recording.left_out, *remarks(whole, windows, mode(rates_hz), settings)),
             sliding=sliding.found(),
         ),
         whole=whole,

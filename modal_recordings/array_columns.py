@@ -48,7 +48,9 @@ class ArrayColumns:
     counter : int or None
         Column that numbers the rows.
     notes : tuple of str
-        What was assumed, and what is left out.
+        What is left out.
+    assumed : tuple of str
+        Units that nobody stated, and what may surprise of those stated.
     """
 
     channels: tuple[int, ...]
@@ -59,6 +61,7 @@ class ArrayColumns:
     time_factors: tuple[float | None, ...] = ()
     counter: int | None = None
     notes: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
 
 
 def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> ArrayColumns:
@@ -121,7 +124,8 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         times=tuple(times),
         time_factors=tuple(_time_factor(known[c], c in table.dated) for c in times),
         counter=counters[0] if counters else None,
-        notes=(*assumed, *notes),
+        notes=tuple(notes),
+        assumed=assumed,
     )
 
 

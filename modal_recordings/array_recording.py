@@ -54,6 +54,10 @@ class ArrayRecording:
     ----------
     fraction_read : float
         How much of its rows the last pass has read, 0..1.
+    left_out : tuple of str
+        What of the file takes no part, and how its times were read.
+    notes : tuple of str
+        The same, behind what was assumed of units.
     """
 
     def __init__(
@@ -74,8 +78,9 @@ class ArrayRecording:
         self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
         self.units = columns.units
         self.channel_names = columns.names
-        assumed = (*notes, *table.notes, *columns.notes, *clock.notes)
-        self.notes = (*assumed, *_lost(table.values, columns))
+        left_out = (*notes, *table.notes, *columns.notes, *clock.notes)
+        self.left_out = (*left_out, *_lost(table.values, columns))
+        self.notes = (*columns.assumed, *self.left_out)
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
         self._speed_hz = speed_hz
@@ -93,7 +98,12 @@ class ArrayRecording:
     def info(self) -> RecordingInfo:
         """Return what the file holds."""
         return summarise(
-            self, path=str(self.path), kind=self.kind, entries=(), damage=(), notes=self.notes
+            self,
+            path=str(self.path),
+            kind=self.kind,
+            entries=(),
+            damage=(),
+            notes=self.notes,
         )
 
     def measurements(self) -> Iterator[Measurement]:

@@ -66,7 +66,7 @@ class MessageRecording:
         self.file = file
         self.entries = file.topics()
         self.fraction_read = 0.0
-        self.notes: tuple[str, ...] = ()
+        self.left_out: tuple[str, ...] = ()
         self._mark = mark
         self._spindle = spindle
         self._stretch: Stretch | None = None
@@ -92,7 +92,7 @@ class MessageRecording:
             kind=self.kind,
             entries=self.entries,
             damage=None,
-            notes=self.notes,
+            notes=(),
         )
 
     def measurements(self) -> Iterator[Measurement]:
