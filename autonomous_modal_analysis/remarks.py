@@ -58,7 +58,8 @@ def remarks(
         _empty_windows(whole, windows),
         _odd_rate(whole, sample_rate_hz, settings),
     )
-    return (*poor_channels(whole.quality.channels), *(line for line in found if line))
+    channels = poor_channels([window.quality for window in windows])
+    return (*channels, *(line for line in found if line))
 
 
 def _conditions(whole: WindowResult) -> str:

@@ -1,5 +1,6 @@
 """The health of data in words: of a window, and what was found on a channel."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 from modal_core.flag_words import flag_words
@@ -8,6 +9,9 @@ from modal_reports.words import capital, count, listed
 
 BRIDGED = ('gap',)
 """Flags of channels that are used as if nothing had been there."""
+OUT_OFTEN, MOST = 0.1, 0.5
+"""Share of windows a channel is left out of, and of those that have a flag, from where on it is
+told of a recording; chosen: in one window of many, noise may look like a fault."""
 
 
 def quality_words(quality: DataQuality) -> list[str]:
@@ -46,23 +50,45 @@ def channel_words(channel: ChannelQuality) -> str:
     return ', '.join(found) or 'healthy'
 
 
-def poor_channels(channels: Sequence[ChannelQuality]) -> tuple[str, ...]:
-    """Return which channels were left out and which look wrong, and why; a line for each."""
-    left_out, suspect = _by_words(channels, True), _by_words(channels, False)
+def poor_channels(windows: Sequence[DataQuality]) -> tuple[str, ...]:
+    """Return which channels were left out and which look wrong, and why; a line for each.
+
+    Parameters
+    ----------
+    windows : sequence of DataQuality
+        Of a recording; what was found in few of them alone is not told.
+    """
+    left_out: dict[str, list[str]] = {}
+    suspect: dict[str, list[str]] = {}
+    for name, found in _by_channel(windows).items():
+        n_out = sum(channel.excluded for channel in found)
+        if n_out > OUT_OFTEN * len(found):
+            flags = Counter(flag for each in found if each.excluded for flag in each.flags)
+            share = '' if n_out == len(found) else f' in {n_out} of {len(found)} windows'
+            why = _words(flags, n_out) or flag_words(flags.most_common(1)[0][0])
+            left_out.setdefault(f'{why}{share}', []).append(name)
+            continue
+        flags = Counter(flag for each in found for flag in each.flags if flag not in BRIDGED)
+        if why := _words(flags, len(found)):
+            suspect.setdefault(why, []).append(name)
     return tuple(
-        f'{what}: {"; ".join(f"{listed(names)} ({why})" for why, names in found.items())}'
-        for what, found in (('left out', left_out), ('to be looked at', suspect))
-        if found
+        f'{what}: {"; ".join(f"{listed(names)} ({why})" for why, names in of.items())}'
+        for what, of in (('left out', left_out), ('to be looked at', suspect))
+        if of
     )
 
 
-def _by_words(channels: Sequence[ChannelQuality], excluded: bool) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for channel in channels:
-        # What is left of a channel without values is flat.
-        told = ('flatline',) if 'not_finite' in channel.flags else ()
-        told = told if excluded else (*told, *BRIDGED)
-        flags = [flag for flag in channel.flags if flag not in told]
-        if channel.excluded == excluded and flags:
-            found.setdefault(', '.join(map(flag_words, flags)), []).append(channel.name)
+def _by_channel(windows: Sequence[DataQuality]) -> dict[str, list[ChannelQuality]]:
+    found: dict[str, list[ChannelQuality]] = {}
+    for window in windows:
+        for channel in window.channels:
+            found.setdefault(channel.name, []).append(channel)
     return found
+
+
+def _words(flags: Counter[str], n_windows: int) -> str:
+    """Return in words the flags of most windows."""
+    often = [flag for flag, number in flags.items() if number > MOST * n_windows]
+    # What is left of a channel without values is flat.
+    told = [flag for flag in often if flag != 'flatline' or 'not_finite' not in often]
+    return ', '.join(map(flag_words, told))
