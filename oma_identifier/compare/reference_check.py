@@ -16,8 +16,8 @@ from modal_core.mode import Mode, ModeSet
 from oma_identifier.compare.same_modes import same_modes
 from oma_identifier.compare.thresholds import COMPARISON
 
+# A matrix that shapes at the references are multiplied with, (n_references, n_references).
 Change = NDArray[np.float64]
-"""(n_references, n_references) matrix that the shapes at the references are multiplied with."""
 
 SAME_GAIN = 0.3
 """Logarithm of a gain that could be scatter of the shapes; chosen."""
