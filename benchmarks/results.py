@@ -214,17 +214,10 @@ def write_rows(
     columns: Sequence[str],
     rows: Sequence[Sequence[str]],
     where: Sequence[str] = (),
-    counts: Mapping[str, Mapping[str, int]] | None = None,
 ) -> None:
-    """Keep a table of a group that was measured just now.
-
-    Parameters
-    ----------
-    counts : mapping or None
-        What a later run is held against, beside the table.
-    """
+    """Keep a table of a group that was measured just now."""
     table = {'columns': list(columns), 'rows': [list(row) for row in rows]}
-    _write(GROUPS[name], where, {**table, **({} if counts is None else {'counts': counts})})
+    _write(GROUPS[name], where, table)
 
 
 def write_picture(name: str, drawing: str, where: Sequence[str] = ()) -> Path:

@@ -2,14 +2,14 @@
 
 A record is determined by its family and its seed.  Seeds below 800,000 are for development, those
 from 850,000 for --quick, those from 880,000 for the report.  The whole report is kept in
-docs/measured/results; --quick is held against it.
+docs/measured/results, and what was wrong in each record of --quick, which a later one is held
+against.
 """
 
 import argparse
 from collections import defaultdict
 from collections.abc import Sequence
 import itertools
-import json
 from pathlib import Path
 import sys
 import warnings
@@ -17,22 +17,23 @@ import warnings
 from benchmarks import peers
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import Verdict
+from benchmarks.families.kept_records import keep, worse_than_kept, wrong_in
 from benchmarks.families.peer import name_of, PRESETS
 from benchmarks.families.rows import COLUMNS, OURS, rows_of
 from benchmarks.families.series import run, Task
 from benchmarks.families.store import Store
-from benchmarks.families.tally import regressions, Tally
-from benchmarks.results import FOLDER, versions, write_rows
+from benchmarks.families.tally import Tally
+from benchmarks.results import versions, write_rows
 
 QUICK_SEED, REPORT_SEED = 850_000, 880_000
-QUICK_RUNS, QUICK_MINUTES = 12, 8.0
+QUICK_RUNS, QUICK_MINUTES = 6, 8.0
 RUNS, MINUTES = 60, 110.0
 Verdicts = dict[str, dict[str, list[Verdict]]]
 """By family and by who."""
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run, print the table; return 1 where --quick found a regression."""
+    """Run, print the table; return 1 where --quick found records worse than they were."""
     chosen = _parser().parse_args(words)
     warnings.simplefilter('ignore')
     seeds, minutes = _extent(chosen)
@@ -47,15 +48,27 @@ def main(words: Sequence[str] | None = None) -> int:
         first = next(iter(found.values()))
         for who, verdict in {**known[first.family, first.seed], **found}.items():
             verdicts[verdict.family][who].append(verdict)
-    rows, counts = _table(verdicts)
+    rows = _table(verdicts)
     print(f'| {" | ".join(COLUMNS)} |\n|{"---|" * len(COLUMNS)}')
     for row in rows:
         print(f'| {" | ".join(row)} |')
     whole = not (chosen.quick or chosen.ours or chosen.seeds or chosen.family)
+    if chosen.quick:
+        return _quick(chosen, verdicts)
     if rows and (chosen.keep or whole):
-        where = (*versions(), f'seeds from {seeds[0]}')
-        write_rows('families', COLUMNS, rows, where, counts)
-    return worse_families(counts) if chosen.quick else 0
+        write_rows('families', COLUMNS, rows, (*versions(), f'seeds from {seeds[0]}'))
+    return 0
+
+
+def _quick(chosen: argparse.Namespace, verdicts: Verdicts) -> int:
+    wrong = wrong_in(each for by_whom in verdicts.values() for each in by_whom[OURS])
+    if chosen.keep:
+        keep(wrong)
+        return 0
+    worse = worse_than_kept(wrong)
+    if worse:
+        print(f'worse: {worse}', file=sys.stderr)
+    return int(bool(worse))
 
 
 def _extent(chosen: argparse.Namespace) -> tuple[range, float]:
@@ -97,39 +110,14 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _table(
-    verdicts: Verdicts,
-) -> tuple[list[list[str]], dict[str, dict[str, int]]]:
-    """Return the rows, ours above the peer's best, and what later runs are held against."""
-    rows, counts = [], {}
+def _table(verdicts: Verdicts) -> list[list[str]]:
+    """Return the rows, ours above the peer's best."""
+    rows = []
     for name, by_whom in verdicts.items():
         if by_whom[OURS]:
             tallies = {who: Tally(each) for who, each in by_whom.items()}
             rows += rows_of(FAMILIES[name], tallies)
-            counts[name] = tallies[OURS].counts()
-    return rows, counts
-
-
-def worse_families(counts: dict[str, dict[str, int]]) -> int:
-    """Name the families that are worse than the figures kept, beyond chance, alone or together."""
-    kept = FOLDER / 'families.json'
-    if not kept.exists():
-        print('no figures to compare with', file=sys.stderr)
-        return 0
-    before = json.loads(kept.read_text())['counts']
-    pairs = {name: (now, before[name]) for name, now in counts.items() if name in before}
-    if pairs:
-        now, then = (_sum(each) for each in zip(*pairs.values(), strict=True))
-        pairs['the sum of all'] = now, then
-    worse = {name: regressions(*pair) for name, pair in pairs.items()}
-    for name, what in worse.items():
-        if what:
-            print(f'{name} is worse: {"; ".join(what)}; before: {pairs[name][1]}', file=sys.stderr)
-    return int(any(worse.values()))
-
-
-def _sum(counts: Sequence[dict[str, int]]) -> dict[str, int]:
-    return {what: sum(each[what] for each in counts) for what in counts[0]}
+    return rows
 
 
 if __name__ == '__main__':

@@ -5,12 +5,8 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from scipy.stats import binom, hypergeom
 
 from benchmarks.families.judge import PRODUCT_EDGES, Verdict
-
-REGRESSION = 1e-3
-"""Chance of one family to seem worse."""
 
 
 @dataclass(frozen=True)
@@ -133,32 +129,7 @@ class Tally:
         """Modes found less modes made up."""
         return sum(sum(v.found) - v.n_made_up for v in self.verdicts)
 
-    def counts(self) -> dict[str, int]:
-        """Return what a later run is held against."""
-        return {
-            'runs': len(self.verdicts),
-            'asked': sum(v.asked[2] for v in self.verdicts),
-            'missed': sum(v.asked[2] - v.found[2] for v in self.verdicts),
-            'false': sum(v.n_made_up for v in self.verdicts),
-        }
-
 
 def best(tallies: Mapping[str, Tally]) -> str:
     """Return who found the most, less what was made up."""
     return max(tallies, key=lambda who: tallies[who].score)
-
-
-def regressions(now: dict[str, int], before: dict[str, int]) -> list[str]:
-    """Return what is worse than before beyond chance: modes missed (ζ f T > 2), false modes.
-
-    Missed modes by Fisher's exact test, false modes by the binomial share of two Poisson counts.
-    """
-    worse = []
-    n_missed = now['missed'] + before['missed']
-    n_asked = now['asked'] + before['asked']
-    if hypergeom.sf(now['missed'] - 1, n_asked, n_missed, now['asked']) < REGRESSION:
-        worse.append('missed {missed} of {asked} modes'.format(**now))
-    share = now['runs'] / (now['runs'] + before['runs'])
-    if binom.sf(now['false'] - 1, now['false'] + before['false'], share) < REGRESSION:
-        worse.append('{false} false modes in {runs} runs'.format(**now))
-    return worse

@@ -1,19 +1,18 @@
 """The judge of random families: fair pairing, honest counting."""
 
 from dataclasses import replace
-import json
 
 import numpy as np
 import pytest
 
-from benchmarks.families import __main__ as families
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import asked_for, judge
+from benchmarks.families.kept_records import keep, worse_than_kept, wrong_in
 from benchmarks.families.matching import match
 from benchmarks.families.record import Record
 from benchmarks.families.rows import COLUMNS, rows_of
 from benchmarks.families.store import Store
-from benchmarks.families.tally import rate, regressions, Tally
+from benchmarks.families.tally import rate, Tally
 from benchmarks.plant import Plant
 from modal_core.indicators import normalise
 from modal_core.mode import Mode
@@ -161,11 +160,17 @@ def test_standard_errors_are_those_of_many_series():
     assert np.mean(errors) == pytest.approx(np.std(values), rel=0.15)
 
 
-def test_only_what_is_worse_beyond_chance_is_a_regression():
-    before = {'runs': 60, 'asked': 600, 'missed': 6, 'false': 6}
-    now = {'runs': 12, 'asked': 120, 'missed': 3, 'false': 3}
-    assert regressions(now, before) == []
-    assert len(regressions({**now, 'missed': 12, 'false': 9}, before)) == 2
+def test_records_are_held_against_themselves(tmp_path):
+    """Rounding makes some better and some worse; ten worse and none better are no chance."""
+    kept = tmp_path / 'kept.json'
+    before = {'light': {str(seed): 1 for seed in range(20)}}
+    keep(before, kept)
+    mixed = {str(seed): 1 + (seed % 4 == 0) - (seed % 4 == 2) for seed in range(20)}
+    harm = {str(seed): 1 + (seed < 10) for seed in range(20)}
+    new = {str(seed): 9 for seed in range(20, 40)}
+    assert worse_than_kept({'light': {**mixed, **new}}, kept) == ''
+    said = worse_than_kept({'light': harm, 'other': new}, kept)
+    assert said.startswith('of 20 records 10 changed, worse are light 0, light 1')
 
 
 def test_a_row_of_the_table_tells_what_was_counted():
@@ -179,7 +184,7 @@ def test_a_row_of_the_table_tells_what_was_counted():
     assert tally.recall(2).value == pytest.approx(
         1.0 - 1.0 / sum(v.asked[2] for v in tally.verdicts)
     )
-    assert tally.counts()['missed'] == 1
+    assert wrong_in(tally.verdicts)['plain'] == {'1': 0, '2': 1}
     assert tally.inside(0).value == 1.0
     assert tally.found_more(Tally(tally.verdicts[::-1])).value == 0.0
     rows = rows_of(FAMILIES['plain'], {'ours': tally, 'other': Tally(tally.verdicts[1:])})
@@ -199,15 +204,3 @@ def test_verdicts_on_the_peer_are_kept_until_a_program_changes(tmp_path, monkeyp
     assert Store(path).known('plain', 2) == {}
     monkeypatch.setattr('benchmarks.families.store.definition', lambda _: 'changed')
     assert Store(path).known('plain', 1) == {}
-
-
-def test_a_loss_too_small_to_show_in_any_family_shows_in_all_together(tmp_path, monkeypatch):
-    kept = {'runs': 60, 'asked': 200, 'missed': 1, 'false': 1}
-    (tmp_path / 'families.json').write_text(json.dumps({'counts': dict.fromkeys(FAMILIES, kept)}))
-    monkeypatch.setattr(families, 'FOLDER', tmp_path)
-    now = {'runs': 5, 'asked': 17, 'missed': 0, 'false': 1}
-    better = {**now, 'false': 0}
-    assert not any(regressions(each, kept) for each in (now, better))
-    assert families.worse_families(dict.fromkeys(FAMILIES, better)) == 0
-    assert families.worse_families(dict.fromkeys(FAMILIES, now)) == 1
-    assert families.worse_families({'not kept': now}) == 0
