@@ -2,8 +2,8 @@
 
 A record is determined by its family and its seed.  Seeds below 800,000 are for development, those
 from 850,000 for --quick, those from 880,000 for the report.  The whole report is kept in
-docs/measured/results, and what was wrong in each record of --quick, which a later one is held
-against.
+docs/measured/results; what was wrong in each record of --quick, which a later one is held
+against, in benchmarks/family_records.json.
 """
 
 import argparse

@@ -12,10 +12,9 @@ from pathlib import Path
 from scipy.stats import binom
 
 from benchmarks.families.judge import Verdict
-from benchmarks.results import FOLDER
 from modal_core.atomic_file import write_text
 
-KEPT = FOLDER / 'family_records.json'
+KEPT = Path(__file__).parents[1] / 'family_records.json'
 BY_CHANCE = 1e-3
 """Chance that so many of the records that changed are worse where better is as likely."""
 Wrong = dict[str, dict[str, int]]
