@@ -71,7 +71,6 @@ def compare(
         raise SettingsError(
             'there is nothing to compare with', where='ama compare', expected='two'
         )
-    _tell_twice(recordings)
     check_endings(export or (), TABLE_ENDINGS)
     first, *others = recordings
     loads = _loads(load_kg, len(recordings))
@@ -87,6 +86,7 @@ def compare(
         on_arm = base.result.drawing(other.modes) if base.result and drawing else None
         drawn = StateDrawn(other.spectrum, on_arm)
         states.append(ComparedState(path.name, other.modes, found, drawn, at))
+    _tell_twice(recordings)
     courses = mode_courses(base.modes, [state.found for state in states])
     named = [first.name, *(state.name for state in states)]
     at_all = [base.at, *(state.at for state in states)]
