@@ -120,7 +120,7 @@ def _telling(rest: AtRest, known: Sequence[Fault], one: Fault, other: Fault) -> 
     low = np.maximum(limits.position_low, -np.pi)
     high = np.minimum(limits.position_high, np.pi)
     elsewhere = rest.in_poses(rng.uniform(low, high, (LIMITS.poses, len(low))))
-    means = [faulty(elsewhere, (*known, fault))[0] for fault in (one, other)]
+    means = [_readings(elsewhere, (*known, fault)) for fault in (one, other)]
     apart = np.linalg.norm(means[0] - means[1], axis=1)
     best = int(np.argmax(apart))
     angles = ', '.join(f'{angle:.0f}' for angle in np.degrees(elsewhere.poses[best]))
@@ -130,25 +130,37 @@ def _telling(rest: AtRest, known: Sequence[Fault], one: Fault, other: Fault) -> 
     )
 
 
-def faulty(rest: AtRest, faults: Sequence[Fault]) -> tuple[Array, Array, Array]:
-    """Return what should be read with some faults, and its derivatives by offsets and tilts."""
+def _as_it_stands(rest: AtRest, faults: Sequence[Fault]) -> tuple[AtRest, Array]:
+    """Return sensors in the poses that faults leave, and by how much each joint is off [rad]."""
     offset = np.zeros(rest.poses.shape[1])
     for fault in faults:
         if fault.kind is Kind.JOINTS:
             rest = dataclasses.replace(rest, poses=fault.exchanged(rest.poses))
-    for fault in faults:
-        if fault.kind is Kind.ENCODER:
+        elif fault.kind is Kind.ENCODER:
             offset[fault.columns[0]] += fault.values[0]
-    tilts = rest.tilts(offset)
-    readings, slopes = rest.predicted(offset), np.concatenate([rest.slopes(offset), tilts])
+    return rest, offset
+
+
+def _readings(rest: AtRest, faults: Sequence[Fault]) -> Array:
+    """Return what should be read with some faults, (n_records, n_channels)."""
+    rest, offset = _as_it_stands(rest, faults)
+    readings = rest.predicted(offset)
     for fault in faults:
         if fault.kind is Kind.TILT:
-            readings = readings + np.tensordot(fault.values, tilts, 1)
+            readings = readings + np.tensordot(fault.values, rest.tilts(offset), 1)
     for fault in faults:
         readings = _applied(readings, fault)
+    return readings
+
+
+def _slopes(rest: AtRest, faults: Sequence[Fault]) -> tuple[Array, Array]:
+    """Return the derivatives of the readings by offsets of the joints and by tilts."""
+    rest, offset = _as_it_stands(rest, faults)
+    slopes = np.concatenate([rest.slopes(offset), rest.tilts(offset)])
+    for fault in faults:
         if fault.kind is not Kind.ZERO:  # of a slope no zero offset is left
             slopes = np.array([_applied(slope, fault) for slope in slopes])
-    return readings, slopes[:-2], slopes[-2:]
+    return slopes[:-2], slopes[-2:]
 
 
 def _applied(readings: Array, fault: Fault) -> Array:
@@ -180,7 +192,7 @@ class _State:
 
     @classmethod
     def of(cls, rest: AtRest, faults: Sequence[Fault], tolerances: Tolerances) -> '_State':
-        predicted, slopes, tilts = faulty(rest, faults)
+        predicted, (slopes, tilts) = _readings(rest, faults), _slopes(rest, faults)
         factor = scipy.linalg.cho_factor(covariance(rest, predicted, slopes, tilts, tolerances))
         state = cls(rest, predicted, slopes, tilts, factor, 0.0)
         return dataclasses.replace(state, cost=state.cost_of(rest.measured - predicted))
@@ -222,7 +234,7 @@ class _State:
         for one, two in combinations(range(len(self.rest.model.joint_names)), 2):
             names = self.rest.model.joint_names
             fault = Fault(Kind.JOINTS, f'{names[one]} and {names[two]}', (one, two))
-            yield self._gaining(fault, faulty(self.rest, (*known, fault))[0])
+            yield self._gaining(fault, _readings(self.rest, (*known, fault)))
 
     @property
     def left(self) -> float:
