@@ -98,12 +98,7 @@ class ArrayRecording:
     def info(self) -> RecordingInfo:
         """Return what the file holds."""
         return summarise(
-            self,
-            path=str(self.path),
-            kind=self.kind,
-            entries=(),
-            damage=(),
-            notes=self.notes,
+            self, path=str(self.path), kind=self.kind, entries=(), damage=(), notes=self.notes
         )
 
     def measurements(self) -> Iterator[Measurement]:
