@@ -84,7 +84,7 @@ def second_order(
     )
     second = system.deflection(series.omega, series.forward(force))
     moved = system.flexible @ (turn**2 * second) + system.gravity @ second
-    return series.fine(series.forward(reading) + moved)
+    return series.fine(cell.seen(series.omega, series.forward(reading) + moved))
 
 
 def shown_torques(

@@ -10,6 +10,7 @@ from model_gap.campaign.campaign import GapRecord
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
 from model_gap.cell.cell_model import CellModel
+from model_gap.cell.changes import gain_step
 from model_gap.predict.linearised import linearised
 from model_gap.predict.predict import Predictor
 from structural_model import load_layout, load_robot
@@ -90,3 +91,20 @@ def test_what_is_taken_out_grows_with_the_square_of_the_motion():
         )
     ]
     np.testing.assert_allclose(taken[0], 4.0 * taken[1], atol=0.02 * np.abs(taken[0]).max())
+
+
+def test_what_is_taken_out_is_read_by_the_sensors_as_they_are():
+    model = load_robot('generic_arm_6')
+    channels = load_layout('generic_arm_6', 'sensors').channels
+    pose = model.pose(next(iter(model.poses_controller_rad)))
+    cell = CellModel(explicit_damping(model.spec), channels)
+    record = shaken(model, channels, pose, 60.0, seconds=2.0)
+    row = len(channels) - 1
+    upside_down = cell.then_output(gain_step(row, -1.0))
+    taken, turned = (
+        record.acceleration - linearised([record], model, it, 60.0)[0].acceleration
+        for it in (cell, upside_down)
+    )
+    sign = np.where(np.arange(len(channels)) == row, -1.0, 1.0)
+    assert np.abs(taken[:, row]).max() > 1e-4
+    np.testing.assert_allclose(turned, taken * sign, atol=1e-12 * np.abs(taken).max())
