@@ -23,7 +23,7 @@ DATA = Path(
 
 
 SLOW_SHARE = os.environ.get('AMA_SLOW_SHARE', '0/1')
-"""Which share of the slow tests runs: 1/3 is the second of three.  None is left out by itself."""
+"""Which share of the slow tests runs: 1/5 is the second of five.  None is left out by itself."""
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -81,6 +81,7 @@ def test_results_are_only_taken_back_as_an_identification_can_be(tmp_path, chang
         read_modes(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('suffix', ['.npy', '.csv', '.mcap', '.db3', '.bag', '.json', '.yaml'])
 def test_nothing_of_a_file_that_a_link_leads_to_is_shown(tmp_path, suffix):
     (tmp_path / 'key').write_text('hunter2: -----BEGIN PRIVATE KEY-----\n[hunter2]\n' * 50)
@@ -96,6 +97,7 @@ def test_nothing_of_a_file_that_a_link_leads_to_is_shown(tmp_path, suffix):
     assert not any(word in done.stderr + done.stdout for word in (b'hunter', b'BEGIN', b'-----'))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('encoding', ['ascii', 'latin-1', 'cp437', 'utf-8', 'utf-16'])
 def test_a_console_of_few_letters_shows_all_and_is_not_steered(recording, encoding):
     environment = {**os.environ, 'PYTHONIOENCODING': encoding}
@@ -107,6 +109,7 @@ def test_a_console_of_few_letters_shows_all_and_is_not_steered(recording, encodi
         assert call[0] == '--help' or r'\x1b' in shown
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kind', ['closed', 'full', 'broken', 'all full', 'no language'])
 def test_a_console_that_takes_nothing_ends_in_one_line_at_most(recording, kind):
     ending = {

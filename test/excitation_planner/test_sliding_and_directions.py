@@ -52,6 +52,7 @@ def _weakest(robot, plan):
     return min(value[2] / value[0] for value in values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('number', range(6))
 def test_torques_on_the_structure_span_space_along_the_path(robot, number):
     pose = _poses(robot, 6)[number]

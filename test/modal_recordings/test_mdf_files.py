@@ -111,6 +111,7 @@ def test_what_is_no_mdf_file_is_called_so(tmp_path):
         open_recording(tmp_path / 'a.mf4')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('version', VERSIONS)
 def test_damaged_bytes_are_read_or_refused_in_one_line(version, tmp_path):
     """Seed 58: three bytes in the head of the file, in its first blocks, anywhere."""

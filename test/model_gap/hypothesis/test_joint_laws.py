@@ -117,6 +117,7 @@ def test_tolerance_derivatives_follow_a_hard_spring(joint, alpha, share, campaig
     assert max(found.values()) < 0.1, f'seed {SEED}: {found}'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('effect', 'values'),
     [

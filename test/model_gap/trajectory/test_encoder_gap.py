@@ -94,6 +94,7 @@ def test_the_corrected_model_predicts_a_third_recording(robot, hidden_gap, tmp_p
     assert json.loads((tmp_path / 'gap.json').read_text())['verdict'] == 'named'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', [21, 22])
 def test_a_healthy_arm_gets_no_name(robot, tmp_path, seed):
     start = robot.pose('start')

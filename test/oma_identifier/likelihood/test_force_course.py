@@ -67,6 +67,7 @@ def surprises(envelope: np.ndarray, seeds: range) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kind', ['bursts', 'growth', 'steady'])
 def test_deviations_hold_whatever_the_course_of_the_forces(kind):
     n_samples = int(RATE_HZ * DURATION_S)

@@ -60,6 +60,7 @@ def runs(request) -> tuple[Plant, list[ModeSet]]:
     return known, [identified(known, FIRST_SEED + run) for run in range(N_RUNS)]
 
 
+@pytest.mark.slow
 def test_the_truth_is_within_two_standard_deviations_in_every_channel(runs):
     known, found = runs
     inside = []

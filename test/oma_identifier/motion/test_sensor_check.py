@@ -55,6 +55,7 @@ def suspicions(robot, layout, joints, block, *, modelled=True):
     return {name: flags for name, flags in found.items() if flags}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('modelled', [True, False])
 @pytest.mark.parametrize('seed', SEEDS)
 def test_a_healthy_arm_is_not_suspected(robot, layout, records, seed, modelled):
@@ -62,6 +63,7 @@ def test_a_healthy_arm_is_not_suspected(robot, layout, records, seed, modelled):
     assert found == {}, f'seed {seed}'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', SEEDS)
 @pytest.mark.parametrize(
     ('gain', 'flag'), [(2.0, 'gain'), (0.5, 'gain'), (9.81, 'gain'), (-1.0, 'polarity')]

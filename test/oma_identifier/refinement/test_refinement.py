@@ -99,6 +99,7 @@ def monte_carlo() -> dict[str, np.ndarray]:
     }
 
 
+@pytest.mark.slow
 def test_every_mode_is_refined(monte_carlo):
     assert monte_carlo['refined'] > 0.98, f'seeds 0..{N_RUNS - 1}: {monte_carlo["refined"]}'
 

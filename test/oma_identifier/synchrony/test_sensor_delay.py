@@ -100,6 +100,7 @@ def assert_true_shapes(result, shapes):
         assert agreement > 0.99, f'seed {SEED}: {mode.frequency_hz} Hz, MAC {agreement}'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('delay_s', [0.002, 0.005, 0.0137, 0.05, -0.2])
 @pytest.mark.parametrize('arrives', [one_recorder, topic_per_sensor])
 def test_a_late_sensor_loses_no_mode_and_turns_no_shape(delay_s, arrives):

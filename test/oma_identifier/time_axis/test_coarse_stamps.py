@@ -48,6 +48,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('case', CASES)
 @pytest.mark.parametrize('size', [1, 50])
 def test_samples_of_coarse_stamps_keep_their_times(case, size):

@@ -228,6 +228,7 @@ def test_a_frozen_feedback_is_noticed_on_such_a_machine_too(path):
     assert arm.flow.state == FlowState.ABORTED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('servo', [{}, {'bandwidth_hz': 10.0, 'dead_time_s': 0.06}])
 @pytest.mark.parametrize('seed', [1, 2])
 @pytest.mark.parametrize('spoiled', [False, True])
