@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
 from modal_recordings.array_table import ArrayTable, MOST_COLUMNS
+from modal_recordings.file_size import check_size
 from modal_recordings.spooled import spooled
 from modal_recordings.text_cells import is_comment, NO_VALUE, not_a_number, split
 from modal_recordings.text_layout import LONGEST_LINE, text_layout, TextLayout
@@ -28,11 +29,7 @@ def read_text_table(path: Path) -> ArrayTable:
     RecordingError
         Naming the line and column that is not a number or missing, or what could mean two things.
     """
-    size = path.stat().st_size
-    if size > LARGEST_BYTES:
-        raise RecordingError(
-            'file too large', where=path, found=size, expected=f'at most {LARGEST_BYTES} bytes'
-        )
+    check_size(path, LARGEST_BYTES)
     try:
         layout = text_layout(path)
         if layout.n_columns > MOST_COLUMNS:
@@ -46,7 +43,7 @@ def read_text_table(path: Path) -> ArrayTable:
         pieces = _pieces(path, layout, notes)
         values = (
             np.concatenate(list(pieces))
-            if size <= IN_MEMORY_BYTES
+            if path.stat().st_size <= IN_MEMORY_BYTES
             else spooled(path, pieces, layout.n_columns)
         )
     except UnicodeDecodeError as error:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
+from modal_recordings.file_size import check_size
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
 from modal_recordings.text_encoding import encoding_of
 
@@ -61,11 +62,7 @@ def read(path: Path) -> NamedArrays:
     RecordingError
         Truncated, damaged, no record over time, or several segments that are no one record.
     """
-    size = path.stat().st_size
-    if size > LARGEST_BYTES:
-        raise RecordingError(
-            'file too large', where=path, found=size, expected=f'at most {LARGEST_BYTES} bytes'
-        )
+    check_size(path, LARGEST_BYTES)
     try:
         text = path.read_text(encoding=encoding_of(path))
     except UnicodeDecodeError as error:

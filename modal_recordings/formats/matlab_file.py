@@ -9,6 +9,7 @@ from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
 from modal_core.errors import RecordingError
+from modal_recordings.file_size import check_size
 from modal_recordings.formats import hdf_file
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
 
@@ -32,15 +33,7 @@ def read(path: Path) -> NamedArrays:
         head = file.read(HDF_OFFSET + len(HDF_MAGIC))
     if head.startswith(HDF_MAGIC) or head[HDF_OFFSET:] == HDF_MAGIC:
         return hdf_file.read(path, matlab=True)
-    size = path.stat().st_size
-    if size > LARGEST_BYTES:
-        raise RecordingError(
-            'file too large',
-            where=path,
-            found=f'{size} bytes',
-            expected=f'at most {LARGEST_BYTES} bytes',
-            advice="save it with '-v7.3'",
-        )
+    check_size(path, LARGEST_BYTES, advice="save it with '-v7.3'")
     try:
         content = loadmat(path, simplify_cells=True)
     except (MatReadError, zlib.error, ValueError, TypeError, KeyError, OSError, EOFError,

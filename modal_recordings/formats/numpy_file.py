@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
+from modal_recordings.file_size import check_size
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
 
 LARGEST_BYTES = 2_000_000_000
@@ -34,7 +35,8 @@ def read(path: Path) -> NamedArrays:
     arrays, numbers, texts = [], {}, {}
     try:
         with zipfile.ZipFile(path) as archive:
-            _check_size(path, archive)
+            unpacked = sum(entry.file_size for entry in archive.infolist())
+            check_size(path, LARGEST_BYTES, unpacked, 'save the samples as .npy')
             for name, value in _values(archive):
                 if value.dtype.kind in 'fiu' and value.size > 1:
                     arrays.append(NamedArray(name, value))
@@ -49,18 +51,6 @@ def read(path: Path) -> NamedArrays:
             'damaged or truncated file of NumPy', where=path, found=str(error) or 'no end'
         ) from error
     return NamedArrays(tuple(arrays), numbers, texts=texts)
-
-
-def _check_size(path: Path, archive: zipfile.ZipFile) -> None:
-    size = sum(entry.file_size for entry in archive.infolist())
-    if size > LARGEST_BYTES:
-        raise RecordingError(
-            'file too large',
-            where=path,
-            found=f'{size} bytes unpacked',
-            expected=f'at most {LARGEST_BYTES} bytes',
-            advice='save the samples as .npy',
-        )
 
 
 def _values(archive: zipfile.ZipFile) -> Iterator[tuple[str, NDArray[np.generic]]]:

@@ -15,6 +15,7 @@ import numpy as np
 import pyuff
 
 from modal_core.errors import RecordingError
+from modal_recordings.file_size import check_size
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
 from modal_recordings.formats.universal_blocks import Block, blocks_of
 from modal_recordings.row_period import row_period_s
@@ -80,11 +81,7 @@ def datasets(path: Path, kinds: Sequence[int]) -> list[dict[str, Any]]:
     RecordingError
         Truncated, too large, or no universal file.
     """
-    size = path.stat().st_size
-    if size > LARGEST_BYTES:
-        raise RecordingError(
-            'file too large', where=path, found=size, expected=f'at most {LARGEST_BYTES} bytes'
-        )
+    check_size(path, LARGEST_BYTES)
     blocks = blocks_of(path)
     file = pyuff.UFF(str(path))
     if [block.kind for block in blocks] != [int(kind) for kind in file.get_set_types()]:
