@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from impact_testing.fit import FreePoint, Places
 from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
+from impact_testing.unexplained import unexplained_peaks
 from oma_identifier.quality import named
 
 Complex = NDArray[np.complex128]
@@ -68,7 +69,8 @@ def remarks_on(
     if misfit > MODEL_SHORT:
         said.append(
             f'modes and noise leave {misfit:.1f} times the noise: the structure is not linear or'
-            ' not at rest, or modes are missing; standard deviations are widened by it'
+            ' not at rest, or modes are missing or ring on from tap to tap (longer pauses help);'
+            ' standard deviations are widened by it'
         )
     bad = sum(not tap.good for point in points for tap in point.taps)
     if bad:
@@ -92,4 +94,26 @@ def remarks_on(
         )
     if any(each.mode.frequency_std_hz > 0.5 * each.mode.frequency_hz for each in modes):
         said.append('some modes are not determined by these taps')
+    return tuple(said)
+
+
+def remarks_on_peaks(data: Sequence[PointData], pole: Complex) -> tuple[str, ...]:
+    """Return what is to be said of measured peaks and of modes that ring on.
+
+    Parameters
+    ----------
+    data : sequence of PointData
+    pole : (n_modes,) complex array [rad/s]
+        Of the modes that are reported.
+    """
+    said = []
+    peaks = unexplained_peaks(data, pole)
+    if peaks:
+        several = len(peaks) > 1
+        at = ', '.join(f'{each:.4g}' for each in peaks)
+        said.append(
+            f'{"peaks" if several else "a peak"} at {at} Hz {"are" if several else "is"} not'
+            ' explained by the modes: a mode is missing there, or wrong; longer pauses between'
+            ' taps tell'
+        )
     return tuple(said)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.checks import driving_phases, reciprocity, remarks_on
+from impact_testing.checks import driving_phases, reciprocity, remarks_on, remarks_on_peaks
 from impact_testing.fit import fitted, free_fit, ModalModel, synthesised
 from impact_testing.modes import scaled_modes
 from impact_testing.record import ImpactRecord
@@ -168,7 +168,10 @@ def _result(
         misfit=model.misfit,
         driving_phase_deg=driving_phases(data, free_fit(data, pole), pole[: len(reported)]),
         reciprocity=reciprocity(points),
-        remarks=remarks_on(points, modes, places, misfit=model.misfit),
+        remarks=(
+            *remarks_on(points, modes, places, misfit=model.misfit),
+            *remarks_on_peaks(data, model.pole[reported]),
+        ),
     )
 
 

@@ -40,6 +40,21 @@ def free_fit(data: Sequence[PointData], pole: Complex) -> list[FreePoint]:
     return [_solved(each, pole) for each in data]
 
 
+def left_by(data: PointData, pole: Complex) -> Complex:
+    """Return what poles with amplitudes of their own leave, (n_lines, n_channels) array.
+
+    Over the level of the noise of each channel.
+    """
+    basis, point = functions(data, pole), _solved(data, pole)
+    parts = np.stack([point.amplitude.real, point.amplitude.imag], axis=1)
+    parts = parts.reshape(2 * len(pole), len(data.level)) / np.sqrt(data.level)
+    left = apart(data.target) - basis[:, :-N_RESIDUAL] @ parts
+    terms = basis[:, -N_RESIDUAL:]
+    left = left - terms @ np.linalg.lstsq(terms, left, rcond=None)[0]
+    half = len(left) // 2
+    return np.asarray((left[:half] + 1j * left[half:]) * np.sqrt(data.course)[:, None])
+
+
 def _solved(data: PointData, pole: Complex) -> FreePoint:
     basis = functions(data, pole)
     target = apart(data.target)

@@ -353,7 +353,8 @@ def residual(data: PointData, pole: Complex, amplitude: Complex) -> Complex:
 
 def _parts(values: Complex) -> Real:
     """Return real and imaginary parts of rows in turn."""
-    return np.stack([values.real, values.imag], axis=1).reshape(2 * len(values), -1)
+    both = np.stack([values.real, values.imag], axis=1)
+    return np.asarray(both.reshape(2 * len(values), values.shape[1]))
 
 
 def _form(values: Complex) -> Real:

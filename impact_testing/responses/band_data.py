@@ -49,6 +49,13 @@ class PointData:
         scaled = self.frf.h1[self.lines] / np.sqrt(self.level)
         return np.asarray(scaled / np.sqrt(self.course[:, None]))
 
+    @property
+    def log_noise(self) -> float:
+        """Logarithm of the power of the noise, summed over lines and channels."""
+        return len(self.level) * float(np.log(self.course).sum()) + len(self.course) * float(
+            np.log(self.level).sum()
+        )
+
     def terms(self, pole: Complex) -> tuple[Complex, Complex]:
         """Return (1 + Σ_k F̄_k u_k / S_ff) / (jω - p) of p and of its conjugate.
 

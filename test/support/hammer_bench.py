@@ -72,6 +72,19 @@ def random_structure(rng, n=5, damping=(0.007, 0.04)):
     return Structure(M, C, K)
 
 
+def even_chain(n=5, mass=10.0, stiffness=4e5, damping=0.01):
+    """Return equal masses between equal springs, one end on the ground.
+
+    f_r = √(k/m) / π · sin((2r - 1) π / (4n + 2)); every shape has the entries sin(jπ / (2n + 1)),
+    j = 1..n, in another order, so that all modal masses are m (2n + 1) / 4 / cos²(π / (4n + 2)).
+    """
+    K = stiffness * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    K[-1, -1] = stiffness
+    squared, q = np.linalg.eigh(K / mass)
+    C = mass * q @ np.diag(2.0 * damping * np.sqrt(squared)) @ q.T
+    return Structure(mass * np.eye(n), C, K)
+
+
 def half_sine(width_s, rate_hz):
     t = np.arange(round(width_s * rate_hz) + 1) / rate_hz
     return np.sin(np.pi * t / width_s)
