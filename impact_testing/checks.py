@@ -53,18 +53,26 @@ def reciprocity(points: Sequence[TestedPoint]) -> dict[str, float]:
 
 
 def remarks_on(
-    points: Sequence[TestedPoint], modes: Sequence[ScaledMode], places: Places, misfit: float
+    points: Sequence[TestedPoint],
+    modes: Sequence[ScaledMode],
+    places: Places,
+    misfit: float,
+    told: Sequence[int] = (),
 ) -> tuple[str, ...]:
-    """Return what should be known, each with a remedy."""
+    """Return what should be known, each with a remedy; of some points it was told elsewhere."""
     said = []
     if not places.tied:
-        hits = ', '.join(dict.fromkeys(point.hit for point in points if point.hit))
+        hits = ', '.join(
+            dict.fromkeys(
+                point.hit for n, point in enumerate(points) if point.hit and n not in places.loose
+            )
+        )
         names = named(places.names[: places.n_channels], 3)
         said.append(
             'no driving point'
             + (f' ({hits} is none of the channels {names})' if hits else '')
-            + ': masses are not known; put a sensor where the hammer strikes and name it'
-            ' (--at CHANNEL)'
+            + ': masses are not known; put a sensor where the hammer strikes and name it as the'
+            ' point hit'
         )
     if misfit > MODEL_SHORT:
         said.append(
@@ -78,12 +86,12 @@ def remarks_on(
     few = [point.name for point in points if point.n_good < 3]
     if few:
         said.append(f'two good taps only ({", ".join(few[:3])}): coherence says little')
-    loose = [points[number].hit for number in sorted(places.loose)]
+    loose = [points[number].hit for number in sorted(set(places.loose) - set(told))]
     if loose:
         said.append(
             f'taps named {", ".join(loose)} did not hit the place of that channel in its'
-            ' direction: they have a place of their own; swap their sign (--at -CHANNEL) or name'
-            ' the place they hit'
+            ' direction: they have a place of their own; swap the sign before the channel or'
+            ' name the place they hit'
         )
     without = [each.mode for each in modes if np.isnan(each.mode.frequency_std_hz)]
     if without:

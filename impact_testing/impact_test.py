@@ -1,13 +1,21 @@
 """Taps in, modes with their masses out: read it from top to bottom."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact_testing.checks import driving_phases, reciprocity, remarks_on, remarks_on_peaks
-from impact_testing.fit import fitted, free_fit, ModalModel, synthesised
+from impact_testing.driving_sign import (
+    all_against,
+    driving_signs,
+    DrivingSign,
+    remarks_on_signs,
+    turned,
+    without_wrong_points,
+)
+from impact_testing.fit import fitted, free_fit, ModalModel, refitted, synthesised
 from impact_testing.modes import scaled_modes
 from impact_testing.record import ImpactRecord
 from impact_testing.responses import band_lines, PointData, PointFrf, PointSpectra
@@ -95,7 +103,12 @@ def impact_modes(
     lines = band_lines(frfs[0].spectra.frequency_hz, band_hz)
     with one_thread():
         data, model = fitted([PointData.of(each, lines) for each in frfs])
-        return _result(data, model, band_hz, length_s)
+        signs = driving_signs(data, model, _reported(model, band_hz, length_s))
+        if all_against(signs):
+            data = turned(data)
+            model = refitted(data, replace(model, shape=1j * model.shape))
+        model = without_wrong_points(data, model, signs)
+        return _result(data, model, signs, band_hz, length_s)
 
 
 def judged_together(
@@ -136,17 +149,26 @@ def analysed_band(frfs: Sequence[PointFrf], settings: ImpactSettings) -> tuple[f
     return low, high
 
 
-def _result(
-    data: Sequence[PointData], model: ModalModel, band_hz: tuple[float, float], length_s: float
-) -> ImpactResult:
+def _reported(model: ModalModel, band_hz: tuple[float, float], length_s: float) -> list[int]:
+    """Return which poles are modes, by frequency."""
     frequency = np.abs(model.pole) / (2.0 * np.pi)
     damping = -model.pole.real / np.abs(model.pole)
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     inside &= (damping > 0.0) & (damping < IMPACT.most_damping)
     inside &= -model.pole.real * length_s > LEAST_DECAY
     reported = np.flatnonzero(inside)
-    reported = reported[np.argsort(frequency[reported])]
-    modes = scaled_modes(model, reported.tolist())
+    return [int(each) for each in reported[np.argsort(frequency[reported])]]
+
+
+def _result(
+    data: Sequence[PointData],
+    model: ModalModel,
+    signs: Sequence[DrivingSign],
+    band_hz: tuple[float, float],
+    length_s: float,
+) -> ImpactResult:
+    reported = _reported(model, band_hz, length_s)
+    modes = scaled_modes(model, reported)
     pole = np.concatenate([model.pole[reported], np.delete(model.pole, reported)])
     places = model.places
     points = tuple(
@@ -169,7 +191,14 @@ def _result(
         driving_phase_deg=driving_phases(data, free_fit(data, pole), pole[: len(reported)]),
         reciprocity=reciprocity(points),
         remarks=(
-            *remarks_on(points, modes, places, misfit=model.misfit),
+            *remarks_on_signs(signs),
+            *remarks_on(
+                points,
+                modes,
+                places,
+                misfit=model.misfit,
+                told=[each.point for each in signs if each.mixed],
+            ),
             *remarks_on_peaks(data, model.pole[reported]),
         ),
     )

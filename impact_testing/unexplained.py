@@ -19,7 +19,7 @@ SHARE = 0.5
 of one that is not nearly all."""
 BEYOND_NOISE = 4.0
 """Mean square of what is left over the noise: noise itself reaches half of it."""
-PROMINENT = 10.0
+PROMINENT = 4.0
 """Power of a peak over the median of its neighbourhood."""
 BESIDE = 16
 """Lines on either side that are its neighbourhood."""

@@ -5,7 +5,7 @@ In come the lines of a band; out goes the modal model of largest likelihood.
 
 from impact_testing.fit.free_fit import free_fit, FreePoint, left_by
 from impact_testing.fit.modal_model import ModalModel, synthesised
-from impact_testing.fit.mode_search import fitted
+from impact_testing.fit.mode_search import fitted, refitted
 from impact_testing.fit.places import Places
 
 __all__ = [
@@ -15,5 +15,6 @@ __all__ = [
     'fitted',
     'free_fit',
     'left_by',
+    'refitted',
     'synthesised',
 ]

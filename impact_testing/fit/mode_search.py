@@ -54,6 +54,30 @@ def fitted(data: Sequence[PointData]) -> tuple[list[PointData], ModalModel]:
     return _with_force_noise(now, data, model)
 
 
+def refitted(
+    data: Sequence[PointData], model: ModalModel, wrong: Sequence[int] = ()
+) -> ModalModel:
+    """Climb again, with points that have places of their own instead of a channel's.
+
+    Parameters
+    ----------
+    data : sequence of PointData
+        As :func:`fitted` returns it.
+    model : ModalModel
+    wrong : sequence of int
+        Points.
+    """
+    before, n_poles = model.places, len(model.pole)
+    places = Places.of(data, (*before.loose, *wrong))
+    shape = np.zeros((n_poles, places.n), dtype=complex)
+    for name in before.names:
+        if name in places.names:
+            shape[:, places.names.index(name)] = model.shape[:, before.names.index(name)]
+    shape[:, list(places.into)] = model.shape[:, list(before.into)]
+    doubts = [force_doubts(each, model.pole, model.amplitude(n)) for n, each in enumerate(data)]
+    return climb(data, places, model.pole, shape, doubts=doubts)
+
+
 def _with_force_noise(
     now: Sequence[PointData], data: Sequence[PointData], model: ModalModel
 ) -> tuple[list[PointData], ModalModel]:
