@@ -5,10 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.fit import FreePoint, Places
+from impact_testing.fit import ForceDelay, FreePoint, Places
+from impact_testing.modes import nearer_than_told
 from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
 from impact_testing.unexplained import unexplained_peaks
+from modal_core.mode import Mode
 from oma_identifier.quality import named
 
 Complex = NDArray[np.complex128]
@@ -93,13 +95,7 @@ def remarks_on(
             ' direction: they have a place of their own; swap the sign before the channel or'
             ' name the place they hit'
         )
-    without = [each.mode for each in modes if np.isnan(each.mode.frequency_std_hz)]
-    if without:
-        near = ', '.join(f'{mode.frequency_hz:.4g}' for mode in without)
-        said.append(
-            f'modes at {near} Hz lie within their half-widths: another pair may explain the FRFs'
-            ' as well, so these have no σ; points that show one of them alone tell'
-        )
+    said.extend(_without_deviations(modes))
     if any(each.mode.frequency_std_hz > 0.5 * each.mode.frequency_hz for each in modes):
         said.append('some modes are not determined by these taps')
     return tuple(said)
@@ -125,3 +121,43 @@ def remarks_on_peaks(data: Sequence[PointData], pole: Complex) -> tuple[str, ...
             ' taps tell'
         )
     return tuple(said)
+
+
+def remark_on_delay(delay: ForceDelay) -> tuple[str, ...]:
+    """Return what is to be said of a delay that was taken out."""
+    if not delay.sure:
+        return ()
+    size, std = 1e3 * abs(delay.seconds), 1e3 * delay.std_s
+    digits = max(0, 1 - int(np.floor(np.log10(max(std, 1e-6)))))
+    return (
+        f'the force comes {size:.{digits}f} ± {std:.{digits}f} ms'
+        f' {"later" if delay.seconds > 0.0 else "earlier"} than the responses: that was taken out;'
+        ' measure both through converters and filters of one kind',
+    )
+
+
+def _without_deviations(modes: Sequence[ScaledMode]) -> list[str]:
+    """Return what took the deviations from modes: each other, or what is reported as none."""
+    each = [mode.mode for mode in modes]
+    damping = np.array([mode.damping_ratio for mode in each])
+    size = 2.0 * np.pi * np.array([mode.frequency_hz for mode in each])
+    near = nearer_than_told(size * (-damping + 1j * np.sqrt(1.0 - damping**2)))
+    without = np.isnan([mode.frequency_std_hz for mode in each])
+    said = []
+    if (without & near).any():
+        said.append(
+            f'modes at {_listed(each, without & near)} Hz lie within their half-widths: another'
+            ' pair may explain the FRFs as well, so these have no σ; points that show one of them'
+            ' alone tell'
+        )
+    if (without & ~near).any():
+        said.append(
+            f'over modes at {_listed(each, without & ~near)} Hz lies something broad that is no'
+            ' mode, so these have no σ: FRFs that are no sum of modes, as of clipped or disturbed'
+            ' responses, or too few taps'
+        )
+    return said
+
+
+def _listed(modes: Sequence[Mode], which: NDArray[np.bool_]) -> str:
+    return ', '.join(f'{modes[n].frequency_hz:.4g}' for n in np.flatnonzero(which).tolist())

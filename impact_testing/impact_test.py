@@ -6,7 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.checks import driving_phases, reciprocity, remarks_on, remarks_on_peaks
+from impact_testing.checks import (
+    driving_phases,
+    reciprocity,
+    remark_on_delay,
+    remarks_on,
+    remarks_on_peaks,
+)
 from impact_testing.driving_sign import (
     all_against,
     driving_signs,
@@ -15,7 +21,16 @@ from impact_testing.driving_sign import (
     turned,
     without_wrong_points,
 )
-from impact_testing.fit import fitted, free_fit, ModalModel, refitted, synthesised
+from impact_testing.fit import (
+    earlier,
+    fitted,
+    force_delay,
+    ForceDelay,
+    free_fit,
+    ModalModel,
+    refitted,
+    synthesised,
+)
 from impact_testing.modes import scaled_modes
 from impact_testing.record import ImpactRecord
 from impact_testing.responses import band_lines, PointData, PointFrf, PointSpectra
@@ -102,13 +117,15 @@ def impact_modes(
     band_hz = analysed_band(frfs, settings)
     lines = band_lines(frfs[0].spectra.frequency_hz, band_hz)
     with one_thread():
-        data, model = fitted([PointData.of(each, lines) for each in frfs])
+        data = [PointData.of(each, lines) for each in frfs]
+        delay = force_delay(data)
+        data, model = fitted(earlier(data, delay.seconds) if delay.sure else data)
         signs = driving_signs(data, model, _reported(model, band_hz, length_s))
         if all_against(signs):
             data = turned(data)
             model = refitted(data, replace(model, shape=1j * model.shape))
         model = without_wrong_points(data, model, signs)
-        return _result(data, model, signs, band_hz, length_s)
+        return _result(data, model, (delay, signs), band_hz, length_s)
 
 
 def judged_together(
@@ -163,10 +180,11 @@ def _reported(model: ModalModel, band_hz: tuple[float, float], length_s: float) 
 def _result(
     data: Sequence[PointData],
     model: ModalModel,
-    signs: Sequence[DrivingSign],
+    chain: tuple[ForceDelay, Sequence[DrivingSign]],
     band_hz: tuple[float, float],
     length_s: float,
 ) -> ImpactResult:
+    delay, signs = chain
     reported = _reported(model, band_hz, length_s)
     modes = scaled_modes(model, reported)
     pole = np.concatenate([model.pole[reported], np.delete(model.pole, reported)])
@@ -191,6 +209,7 @@ def _result(
         driving_phase_deg=driving_phases(data, free_fit(data, pole), pole[: len(reported)]),
         reciprocity=reciprocity(points),
         remarks=(
+            *remark_on_delay(delay),
             *remarks_on_signs(signs),
             *remarks_on(
                 points,

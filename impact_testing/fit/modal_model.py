@@ -60,6 +60,8 @@ class ModalModel:
         Sums of squares that are left, in units of the noise, by point.
     misfit : float
         The whole over its degrees of freedom: 1 where model and noise are right.
+    widest : float [rad/s]
+        Half-width that no bell exceeds: the highest line.
     """
 
     places: Places
@@ -71,6 +73,7 @@ class ModalModel:
     doubt: Real
     cost: tuple[float, ...]
     misfit: float
+    widest: float
 
     def factored(self, lift: Real) -> Doubted:
         """Factor the information, with a diagonal added, (n_places + 1, 2 n_poles) array."""
@@ -89,6 +92,9 @@ class ModalModel:
         pole, shape = self.pole + change[-1], self.shape + change[:-1].T
         # A broad pole may step across the real axis: its mirror image is the same mode.
         below = pole.imag < 0.0
+        # One that decays within a radian of the highest line is flat in the band, as a residual
+        # term is: it goes no further, where its exponential has no end.
+        pole = np.maximum(pole.real, -self.widest) + 1j * pole.imag
         return np.where(below, pole.conj(), pole), np.where(below[:, None], shape.conj(), shape)
 
     def amplitude(self, point: int) -> Complex:
@@ -175,6 +181,7 @@ def evaluate(
         np.diag(np.concatenate(own)),
         tuple(cost),
         misfit,
+        2.0 * np.pi * float(data[0].frequency_hz[-1]),
     )
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import rfft, rfftfreq
+from scipy.fft import irfft, rfft, rfftfreq
 
 from impact_testing.record import ImpactRecord
 from impact_testing.taps import begin_of, FILTER_SAMPLES, ForceLevel, JudgedTap, Tap
@@ -43,6 +43,15 @@ class Pulse:
         """Return ∫ f exp(-pt) dt of some poles, t from its first row; (n_poles,) array [N s]."""
         time_s = np.arange(len(self.force_n)) / rate_hz
         return np.asarray(np.exp(-pole[:, None] * time_s) @ self.force_n / rate_hz)
+
+    def earlier(self, seconds: float, rate_hz: float) -> 'Pulse':
+        """Return the force that comes earlier by so much, interpolated as it is band-limited.
+
+        Its window has quiet samples on either side for that.
+        """
+        n = len(self.force_n)
+        turn = np.exp(2j * np.pi * rfftfreq(n, 1.0 / rate_hz) * seconds)
+        return Pulse(self.first, np.asarray(irfft(rfft(self.force_n) * turn, n)))
 
 
 @dataclass(frozen=True, slots=True)
