@@ -99,3 +99,17 @@ def test_estimators_stand_in_their_order_and_scatter_as_bendat_and_piersol_say()
         predicted.append(frf.random_error[5, 0] ** 2)
     # Four averages leave three degrees of freedom: the formula is short by 3/4.
     assert np.std(errors) == pytest.approx(np.sqrt(np.mean(predicted) * 4.0 / 3.0), rel=0.2)
+
+
+def test_a_limit_that_several_taps_reach_with_a_sample_each_is_told():
+    """Largest responses go with the force: three that are the very same are cut."""
+    rng = np.random.default_rng(SEED)
+    record = taps(bench(), 2, TIMES, rng, noise=0.01, width_s=0.004)
+    motion = record.responses.acceleration.copy()
+    tops = [motion[round(time * 512) : round(time * 512) + 128, 2].max() for time in TIMES]
+    # Cut just so that three taps lose a sample or two, too few in a row to be a flat top.
+    limit = 0.95 * sorted(tops)[-3]
+    motion[:, 2] = np.minimum(motion[:, 2], limit)
+    said = faults(ImpactRecord(record.force_n, Samples(motion, 512.0, record.responses.channels)))
+    assert [Fault.RESPONSE_CLIPPED in each for each in said] == [top >= limit for top in tops]
+    assert faults(record) == [set()] * 5
