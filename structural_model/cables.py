@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 import pinocchio as pin
 
 from structural_model.assembly import Assembly
+from structural_model.joint_jacobian import joint_jacobian
 from structural_model.spec import CableSpec
 
 
@@ -28,6 +29,6 @@ def cable_row(
     arm = data.oMi[joint].rotation @ placement.translation
     way = np.array(cable.anchor_m) - data.oMi[joint].translation - arm
     frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    jacobian = pin.getJointJacobian(assembly.model, data, joint, frame)
+    jacobian = joint_jacobian(assembly.model, data, joint, frame)
     point = jacobian[:3] + np.cross(jacobian[3:].T, arm).T
     return np.asarray(way / np.linalg.norm(way) @ point)

@@ -10,6 +10,7 @@ import pinocchio as pin
 from modal_core.channel import Channel
 from modal_core.units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY
 from structural_model.assembly import Assembly
+from structural_model.joint_jacobian import joint_jacobian
 from structural_model.kinematics import FrameMotion, point_acceleration
 
 Array = NDArray[np.float64]
@@ -98,7 +99,7 @@ def jacobian_rows(
     found = sensor_map(assembly, tuple(channels))
     rows = np.zeros((len(channels), len(columns)))
     for joint, members in found.groups:
-        jacobian = pin.getJointJacobian(assembly.model, data, joint, pin.ReferenceFrame.LOCAL)
+        jacobian = joint_jacobian(assembly.model, data, joint, pin.ReferenceFrame.LOCAL)
         rows[members] = found.wrench[members] @ jacobian[:, columns]
     return rows
 
@@ -124,7 +125,7 @@ def gravity_rows(
     rows = np.zeros((len(channels), len(columns)))
     gravity = np.asarray(assembly.model.gravity.linear)
     for joint, members in found.groups:
-        jacobian = pin.getJointJacobian(assembly.model, data, joint, pin.ReferenceFrame.LOCAL)
+        jacobian = joint_jacobian(assembly.model, data, joint, pin.ReferenceFrame.LOCAL)
         x, y, z = data.oMi[joint].rotation.T @ gravity
         # -d(Rᵀg) = θ × (Rᵀg), so the reading gains d·(θ × g') = (g' × d)·θ = d·([g']ₓᵀ θ).
         crossed = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])

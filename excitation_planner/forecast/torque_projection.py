@@ -61,13 +61,22 @@ class TorqueProjection:
         return float(self.singular_values[-1] / largest) if largest > 0.0 else 0.0
 
     @property
+    def _no_cure(self) -> str:
+        few = len(self.matrix) < len(self.singular_values)
+        return (
+            'an arm of fewer than three joints has it in no pose: plan with require_full_rank false'
+            if few
+            else 'no joint adds it in this pose'
+        )
+
+    @property
     def reason(self) -> str:
         """Why the rank is below 3, in words; empty when it is 3."""
         if self.rank == 3:
             return ''
         directions = ' and '.join(_named(direction) for direction in self.missing)
         cure = ', '.join(self.helpful_joints)
-        advice = f'joints that would add it: {cure}' if cure else 'no joint adds it in this pose'
+        advice = f'joints that would add it: {cure}' if cure else self._no_cure
         return f'no torque about {directions}; {advice}'
 
 

@@ -4,9 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model_gap.comparison.spectra_pairs import SpectraPair
 from model_gap.comparison.thresholds import LIMITS
+
+Array = NDArray[np.float64]
+# Of one power over another: 120 dB below and above, more than any record of 24 bits (144 dB less
+# the noise) tells of neighbouring bins.
+LEAST, MOST = 1e-12, 1e12
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,22 @@ def lines_seen(
     return tuple(sorted(seen, key=lambda line: -line.over_surroundings_db))
 
 
+def over(line: Array, around: Array) -> Array:
+    """Return a power as a multiple of the one around it, by channel.
+
+    A channel across all motion (the radial axis of a sensor on an arm of one joint) is predicted
+    to see nothing at all: nothing stands out of nothing, the ratio is 1.
+
+    Parameters
+    ----------
+    line, around : (n_channels,) array
+        Mean powers.
+    """
+    ratio = np.where(line > 0.0, MOST, 1.0)
+    np.divide(line, around, out=ratio, where=around > 0.0)
+    return np.clip(ratio, LEAST, MOST)
+
+
 def _line(pairs: Sequence[SpectraPair], line: float, channels: Sequence[str]) -> LineSeen | None:
     tables = []
     for pair in pairs:
@@ -57,8 +79,10 @@ def _line(pairs: Sequence[SpectraPair], line: float, channels: Sequence[str]) ->
             continue
         tables.append(
             [
-                np.mean(np.abs(part[:, near]) ** 2, axis=1)
-                / np.mean(np.abs(part[:, around]) ** 2, axis=1)
+                over(
+                    np.mean(np.abs(part[:, near]) ** 2, axis=1),
+                    np.mean(np.abs(part[:, around]) ** 2, axis=1),
+                )
                 for part in (pair.item.measured, pair.before, pair.after)
             ]
         )
@@ -66,9 +90,9 @@ def _line(pairs: Sequence[SpectraPair], line: float, channels: Sequence[str]) ->
         return None
     mean = np.median(np.array(tables), axis=0)
     best = int(np.argmax(mean[0]))
-    measured, before, after = (10.0 * np.log10(np.maximum(mean[:, best], 1e-12))).tolist()
+    measured, before, after = (10.0 * np.log10(mean[:, best])).tolist()
     record = pairs[0].item.record
-    scatter = 10.0 * np.log10(np.maximum([table[0][best] for table in tables], 1e-12))
+    scatter = 10.0 * np.log10([table[0][best] for table in tables])
     return LineSeen(
         frequency_hz=float(line),
         resolution_hz=record.sample_rate_hz / len(record.acceleration),

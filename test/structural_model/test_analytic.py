@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from modal_core.channel import Sensor, SensorLayout
+
 GRAVITY = 9.81
 SPRING = 'joints: {j: {drive: {stiffness: 5000.0, damping: 12.0}}}'
 
@@ -246,3 +248,29 @@ def test_payload_equals_the_same_mass_in_the_urdf(arms):
     )
     np.testing.assert_allclose(light.matrices([0.4]).M, heavy.matrices([0.4]).M, rtol=1e-12)
     np.testing.assert_allclose(light.matrices([0.4]).K, heavy.matrices([0.4]).K, rtol=1e-12)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.7])
+def test_sensors_on_an_arm_of_one_joint(arms, angle):
+    """What rides at height h on a rod about y moves by h along the rod's x per radian."""
+    model = arms.pendulum(SPRING)
+    channels = SensorLayout((Sensor('s', 'rod', (0.0, 0.0, 0.5)),)).channels
+    np.testing.assert_allclose(
+        model.sensor_jacobian([angle], channels), [[0.5], [0.0], [0.0]], atol=1e-12
+    )
+    # An accelerometer at rest reads -g in its own axes: (-sin, 0, cos) times 9.81.
+    np.testing.assert_allclose(
+        model.gravity_jacobian([angle], channels),
+        GRAVITY * np.array([[-np.cos(angle)], [0.0], [-np.sin(angle)]]),
+        atol=1e-12,
+    )
+    shape = model.modes([angle], channels).channel_shapes
+    assert shape.shape == (3, 1) and abs(shape[1, 0]) < 1e-12
+
+
+def test_a_cable_to_an_arm_of_one_joint(arms):
+    """It shortens by the lever about the joint, here its whole length."""
+    cable = 'cables: [{name: c, link: rod, position_m: [0, 0, 0.5], anchor_m: [9, 0, 0.5], '
+    model = arms.pendulum(f'{SPRING}\n{cable}stiffness_n_m: 700.0}}]')
+    without = 5000.0 - 3.0 * GRAVITY * 0.8
+    assert model.matrices([0.0]).K[0, 0] == pytest.approx(without + 700.0 * 0.5**2, rel=1e-10)

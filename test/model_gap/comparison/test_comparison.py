@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from model_gap.comparison.harmonics import over
 from model_gap.comparison.modal import mode_pairs
 from model_gap.comparison.transmissibility import ratio
 from model_gap.search.search import Search
@@ -56,3 +57,10 @@ def test_modes_are_compared_on_the_channels_they_were_identified_from(campaign_o
     assert all(len(pair.mode.shape) == 11 for pair in pairs)
     mac = [pair.before.mac for pair in pairs if pair.before and pair.mode.mpc > 0.95]
     assert np.median(mac) > 0.9, f'seed {SEED}: {mac}'
+
+
+def test_nothing_over_nothing_is_no_line():
+    line, around = np.array([0.0, 0.0, 3.0, 8.0]), np.array([0.0, 2.0, 0.0, 2.0])
+    with np.errstate(all='raise'):
+        found = over(line, around)
+    np.testing.assert_allclose(10.0 * np.log10(found), [0.0, -120.0, 120.0, 10.0 * np.log10(4.0)])
