@@ -64,7 +64,7 @@ class TorqueProjection:
     def _no_cure(self) -> str:
         few = len(self.matrix) < len(self.singular_values)
         return (
-            'an arm of fewer than three joints has it in no pose: plan with require_full_rank false'
+            'an arm of fewer than three joints has it in no pose: set require_full_rank false'
             if few
             else 'no joint adds it in this pose'
         )
