@@ -5,7 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from model_gap.trajectory.encoder_gap import EncoderGap, gap_share, Law, Quantity
+from model_gap.trajectory.encoder_gap import (
+    EncoderGap,
+    gap_share,
+    Law,
+    left_share,
+    noise_share,
+    Quantity,
+)
+from model_gap.trajectory.gear_told import GearTold
 from model_gap.trajectory.motion import BAND_HZ
 from model_gap.trajectory.rival import Rival
 from model_gap.trajectory.words import not_told, unexplained_lines
@@ -62,8 +70,27 @@ def _quantity(quantity: Quantity, heldout: list[str]) -> dict[str, Any]:
         'rms_before': {name: _numbers(values) for name, values in quantity.before.items()},
         'rms_after': {name: _numbers(values) for name, values in quantity.after.items()},
         'heldout_gap_after': _number(gap_share(quantity, heldout)),
+        'heldout_gap_noise': _number(noise_share(quantity, heldout)),
+        'heldout_left_of_measured': _number(left_share(quantity, heldout)),
+        'rms_noise': {name: _numbers(values) for name, values in quantity.noise.items()},
+        'gears_not_named': [_gear(item) for item in quantity.gears],
         'rival_from_data': [_rival(item) for item in quantity.rivals],
         'unconfirmed': [term.label for term in quantity.unconfirmed],
+    }
+
+
+def _gear(gear: GearTold) -> dict[str, Any]:
+    return {
+        'joint': gear.joint,
+        'model_stiffness': _number(gear.model),
+        'stiffness': {
+            'value': _number(gear.stiffness),
+            'sigma': _number(gear.sigma),
+            'unit': 'N m/rad',
+        },
+        'least_stiffness': _number(gear.least),
+        'within': _number(gear.within),
+        'confirmed': gear.confirmed,
     }
 
 

@@ -30,6 +30,7 @@ from model_gap.trajectory.twist_terms import (
     Hysteresis,
     JointStiffness,
     LINK_ENCODERS,
+    LoadTolerance,
     OfTwist,
     TransmissionError,
 )
@@ -199,7 +200,7 @@ def twist_terms(
     Parameters
     ----------
     model : FlexibleJointModel
-        Rigid.
+        With its springs.
     encoders : sequence of int
         Joints with an encoder behind the gear.
     load_sigma : dict of int to float
@@ -212,9 +213,30 @@ def twist_terms(
         name = model.joint_names[joint]
         for kind in TWIST:
             found += shaped(kind(name, place, joint))
-        found.append(JointStiffness(name, place, joint, load_sigma=load_sigma.get(joint, 0.0)))
+        found.append(
+            JointStiffness(
+                name, place, joint,
+                load_sigma=load_sigma.get(joint, 0.0),
+                model_stiffness=model.spec.joints[joint].drive.spring.stiffness,
+            )
+        )  # fmt: skip
         found.append(EncoderDelay(name, place, joint))
     return found
+
+
+def load_tolerances(
+    model: FlexibleJointModel, encoders: Sequence[int], load_sigma: Mapping[int, float]
+) -> list[LoadTolerance]:
+    """Return one per spring of the model whose load is not known exactly."""
+    springs = [(place, joint, model.spec.joints[joint]) for place, joint in enumerate(encoders)]
+    return [
+        LoadTolerance(
+            item.name, place, joint,
+            load_sigma=load_sigma[joint], model_stiffness=item.drive.spring.stiffness,
+        )
+        for place, joint, item in springs
+        if load_sigma.get(joint, 0.0) > 0.0 and not item.drive.spring.rigid
+    ]  # fmt: skip
 
 
 def encoder_offsets(model: FlexibleJointModel, encoders: Sequence[int]) -> list[EncoderOffset]:

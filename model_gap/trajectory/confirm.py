@@ -27,7 +27,7 @@ def square_before(track: Track, quantity: str) -> Array:
 
     Of twists without their mean: what an encoder counts from is a convention.
     """
-    left = track.left(quantity)
+    left = track.left_by_model(quantity)
     if quantity == TWIST:
         left = left - left.mean(axis=0)
     return np.asarray(np.mean(left**2, axis=0))

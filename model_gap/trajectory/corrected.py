@@ -10,7 +10,7 @@ import numpy as np
 from modal_core.atomic_file import atomic_path, write_text
 from model_gap.trajectory.catalogue import LinkTolerance
 from model_gap.trajectory.encoder_gap import EncoderGap, Quantity
-from model_gap.trajectory.term import TWIST
+from model_gap.trajectory.twist_terms import EncoderOffset, JointStiffness
 from structural_model import FlexibleJointModel
 from structural_model.robot_writer import model_text
 from structural_model.spec import (
@@ -35,7 +35,7 @@ def corrected_model(gap: EncoderGap) -> FlexibleJointModel:
         put = IN_MODEL.get(law.effect.type)
         if put is not None:
             spec = put(spec, law.effect.location, numbers)
-        spec = dataclasses.replace(spec, effects=(*spec.effects, law.effect))
+        spec = dataclasses.replace(spec, effects=(*_others(spec, law.effect), law.effect))
     return dataclasses.replace(gap.model, spec=spec)
 
 
@@ -58,9 +58,19 @@ def _with_free(spec: ModelSpec, quantity: Quantity) -> ModelSpec:
         weights, covariance = fit.of(layout, item)
         if isinstance(term, LinkTolerance):
             spec = _link(spec, term, weights)
-        elif term.weights() and quantity.name == TWIST:
+        elif isinstance(term, EncoderOffset):
             spec = _renewed(spec, term.known(weights, covariance))
     return spec
+
+
+def _others(spec: ModelSpec, effect: KnownEffect) -> tuple[KnownEffect, ...]:
+    """Return the effects that stay beside one: what is told of a whole gear replaces the older."""
+    whole = effect.type == JointStiffness.type
+    return tuple(
+        item
+        for item in spec.effects
+        if not whole or (item.type, item.location) != (effect.type, effect.location)
+    )
 
 
 def _renewed(spec: ModelSpec, effect: KnownEffect) -> ModelSpec:
@@ -136,16 +146,12 @@ def _rotor(spec: ModelSpec, joint: str, numbers: Mapping[str, float]) -> ModelSp
 
 
 def _stiffness(spec: ModelSpec, joint: str, numbers: Mapping[str, float]) -> ModelSpec:
-    """Return a spec with a spring in series with the one there was."""
+    """Return a spec with the spring that was found instead of the one there was."""
     joints = tuple(
         dataclasses.replace(
             item,
             drive=dataclasses.replace(
-                item.drive,
-                spring=Spring(
-                    1.0 / (1.0 / numbers['stiffness'] + 1.0 / item.drive.spring.stiffness),
-                    item.drive.spring.damping,
-                ),
+                item.drive, spring=Spring(numbers['stiffness'], item.drive.spring.damping)
             ),
         )
         if item.name == joint

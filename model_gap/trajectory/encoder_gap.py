@@ -10,6 +10,7 @@ from model_gap.decide import Verdict
 from model_gap.trajectory.campaign import EncoderCampaign
 from model_gap.trajectory.confirm import share_of
 from model_gap.trajectory.fit import Fit
+from model_gap.trajectory.gear_told import GearTold
 from model_gap.trajectory.problem import Layout
 from model_gap.trajectory.rival import Rival
 from model_gap.trajectory.search import Found
@@ -74,6 +75,10 @@ class Quantity:
         What data alone make of every row.
     before, after : dict of str to (n_rows,) array
         Rms error by recording, [N m] or [rad].
+    noise : dict of str to (n_rows,) array
+        Of it what the noise of the recording does, see :func:`noise.noise_in_band`.
+    gears : tuple of GearTold
+        Of twists: gears whose stiffness is not among the laws.
     """
 
     name: str
@@ -88,6 +93,8 @@ class Quantity:
     rivals: tuple[Rival, ...]
     before: Mapping[str, Array]
     after: Mapping[str, Array]
+    noise: Mapping[str, Array]
+    gears: tuple[GearTold, ...]
 
 
 @dataclass(frozen=True)
@@ -139,8 +146,23 @@ class EncoderGap:
 
 def gap_share(quantity: Quantity, names: Sequence[str]) -> float:
     """Return the rms error after as a share of that before, axes in units of what they show."""
-    after, before = (
-        np.mean([part[name] ** 2 for name in names], axis=0)
-        for part in (quantity.after, quantity.before)
+    return _share(quantity.after, quantity, names)
+
+
+def noise_share(quantity: Quantity, names: Sequence[str]) -> float:
+    """Return the noise as a share of the rms error before, as :func:`gap_share`."""
+    return _share(quantity.noise, quantity, names)
+
+
+def left_share(quantity: Quantity, names: Sequence[str]) -> float:
+    """Return the rms error after as a share of what is measured, the mean over the axes."""
+    size = np.maximum(quantity.size, 1e-300)
+    after = np.mean([quantity.after[name] ** 2 for name in names], axis=0)
+    return math.sqrt(float(np.mean(after / size)))
+
+
+def _share(errors: Mapping[str, Array], quantity: Quantity, names: Sequence[str]) -> float:
+    squares, before = (
+        np.mean([part[name] ** 2 for name in names], axis=0) for part in (errors, quantity.before)
     )
-    return math.sqrt(share_of(after, before, quantity.size))
+    return math.sqrt(share_of(squares, before, quantity.size))

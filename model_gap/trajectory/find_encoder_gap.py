@@ -12,6 +12,8 @@ from model_gap.trajectory.campaign import EncoderCampaign
 from model_gap.trajectory.catalogue import (
     encoder_offsets,
     link_tolerances,
+    LinkTolerance,
+    load_tolerances,
     torque_terms,
     twist_terms,
 )
@@ -24,7 +26,7 @@ from model_gap.trajectory.quantity import quantity_of
 from model_gap.trajectory.rigid import rigid_of
 from model_gap.trajectory.search import everything, search_terms
 from model_gap.trajectory.start_state import start_states
-from model_gap.trajectory.term import Term, TORQUE, Track, TWIST
+from model_gap.trajectory.term import Array, Term, TORQUE, Track, TWIST
 from structural_model import FlexibleJointModel
 
 
@@ -75,8 +77,13 @@ def _find(
     tracks = [loaded(track, torque.all_layout, torque.all_fit) for track in tracks]
     encoders = motions[0].encoders
     if encoders:
-        free = [*encoder_offsets(rigid, encoders), *start_states(tracks[:count], TWIST)]
-        terms = [*free, *twist_terms(rigid, encoders, load_sigma(tracks, torque))]
+        sigma = load_sigma(tracks, torque)
+        free = [
+            *encoder_offsets(rigid, encoders),
+            *load_tolerances(model, encoders, sigma),
+            *start_states(tracks[:count], TWIST),
+        ]
+        terms = [*free, *twist_terms(model, encoders, sigma)]
         found = search_terms(
             tracks[:count], terms, len(free), there, lambda x: progress(0.7 + 0.3 * x)
         )
@@ -98,19 +105,22 @@ def _settled(tracks: Sequence[Track], terms: Sequence[Term], count: int) -> list
 
 def loaded(track: Track, layout: Layout, fit: Fit) -> Track:
     """Return a recording with the load of its gears as the laws of the torque have it."""
-    load = track.rigid.load.copy()
+    within, added = np.zeros_like(track.rigid.load), np.zeros_like(track.rigid.load)
     for item in fit.chosen:
         term = layout.terms[item]
         if term.carried:
-            load += term.columns(track) @ fit.of(layout, item)[0]
-    return dataclasses.replace(track, load_nm=load)
+            part = within if isinstance(term, LinkTolerance) else added
+            part += term.columns(track) @ fit.of(layout, item)[0]
+    return dataclasses.replace(track, load_nm=track.rigid.load + within + added, added_nm=added)
 
 
 def load_sigma(tracks: Sequence[Track], torque: Quantity) -> dict[int, float]:
     """Return how roughly the size of every gear's load is known, relative.
 
     The load is computed from masses, payload and counterbalance: what is uncertain of them along
-    the load itself makes the gear look stiffer or softer.
+    the load itself makes the gear look stiffer or softer.  So does what the torques moved masses
+    by within their tolerances: motions of a flexible arm, which a rigid one has to explain by
+    them, move them as well, and no covariance says so.
     """
     layout, fit = torque.all_layout, torque.all_fit
     carried = [item for item in fit.chosen if layout.terms[item].carried]
@@ -127,5 +137,23 @@ def load_sigma(tracks: Sequence[Track], torque: Quantity) -> dict[int, float]:
         load = [track.load_nm[:, joint] - track.load_nm[:, joint].mean() for track in tracks]
         along = sum(one @ two[:, joint] for one, two in zip(load, moved, strict=True))
         along = np.asarray(along) / max(sum(float(one @ one) for one in load), 1e-300)
-        found[joint] = math.sqrt(max(float(along @ covariance @ along), 0.0))
+        spread = math.sqrt(max(float(along @ covariance @ along), 0.0))
+        found[joint] = math.hypot(spread, _moved(tracks, joint, load))
     return found
+
+
+def _moved(tracks: Sequence[Track], joint: int, load: Sequence[Array]) -> float:
+    """Return by what share of it masses within their tolerances changed a gear's load.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        Recordings.
+    joint : int
+        Of the gear.
+    load : sequence of (n,) array [N m]
+        The load without its mean, by recording.
+    """
+    within = [(track.load_nm - track.rigid.load - track.added_nm)[:, joint] for track in tracks]
+    along = sum(float(one @ two) for one, two in zip(load, within, strict=True))
+    return abs(along) / max(sum(float(one @ one) for one in load), 1e-300)

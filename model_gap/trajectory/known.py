@@ -1,4 +1,4 @@
-"""What a model already contains of encoder campaigns: its springs, and effects found earlier."""
+"""What a model already contains of encoder campaigns: effects found earlier."""
 
 from collections.abc import Sequence
 import dataclasses
@@ -9,7 +9,6 @@ from model_gap.trajectory.catalogue import encoder_offsets, torque_terms, twist_
 from model_gap.trajectory.motion import Motion
 from model_gap.trajectory.rigid import rigid_of, rigid_torque
 from model_gap.trajectory.term import Array, Term, TORQUE, Track, TWIST
-from model_gap.trajectory.twist_terms import JointStiffness
 from structural_model import FlexibleJointModel
 from structural_model.spec import KnownEffect
 
@@ -19,7 +18,7 @@ def known_terms(model: FlexibleJointModel, motions: Sequence[Motion]) -> list[tu
     rigid, encoders = rigid_of(model), motions[0].encoders
     catalogue = [
         *torque_terms(rigid, motions),
-        *twist_terms(rigid, encoders, {}),
+        *twist_terms(model, encoders, {}),
         *encoder_offsets(rigid, encoders),
     ]
     by_key = {term.key: term for term in catalogue}
@@ -31,13 +30,8 @@ def known_terms(model: FlexibleJointModel, motions: Sequence[Motion]) -> list[tu
 
 
 def known_keys(model: FlexibleJointModel) -> frozenset[tuple[str, str]]:
-    """Return type and place of every law that the model has, springs of gears included."""
-    springs = {
-        (JointStiffness.type, item.name)
-        for item in model.spec.joints
-        if not item.drive.spring.rigid
-    }
-    return frozenset(springs | {(item.type, item.location) for item in model.spec.effects})
+    """Return type and place of every law that the model lists."""
+    return frozenset((item.type, item.location) for item in model.spec.effects)
 
 
 def _with_numbers(term: Term, effect: KnownEffect) -> tuple[Term, Array]:
@@ -52,11 +46,11 @@ def track_of(
 ) -> Track:
     """Return a recording as laws see it, with what the model predicts of it."""
     rigid = rigid_torque(rigid_of(model), motion)
-    stiffness = np.array(
-        [model.spec.joints[joint].drive.spring.stiffness for joint in motion.encoders]
-    )
-    twist = rigid.load[:, list(motion.encoders)] / stiffness
-    track = Track(motion, rigid, rigid.load, {TORQUE: rigid.total, TWIST: twist})
+    compliance = np.array([1.0 / item.drive.spring.stiffness for item in model.spec.joints])
+    joints = list(motion.encoders)
+    twist = rigid.load[:, joints] * compliance[joints]
+    known_of = {TORQUE: rigid.total, TWIST: twist}
+    track = Track(motion, rigid, rigid.load, known_of, compliance, np.zeros_like(rigid.load))
     predicted = dict(track.known)
     for term, weights in known:
         predicted[term.quantity] = predicted[term.quantity] + term.columns(track) @ weights

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
+from model_gap.trajectory.noise import noise_in_band
 from model_gap.trajectory.recording import EncoderRecording
 from structural_model import FlexibleJointModel
 
@@ -44,6 +45,10 @@ class Motion:
         Controller axes at the recording's own rate, for what remembers its past.
     sample_rate_hz : float [Hz]
         Of these.
+    torque_noise_nm : (n_joints,) array [N m]
+        What noise leaves of itself in ``torque_nm``, rms.
+    twist_noise_rad : (n_encoders,) array [rad]
+        The same of ``twist_rad``.
     """
 
     name: str
@@ -56,6 +61,8 @@ class Motion:
     path_rad: Array
     path_rate: Array
     sample_rate_hz: float
+    torque_noise_nm: Array
+    twist_noise_rad: Array
 
     @property
     def count(self) -> int:
@@ -81,8 +88,12 @@ class Motion:
 
 def low_passed(values: Array, rate_hz: float) -> Array:
     """Return a series without what is above the band, without delay, (n, ...)."""
-    sections = butter(ORDER, min(BAND_HZ, 0.45 * rate_hz), fs=rate_hz, output='sos')
-    return np.asarray(sosfiltfilt(sections, values, axis=0))
+    return np.asarray(sosfiltfilt(filter_of(rate_hz), values, axis=0))
+
+
+def filter_of(rate_hz: float) -> Array:
+    """Return the filter, run forward and backward, as second-order sections."""
+    return np.asarray(butter(ORDER, min(BAND_HZ, 0.45 * rate_hz), fs=rate_hz, output='sos'))
 
 
 def kept(values: Array, rate_hz: float) -> Array:
@@ -114,15 +125,18 @@ def motion_of(record: EncoderRecording, model: FlexibleJointModel, start: Array)
     ]
     used = list(record.encoders)
     twist = (record.motor_rad - record.link_rad)[:, used]
+    torque = record.torque_nm * gears
     return Motion(
         name=record.name,
         joint_rad=serial[0] + start,
         rate=serial[1],
         acceleration=serial[2],
-        torque_nm=kept(low_passed(record.torque_nm * gears, rate_hz), rate_hz),
+        torque_nm=kept(low_passed(torque, rate_hz), rate_hz),
         twist_rad=kept(low_passed(twist, rate_hz), rate_hz),
         encoders=record.encoders,
         path_rad=path,
         path_rate=speed,
         sample_rate_hz=rate_hz,
+        torque_noise_nm=noise_in_band(torque, rate_hz, filter_of(rate_hz)),
+        twist_noise_rad=noise_in_band(twist, rate_hz, filter_of(rate_hz)),
     )

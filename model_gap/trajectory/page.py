@@ -30,6 +30,8 @@ from model_gap.trajectory.motion import EDGE_S, RATE_HZ
 from model_gap.trajectory.predict import predicted
 from model_gap.trajectory.term import Array, TORQUE, Track, TWIST
 from model_gap.trajectory.words import (
+    confirmed_lines,
+    gap_line,
     headline,
     not_told,
     place_words,
@@ -59,6 +61,8 @@ def render_page(gap: EncoderGap) -> str:
         'verdict': gap.verdict.value,
         'headline': headline(gap),
         'sentences': [sentence(law) for law in gap.laws],
+        'confirmed': [capital(line) for line in confirmed_lines(gap)],
+        'shares': [capital(gap_line(item, heldout)) for item in gap.quantities],
         'bars': _bars(gap, heldout),
         'table': _table(gap),
         'loops': loops,
@@ -138,7 +142,7 @@ def _courses(gap: EncoderGap) -> list[Curves]:
         curves = (
             ('measured', measured - begin),
             ('before', known - (0.0 if torque else known.mean(axis=0))),
-            ('after', known + _after(track, quantity) - begin),
+            ('after', track.expected(quantity.name) + _after(track, quantity) - begin),
         )
         for place, row in enumerate(quantity.rows):
             traces = [
@@ -160,7 +164,7 @@ def _loops(gap: EncoderGap) -> list[Curves]:
             for track in gap.tracks:
                 joint = track.motion.encoders[place]
                 load = KILO * track.load_nm[:, joint]
-                law = track.known[TWIST] + _after(track, quantity)
+                law = track.expected(TWIST) + _after(track, quantity)
                 traces += [
                     Trace('measured', load, MICRO * track.motion.twist_rad[:, place]),
                     Trace('after', load, MICRO * law[:, place], 'law'),

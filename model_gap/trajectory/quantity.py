@@ -15,11 +15,13 @@ from model_gap.trajectory.confirm import (
 )
 from model_gap.trajectory.encoder_gap import Law, Quantity
 from model_gap.trajectory.fit import Fit, fit_terms
+from model_gap.trajectory.gear_told import gear_told, GearTold
 from model_gap.trajectory.predict import predicted
 from model_gap.trajectory.problem import Layout, problem_of, sums_of, total
 from model_gap.trajectory.rival import Rival, rival_of
 from model_gap.trajectory.search import Found, honest_covariance, recentred
 from model_gap.trajectory.term import Array, TORQUE, Track, TWIST
+from model_gap.trajectory.twist_terms import JointStiffness
 from structural_model.spec import KnownEffect
 
 
@@ -67,6 +69,33 @@ def quantity_of(
         _rivals(name, rows, found, tracks, count),
         _before(tracks, name),
         after,
+        {track.motion.name: _noise(track, name) for track in tracks},
+        _gears(rows, found, tracks) if name == TWIST else (),
+    )
+
+
+def _noise(track: Track, name: str) -> Array:
+    return track.motion.torque_noise_nm if name == TORQUE else track.motion.twist_noise_rad
+
+
+def _gears(rows: Sequence[str], found: Found, tracks: Sequence[Track]) -> tuple[GearTold, ...]:
+    """Return what all recordings tell of the springs that are not among the laws."""
+    terms = found.problem.layout.terms
+    springs = [
+        (item, term)
+        for item, term in enumerate(terms)
+        if isinstance(term, JointStiffness) and item not in found.accepted
+    ]
+    layout, fit, spread = _fitted(tracks, found, tuple(item for item, _ in springs))
+    fit = dataclasses.replace(fit, covariance=spread)
+    return tuple(
+        gear_told(
+            term,
+            rows[term.axis],
+            *fit.of(layout, item),
+            np.concatenate([track.load_nm[:, term.joint] for track in tracks]),
+        )
+        for item, term in springs
     )
 
 
@@ -75,7 +104,7 @@ def _rivals(
 ) -> tuple[Rival, ...]:
     """Return what data alone make of every row."""
     layout, fit = found.problem.layout, found.fit
-    before = [_centred(track.left(name), name) for track in tracks]
+    before = [_centred(track.left_by_model(name), name) for track in tracks]
     after = [track.left(name) - predicted(track, layout, fit) for track in tracks]
     motion = tracks[0].motion
     joints = range(len(rows)) if name == TORQUE else motion.encoders
@@ -100,11 +129,13 @@ def _before(tracks: Sequence[Track], name: str) -> dict[str, Array]:
     return {track.motion.name: np.sqrt(square_before(track, name)) for track in tracks}
 
 
-def _fitted(tracks: Sequence[Track], found: Found) -> tuple[Layout, Fit, Array]:
-    """Return the laws that were found fitted to other recordings."""
+def _fitted(
+    tracks: Sequence[Track], found: Found, beside: tuple[int, ...] = ()
+) -> tuple[Layout, Fit, Array]:
+    """Return the laws that were found, and some beside them, fitted to other recordings."""
     problem = problem_of(tracks, found.problem.layout.terms)
     sums = total(sums_of(problem, found.memory))
-    fit = fit_terms(sums, problem.layout, found.fit.chosen)
+    fit = fit_terms(sums, problem.layout, (*found.fit.chosen, *beside))
     return problem.layout, fit, honest_covariance(problem, fit)
 
 

@@ -30,18 +30,41 @@ class Track:
         What passes through the gears, by the best model so far: without rotors and friction.
     known : dict of str to (n, n_rows) array
         What the model predicts of each quantity, known effects included.
+    compliance : (n_joints,) array [rad/(N m)]
+        Of the model's springs between motor and link; 0 where it has none.
+    added_nm : (n, n_joints) array [N m]
+        Of the load what laws add that the model lacks: payload, counterbalance; not what masses
+        within their tolerances do.
     """
 
     motion: Motion
     rigid: RigidTorque
     load_nm: Array
     known: Mapping[str, Array]
+    compliance: Array
+    added_nm: Array
+
+    def measured(self, quantity: str) -> Array:
+        """Return what was measured of a quantity, (n, n_rows)."""
+        return self.motion.torque_nm if quantity == TORQUE else self.motion.twist_rad
+
+    def left_by_model(self, quantity: str) -> Array:
+        """Return what the model as it was given leaves over of a quantity, (n, n_rows)."""
+        return self.measured(quantity) - self.known[quantity]
 
     def left(self, quantity: str) -> Array:
-        """Return what the model leaves over of a quantity, (n, n_rows)."""
-        motion = self.motion
-        measured = motion.torque_nm if quantity == TORQUE else motion.twist_rad
-        return measured - self.known[quantity]
+        """Return what is left over for laws of a quantity, (n, n_rows)."""
+        return self.measured(quantity) - self.expected(quantity)
+
+    def expected(self, quantity: str) -> Array:
+        """Return what is predicted without laws of that quantity, (n, n_rows).
+
+        A load that laws of the torques add, a payload's, twists the model's springs as well.
+        """
+        if quantity == TORQUE:
+            return self.known[quantity]
+        joints = list(self.motion.encoders)
+        return self.known[quantity] + self.added_nm[:, joints] * self.compliance[joints]
 
     @property
     def n_joints(self) -> int:
@@ -150,6 +173,10 @@ class Term(ABC):
     def recentred(self, weights: Array) -> 'Term':
         """Return it linear about other weights; itself where it is linear everywhere."""
         return self
+
+    def sentence(self, numbers: Mapping[str, float]) -> str:
+        """Return what it says of the robot with these numbers."""
+        return self.says.format(place=self.location.replace('_', ' '), **numbers)
 
     @property
     def key(self) -> tuple[str, str]:

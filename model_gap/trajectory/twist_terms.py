@@ -1,6 +1,6 @@
 """Laws of the twist between motor and link: springs, play, hysteresis, encoders."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 import math
 from typing import ClassVar
@@ -26,10 +26,12 @@ class OfTwist(Term):
 
 @dataclass(frozen=True)
 class JointStiffness(OfTwist):
-    """The gear is a spring."""
+    """The gear is a spring, softer or stiffer than the model's.
+
+    Its weight is the compliance beyond that of the model's spring; what is told is the whole.
+    """
 
     type: ClassVar[str] = 'joint_stiffness'
-    one_way: ClassVar[bool] = True
     equation: ClassVar[str] = 'twist = load / k'
     says: ClassVar[str] = 'the gear of {place} has a stiffness of {stiffness:.3g} N m/rad'
     experiment: ClassVar[str] = 'the same motion with a known mass far out, or push the arm'
@@ -37,25 +39,80 @@ class JointStiffness(OfTwist):
 
     # How roughly the load itself is known, relative.
     load_sigma: float = 0.0
+    # Of the model's spring [N m/rad].
+    model_stiffness: float = math.inf
 
     def weights(self) -> tuple[Weight, ...]:
-        """Return the compliance; gears of a million N m/rad are soft for large arms."""
-        return (Weight('compliance', 'rad/(N m)', 1e-6),)
+        """Return the further compliance.
+
+        As much as there is is plausible; without a spring in the model gears of a million N m/rad
+        are soft for large arms.
+        """
+        there = 1.0 / self.model_stiffness
+        return (Weight('compliance', 'rad/(N m)', there if there > 0.0 else 1e-6),)
+
+    def possible(self, weights: Array, known: Container[tuple[str, str]]) -> bool:
+        """Return whether the whole compliance is one: no gear is stiffer than rigid."""
+        return bool(self.compliance(weights) > 0.0)
+
+    def compliance(self, weights: Array) -> float:
+        """Return the whole compliance, the model's spring included [rad/(N m)]."""
+        return float(weights[0]) + 1.0 / self.model_stiffness
 
     def columns(self, track: Track) -> Array:
         """Return the load of the gear."""
         return self.column(track, track.load_nm[:, self.joint])
 
     def numbers(self, weights: Array, covariance: Array) -> dict[str, tuple[float, float, str]]:
-        """Return the stiffness."""
-        compliance = float(weights[0])
-        own = self.load_sigma * compliance
-        sigma = math.sqrt(max(float(covariance[0, 0]), 0.0) + own**2)
+        """Return the stiffness of the whole gear; what the load is wrong by it is wrong by."""
+        compliance = self.compliance(weights)
+        sigma = math.sqrt(max(self.variance(weights, covariance), 0.0))
         return {'stiffness': (1.0 / compliance, sigma / compliance**2, 'N m/rad')}
 
+    def variance(self, weights: Array, covariance: Array) -> float:
+        """Return the variance of the whole compliance.
+
+        That of the load in the model's spring is in the covariance, see :class:`LoadTolerance`.
+        """
+        there, whole = 1.0 / self.model_stiffness, self.compliance(weights)
+        more = max(whole**2 - there**2, 0.0)
+        return float(covariance[0, 0]) + self.load_sigma**2 * more
+
     def weights_of(self, numbers: Mapping[str, float]) -> Array:
-        """Return the compliance."""
-        return np.array([1.0 / numbers['stiffness']])
+        """Return the further compliance."""
+        return np.array([1.0 / numbers['stiffness'] - 1.0 / self.model_stiffness])
+
+    def sentence(self, numbers: Mapping[str, float]) -> str:
+        """Return how stiff it is, and how far off the model that is."""
+        said = super().sentence(numbers)
+        change = numbers['stiffness'] / self.model_stiffness - 1.0
+        if math.isinf(self.model_stiffness):
+            return said
+        word = 'softer' if change < 0.0 else 'stiffer'
+        return f'{said}, {100.0 * abs(change):.2g} % {word} than the model says'
+
+
+@dataclass(frozen=True)
+class LoadTolerance(OfTwist):
+    """How roughly a load is known: always free within its prior, never named.
+
+    Where the load of a right spring is wrong by a share, the spring looks wrong by that share.
+    """
+
+    type: ClassVar[str] = 'tolerance'
+    equation: ClassVar[str] = 'twist = s load / k'
+    says: ClassVar[str] = 'the load of {place} within its tolerance'
+
+    load_sigma: float = 0.0
+    model_stiffness: float = math.inf
+
+    def weights(self) -> tuple[Weight, ...]:
+        """Return the share."""
+        return (Weight('share', '1', self.load_sigma),)
+
+    def columns(self, track: Track) -> Array:
+        """Return the twist of the model's spring."""
+        return self.column(track, track.load_nm[:, self.joint] / self.model_stiffness)
 
 
 @dataclass(frozen=True)

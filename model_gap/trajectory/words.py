@@ -5,9 +5,17 @@ import math
 
 import numpy as np
 
-from modal_reports import capital, listed, percent, with_sigma
-from model_gap.trajectory.encoder_gap import EncoderGap, gap_share, Law, Quantity
-from model_gap.trajectory.term import TORQUE, TWIST
+from modal_reports import capital, listed, percent, significant, with_sigma
+from model_gap.trajectory.encoder_gap import (
+    EncoderGap,
+    gap_share,
+    Law,
+    left_share,
+    noise_share,
+    Quantity,
+)
+from model_gap.trajectory.gear_told import GearTold
+from model_gap.trajectory.term import TORQUE
 from model_gap.trajectory.twist_terms import JointStiffness
 
 ROUGH = 0.5
@@ -51,8 +59,7 @@ def headline(gap: EncoderGap) -> str:
 def sentence(law: Law) -> str:
     """Return what a law says of the robot."""
     numbers = {item.name: item.value for item in law.effect.parameters}
-    words = law.term.says.format(place=place_words(law.term.location), **numbers)
-    return capital(words)
+    return capital(law.term.sentence(numbers))
 
 
 def error_lines(quantity: Quantity, heldout: Sequence[str]) -> list[str]:
@@ -60,15 +67,25 @@ def error_lines(quantity: Quantity, heldout: Sequence[str]) -> list[str]:
     lines = []
     factor, unit = (1.0, 'N m') if quantity.name == TORQUE else (1e6, 'µrad')
     for place, row in enumerate(quantity.rows):
-        before, after = (
+        before, after, noise = (
             float(np.sqrt(np.mean([part[name][place] ** 2 for name in heldout])))
-            for part in (quantity.before, quantity.after)
+            for part in (quantity.before, quantity.after, quantity.noise)
         )
         lines.append(
             f'{quantity.name} of {row}, held out: {factor * before:.0f} {unit} before, '
-            f'{factor * after:.0f} {unit} after ({percent(after / before)})'
+            f'{factor * after:.0f} {unit} after ({percent(after / before)}), '
+            f'noise {significant(factor * noise, 2)} {unit}'
         )
     return lines
+
+
+def gap_line(quantity: Quantity, heldout: Sequence[str]) -> str:
+    """Return what is left over of the gap, beside what noise leaves and what is measured."""
+    return (
+        f'{quantity.name}, held-out gap after: {percent(gap_share(quantity, heldout))}, noise '
+        f'{percent(noise_share(quantity, heldout))}; left over '
+        f'{percent(left_share(quantity, heldout))} of what is measured'
+    )
 
 
 def not_told(gap: EncoderGap) -> list[str]:
@@ -113,22 +130,34 @@ def _disagreeing(gap: EncoderGap) -> list[str]:
     return lines
 
 
+def confirmed_lines(gap: EncoderGap) -> list[str]:
+    """Return the gears whose springs are the model's, as well as the campaign tells."""
+    return [
+        f'stiffness of the gear of {place_words(gear.row)} within {percent(gear.within)} of the '
+        f"model's {gear.model:.3g} N m/rad: {with_sigma(gear.stiffness, gear.sigma, 'N m/rad')}"
+        for quantity in gap.quantities
+        for gear in quantity.gears
+        if gear.confirmed
+    ]
+
+
 def _gears_not_told(gap: EncoderGap) -> list[str]:
     """Return the gears with an encoder whose stiffness the campaign does not show."""
-    lines = []
-    for quantity in (item for item in gap.quantities if item.name == TWIST):
-        named = {law.term.axis for law in quantity.laws if isinstance(law.term, JointStiffness)}
-        for place, row in enumerate(quantity.rows):
-            if place not in named:
-                load = np.concatenate(
-                    [track.load_nm[:, track.motion.encoders[place]] for track in gap.tracks]
-                )
-                lines.append(
-                    f'stiffness of the gear of {place_words(row)}: its load varies by '
-                    f'{float(load.std()):.0f} N m (rms) only, which twists it less than what else '
-                    f'is left over: {JointStiffness.experiment}'
-                )
-    return lines
+    return [
+        f'stiffness of the gear of {place_words(gear.row)}: {_told(gear)}, its load varies by '
+        f'{significant(gear.load_nm, 2)} N m (rms) only: {JointStiffness.experiment}'
+        for quantity in gap.quantities
+        for gear in quantity.gears
+        if not gear.confirmed
+    ]
+
+
+def _told(gear: GearTold) -> str:
+    if math.isinf(gear.model):
+        return f'above {gear.least:.2g} N m/rad, no more is told'
+    if gear.within < 1.0:
+        return f"within {percent(gear.within, 0)} of the model's, no better"
+    return f"nothing that the model's {gear.model:.3g} N m/rad does not say"
 
 
 def unexplained_lines(gap: EncoderGap) -> list[str]:
@@ -152,9 +181,8 @@ def summary_lines(gap: EncoderGap) -> list[str]:
     lines += [f'  {law_words(law)}' for law in gap.laws]
     for quantity in gap.quantities:
         lines += error_lines(quantity, heldout)
-        lines.append(
-            f'{quantity.name}, held-out gap after: {percent(gap_share(quantity, heldout))}'
-        )
+        lines.append(gap_line(quantity, heldout))
+    lines += [f'confirmed: {line}' for line in confirmed_lines(gap)]
     lines += [f'unexplained: {line}' for line in unexplained_lines(gap)]
     lines += [f'not told: {line}' for line in not_told(gap)]
     lines += [f'note: {line}' for line in gap.campaign.remarks]
