@@ -7,6 +7,7 @@ from rich.table import Table
 from autonomous_modal_analysis.api.model import ModelAtPose
 from autonomous_modal_analysis.terminal import OUTPUT
 from excitation_planner.pose_range import SensitivityTable
+from structural_model.shown_units import pose_words, shown
 
 
 def show_model(seen: ModelAtPose) -> None:
@@ -25,10 +26,8 @@ def show_model(seen: ModelAtPose) -> None:
             f'{100 * ratio:.2f}',
             *_changes(coefficients, number),
         )
-    pose = seen.pose_deg.round(2).tolist()
-    OUTPUT.print(
-        f'{seen.model.robot_name} at {pose} deg{_joints(seen)}', soft_wrap=True, markup=False
-    )
+    pose = pose_words(seen.pose_deg, seen.model.sliding)
+    OUTPUT.print(f'{seen.model.robot_name} at {pose}{_joints(seen)}', soft_wrap=True, markup=False)
     OUTPUT.print(table)
     if not seen.model.n_dof:
         OUTPUT.print('a rigid model has no modes: springs come from ama gap, or by hand')
@@ -43,10 +42,11 @@ def show_model(seen: ModelAtPose) -> None:
 
 def _joints(seen: ModelAtPose) -> str:
     """Tell the serial joints beside the axes where they differ."""
-    axes, joints = seen.pose_deg.round(2), np.rad2deg(seen.q).round(2) + 0.0
+    sliding = seen.model.sliding
+    axes, joints = seen.pose_deg.round(2), shown(seen.q, sliding).round(2) + 0.0
     if np.array_equal(axes, joints):
         return ''
-    return f' of the controller axes, {joints.tolist()} deg of the serial joints'
+    return f' of the controller axes, {pose_words(joints, sliding)} of the serial joints'
 
 
 def _changes(coefficients: SensitivityTable | None, number: int) -> list[str]:

@@ -94,7 +94,10 @@ RobotName = Annotated[
         'states, are taken out; its sensors.yaml is the layout unless --layout names another.',
     ),
 ]
-POSE_HELP = 'Name of a pose, controller angles j1,j2,... in degrees, or a recording made there.'
+POSE_HELP = (
+    'Name of a pose, controller angles j1,j2,... in degrees (of joints that slide in metres), or a'
+    ' recording made there.'
+)
 Serial = Annotated[
     bool,
     typer.Option(

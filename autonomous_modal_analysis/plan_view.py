@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.markup import escape
 from rich.table import Table
 
 from autonomous_modal_analysis.results import plain
@@ -14,6 +15,7 @@ from excitation_planner.signals import APPROACH, MOVES
 from modal_core.errors import PlanError
 from modal_reports import DAMPING, FREQUENCY
 from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.shown_units import pose_words, shown
 
 # What a fine point takes a controller (assumed).
 FINE_POINT_S = (0.02, 0.06)
@@ -24,7 +26,7 @@ def plan_json(plan: ExcitationPlan, model: FlexibleJointModel) -> Mapping[str, o
     """Return the figures of a plan for programs; the trajectory itself is left out."""
     names = [name for name in type(plan).__dataclass_fields__ if name not in TRAJECTORY]
     value: dict[str, object] = {name: plain(getattr(plan, name)) for name in names}
-    value['start_pose_deg'] = plain(np.rad2deg(model.to_controller(plan.start_position)))
+    value['start_pose_deg'] = plain(shown(model.to_controller(plan.start_position), model.sliding))
     value['flange_range_m'] = plain(flange_range(plan, model))
     value['n_samples'] = plan.n_samples
     value['prediction'] = plain(plan.prediction)
@@ -33,15 +35,19 @@ def plan_json(plan: ExcitationPlan, model: FlexibleJointModel) -> Mapping[str, o
 
 def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
     """Print what a person should know before releasing a plan."""
-    pose = _degrees(model, plan.start_position)
+    pose = _pose(model, plan.start_position)
     if plan.signal == APPROACH:
-        end = _degrees(model, plan.position[-1])
-        OUTPUT.print(f'approach, {plan.duration_s:g} s from {pose} to {end} deg (controller axes)')
+        end = _pose(model, plan.position[-1])
+        OUTPUT.print(
+            f'approach, {plan.duration_s:g} s from {pose} to {end} (controller axes)',
+            markup=False,
+        )
     else:
         OUTPUT.print(
-            f'{plan.signal.replace("_", " ")}, {plan.duration_s:g} s from {pose} deg'
+            f'{plan.signal.replace("_", " ")}, {plan.duration_s:g} s from {pose}'
             f' (controller axes), {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz,'
-            f' seed {plan.seed}'
+            f' seed {plan.seed}',
+            markup=False,
         )
     OUTPUT.print(f'hash {plan.plan_hash}', soft_wrap=True)
     range_mm = ' x '.join(f'{1e3 * way:.2f}' for way in flange_range(plan, model))
@@ -50,7 +56,7 @@ def show_plan(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
         f'fastest point {1e3 * plan.peak_point_speed:.1f} mm/s,'
         f' torque projection rank {plan.torque_projection_rank}{_weakest(plan)}'
     )
-    OUTPUT.print(_joints(plan))
+    OUTPUT.print(_joints(plan, model))
     _show_sliding(plan, model)
     if plan.signal in MOVES:
         _show_program(plan, model)
@@ -78,10 +84,14 @@ def _show_sliding(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
     """Tell how far axes sweep, and what part of the time they slide."""
     if plan.prediction is None:
         return
-    reach = np.rad2deg(np.ptp(model.to_controller(plan.position), axis=0))
-    rows = zip(model.axis_names, plan.prediction.sliding_share, reach, strict=True)
+    reach = shown(np.ptp(model.to_controller(plan.position), axis=0), model.sliding)
+    share = plan.prediction.sliding_share
+    rows = zip(model.axis_names, share, reach, model.sliding, strict=True)
     words = ', '.join(
-        f'{name} {100 * share:.0f} % in {angle:.2f} deg' for name, share, angle in rows
+        f'{name} {100 * part:.0f} % in {way:.2f} deg'
+        if not slides
+        else f'{name} {100 * part:.0f} % in {way:.4f} m'
+        for name, part, way, slides in rows
     )
     OUTPUT.print(f'axes slide this part of the time: {words}', soft_wrap=True, markup=False)
 
@@ -100,24 +110,31 @@ def _show_program(plan: ExcitationPlan, model: FlexibleJointModel) -> None:
     )
 
 
-def _degrees(model: FlexibleJointModel, serial: NDArray[np.float64]) -> list[float]:
-    angles: list[float] = (np.rad2deg(model.to_controller(serial)).round(2) + 0.0).tolist()
-    return angles
+def _pose(model: FlexibleJointModel, serial: NDArray[np.float64]) -> str:
+    return pose_words(shown(model.to_controller(serial), model.sliding) + 0.0, model.sliding)
 
 
-def _joints(plan: ExcitationPlan) -> Table:
+def _joints(plan: ExcitationPlan, model: FlexibleJointModel) -> Table:
     table = Table()
-    for heading in ('serial joint', 'range [°]', 'speed [°/s]', 'acceleration [°/s²]'):
+    unit = '°' if not any(model.sliding) else 'm' if all(model.sliding) else '° or m'
+    of_motion = (f'range [{unit}]', f'speed [{unit}/s]', f'acceleration [{unit}/s²]')
+    for heading in ('serial joint', *map(escape, of_motion)):
         table.add_column(heading, justify='right')
     rows = zip(
         plan.joint_names,
-        np.rad2deg(plan.position_range),
-        np.rad2deg(plan.peak_velocity),
-        np.rad2deg(plan.peak_acceleration),
+        model.sliding,
+        *(
+            shown(values, model.sliding)
+            for values in (plan.position_range, plan.peak_velocity, plan.peak_acceleration)
+        ),
         strict=True,
     )
-    for name, angle, speed, acceleration in rows:
-        table.add_row(name, f'{angle:.3f}', f'{speed:.2f}', f'{acceleration:.0f}')
+    for name, slides, way, speed, acceleration in rows:
+        if slides:
+            own = f'{way:.5f} m', f'{speed:.4f} m/s', f'{acceleration:.2f} m/s²'
+        else:
+            own = f'{way:.3f}', f'{speed:.2f}', f'{acceleration:.0f}'
+        table.add_row(name, *own)
     return table
 
 

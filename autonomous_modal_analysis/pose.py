@@ -1,5 +1,7 @@
 """A pose as people name it: a name, angles of axes or of joints in degrees, or a recording.
 
+Of joints that slide the numbers are metres.
+
 A robot with a parallel rod has two sets of angles: those of the controller axes (``axis_1``, ...),
 which the controller shows, and those of the serial joints (``joint_1``, ...), which joint states
 and plans carry.  They differ there, and so do the modes.
@@ -15,6 +17,7 @@ from modal_core.errors import ModelError
 from modal_core.measurements import JointSamples
 from modal_recordings import open_recording
 from structural_model.flexible_joint_model import FlexibleJointModel
+from structural_model.shown_units import read, unit_of
 
 Array = NDArray[np.float64]
 PoseGiven = str | Path | Sequence[float] | None
@@ -29,7 +32,7 @@ def parse_pose(model: FlexibleJointModel, pose: PoseGiven, serial: bool = False)
         The robot.
     pose : str, path, sequence of float [deg] or None
         A named pose; angles, in a text separated by commas; a recording, whose mean pose is
-        taken; None: the robot's first named pose.
+        taken; None: the robot's first named pose, without one zero.  Of joints that slide [m].
     serial : bool
         The angles are those of the serial joints, as in joint states; else those of the
         controller axes (for the IRB 6660 the coupled J3).
@@ -45,12 +48,12 @@ def parse_pose(model: FlexibleJointModel, pose: PoseGiven, serial: bool = False)
         pose outside the joint ranges.
     """
     if pose is None:
-        return model.pose(next(iter(model.poses_controller_rad)))
+        return model.check_pose(model.usual_pose())
     if isinstance(pose, str) and pose in model.poses_controller_rad:
         return model.pose(pose)
     if isinstance(pose, (str, Path)) and Path(pose).exists():
         return model.check_pose(recorded_pose(model, Path(pose)))
-    angles = np.deg2rad(_angles_deg(model, pose))
+    angles = read(_values(model, pose), model.sliding)
     return model.check_pose(angles if serial else model.to_serial(angles))
 
 
@@ -77,20 +80,28 @@ def recorded_pose(model: FlexibleJointModel, path: Path) -> Array:
     return np.asarray(total / count)
 
 
-def _angles_deg(model: FlexibleJointModel, pose: str | Path | Sequence[float]) -> list[float]:
+def _values(model: FlexibleJointModel, pose: str | Path | Sequence[float]) -> list[float]:
+    """Return the numbers of a pose, in degrees or metres."""
     parts = str(pose).split(',') if isinstance(pose, (str, Path)) else pose
     try:
-        angles_deg = [float(part) for part in parts]
+        values = [float(part) for part in parts]
     except (ValueError, TypeError) as error:
         raise ModelError(
             'neither a named pose, nor angles, nor a recording',
             where='pose',
             found=pose,
-            expected=f'{", ".join(model.poses_controller_rad)}, or {model.n_joints} angles'
-            ' in degrees, separated by commas',
+            expected=', '.join([*model.poses_controller_rad, _numbers(model)]),
         ) from error
-    if len(angles_deg) != model.n_joints:
+    if len(values) != model.n_joints:
         raise ModelError(
-            'wrong number of angles', where='pose', found=len(angles_deg), expected=model.n_joints
+            'wrong number of angles', where='pose', found=len(values), expected=model.n_joints
         )
-    return angles_deg
+    return values
+
+
+def _numbers(model: FlexibleJointModel) -> str:
+    """Return which numbers a pose has, for messages."""
+    if not any(model.sliding):
+        return f'or {model.n_joints} angles in degrees, separated by commas'
+    units = ', '.join(map(unit_of, model.sliding))
+    return f'or {model.n_joints} numbers [{units}], separated by commas'

@@ -71,8 +71,14 @@ def start_of(model: FlexibleJointModel, request: PlanRequest) -> Array:
     if request.start_position:
         return model.check_pose(np.array(request.start_position, dtype=float))
     if not model.poses_controller_rad:
-        raise PlanError('no start pose', where='start_position', found='nothing')
-    return model.check_pose(model.pose(next(iter(model.poses_controller_rad))))
+        raise PlanError(
+            'no start pose',
+            where=model.robot_name,
+            found='no named pose in its model.yaml',
+            expected=f'{model.n_joints} joint values or the name of a pose',
+            advice='no motion starts from a pose that nobody named',
+        )
+    return model.check_pose(model.usual_pose())
 
 
 def _weights(model: FlexibleJointModel, start: Array, request: PlanRequest) -> Array:

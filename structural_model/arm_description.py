@@ -110,6 +110,22 @@ class ArmDescription:
             )
         return self.to_serial(self.poses_controller_rad[name])
 
+    def usual_pose(self) -> Array:
+        """Return the first named pose; of a robot without one, zero, or as near as ranges allow.
+
+        Serial joints, (n_joints,) [rad].
+        """
+        if self.poses_controller_rad:
+            return self.pose(next(iter(self.poses_controller_rad)))
+        limits = self.limits
+        axes = np.clip(np.zeros(self.n_joints), limits.controller_low, limits.controller_high)
+        return np.clip(self.to_serial(axes), limits.position_low, limits.position_high)
+
+    @property
+    def sliding(self) -> tuple[bool, ...]:
+        """Which joints slide, in the order of every q."""
+        return tuple(joint.prismatic for joint in self.robot.joints)
+
     def check_pose(self, q: ArrayLike) -> Array:
         """Return q when it has the right length and lies inside all ranges.
 
@@ -119,7 +135,7 @@ class ArmDescription:
             With joint, angle and range.
         """
         values = check_length(q, self.joint_names, self.robot_name)
-        self.limits.check_pose(values, self.robot_name)
+        self.limits.check_pose(values, self.robot_name, self.sliding)
         return values
 
     def check_layout(self, layout: SensorLayout) -> None:

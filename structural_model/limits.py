@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from modal_core.errors import ModelError
 from structural_model.coupling import AxisMap
+from structural_model.shown_units import shown, unit_of
 
 SLACK_RAD = 1e-9
 
@@ -100,22 +101,35 @@ class RobotLimits:
                 )
         return None
 
-    def check_pose(self, q: ArrayLike, where: str = '') -> None:
+    def check_pose(self, q: ArrayLike, where: str = '', sliding: Sequence[bool] = ()) -> None:
         """Refuse a pose outside the ranges.
+
+        Parameters
+        ----------
+        q : (n_joints,) or (n_poses, n_joints) array [rad], [m]
+            Serial joints.
+        where : str
+            For the message.
+        sliding : (n_joints,) sequence of bool
+            Which joints slide; empty: none.
 
         Raises
         ------
         ModelError
-            With joint, angle and range in degrees.
+            With joint, angle and range in degrees, or in metres where it slides.
         """
         found = self.position_violation(q)
         if found is not None:
-            low, high, value = np.rad2deg([found.low_rad, found.high_rad, found.value_rad])
+            names = self.axis_names if found.joint in self.axis_names else self.joint_names
+            slides = [bool(sliding) and sliding[names.index(found.joint)]]
+            given = np.array([[found.low_rad], [found.high_rad], [found.value_rad]])
+            low, high, value = shown(given, slides).ravel()
+            unit = unit_of(slides[0])
             raise ModelError(
                 f'pose outside the {found.kind} of {found.joint}',
                 where=where,
-                found=f'{value:.3f} deg',
-                expected=f'{low:.3f} to {high:.3f} deg',
+                found=f'{value:.3f} {unit}',
+                expected=f'{low:.3f} to {high:.3f} {unit}',
             )
 
 

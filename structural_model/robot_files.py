@@ -18,6 +18,7 @@ from modal_core.yaml_file import load_yaml, parse_yaml
 from structural_model.coupling import AxisCoupling, AxisMap
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.limits import RobotLimits
+from structural_model.shown_units import read
 from structural_model.spec import (
     AbsorberSpec,
     BaseSpec,
@@ -389,7 +390,9 @@ def _poses(data: Mapping[str, Any], robot: RigidRobot, where: str) -> dict[str, 
         place = f'{where}: poses_controller_deg.{name}'
         if not isinstance(item, list) or len(item) != len(robot.joints):
             raise ModelError('bad pose', where=place, expected=f'{len(robot.joints)} angles')
-        poses[str(name)] = tuple(math.radians(_number(angle, place)) for angle in item)
+        values = [_number(value, place) for value in item]
+        sliding = [joint.prismatic for joint in robot.joints]
+        poses[str(name)] = tuple(read(values, sliding).tolist())
     return poses
 
 

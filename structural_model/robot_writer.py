@@ -11,6 +11,7 @@ from modal_core.atomic_file import atomic_path
 from modal_core.channel import LAYOUT_FILE, SensorLayout
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.robot_files import MODEL_FILE, URDF_FILE
+from structural_model.shown_units import shown
 from structural_model.spec import JointSpec, KnownEffect, RodSpec
 
 LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators', 'cables')
@@ -73,7 +74,7 @@ def model_mapping(model: FlexibleJointModel) -> dict[str, Any]:
         'coupling': _coupling(model),
         'limits': _limits(model),
         'poses_controller_deg': {
-            name: [float(angle) for angle in np.rad2deg(pose)]
+            name: [float(value) for value in shown(pose, model.sliding)]
             for name, pose in model.poses_controller_rad.items()
         },
         'collision_ignore': [list(pair) for pair in model.collision_ignore],

@@ -24,6 +24,7 @@ from modal_dashboard.arm_drawing import draw_arm
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.matrices import DampedModes
 from structural_model.model_notes import model_notes
+from structural_model.shown_units import shown, unit_of
 
 Array = NDArray[np.float64]
 HIGHEST_HZ = 200.0
@@ -56,8 +57,8 @@ class ModelAtPose(Result):
 
     @property
     def pose_deg(self) -> Array:
-        """Controller angles, (n_joints,) [deg]."""
-        return np.asarray(np.rad2deg(self.model.to_controller(self.q)))
+        """Controller angles, (n_joints,) [deg]; [m] of axes that slide."""
+        return shown(self.model.to_controller(self.q), self.model.sliding)
 
     @property
     def channel_names(self) -> tuple[str, ...]:
@@ -121,8 +122,9 @@ class ModelAtPose(Result):
     def headline(self) -> str:
         """Say which robot and pose, and how many modes there are."""
         angles = ', '.join(f'{angle:.4g}' for angle in self.pose_deg + 0.0)
+        units = sorted({unit_of(slides) for slides in self.model.sliding})
         return (
-            f'{self.model.robot_name} at ({angles}) deg: '
+            f'{self.model.robot_name} at ({angles}) {" or ".join(units)}: '
             f'{len(self.frequencies_hz)} modes up to {self.highest_hz:g} Hz'
         )
 
@@ -153,7 +155,7 @@ class ModelAtPose(Result):
         value: dict[str, object] = {
             'robot': self.model.robot_name,
             'pose_deg': self.pose_deg,
-            'serial_pose_deg': np.rad2deg(self.q),
+            'serial_pose_deg': shown(self.q, self.model.sliding),
             'frequencies_hz': self.frequencies_hz,
             'damping_ratios': self.damping_ratios,
             'channels': list(self.channel_names),

@@ -283,7 +283,9 @@ def plan(
     """
     arm = read_robot(robot)
     wish, given = request or PlanRequest(), read_values(PlanRequest, changes)
-    if pose_deg is not None or not (wish.start_position or 'start_position' in given):
+    stated = wish.start_position or 'start_position' in given
+    # Without a pose of any name the planner says what is missing.
+    if pose_deg is not None or (arm.poses_controller_rad and not stated):
         given['start_position'] = _angles(arm, pose_deg, serial)
     if approach_from is not None:
         given |= {'signal': 'approach', 'approach_from': _angles(arm, approach_from, serial)}

@@ -87,6 +87,8 @@ def _chosen(robot: str, pose: str | None) -> str:
     from structural_model.robot_files import load_robot
 
     poses = load_robot(robot).poses_controller_rad
+    if not poses:
+        raise ModelError('no named pose', where=robot, expected='one in its model.yaml')
     chosen = next(iter(poses)) if pose is None else pose
     if chosen not in poses:
         raise ModelError('no such pose', where=robot, found=pose, expected=', '.join(poses))

@@ -215,7 +215,8 @@ def record_length(known: WorkspaceMap, wish: MapWish) -> float:
     if wish.record_s is not None:
         return wish.record_s
     model = known.arm.model
-    modes = [model.modes(model.pose(name)) for name in model.poses_controller_rad]
+    named = [model.pose(name) for name in model.poses_controller_rad]
+    modes = [model.modes(pose) for pose in named or [model.usual_pose()]]
     worst = max(
         float(
             np.max((each.damping_ratio / each.frequency_hz)[each.frequency_hz < wish.highest_hz])

@@ -18,6 +18,7 @@ from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
 from model_gap.campaign.copies import refuse_copies
 from model_gap.campaign.motion import motion_on_grid, RecordedMotion
+from model_gap.campaign.position_units import check_position_units
 from model_gap.campaign.resample import at_times, thinned
 from model_gap.campaign.series import gather, joint_columns, RawRecording, Series
 from model_gap.campaign.spectra import Band, quiet_rate_hz
@@ -246,16 +247,7 @@ def _check_units(
     notes: list[str],
 ) -> None:
     """Refuse angles in degrees; note accelerations that look like multiples of g."""
-    farthest = np.maximum(np.abs(model.limits.position_low), np.abs(model.limits.position_high))
-    if np.any(
-        np.abs(pose) > np.minimum(farthest, 2.0 * np.pi) + CAMPAIGN.full_turns * 2.0 * np.pi
-    ):
-        raise RecordingError(
-            'joint positions are out of all range',
-            where=where,
-            found=', '.join(f'{angle:.3g}' for angle in pose),
-            expected='radians',
-        )
+    check_position_units(pose, model, where)
     first = 0
     for sensor in layout:
         mean = acceleration[:, first : first + len(sensor.axes)].mean(axis=0)

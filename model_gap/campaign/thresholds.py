@@ -57,6 +57,10 @@ class CampaignThresholds:
     measured."""
     full_turns: float = 3.0
     """Turns beyond the range that are still radians: angles in degrees are mostly more."""
+    full_travels: float = 3.0
+    """Travels beyond the range that are still metres: millimetres are mostly more."""
+    longest_travel_m: float = 100.0
+    """Of a joint that slides without end [m]: the longest gantries."""
     g_band: float = 0.15
     """A sensor that reads 1 at rest within this share has g for its unit."""
 

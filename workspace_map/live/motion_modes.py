@@ -73,5 +73,4 @@ class MotionModes:
     def _home(self) -> Array:
         if self.known.measured:
             return self.known.measured[0].q
-        model = self.known.arm.model
-        return model.pose(next(iter(model.poses_controller_rad)))
+        return self.known.arm.model.usual_pose()
