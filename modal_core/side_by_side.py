@@ -41,7 +41,10 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
         fork = multiprocessing.get_context('fork')
         with ProcessPoolExecutor(processes, fork, begin) as pool:
             try:
-                return list(pool.map(_result, range(len(items))))
+                # Not ``pool.map``: it takes back what has not begun, and the thread of the pool that
+                # then learns of the processes' end cannot tell those, and says so on the terminal.
+                begun = [pool.submit(_result, number) for number in range(len(items))]
+                return [future.result() for future in begun]
             except BrokenProcessPool as error:
                 raise ModalAnalysisError(
                     ENDED_FROM_OUTSIDE,

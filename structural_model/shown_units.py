@@ -44,11 +44,12 @@ def pose_words(values: ArrayLike, sliding: Sequence[bool], digits: int = 2) -> s
     digits : int
         Behind the point.
     """
+    numbers = np.asarray(values, dtype=float)
     if not any(sliding):
-        return f'{np.round(values, digits).tolist()} deg'
+        return f'{numbers.round(digits).tolist()} deg'
     rounded = [
         round(float(value), digits + 3 if slides else digits) + 0.0
-        for value, slides in zip(np.asarray(values), sliding, strict=True)
+        for value, slides in zip(numbers, sliding, strict=True)
     ]
     if all(sliding):
         return f'{rounded} m'

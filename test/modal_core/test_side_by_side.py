@@ -3,6 +3,8 @@
 import os
 import signal
 import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -71,3 +73,26 @@ def test_processes_write_past_the_display_of_their_parent():
         assert all(side_by_side(work, range(4)))
     finally:
         sys.stderr = kept
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason='one processor')
+def test_a_signal_ends_the_work_and_no_thread_complains(monkeypatch):
+    """The pool's own thread learns of it while work waits: a race, so it is run a dozen times."""
+    complaints = []
+    monkeypatch.setattr(threading, 'excepthook', complaints.append)
+
+    def end(number, _):
+        raise SystemExit(128 + number)
+
+    monkeypatch.setattr(sys, 'unraisablehook', complaints.append)
+    before = signal.signal(signal.SIGALRM, end)
+    try:
+        for _ in range(12):
+            signal.setitimer(signal.ITIMER_REAL, 0.2)
+            with pytest.raises(SystemExit):
+                side_by_side(lambda item: time.sleep(30.0 if item > 1 else 0.0), range(200))
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert not complaints, [str(item.exc_value) for item in complaints]
+    assert side_by_side(abs, [-1, 2]) == [1, 2], 'and what follows works'
