@@ -41,8 +41,8 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
         fork = multiprocessing.get_context('fork')
         with ProcessPoolExecutor(processes, fork, begin) as pool:
             try:
-                # Not ``pool.map``: it takes back what has not begun, and the thread of the pool that
-                # then learns of the processes' end cannot tell those, and says so on the terminal.
+                # Not ``pool.map``: it takes back what has not begun, and the pool's thread, which
+                # then learns of the processes' end, cannot tell those: a traceback.
                 begun = [pool.submit(_result, number) for number in range(len(items))]
                 return [future.result() for future in begun]
             except BrokenProcessPool as error:

@@ -17,6 +17,14 @@ TIME, MOTOR, LINK, TORQUE = (
     'link_position_rad',
     'motor_torque_nm',
 )
+# What every array is needed for.
+NEEDED = {
+    TIME: 'the rate of all samples comes from their times',
+    MOTOR: 'the motion comes from the motor encoders, divided by the gear ratios',
+    LINK: 'twists of gears come from the encoders behind them; a joint without one has zeros',
+    TORQUE: 'friction, payload and the load that twists the gears come from the torques of the '
+    'motors; motor current times its torque constant will do',
+}
 LARGEST_BYTES = 500_000_000
 LEAST_S, LEAST_RATE_HZ = 2.0, 50.0
 MOST_JITTER = 0.01
@@ -109,6 +117,7 @@ def _arrays(path: Path) -> dict[str, object]:
                 raise RecordingError(
                     'arrays missing', where=path, found=', '.join(sorted(file)[:12]) or 'nothing',
                     expected=', '.join(missing),
+                    advice='; '.join(NEEDED[key] for key in missing),
                 )  # fmt: skip
             return {key: file[key] for key in (TIME, MOTOR, LINK, TORQUE)}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:

@@ -57,6 +57,20 @@ def test_a_bad_file_is_one_line(words, robot, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ('missing', 'words'),
+    [
+        ('motor_torque_nm', 'come from the torques of the motors; motor current times'),
+        ('link_position_rad', 'a joint without one has zeros'),
+    ],
+)
+def test_what_a_missing_array_is_needed_for_is_told(missing, words, robot, tmp_path):
+    np.savez(tmp_path / 'a.npz', **arrays(**{missing: None}))
+    with pytest.raises(ModalAnalysisError, match=words) as error:
+        read_encoder_campaign(tmp_path, robot)
+    assert missing in str(error.value)
+
+
+@pytest.mark.parametrize(
     'content', [b'', b'PK\x03\x04 broken', b'not a zip', np.random.default_rng(1).bytes(5000)]
 )
 def test_what_is_no_file_of_arrays_is_one_line(content, robot, tmp_path):
