@@ -3,7 +3,7 @@
 All are linear in their weights; what they are not linear in is tried on a grid.
 """
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 import math
 from typing import ClassVar
@@ -116,6 +116,10 @@ class Payload(Term):
             for axis, about in zip('xyz', self.centre, strict=True)
         )
         return replace(self, centre=(x, y, z))
+
+    def possible(self, weights: Array, known: Container[tuple[str, str]]) -> bool:
+        """Return whether there is a mass; about one upright axis none at its centre is seen."""
+        return bool(weights[0] != 0.0)
 
     def weights(self) -> tuple[Weight, ...]:
         """Return mass, mass times place, and inertia about its centre, alike about all axes."""

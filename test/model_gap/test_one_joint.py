@@ -9,6 +9,9 @@ from scipy.signal import cont2discrete, lfilter
 from typer.testing import CliRunner
 
 from autonomous_modal_analysis.cli import app
+from structural_model import load_robot
+from test.support.encoder_campaign import record as encoder_record
+from test.support.encoder_campaign import write as write_encoders
 from test.support.hidden_campaign import excitation
 from test.support.write_campaign import write_campaign
 
@@ -110,3 +113,26 @@ def test_a_soft_spring_is_named_and_a_right_one_is_not(robot, tmp_path, factor):
     # One sensor tells a mass on the beam from a soft spring by little: both may be told.
     assert found['verdict'] in ('named', 'ambiguous'), f'seed {SEED}: {found["verdict"]}'
     assert kinds[0] == ('joint_stiffness', 'swing'), f'seed {SEED}: {kinds}'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('factor', [1.0, 0.7])
+def test_encoders_tell_the_gear_and_its_friction(robot, tmp_path, factor):
+    """A campaign of encoders and torques, by a Newton-Euler recursion of its own."""
+    arm = load_robot(robot)
+    hidden = {'stiffness': {0: factor * STIFFNESS}, 'coulomb': {0: 5.0}}
+    recordings = {
+        name: encoder_record(arm, np.zeros(1), hidden, [SEED, place], noise=(2e-6, 0.05))
+        for place, name in enumerate('ab')
+    }
+    write_encoders(tmp_path / 'c', recordings)
+    said = ama('gap', tmp_path / 'c', '--model', robot, '--out', tmp_path / 'out')
+    found = json.loads((tmp_path / 'out' / 'gap.json').read_text())
+    named = {item['type']: item['parameters'] for item in found['effects']}
+    assert 'coulomb_friction' in named, f'seed {SEED}: {said}'
+    assert abs(named['coulomb_friction']['torque']['value'] - 5.0) < 0.25, f'seed {SEED}: {said}'
+    gears = found['quantities']['twist']['gears_not_named']
+    told = gears[0] if factor == 1.0 else named['joint_stiffness']
+    number, truth = told['stiffness'], factor * STIFFNESS
+    assert abs(number['value'] - truth) < 3.0 * number['sigma'], f'seed {SEED}: {said}'
+    assert load_robot(tmp_path / 'out' / 'model_updated.yaml').n_joints == 1
