@@ -50,17 +50,39 @@ def rest_readings(
     q: ArrayLike,
     channels: Sequence[Channel],
     deflection: ArrayLike | None = None,
+    motion: tuple[Array, Array] | None = None,
 ) -> Array:
-    """Return what accelerometers read at rest, -d·Rᵀg, (n_channels,) [m/s²]."""
+    """Return what accelerometers read, d·Rᵀ(a - g), at rest -d·Rᵀg, (n_channels,) [m/s²].
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+        Of the arm.
+    q : (n_joints,) array [rad]
+        The pose.
+    channels : sequence of Channel
+        Accelerometers.
+    deflection : (n_dof,) array or None
+        As the arm hangs; None: as its motors stand.
+    motion : two (n_joints,) arrays [rad/s], [rad/s²] or None
+        Velocity and acceleration of the motors, of a rigid motion; None: at rest.
+    """
     assembly = dynamics.assembly
     full = dynamics.position(q, deflection)
-    pin.forwardKinematics(assembly.model, assembly.data, full)
+    velocity, acceleration = np.zeros((2, assembly.model.nv))
+    if motion is not None:
+        velocity[assembly.drives], acceleration[assembly.drives] = motion
+    pin.forwardKinematics(assembly.model, assembly.data, full, velocity, acceleration)
     found = sensing.sensor_map(assembly, tuple(channels))
     gravity = np.asarray(assembly.model.gravity.linear)
     readings = np.zeros(len(channels))
     for joint, members in found.groups:
         rotation = assembly.data.oMi[joint].rotation
-        readings[members] = -found.direction[members] @ (rotation.T @ gravity)
+        speed, change = assembly.data.v[joint], assembly.data.a[joint]
+        carried = speed.linear + np.cross(speed.angular, found.position[members])
+        turning = np.cross(speed.angular, carried) - rotation.T @ gravity
+        readings[members] = found.wrench[members] @ change.vector
+        readings[members] += np.einsum('ci,ci->c', found.direction[members], turning)
     return readings
 
 

@@ -22,6 +22,7 @@ from model_gap.campaign.spectra import (
     tail_of,
 )
 from model_gap.campaign.thresholds import CAMPAIGN
+from model_gap.campaign.travel import standing, Travel, travel_of
 from model_gap.campaign.weighting import Rows, Weighting
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     'GapRecord',
     'RecordSpectra',
     'Rows',
+    'Travel',
     'Weighting',
     'at_times',
     'campaign_layout',
@@ -45,5 +47,7 @@ __all__ = [
     'record_spectra',
     'refuse_copies',
     'smoothed',
+    'standing',
     'tail_of',
+    'travel_of',
 ]

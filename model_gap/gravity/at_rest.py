@@ -1,4 +1,4 @@
-"""What the sensors read on the mean, and what they should at the poses that were recorded."""
+"""What the sensors read on the mean, and what they should where the joints stood or moved."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from modal_core.channel import Channel
-from model_gap.campaign import Campaign
+from model_gap.campaign import Campaign, standing, Travel, travel_of
 from model_gap.cell import sag
 from structural_model import FlexibleJointModel, ModelSpec
 from structural_model.linearise import rest_readings
@@ -33,8 +33,8 @@ class AtRest:
         Those that show gravity.
     left_out : tuple of str
         Sensors that do not.
-    poses : (n_records, n_joints) array [rad]
-        As recorded.
+    travels : tuple of Travel
+        Where the joints stood in every record.
     measured : (n_records, n_channels) array [m/s²]
         Means.
     """
@@ -42,7 +42,7 @@ class AtRest:
     model: FlexibleJointModel
     channels: tuple[Channel, ...]
     left_out: tuple[str, ...]
-    poses: Array
+    travels: tuple[Travel, ...]
     measured: Array
 
     @property
@@ -55,7 +55,7 @@ class AtRest:
 
     def predicted(self, offset: Array) -> Array:
         """Return what should be read when the joints stand so far from what was recorded."""
-        return np.array([self._readings(pose + offset) for pose in self.poses])
+        return np.array([self._mean(travel, offset) for travel in self.travels])
 
     def slopes(self, offset: Array) -> Array:
         """Return its derivative by every joint's offset, (n_joints, n_records, n_channels)."""
@@ -76,11 +76,22 @@ class AtRest:
 
     def in_poses(self, poses: Array) -> 'AtRest':
         """Return the same sensors in other poses, (n, n_joints), where nothing was read."""
-        return replace(self, poses=poses, measured=np.zeros((len(poses), len(self.channels))))
+        travels = tuple(map(standing, poses))
+        return replace(self, travels=travels, measured=np.zeros((len(poses), len(self.channels))))
 
-    def _readings(self, pose: Array) -> Array:
+    def _mean(self, travel: Travel, offset: Array) -> Array:
+        """Return the mean on the way: a joint that moves turns gravity and carries sensors."""
+        readings = [
+            self._readings(position + offset, (velocity, acceleration))
+            for position, velocity, acceleration in zip(
+                travel.position, travel.velocity, travel.acceleration, strict=True
+            )
+        ]
+        return np.asarray(travel.share @ np.array(readings))
+
+    def _readings(self, pose: Array, motion: tuple[Array, Array]) -> Array:
         hanging = sag(self.model, pose, True)
-        return rest_readings(self.model.dynamics, pose, self.channels, hanging)
+        return rest_readings(self.model.dynamics, pose, self.channels, hanging, motion)
 
 
 def tilted(spec: ModelSpec, turn: Sequence[float]) -> ModelSpec:
@@ -93,10 +104,10 @@ def tilted(spec: ModelSpec, turn: Sequence[float]) -> ModelSpec:
 def rest_of(model: FlexibleJointModel, campaign: Campaign) -> AtRest:
     """Return the means of a campaign, of the sensors that show gravity at all."""
     channels = campaign.layout.channels
-    poses = np.array([record.pose for record in campaign.records])
+    travels = tuple(travel_of(record) for record in campaign.records)
     measured = np.array([record.acceleration.mean(axis=0) for record in campaign.records])
-    whole = AtRest(model, channels, (), poses, measured)
-    expected = whole.predicted(np.zeros(poses.shape[1]))
+    whole = AtRest(model, channels, (), travels, measured)
+    expected = whole.predicted(np.zeros(len(model.joint_names)))
     kept, left_out = [], []
     for name, columns in whole.sensors.items():
         size = np.linalg.norm(measured[:, columns])

@@ -119,11 +119,12 @@ def _telling(rest: AtRest, known: Sequence[Fault], one: Fault, other: Fault) -> 
     limits, rng = rest.model.limits, np.random.default_rng(POSE_SEED)
     low = np.maximum(limits.position_low, -np.pi)
     high = np.minimum(limits.position_high, np.pi)
-    elsewhere = rest.in_poses(rng.uniform(low, high, (LIMITS.poses, len(low))))
+    poses = rng.uniform(low, high, (LIMITS.poses, len(low)))
+    elsewhere = rest.in_poses(poses)
     means = [_readings(elsewhere, (*known, fault)) for fault in (one, other)]
     apart = np.linalg.norm(means[0] - means[1], axis=1)
     best = int(np.argmax(apart))
-    angles = ', '.join(f'{angle:.0f}' for angle in np.degrees(elsewhere.poses[best]))
+    angles = ', '.join(f'{angle:.0f}' for angle in np.degrees(poses[best]))
     return (
         f'stand still at [{angles}] deg: the means of {one.words()} and of {other.words()} would '
         f'differ by {apart[best]:.2f} m/s² there'
@@ -132,10 +133,11 @@ def _telling(rest: AtRest, known: Sequence[Fault], one: Fault, other: Fault) -> 
 
 def _as_it_stands(rest: AtRest, faults: Sequence[Fault]) -> tuple[AtRest, Array]:
     """Return sensors in the poses that faults leave, and by how much each joint is off [rad]."""
-    offset = np.zeros(rest.poses.shape[1])
+    offset = np.zeros(len(rest.model.joint_names))
     for fault in faults:
         if fault.kind is Kind.JOINTS:
-            rest = dataclasses.replace(rest, poses=fault.exchanged(rest.poses))
+            travels = tuple(travel.exchanged(*fault.columns) for travel in rest.travels)
+            rest = dataclasses.replace(rest, travels=travels)
         elif fault.kind is Kind.ENCODER:
             offset[fault.columns[0]] += fault.values[0]
     return rest, offset

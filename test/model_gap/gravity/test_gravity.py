@@ -232,3 +232,48 @@ def test_what_no_few_faults_explain_is_told_as_such(robot, layout, seed):
     ]
     faults = found(robot, dataclasses.replace(made, records=tuple(records)))
     assert faults[-1].kind is Kind.UNTOLD, f'seed {200 + seed}: {[it.words() for it in faults]}'
+
+
+def swept(robot, layout, rng, amplitude_rad, count=3, seconds=8.0, rate_hz=50.0):
+    """Recordings in which all joints wander about a pose; each sensor's way is differentiated."""
+    arm, records = read_arm(ROBOT), []
+    time = np.arange(round(seconds * rate_hz)) / rate_hz
+    for number, pose in enumerate(poses(rng, count)):
+        hertz, phase = rng.uniform(0.1, 0.4, 6), rng.uniform(0.0, 2.0 * np.pi, 6)
+        omega = 2.0 * np.pi * hertz
+        turn = omega * time[:, None] + phase
+        way = amplitude_rad * np.sin(turn)
+        chains = [Chain(arm, pose + shift) for shift in way]
+        readings = []
+        for _, link, place in SENSORS:
+            seen = [chain.on_link(link, place) for chain in chains]
+            points = np.array([point for _, point, _ in seen])
+            rise = np.gradient(np.gradient(points, time, axis=0), time, axis=0)
+            axes = np.array([matrix for _, _, matrix in seen])
+            readings.append(np.einsum('nij,ni->nj', axes, rise + np.array([0.0, 0.0, G])))
+        mean = way.mean(axis=0)
+        records.append(
+            GapRecord(
+                f'p{number}',
+                pose + mean,
+                '1',
+                rate_hz,
+                np.concatenate(readings, axis=1),
+                -amplitude_rad * omega**2 * np.sin(turn),
+                amplitude_rad * omega * np.cos(turn),
+                way - mean,
+            )
+        )
+    return Campaign(tuple(records), layout, robot.joint_names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('seed', range(2))
+def test_a_healthy_arm_that_travels_has_nothing_wrong(robot, layout, seed):
+    """Gravity turned to and fro reads less on the mean than in the middle of the way."""
+    rng = np.random.default_rng([79, seed])
+    made = swept(robot, layout, rng, rng.uniform(0.3, 0.9))
+    rest = rest_of(robot, made)
+    left = rest.measured - rest.predicted(np.zeros(6))
+    assert np.abs(left).max() < 0.06, f'seed {seed}: {np.abs(left).max()}'
+    assert found(robot, made) == (), f'seed {seed}'
