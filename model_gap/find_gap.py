@@ -23,7 +23,8 @@ from model_gap.hypothesis import Hypothesis, stretch, STRETCHED
 from model_gap.named_at_rest import with_faults
 from model_gap.predict import compile_laws
 from model_gap.quick_look import look_at, QuickLook
-from model_gap.search import run_search, Search, SearchSettings
+from model_gap.search import run_search, Search, SearchSettings, tolerances_only
+from model_gap.travelled import Travelled, with_travel, without_travelled
 from structural_model import FlexibleJointModel
 
 
@@ -51,6 +52,8 @@ class GapResult:
         The model before gravity put right where it stands.
     seed : int
         Of the split.
+    travelled : Travelled or None
+        Recordings whose joints travel too far to be compared; None: there are none.
     """
 
     search: Search
@@ -66,6 +69,7 @@ class GapResult:
     encoders_told: Mapping[str, float]
     given: FlexibleJointModel
     seed: int
+    travelled: Travelled | None = None
 
     @property
     def final(self) -> Hypothesis:
@@ -109,13 +113,23 @@ def find_gap(
     compile_laws()
     rest = rest_of(model, campaign)
     faults = weigh(rest, settings.tolerances)
-    divided = split(put_right(campaign, faults), np.random.default_rng(seed))
+    standing, right = as_it_stands(model, faults), put_right(campaign, faults)
     open_ = replace(settings, tolerances=left_open(settings.tolerances, faults))
-    search = Search.begin(as_it_stands(model, faults), divided, open_)
     with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait
-        found = run_search(search, progress, lambda begun: first(look_at(begun, faults)))
+        compared, travelled = without_travelled(standing, right, settings.band)
+        divided = split(compared, np.random.default_rng(seed))
+        search = Search.begin(standing, divided, open_)
+
+        def tell(begun: Search) -> None:
+            first(look_at(begun, faults, travelled))
+
+        if travelled is not None and travelled.all_of_them:
+            found = tolerances_only(search, tell)
+            progress(1.0)
+        else:
+            found = run_search(search, progress, tell)
         told = encoders_told(rest, settings.tolerances)
-        return _result(found, faults, told, model, seed)
+        return _result(found, faults, told, model, seed, travelled)
 
 
 def _result(
@@ -124,10 +138,13 @@ def _result(
     told: Mapping[str, float],
     given: FlexibleJointModel,
     seed: int,
+    travelled: Travelled | None,
 ) -> GapResult:
-    decision = decide(search)
+    decision = with_travel(decide(search), search, travelled)
     before = _as_given(search, given)
-    calibrated = _calibrated(search, decision)
+    far = travelled is not None and travelled.all_of_them
+    unread = far and decision.verdict is Verdict.UNEXPLAINED
+    calibrated = None if unread else _calibrated(search, decision)
     final = calibrated.hypothesis if calibrated else search.nominal
     heldout = search.data.heldout if search.data.heldout.records else search.data.fitting
     return GapResult(
@@ -144,6 +161,7 @@ def _result(
         encoders_told=told,
         given=given,
         seed=seed,
+        travelled=travelled,
     )
 
 

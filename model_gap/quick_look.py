@@ -29,6 +29,7 @@ from model_gap.search import (
     shortened,
     tolerance_excess,
 )
+from model_gap.travelled import Travelled, without_travelled
 from structural_model import FlexibleJointModel
 
 
@@ -130,12 +131,16 @@ def quick_look(
     few = of_few(split(campaign, np.random.default_rng(seed)))
     faults = weigh(rest_of(model, few), settings.tolerances)
     open_ = replace(settings, tolerances=left_open(settings.tolerances, faults))
+    standing, right = as_it_stands(model, faults), put_right(few, faults)
     with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait
-        search = Search.begin(as_it_stands(model, faults), put_right(few, faults), open_)
+        compared, travelled = without_travelled(standing, right, settings.band)
+        if all(record.heldout for record in compared.records):
+            compared = split(compared, np.random.default_rng(seed))
+        search = Search.begin(standing, compared, open_)
         progress(0.3)
         search = fit_tolerances(search)
         progress(0.8)
-        found = look_at(search, faults)
+        found = look_at(search, faults, travelled)
     progress(1.0)
     return found
 
@@ -150,7 +155,9 @@ def of_few(campaign: Campaign) -> Campaign:
     return replace(campaign, records=records)
 
 
-def look_at(search: Search, faults: tuple[Fault, ...] = ()) -> QuickLook:
+def look_at(
+    search: Search, faults: tuple[Fault, ...] = (), travelled: Travelled | None = None
+) -> QuickLook:
     """Return what a search says once its tolerances are fitted, before any effect is tried.
 
     Parameters
@@ -159,6 +166,8 @@ def look_at(search: Search, faults: tuple[Fault, ...] = ()) -> QuickLook:
         After ``fit_tolerances``.
     faults : tuple of Fault
         What gravity shows.
+    travelled : Travelled or None
+        Recordings whose joints travel too far.
     """
     fitted = search.fitted
     left = adequacy(search, fitted)
@@ -171,11 +180,15 @@ def look_at(search: Search, faults: tuple[Fault, ...] = ()) -> QuickLook:
         state = State.HEALTHY if enough else State.UNCLEAR
     if state is State.HEALTHY:
         return QuickLook(state, left, could_gain, (), (), (), search.notes)
+    if travelled is not None and travelled.all_of_them and objections(left):
+        reasons = (travelled.words, *reasons)
+        following = (travelled.next_recording,)
+        return QuickLook(state, left, could_gain, reasons, (), following, search.notes)
     noisy = max(left.fitted, left.worst.misfit / 2.0) > LEAST_TO_DESCRIBE
     remains = what_remains(search, fitted.hypothesis) if noisy else ()
     where = (*_stretched(search), *_joints(search), *(item.words for item in remains))
-    following = tuple(item.next_recording for item in remains)
-    return QuickLook(state, left, could_gain, reasons, where, following, search.notes)
+    more = tuple(item.next_recording for item in remains)
+    return QuickLook(state, left, could_gain, reasons, where, more, search.notes)
 
 
 def _stretched(search: Search) -> tuple[str, ...]:

@@ -5,12 +5,13 @@ would tell two explanations apart.
 """
 
 from model_gap.decide.adequacy import Adequacy, adequacy
-from model_gap.decide.decide import decide, Decision, objections, Verdict
+from model_gap.decide.decide import decide, Decision, LIMITS, objections, Verdict
 from model_gap.decide.locate import gap_fraction, locate, noise_floor, Where
 from model_gap.decide.telling_apart import all_fitted, NextRecording, Sight, Telling, telling_apart
 from model_gap.decide.what_remains import what_remains
 
 __all__ = [
+    'LIMITS',
     'Adequacy',
     'Decision',
     'NextRecording',

@@ -4,6 +4,7 @@ In come a cell and records; out go predicted spectra: the linear arm, torques of
 in time, lines and transmission errors.
 """
 
+from model_gap.predict.changing import Changing, changing, response_change
 from model_gap.predict.joint_path import static_twist
 from model_gap.predict.linearised import linearised
 from model_gap.predict.predict import Predictor
@@ -15,9 +16,12 @@ from model_gap.predict.torque_following import ArmChange, stacked
 __all__ = [
     'PREDICTION',
     'ArmChange',
+    'Changing',
     'Predictor',
+    'changing',
     'compile_laws',
     'linearised',
+    'response_change',
     'stacked',
     'static_twist',
     'transform_at',

@@ -62,29 +62,84 @@ def second_order(
     high_hz: float,
 ) -> Array:
     """Return the reading of the second-order motion, (n_samples, n_channels) [m/s²]."""
-    count, rate_hz = record.acceleration.shape[0], record.sample_rate_hz
-    steps = round(count / rate_hz * 3.0 * high_hz)  # sums of two frequencies fold above the band
-    series = _Series(count, steps, rate_hz, high_hz)
-    shift = series.spectrum(record.motor_shift)
-    acceleration = series.spectrum(record.motor_acceleration)
-    acceleration, shift = cell.driven(series.omega, acceleration, shift)
-    turn = 1j * series.omega
-    push = system.force(acceleration, shift)
-    if cell.forces:
-        push = push - shown_torques(record, model, cell, system)[:, : len(series.omega)]
-    flexible = system.deflection(series.omega, push)
-    rest = sag(model, record.pose, hanging=True)
-    force, reading = remainder(
-        model.dynamics,
-        record.pose,
-        rest,
-        (series.back(shift), series.back(turn * shift), series.back(acceleration)),
-        (series.back(flexible), series.back(turn * flexible), series.back(turn**2 * flexible)),
-        cell.channels,
-    )
-    second = system.deflection(series.omega, series.forward(force))
-    moved = system.flexible @ (turn**2 * second) + system.gravity @ second
-    return series.fine(cell.seen(series.omega, series.forward(reading) + moved))
+    expansion = _Expansion.of(record, model, cell, system, high_hz)
+    _, reading = expansion.beyond(expansion.linear)
+    return expansion.read(reading)
+
+
+def third_order(
+    record: GapRecord,
+    model: FlexibleJointModel,
+    cell: CellModel,
+    system: PoseSystem,
+    high_hz: float,
+) -> Array:
+    """Return what one more order of the expansion reads, (n_samples, n_channels) [m/s²].
+
+    It is what records hold that the second order was taken out of: little where an arm only
+    shakes, more than all else where its joints travel far.
+    """
+    expansion = _Expansion.of(record, model, cell, system, high_hz)
+    second, reading = expansion.beyond(expansion.linear)
+    _, further = expansion.beyond(expansion.linear + second)
+    return expansion.read(further - reading)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Expansion:
+    """The motion of one record by orders; spectra are of a grid of their own."""
+
+    record: GapRecord
+    model: FlexibleJointModel
+    cell: CellModel
+    system: PoseSystem
+    series: '_Series'
+    motors: tuple[Array, Array, Array]
+    linear: Complex
+
+    @classmethod
+    def of(
+        cls,
+        record: GapRecord,
+        model: FlexibleJointModel,
+        cell: CellModel,
+        system: PoseSystem,
+        high_hz: float,
+    ) -> '_Expansion':
+        """Return the motion to first order."""
+        count, rate_hz = record.acceleration.shape[0], record.sample_rate_hz
+        # Sums of two frequencies fold above the band.
+        steps = round(count / rate_hz * 3.0 * high_hz)
+        series = _Series(count, steps, rate_hz, high_hz)
+        shift = series.spectrum(record.motor_shift)
+        acceleration = series.spectrum(record.motor_acceleration)
+        acceleration, shift = cell.driven(series.omega, acceleration, shift)
+        push = system.force(acceleration, shift)
+        if cell.forces:
+            push = push - shown_torques(record, model, cell, system)[:, : len(series.omega)]
+        rate = 1j * series.omega * shift
+        motors = (series.back(shift), series.back(rate), series.back(acceleration))
+        linear = system.deflection(series.omega, push)
+        return cls(record, model, cell, system, series, motors, linear)
+
+    def beyond(self, flexible: Complex) -> tuple[Complex, Complex]:
+        """Return the deflection beyond the first order along a deflection, and all it reads."""
+        series, system, turn = self.series, self.system, 1j * self.series.omega
+        force, reading = remainder(
+            self.model.dynamics,
+            self.record.pose,
+            sag(self.model, self.record.pose, hanging=True),
+            self.motors,
+            (series.back(flexible), series.back(turn * flexible), series.back(turn**2 * flexible)),
+            self.cell.channels,
+        )
+        more = system.deflection(series.omega, series.forward(force))
+        moved = system.flexible @ (turn**2 * more) + system.gravity @ more
+        return more, series.forward(reading) + moved
+
+    def read(self, spectrum: Complex) -> Array:
+        """Return a reading behind the outputs' steps, in time."""
+        return self.series.fine(self.cell.seen(self.series.omega, spectrum))
 
 
 def shown_torques(

@@ -13,6 +13,7 @@ from structural_model.spec import KnownEffect
 
 NO_GAP = 'Model and robot agree: what differs is noise and known tolerance'
 TOO_LITTLE = 'No gap shows in what was recorded, which is too little to say that there is none'
+TRAVELLED = 'The joints travel too far in these recordings to compare them with the model'
 STRANGE = 'There is a gap, and nothing in the catalogue explains it'
 
 
@@ -22,7 +23,8 @@ def headline(result: GapResult) -> str:
     if verdict is Verdict.NONE:
         return TOO_LITTLE if result.decision.reasons else NO_GAP
     if verdict is Verdict.UNEXPLAINED:
-        return STRANGE
+        far = result.travelled is not None and result.travelled.all_of_them
+        return TRAVELLED if far else STRANGE
     catalogue = result.search.settings.catalogue
     found = '; '.join(sentence(effect, catalogue) for effect in accepted_effects(result))
     if verdict is Verdict.NAMED:

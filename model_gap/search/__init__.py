@@ -7,7 +7,7 @@ candidates are screened, fitted and refined until nothing is left to gain.
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
 from model_gap.search.reach import joint_shares
 from model_gap.search.rivals import EVIDENCE_BETWEEN
-from model_gap.search.run import run_search
+from model_gap.search.run import run_search, tolerances_only
 from model_gap.search.screen import larger
 from model_gap.search.search import Candidate, RivalPair, Round, Search, SearchSettings
 from model_gap.search.search_data import of_first_poses, shortened
@@ -30,4 +30,5 @@ __all__ = [
     'run_search',
     'shortened',
     'tolerance_excess',
+    'tolerances_only',
 ]

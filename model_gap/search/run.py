@@ -62,6 +62,13 @@ def run_search(
     return search
 
 
+def tolerances_only(search: Search, first: Callable[[Search], None] = lambda _: None) -> Search:
+    """Return a search that tries no effect: its round holds what tolerances leave over."""
+    search = fit_tolerances(search)
+    first(search)
+    return close_round(search)
+
+
 def run_round(search: Search, progress: Callable[[float], None]) -> Search:
     """Look for one more effect."""
     done = len(search.rounds)
