@@ -1,6 +1,6 @@
 """Calibration: what a campaign tells of a model's numbers within their tolerances."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 import math
 
@@ -159,8 +159,20 @@ def _covariance(fit: Fit) -> Array:
     return np.asarray(np.linalg.inv(fit.precision)[:size, :size])
 
 
-def calibration_words(items: Sequence[Calibrated], turned: Sequence[Mount]) -> list[str]:
-    """Return the calibration in a few lines: what moved, what stays open, what went too far."""
+def calibration_words(
+    items: Sequence[Calibrated], turned: Sequence[Mount], named: Collection[str] = ()
+) -> list[str]:
+    """Return the calibration in a few lines: what moved, what stays open, what went too far.
+
+    Parameters
+    ----------
+    items : sequence of Calibrated
+        All numbers.
+    turned : sequence of Mount
+        Sensors.
+    named : collection of str
+        Joints whose spring has a factor of its own: it holds what the tolerance would.
+    """
     lines = []
     moved = [item for item in items if item.moved > CLEARLY and 'rotation' not in item.name]
     if moved:
@@ -170,7 +182,7 @@ def calibration_words(items: Sequence[Calibrated], turned: Sequence[Mount]) -> l
     if turned:
         mounted = [f'{it.sensor} by {with_sigma(it.angle_deg, it.sigma_deg)}°' for it in turned]
         lines.append(f'mounts turned, within tolerance: {", ".join(mounted)}')
-    open_ = [item.name for item in items if not item.determined and _is_spring(item)]
+    open_ = [item.name for item in items if not item.determined and _is_open(item, named)]
     if open_:
         lines.append(f'not determined by this campaign: {", ".join(open_)}')
     lines += [
@@ -181,8 +193,9 @@ def calibration_words(items: Sequence[Calibrated], turned: Sequence[Mount]) -> l
     return lines
 
 
-def _is_spring(item: Calibrated) -> bool:
-    return item.name.startswith(('stiffness', 'base stiffness'))
+def _is_open(item: Calibrated, named: Collection[str]) -> bool:
+    own = any(item.name == f'stiffness of {joint}' for joint in named)
+    return item.name.startswith(('stiffness', 'base stiffness')) and not own
 
 
 def _words(item: Calibrated) -> str:

@@ -24,7 +24,7 @@ from model_gap.report.comparison_tables import (
 )
 from model_gap.report.pictures import gap_bars, gap_map, gap_on_arm, spectra
 from model_gap.report.tables import candidates_table, where_table
-from model_gap.report.words import effect_words, gravity_words, headline
+from model_gap.report.words import effect_words, gravity_words, headline, named_springs
 from model_gap.search import EVIDENCE_BETWEEN
 
 HERE = Path(__file__).parent
@@ -62,7 +62,9 @@ def render_report(result: GapResult, comparison: ModelComparison | None = None) 
         'pictures': range(len(pictures)),
         'capital': capital,
         'gravity': gravity_words(result),
-        'calibration': calibration_words(calibration(result), mounts(result)),
+        'calibration': calibration_words(
+            calibration(result), mounts(result), named_springs(result)
+        ),
         **_tables(result, comparison),
     }
     title = f'Model gap: {result.search.model.robot_name}'

@@ -64,6 +64,11 @@ def effect_words(result: GapResult) -> list[str]:
     return lines
 
 
+def named_springs(result: GapResult) -> list[str]:
+    """Return the joints whose spring is named with a factor, which no tolerance is told from."""
+    return [it.location for it in accepted_effects(result) if it.type == 'joint_stiffness']
+
+
 def gravity_words(result: GapResult) -> list[str]:
     """Return what gravity tells before any dynamics, and of which encoders it tells nothing."""
     lines = [fault.words() for fault in result.faults_at_rest]
@@ -88,6 +93,6 @@ def summary_lines(result: GapResult) -> list[str]:
         f'{percent(result.gap_after)} after'
     )
     lines += [f'gravity: {line}' for line in gravity_words(result)]
-    lines += calibration_words(calibration(result), mounts(result))
+    lines += calibration_words(calibration(result), mounts(result), named_springs(result))
     lines += [f'note: {line}' for line in result.search.notes]
     return lines

@@ -24,3 +24,13 @@ def test_what_may_stand_for_something_unexplained_has_no_deviation():
     assert line == (
         'calibrated (or standing for what is unexplained): damping of q3 1.220 times nominal'
     )
+
+
+def test_a_spring_that_is_named_with_a_factor_is_not_said_to_be_undetermined():
+    items = tuple(
+        Calibrated(f'stiffness of {joint}', 1.0, 0.02, '1', 0.0, 0.0, False) for joint in 'XY'
+    )
+    assert calibration_words(items, [], ['Y']) == [
+        'not determined by this campaign: stiffness of X'
+    ]
+    assert calibration_words(items[1:], [], ['Y']) == []
