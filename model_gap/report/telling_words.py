@@ -10,6 +10,10 @@ from model_gap.effects import Effect
 from structural_model import FlexibleJointModel
 
 MOST_NAMED = 6
+IN_THE_CELL = (
+    'these poses lie within the joint limits of the model; whether the cell leaves room for them '
+    'is yours to see'
+)
 
 
 def telling_lines(found: Telling, model: FlexibleJointModel) -> list[str]:
@@ -18,18 +22,32 @@ def telling_lines(found: Telling, model: FlexibleJointModel) -> list[str]:
     lines = [f'{seen} of {len(found.sights)} effects of the catalogue would be seen']
     if found.unseen:
         lines.append(f'not seen at a usual size: {_names(found.unseen)}')
-    lines += [
-        f'could not be told apart: {_names([effect])} from {_names(others)}'
-        for effect, others in _pairs(found.alike)
-    ]
+    following = [item for item in found.following if max(item.told, item.seen) > 0]
+    lines += [f'next: {_words(item, model)}' for item in following]
+    if not following:
+        lines.append('next: none of the recordings that were considered would tell more')
+    if any(item.pose is not None for item in following):
+        lines.append(IN_THE_CELL)
+    lines += [f'could not be told apart: {names}' for names in _alike(found)]
     if seen and not found.alike:
         lines.append('all that are seen would be told apart')
-    lines += [
-        f'next: {_words(item, model)}' for item in found.following if max(item.told, item.seen) > 0
-    ]
-    if not any(max(item.told, item.seen) > 0 for item in found.following):
-        lines.append('next: none of the recordings that were considered would tell more')
     return lines
+
+
+def _alike(found: Telling) -> Iterator[str]:
+    """Return which effect could not be told from which, all that concern one sensor together."""
+    places: dict[str, tuple[list[Effect], dict[Effect, None]]] = {}
+    for effect, others in _pairs(found.alike):
+        place = str(effect.location or '')
+        key = place if place.startswith('sensor:') else repr(effect)
+        own, like = places.setdefault(key, ([], {}))
+        own.append(effect)
+        like.update(dict.fromkeys(others))
+    for key, (own, like) in places.items():
+        if key.startswith('sensor:'):
+            yield _names(dict.fromkeys((*own, *like)))
+        else:
+            yield f'{_names(own)} from {_names(like)}'
 
 
 def _pairs(alike: Iterable[Sight]) -> Iterator[tuple[Effect, list[Effect]]]:

@@ -76,8 +76,20 @@ def test_a_pair_is_told_once_in_one_kind_of_name(robot):
         Sight(delay, (), 99.0, (unit,)),
     )
     lines = telling_lines(Telling(sights, 8.0, (NextRecording(None, 2.0, 1, 1),)), robot)
-    assert lines[1:-1] == [
-        'could not be told apart: sensor gain (sensor:a) from sensor unit (sensor:a)',
-        'could not be told apart: sensor unit (sensor:a) from sensor delay (sensor:b)',
+    assert lines[2:] == [
+        'could not be told apart: sensor gain (sensor:a); sensor unit (sensor:a); '
+        'sensor delay (sensor:b)',
     ]
-    assert lines[-1].endswith(': 1 effect more seen, 1 pair more told apart')
+    assert lines[1].endswith(': 1 effect more seen, 1 pair more told apart')
+
+
+def test_what_to_record_comes_first_and_one_sensor_has_one_line(robot):
+    kinds = SensorGain('sensor:a'), SensorUnit('sensor:a'), SensorDelay('sensor:a')
+    mass = SensorMass('sensor:b')
+    sights = tuple(Sight(effect, (), 99.0, (mass,)) for effect in kinds)
+    following = (NextRecording(np.zeros(6), 1.0, 1, 2), NextRecording(None, 2.0, 1, 1))
+    lines = telling_lines(Telling(sights, 8.0, following), robot)
+    assert [line.split(':')[0] for line in lines[1:3]] == ['next', 'next']
+    assert 'within the joint limits' in lines[3]
+    (alike,) = lines[4:]
+    assert all(name in alike for name in ('gain', 'unit', 'delay')) and 'mass' in alike
