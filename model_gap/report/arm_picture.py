@@ -38,8 +38,8 @@ def arm_picture(
     places : tuple of str
         Locations to mark: joints, links, ``sensor:<name>``, or ``base``.
     """
-    points = model.geometry.skeleton(q)
     links = [link for link, _ in model.geometry.skeleton_points]
+    points = np.vstack([model.geometry.skeleton(q), *_tip(model, q, layout)])
     sensors = model.geometry.positions(
         q[None, :], [(sensor.frame_id, np.array(sensor.position_m)) for sensor in layout]
     )[0]
@@ -60,6 +60,23 @@ def arm_picture(
         parts.append(svg.circle(kind, x, y, 9 if hot else 5, f'{sensor.name}: {value:.1f}'))
     marked = ', '.join(places) or 'no place'
     return svg.svg((SIZE, SIZE), f'the arm from the side; marked: {marked}', parts)
+
+
+def _tip(model: FlexibleJointModel, q: Array, layout: SensorLayout) -> Array:
+    """Return the farthest known point of the last link, (1, 3), where it has one; else (0, 3).
+
+    Without it an arm would end at its last joint, and sensors float in the air.
+    """
+    link, start = model.geometry.skeleton_points[-1]
+    own = [np.array(item.position_m) for item in layout if item.frame_id == link]
+    for frame in model.robot.model.frames:
+        if frame.name == link and frame.type.name == 'BODY' and frame.parentJoint > 0:
+            lever = np.array(model.robot.model.inertias[frame.parentJoint].lever)
+            own.append(frame.placement.actInv(lever))
+    if not own:
+        return np.zeros((0, 3))
+    far = max(own, key=lambda point: float(np.linalg.norm(point - start)))
+    return np.asarray(model.geometry.positions(q[None, :], [(link, far)])[0])
 
 
 def _flattened(points: Array, sensors: Array) -> Array:
