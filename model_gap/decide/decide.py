@@ -18,7 +18,7 @@ from model_gap.decide.adequacy import Adequacy, adequacy
 from model_gap.decide.discriminate import experiments_between, separation_now
 from model_gap.decide.what_remains import what_remains
 from model_gap.hypothesis import Hypothesis
-from model_gap.search import Candidate, joint_shares, RivalPair, Search
+from model_gap.search import Candidate, joint_shares, RivalPair, Round, Search
 
 log = logging.getLogger(__name__)
 
@@ -58,6 +58,7 @@ class DecisionLimits:
 
 LIMITS = DecisionLimits()
 EXPERIMENT_SEED = 0
+NOT_AT_ALL = ('no effect explains it',)
 
 
 class Verdict(Enum):
@@ -189,8 +190,44 @@ def _without_effects(search: Search, limits: tuple[str, ...]) -> Decision:
     why = objections(adequacy(search, first.before))
     if not why:
         return Decision(Verdict.NONE, reasons=limits)
-    why = (*why, 'no effect explains it')
+    why = (*why, *(half_explained(first, search.settings.worth_adding) or NOT_AT_ALL))
     return _unexplained(search, first.before.hypothesis, why, first.candidates[:3], limits)
+
+
+def half_explained(first: Round, worth_adding: float) -> tuple[str, ...]:
+    """Return which effect explains the poses that were fitted, but not those held out.
+
+    It may be the right one from a wrong place: too few poses, or a number at the end of its range.
+    """
+    if not first.earns_place(worth_adding):
+        return ()
+    best = first.candidates[0]
+    if not best.heldout_misfit > LIMITS.misfit:
+        return ()
+    fitted, without = np.sqrt((best.fit.misfit, first.before.misfit))
+    heldout, before = np.sqrt((best.heldout_misfit, first.heldout_before))
+    much = 'explains' if best.fit.misfit < LIMITS.misfit else 'explains much of'
+    found = (
+        f'{best.effect!r} {much} the fitted poses ({fitted:.1f} times the noise remains, '
+        f'{without:.1f} without it) but not the held-out ones ({heldout:.1f}, {before:.1f} '
+        'without it), and is not named: more poses, far apart, would tell',
+    )
+    return (*found, *at_ends(best.fit.hypothesis))
+
+
+def at_ends(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Return which numbers of the last effect lie at the end of their range."""
+    effect, values = hypothesis.effects[-1], hypothesis.values()[-1]
+    found = []
+    for item, value in zip(effect.parameters(hypothesis.scene), values, strict=True):
+        close = LIMITS.near_end * (item.high - item.low)
+        # What begins at nothing is no end.
+        low = item.low if item.low != 0.0 else -np.inf
+        if not low + close < value < item.high - close:
+            unit = '' if item.unit == '1' else f' {item.unit}'
+            name = item.name.replace('_', ' ')
+            found.append(f'{name} of {effect!r} is at the end of its range, {value:.3g}{unit}')
+    return tuple(found)
 
 
 def _unexplained(

@@ -10,6 +10,8 @@ from modal_core.channel import AXES
 from model_gap.effects.effect import Scene
 
 Place = tuple[float, float, float]
+# A slide without an end is stated so: longer ones are of no machine that shakes on a floor.
+FARTHEST_SLIDE_M = 100.0
 
 
 class Named(Protocol):
@@ -82,6 +84,39 @@ def spans(scene: Scene) -> dict[str, Place]:
                 found[link] = (float(place[0]), float(place[1]), float(place[2]))
                 break
     return found
+
+
+def reach(scene: Scene) -> float:
+    """Return how far the arm reaches when it is stretched out [m].
+
+    From the base joint by joint, sliding ones at the farther end, then to the farthest point that
+    is known of a link: a frame (a flange, a tool), its centre of mass, a sensor.
+    """
+    robot = scene.model.robot
+    longest = [0.0]
+    for index, joint in enumerate(robot.joints, start=1):
+        way = float(np.linalg.norm(robot.model.jointPlacements[index].translation))
+        ends = (robot.model.lowerPositionLimit, robot.model.upperPositionLimit)
+        start = int(robot.model.idx_qs[index])
+        slide = max(abs(float(end[start])) for end in ends) if joint.prismatic else 0.0
+        longest.append(
+            longest[int(robot.model.parents[index])]
+            + way
+            + (slide if np.isfinite(slide) and slide < FARTHEST_SLIDE_M else 0.0)
+        )
+    points = [
+        (int(frame.parentJoint), frame.placement.translation) for frame in robot.model.frames
+    ]
+    points += [(index, robot.model.inertias[index].lever) for index in range(1, len(longest))]
+    frames = {frame.name: frame for frame in robot.model.frames if frame.type.name == 'BODY'}
+    for channel in scene.cell.channels:
+        frame = frames.get(channel.frame_id)
+        if frame is not None:
+            place = frame.placement.act(np.array(channel.position_m))
+            points.append((int(frame.parentJoint), place))
+    carried = [(body, point) for body, point in points if body > 0]
+    farthest = [longest[body] + float(np.linalg.norm(point)) for body, point in carried]
+    return max(farthest, default=0.0) or 1.0
 
 
 def turned(axis: str, turns: Sequence[float]) -> Place:

@@ -7,9 +7,10 @@ import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.cell.cell_model import CellModel
-from model_gap.decide.decide import at_limits, one_law
+from model_gap.decide.decide import at_ends, at_limits, half_explained, one_law
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
+from model_gap.effects.cable import Cable
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.payload import Payload
 from model_gap.effects.sensor_polarity import SensorPolarity
@@ -127,3 +128,22 @@ def test_what_worsens_held_out_recordings_is_not_confirmed(nominal):
     assert kept(both) == ()
     first = rounds(nominal, [(SOFTER, 50.0, 10.0)], [(OTHER, 50.0, 12.0)])
     assert [item.effect for item in kept(first)] == [SOFTER]
+
+
+def test_what_explains_only_the_fitted_poses_is_told_as_that(nominal):
+    (found,) = rounds(nominal, [(Cable('link_4'), 688.0, 168.0)])
+    (told,) = half_explained(found, WORTH_ADDING)
+    assert told.startswith('cable at link_4 explains the fitted poses (1.0 times the noise')
+    assert 'not the held-out ones (13.0, ' in told
+    for gain, misfit in ((5.0, 168.0), (688.0, 1.1)):
+        (other,) = rounds(nominal, [(Cable('link_4'), gain, misfit)])
+        assert half_explained(other, WORTH_ADDING) == ()
+
+
+def test_a_cable_at_the_end_of_its_range_is_told_so(nominal):
+    cable = Cable('link_4')
+    items = cable.parameters(nominal.scene)
+    values = (1e3, 0.5, items[2].low, 1.0)
+    (told,) = at_ends(nominal.with_effect(cable, values))
+    assert told.startswith('from y of cable at link_4 is at the end of its range, -')
+    assert at_ends(nominal.with_effect(cable, (0.0, 0.5, 0.5, 1.0))) == ()

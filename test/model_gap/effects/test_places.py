@@ -1,0 +1,50 @@
+"""How far an arm reaches, counted by hand."""
+
+import pytest
+
+from modal_core.channel import Sensor, SensorLayout
+from model_gap.cell import CellModel
+from model_gap.effects import Scene
+from model_gap.effects.places import reach
+from structural_model import load_robot
+
+LINK = (
+    '<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="9"/>'
+    '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
+)
+JOINT = (
+    '<joint name="{name}" type="{kind}"><parent link="{before}"/><child link="{link}"/>'
+    '<origin xyz="{place}"/><axis xyz="0 1 0"/>'
+    '<limit lower="-0.2" upper="0.5" velocity="3" effort="9"/></joint>'
+)
+MODEL = """
+robot_name: two
+joints:
+  pan: {drive: {stiffness: 4.0e4}}
+  tilt: {drive: {stiffness: 5.0e4}}
+"""
+
+
+@pytest.mark.parametrize(
+    ('kind', 'sensors', 'expected'),
+    [
+        ('revolute', (), 0.4 + 0.5 + 0.45),
+        ('revolute', (Sensor('tip', 'boom', (0.95, 0.0, 0.0)),), 0.4 + 0.5 + 0.95),
+        ('prismatic', (), 0.4 + 0.5 + 0.5 + 0.45),
+    ],
+)
+def test_the_last_link_and_what_is_on_it_belong_to_the_reach(tmp_path, kind, sensors, expected):
+    parts = [
+        LINK.format(name=name, x=x) for name, x in (('base', 0), ('column', 0), ('boom', 0.45))
+    ]
+    parts.append(
+        JOINT.format(name='pan', kind='revolute', before='base', link='column', place='0 0 0.4')
+    )
+    parts.append(
+        JOINT.format(name='tilt', kind=kind, before='column', link='boom', place='0.3 0 0.4')
+    )
+    (tmp_path / 'robot.urdf').write_text(f'<robot name="two">{"".join(parts)}</robot>')
+    (tmp_path / 'model.yaml').write_text(MODEL)
+    model = load_robot(str(tmp_path))
+    cell = CellModel(model.spec, SensorLayout(sensors).channels)
+    assert reach(Scene(model, (), cell)) == pytest.approx(expected)
