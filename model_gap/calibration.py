@@ -82,7 +82,7 @@ def calibration(result: GapResult) -> tuple[Calibrated, ...]:
     if fit is None:
         return ()
     tolerances = fit.hypothesis.tolerances
-    deviations = np.sqrt(np.diag(_covariance(fit)))
+    deviations = np.sqrt(np.diag(_covariance(result, fit)))
     known = _is_explained(result)
     return tuple(
         _calibrated(item, float(moved), float(left), known)
@@ -117,7 +117,7 @@ def mounts(result: GapResult) -> tuple[Mount, ...]:
     fit = result.calibrated
     if fit is None:
         return ()
-    covariance = _covariance(fit)
+    covariance = _covariance(result, fit)
     places: dict[str, list[int]] = {}
     for number, item in enumerate(fit.hypothesis.tolerances):
         if item.what == 'rotation':
@@ -144,7 +144,7 @@ def tolerances_left(result: GapResult) -> dict[str, float]:
     if fit is None:
         return {}
     usual = {item.name: item.sigma for item in result.search.usual_tolerances}
-    covariance = _covariance(fit)
+    covariance = _covariance(result, fit)
     found = {}
     for number, item in enumerate(fit.hypothesis.tolerances):
         if item.sigma > usual.get(item.name, item.sigma):
@@ -153,10 +153,23 @@ def tolerances_left(result: GapResult) -> dict[str, float]:
     return found
 
 
-def _covariance(fit: Fit) -> Array:
-    """Return that of the tolerances, in prior deviations."""
-    size = len(fit.hypothesis.tolerances)
-    return np.asarray(np.linalg.inv(fit.precision)[:size, :size])
+def _covariance(result: GapResult, fit: Fit) -> Array:
+    """Return that of the tolerances, in prior deviations: with what encoders explain as well."""
+    size, other = len(fit.hypothesis.tolerances), result.other_encoders
+    covariance = np.asarray(np.linalg.inv(fit.precision)[:size, :size])
+    return covariance if other is None else covariance + np.outer(other.apart, other.apart)
+
+
+def encoder_words(result: GapResult) -> list[str]:
+    """Return which encoders would explain as well what was calibrated."""
+    if result.other_encoders is None or not _is_explained(result):
+        return []
+    return [
+        f'what is calibrated may stand for the encoder of {joint}: that it stands '
+        f'{with_sigma(value, sigma, "deg")} further explains the recordings as well; deviations '
+        'contain that'
+        for joint, (value, sigma) in result.other_encoders.offsets.items()
+    ]
 
 
 def calibration_words(

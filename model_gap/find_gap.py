@@ -21,6 +21,7 @@ from model_gap.gravity import (
 )
 from model_gap.hypothesis import Hypothesis, stretch, STRETCHED
 from model_gap.named_at_rest import with_faults
+from model_gap.open_encoders import other_encoders, OtherEncoders
 from model_gap.predict import compile_laws
 from model_gap.quick_look import look_at, QuickLook
 from model_gap.search import run_search, Search, SearchSettings, tolerances_only
@@ -54,6 +55,8 @@ class GapResult:
         Of the split.
     travelled : Travelled or None
         Recordings whose joints travel too far to be compared; None: there are none.
+    other_encoders : OtherEncoders or None
+        Encoders that explain as well what was calibrated; None: none do.
     """
 
     search: Search
@@ -70,6 +73,7 @@ class GapResult:
     given: FlexibleJointModel
     seed: int
     travelled: Travelled | None = None
+    other_encoders: OtherEncoders | None = None
 
     @property
     def final(self) -> Hypothesis:
@@ -145,6 +149,7 @@ def _result(
     far = travelled is not None and travelled.all_of_them
     unread = far and decision.verdict is Verdict.UNEXPLAINED
     calibrated = None if unread else _calibrated(search, decision)
+    known = calibrated is not None and decision.verdict is not Verdict.UNEXPLAINED
     final = calibrated.hypothesis if calibrated else search.nominal
     heldout = search.data.heldout if search.data.heldout.records else search.data.fitting
     return GapResult(
@@ -162,6 +167,9 @@ def _result(
         given=given,
         seed=seed,
         travelled=travelled,
+        other_encoders=(
+            other_encoders(calibrated, search.data.fitting, told) if calibrated and known else None
+        ),
     )
 
 

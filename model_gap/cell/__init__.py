@@ -4,7 +4,7 @@ In come a robot model and its sensors; out go modal systems with their tolerance
 only to a percent or so and must not be given a name.
 """
 
-from model_gap.cell.arm_nuisances import encoder_of
+from model_gap.cell.arm_nuisances import encoder_nuisance, encoder_of
 from model_gap.cell.cell_model import CellModel, Filter, HeldTorque, JointForce, Ripple, Tone
 from model_gap.cell.changes import change_drive, change_joint, gain_step, offset_joint
 from model_gap.cell.joint_vector import (
@@ -45,6 +45,7 @@ __all__ = [
     'axis_row',
     'change_drive',
     'change_joint',
+    'encoder_nuisance',
     'encoder_of',
     'force_vector',
     'gain_step',

@@ -11,7 +11,7 @@ from modal_reports import (
     Page,
     render,
 )
-from model_gap.calibration import calibration, calibration_words, mounts
+from model_gap.calibration import calibration, calibration_words, encoder_words, mounts
 from model_gap.comparison import compare_model, ModelComparison, SensorBand
 from model_gap.decide import Verdict
 from model_gap.find_gap import GapResult
@@ -62,9 +62,10 @@ def render_report(result: GapResult, comparison: ModelComparison | None = None) 
         'pictures': range(len(pictures)),
         'capital': capital,
         'gravity': gravity_words(result),
-        'calibration': calibration_words(
-            calibration(result), mounts(result), named_springs(result)
-        ),
+        'calibration': [
+            *calibration_words(calibration(result), mounts(result), named_springs(result)),
+            *encoder_words(result),
+        ],
         **_tables(result, comparison),
     }
     title = f'Model gap: {result.search.model.robot_name}'

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 import math
 
 from modal_reports import capital, percent, with_sigma
-from model_gap.calibration import calibration, calibration_words, mounts
+from model_gap.calibration import calibration, calibration_words, encoder_words, mounts
 from model_gap.decide import Verdict
 from model_gap.effects import CATALOGUE, Effect
 from model_gap.find_gap import GapResult
@@ -94,5 +94,6 @@ def summary_lines(result: GapResult) -> list[str]:
     )
     lines += [f'gravity: {line}' for line in gravity_words(result)]
     lines += calibration_words(calibration(result), mounts(result), named_springs(result))
+    lines += encoder_words(result)
     lines += [f'note: {line}' for line in result.search.notes]
     return lines

@@ -1,8 +1,13 @@
 """The calibration in words: as many digits as a deviation has, and none where it has none."""
 
 import math
+from types import SimpleNamespace
 
-from model_gap.calibration import Calibrated, calibration_words, Mount
+import numpy as np
+
+from model_gap.calibration import Calibrated, calibration_words, encoder_words, Mount
+from model_gap.decide import Verdict
+from model_gap.open_encoders import OtherEncoders
 
 
 def test_a_small_deviation_is_not_none():
@@ -34,3 +39,12 @@ def test_a_spring_that_is_named_with_a_factor_is_not_said_to_be_undetermined():
         'not determined by this campaign: stiffness of X'
     ]
     assert calibration_words(items[1:], [], ['Y']) == []
+
+
+def test_an_encoder_that_explains_it_as_well_is_told():
+    """Two mounts on one link that are turned alike are an encoder that is off as well."""
+    other = OtherEncoders({'tilt': (0.82, 0.055)}, np.ones(3))
+    named = SimpleNamespace(verdict=Verdict.NAMED)
+    (line,) = encoder_words(SimpleNamespace(other_encoders=other, decision=named))
+    assert 'encoder of tilt: that it stands 0.820 ± 0.055 deg further' in line
+    assert encoder_words(SimpleNamespace(other_encoders=None, decision=named)) == []
