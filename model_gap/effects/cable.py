@@ -4,12 +4,14 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
+import numpy as np
+
 from model_gap.cell import CellModel
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.effects.places import centre, moving_links, reach, stiffest, unused_name
+from model_gap.effects.places import centre, moving_links, reach, spans, stiffest, unused_name
 from structural_model.spec import CableSpec
 
-# Where it may come from, in reaches of the arm: above, left, right, behind, ahead.
+# Where it may come from, in lengths from joint to joint: above, left, right, behind, ahead.
 SIDES = ((0.3, 0.0, 1.3), (0.3, 1.3, 0.5), (0.3, -1.3, 0.5), (-1.3, 0.0, 0.5), (1.6, 0.0, 0.5))
 
 
@@ -40,11 +42,10 @@ class Cable(DetailedEffect):
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return the stiffness, and where it comes from."""
-        unit, length = 0.01 * stiffest(scene), reach(scene)
+        unit, length = 0.01 * stiffest(scene), _length(scene)
+        farthest = 4.0 * reach(scene)
         ends = [
-            EffectParameter(
-                f'from_{axis}', 'm', length, -4.0 * length, 4.0 * length, start * length
-            )
+            EffectParameter(f'from_{axis}', 'm', length, -farthest, farthest, start * length)
             for axis, start in zip('xyz', SIDES[0], strict=True)
         ]
         first = (EffectParameter('stiffness', 'N/m', unit, 0.0, 200.0 * unit), *ends)
@@ -73,18 +74,21 @@ class Cable(DetailedEffect):
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return a soft and a stiff one from every side."""
-        unit, length = 0.01 * stiffest(scene), reach(scene)
+        unit, length = 0.01 * stiffest(scene), _length(scene)
         return [
             (size * unit, *(part * length for part in side))
             for side in SIDES
             for size in (0.3, 3.0)
         ]
 
-    def other_starts(self, values: tuple[float, ...]) -> Sequence[tuple[float, ...]]:
-        """Return it from the other sides: in one pose both ends of its line pull alike."""
-        size, x, y, z, *rest = values
-        return [(size, *side, z, *rest) for side in ((-x, -y), (-y, x), (y, -x))]
-
     def few_starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return soft ones from above and behind: the rest of the way is the fit's."""
         return [self.starts(scene)[2 * number] for number in (0, 3)]
+
+
+def _length(scene: Scene) -> float:
+    """Return the length of the arm from joint to joint [m]: starts that are near find more.
+
+    From starts at its reach a fit came to rest at the mirror image of a cable that it had found.
+    """
+    return float(sum(np.linalg.norm(way) for way in spans(scene).values())) or 1.0
