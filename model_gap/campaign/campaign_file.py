@@ -105,7 +105,9 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         found = sorted(item for item in folder.iterdir() if _is_recording(item))
         if not found:
             raise SettingsError(
-                'no campaign.yaml and no recordings', where=folder, expected='.mcap or rosbag2'
+                'no campaign.yaml and no recordings',
+                where=folder,
+                expected='.mcap, .db3 or .bag: recordings that have joint states',
             )
         entries = tuple(CampaignEntry(item, item.name) for item in found)
         return CampaignFile(folder, entries, _own(folder))
