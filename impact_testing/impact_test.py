@@ -116,16 +116,28 @@ def impact_modes(
     frfs = [PointFrf(each) for each in spectra]
     band_hz = analysed_band(frfs, settings)
     lines = band_lines(frfs[0].spectra.frequency_hz, band_hz)
-    with one_thread():
-        data = [PointData.of(each, lines) for each in frfs]
-        delay = force_delay(data)
-        data, model = fitted(earlier(data, delay.seconds) if delay.sure else data)
-        signs = driving_signs(data, model, _reported(model, band_hz, length_s))
-        if all_against(signs):
-            data = turned(data)
-            model = refitted(data, replace(model, shape=1j * model.shape))
-        model = without_wrong_points(data, model, signs)
-        return _result(data, model, (delay, signs), band_hz, length_s)
+    try:
+        with one_thread():
+            return _identified([PointData.of(each, lines) for each in frfs], band_hz, length_s)
+    except np.linalg.LinAlgError as error:
+        raise IdentificationError(
+            'no sum of modes comes near the frequency responses',
+            found=str(error),
+            advice='check that force and responses belong together, or narrow the band',
+        ) from error
+
+
+def _identified(
+    data: Sequence[PointData], band_hz: tuple[float, float], length_s: float
+) -> ImpactResult:
+    delay = force_delay(data)
+    fit, model = fitted(earlier(data, delay.seconds) if delay.sure else data)
+    signs = driving_signs(fit, model, _reported(model, band_hz, length_s))
+    if all_against(signs):
+        fit = turned(fit)
+        model = refitted(fit, replace(model, shape=1j * model.shape))
+    model = without_wrong_points(fit, model, signs)
+    return _result(fit, model, (delay, signs), band_hz, length_s)
 
 
 def judged_together(
