@@ -18,7 +18,7 @@ from modal_reports import Spectrum
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.modal_result import ModalResult
-    from autonomous_modal_analysis.option_groups import Identifier
+    from autonomous_modal_analysis.option_groups import Identifier, Reading
 
 RESULTS = 'modes.json'
 LARGEST_BYTES = 500_000_000
@@ -37,7 +37,7 @@ def kept_name(path: Path) -> str:
     return path.parent.name if path.name == RESULTS else path.name
 
 
-def result_of(path: Path, identifier: 'Identifier') -> 'ModalResult | Path':
+def result_of(path: Path, identifier: 'Identifier', reading: 'Reading') -> 'ModalResult | Path':
     """Return what a recording gives, or the file of results that were kept.
 
     Raises
@@ -47,10 +47,8 @@ def result_of(path: Path, identifier: 'Identifier') -> 'ModalResult | Path':
     """
     if results_file(path) is not None:
         return path
-    from autonomous_modal_analysis.api.recording import open_recording
-
     with progress_bar(f'identifying {path.name}') as progress:
-        found = identifier.identify(open_recording(path), progress)
+        found = identifier.identify(reading.open_file(path), progress)
     show_damage(found.damage)
     return found
 
@@ -77,7 +75,7 @@ class ReadResult:
     at: OperatingState = UNKNOWN_STATE
 
 
-def read_result(path: Path, identifier: 'Identifier') -> ReadResult:
+def read_result(path: Path, identifier: 'Identifier', reading: 'Reading') -> ReadResult:
     """Return the modes of a recording, or of results that were kept, with their spectrum.
 
     Raises
@@ -89,7 +87,7 @@ def read_result(path: Path, identifier: 'Identifier') -> ReadResult:
         from modal_recordings.formats.universal_shapes import read_shapes
 
         return ReadResult(read_shapes(path))
-    found = result_of(path, identifier)
+    found = result_of(path, identifier, reading)
     if isinstance(found, Path):
         kept = results_file(found) or found
         modes = read_modes(kept)

@@ -8,7 +8,7 @@ from typing import Annotated, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Identifier
+from autonomous_modal_analysis.option_groups import grouped, Identifier, Reading
 from autonomous_modal_analysis.options import ExportTable, Json
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def compare(
             show_default=False,
         ),
     ],
+    reading: Reading,
     identifier: Identifier,
     out: Annotated[Path | None, typer.Option(help='Folder for comparison.html.')] = None,
     load_kg: Annotated[
@@ -74,12 +75,12 @@ def compare(
     check_endings(export or (), TABLE_ENDINGS)
     first, *others = recordings
     loads = _loads(load_kg, len(recordings))
-    base = read_result(first, identifier)
+    base = read_result(first, identifier, reading)
     base = replace(base, at=replace(base.at, load_kg=loads[0]))
     drawing = base.result.drawing() if base.result is not None and out is not None else None
     states, results = [], [base.result]
     for path, load in zip(others, loads[1:], strict=True):
-        other = read_result(path, identifier)
+        other = read_result(path, identifier, reading)
         results.append(other.result)
         at = replace(other.at, load_kg=load)
         found = compare_modes(base.modes, other.modes)

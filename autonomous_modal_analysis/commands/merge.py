@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Identifier
+from autonomous_modal_analysis.option_groups import grouped, Identifier, Reading
 from autonomous_modal_analysis.options import Export, Json
 
 
@@ -21,6 +21,7 @@ def merge(
             help='Recordings, or results of `ama identify`, one per set-up.', show_default=False
         ),
     ],
+    reading: Reading,
     identifier: Identifier,
     out: Annotated[
         Path | None, typer.Option(help='Folder for modes.json and report.html.')
@@ -47,7 +48,7 @@ def merge(
     from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json
 
     check_endings(export or (), ENDINGS)
-    found = [result_of(path, identifier) for path in setups]
+    found = [result_of(path, identifier, reading) for path in setups]
     merged = merged_set_ups(found, layout=identifier.sensors())
     if json:
         print_json(merged.to_dict())

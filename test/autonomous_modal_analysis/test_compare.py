@@ -180,3 +180,16 @@ def test_levels_that_hardly_differ_say_so(ama, levels):
     run = ama('compare', first, first, first, '--levels')
     assert run.returncode == 0, run.stderr
     assert 'no law, its levels differ by a factor of 1.0' in run.stdout
+
+
+def test_how_plain_arrays_are_read_is_told_as_to_identify(ama, tmp_path):
+    """Seed 31: arrays without a file beside them, in g, of twice the rate that is usual here."""
+    for number, name in enumerate(('first', 'second')):
+        np.save(tmp_path / f'{name}.npy', response((4.0, 9.0), 31 + number) / 9.80665)
+    files = [tmp_path / 'first.npy', tmp_path / 'second.npy']
+    told = ('--sample-rate-hz', 100.0, '--unit', 'g', '--channels', 'a,b,c')
+    run = ama('compare', *files, *told, '--json')
+    assert run.returncode == 0, f'seed 31: {run.stderr}'
+    courses = json.loads(run.stdout)['courses']
+    found = sorted(course[0]['frequency_hz'] for course in courses)
+    assert found == pytest.approx([4.0, 9.0], rel=0.01), f'seed 31: {found}'

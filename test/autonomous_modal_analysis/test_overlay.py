@@ -57,12 +57,12 @@ def test_results_keep_their_spectrum_and_a_broken_one_is_refused(tmp_path):
     value = 1.0 / ((hz - 4.0) ** 2 + 0.01)
     path = tmp_path / 'modes.json'
     write_json(path, Identification(FIRST), 'rest', Spectrum(hz, value[:, None]))
-    kept = read_result(path, None)
+    kept = read_result(path, None, None)
     assert len(kept.spectrum.frequency_hz) == 1000
     assert kept.spectrum.singular_value.max() == pytest.approx(value.max(), rel=1e-3)
     assert kept.result is None
     write_json(path, Identification(FIRST), 'rest')
-    assert read_result(path, None).spectrum is None
+    assert read_result(path, None, None).spectrum is None
     found = json.loads(path.read_text())
     for broken in (
         {'frequency_hz': [1.0, 2.0], 'singular_value': [1.0]},
@@ -72,7 +72,7 @@ def test_results_keep_their_spectrum_and_a_broken_one_is_refused(tmp_path):
     ):
         path.write_text(json.dumps({**found, 'spectrum': broken}))
         with pytest.raises(RecordingError, match='spectrum'):
-            read_result(path, None)
+            read_result(path, None, None)
 
 
 @pytest.mark.skipif(browser.find_browser() is None, reason='no Chromium')
