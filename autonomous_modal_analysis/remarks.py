@@ -7,12 +7,14 @@ from statistics import median
 from statistics import mode as most_common
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autonomous_modal_analysis.results import IdentifiedWindow
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_reports import count, listed, poor_channels
 from oma_identifier.covariance import COVARIANCE
+from oma_identifier.moving_lines import MOVING
 from oma_identifier.record import needed_window_s, SHORT_WINDOWS, too_slow
 from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
 from oma_identifier.settings import IdentificationSettings
@@ -54,6 +56,7 @@ def remarks(
         _conditions(whole),
         _too_short_record(whole),
         _damping_without_deviation(whole),
+        _crossed(whole),
         _too_short_windows(whole, windows),
         _empty_windows(whole, windows),
         _odd_rate(whole, sample_rate_hz, settings),
@@ -91,6 +94,26 @@ def _damping_without_deviation(whole: WindowResult) -> str:
         ' window, or too many samples were filled in; shorter windows (--window-s) or a steady'
         ' structure'
     )
+
+
+def _crossed(whole: WindowResult) -> str:
+    """Say why modes near lines that moved have no deviation where others of the method have."""
+    lines_hz = np.array([line.frequency_hz for line in whole.harmonics])
+    bare = [mode for mode in whole.modes if math.isnan(mode.frequency_std_hz)]
+    crossed = [mode for mode in bare if _lie_near(mode, lines_hz).any()]
+    if not crossed or len(bare) == len(whole.modes):
+        return ''
+    near_hz = lines_hz[np.any([_lie_near(mode, lines_hz) for mode in crossed], axis=0)]
+    lines = f'{count(len(near_hz), "line")} at {listed([f"{hz:.4g}" for hz in near_hz])} Hz'
+    return (
+        f'{_frequencies(crossed)}: without σ, for {lines} moved across; another speed of the'
+        ' machine, or none, would tell it'
+    )
+
+
+def _lie_near(mode: Mode, lines_hz: NDArray[np.float64]) -> NDArray[np.bool_]:
+    reach_hz = 0.5 * MOVING.sweep * lines_hz + mode.damping_ratio * mode.frequency_hz
+    return np.asarray(np.abs(lines_hz - mode.frequency_hz) < reach_hz)
 
 
 def _is_withheld(mode: Mode) -> bool:

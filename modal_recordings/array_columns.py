@@ -77,7 +77,7 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
     has_time = bool(table.dated) or any(heading and heading.is_time for heading in headings)
     times, counters, channels, notes = [], [], [], []
     for column, heading in enumerate(headings):
-        if heading is None:
+        if heading is None or column == table.speed:
             continue
         if column in table.dated or heading.is_time:
             times.append(column)

@@ -34,6 +34,8 @@ class ArrayTable:
         False: values over full scale, of which the unit must be told.
     notes : tuple of str
         What was left out.
+    speed : int or None
+        Column with the speed of a spindle.
     """
 
     values: NDArray[np.generic]
@@ -43,6 +45,7 @@ class ArrayTable:
     sample_rate_hz: float | None = None
     calibrated: bool = True
     notes: tuple[str, ...] = ()
+    speed: int | None = None
 
     def column(self, number: int) -> NDArray[np.float64]:
         """Return a copy of one column."""

@@ -112,6 +112,7 @@ def _of_table(
         given = options.channels or ()
         table, column, factor = speed_column(table, spindle, place, given)
         speed_hz = factor * table.column(column)
+        notes.append(f'{spindle} tells the speed of the spindle: its orders are followed by it')
         if len(given) == table.values.shape[1]:
             others = (*given[:column], LEAVE_OUT, *given[column + 1 :])
             options = replace(options, channels=others)

@@ -144,7 +144,8 @@ def speed_column(
     headings[number] = f'{name} [rpm]'
     if units:
         units[number] = 'rpm'
-    return replace(table, headings=tuple(headings), units=tuple(units)), number, factor
+    found = replace(table, headings=tuple(headings), units=tuple(units), speed=number)
+    return found, number, factor
 
 
 def _place(names: Sequence[str], name: str, n_columns: int) -> int:

@@ -19,8 +19,10 @@ from oma_identifier.moving_lines.removal import (
     MovingLine,
     without_moving,
 )
+from oma_identifier.moving_lines.thresholds import MOVING
 
 __all__ = [
+    'MOVING',
     'Course',
     'Gain',
     'MovingLine',

@@ -74,6 +74,21 @@ def test_damping_without_a_deviation_is_said_to_be():
         assert len(said) == 1 and words in said[0], said
 
 
+def test_a_mode_that_a_line_moved_across_says_why_it_has_no_deviation():
+    found = identify(response(100.0, 120.0, [(3.0, 0.02), (17.0, 0.02)]), 100.0).found
+    first, second = found.whole.modes.modes
+    bare = replace(second, frequency_std_hz=np.nan, damping_ratio_std=np.nan)
+    for line_hz, words in ((17.2, ['without σ, for 1 line at 17.2 Hz']), (30.0, [])):
+        line = replace(second, frequency_hz=line_hz, harmonic=True)
+        whole = replace(
+            found.whole,
+            modes=replace(found.whole.modes, modes=(first, bare)),
+            harmonics=replace(found.whole.harmonics, modes=(line,)),
+        )
+        said = remarks(whole, found.identification.windows, 100.0, IdentificationSettings())
+        assert len(said) == bool(words) and all(word in said[0] for word in words), said
+
+
 @pytest.mark.parametrize(
     ('rate_hz', 'frequency_hz', 'words'),
     [(1000.0, 6.0, 'far below half the sample rate'), (100.0, 46.0, 'may be folded')],

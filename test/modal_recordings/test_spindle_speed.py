@@ -75,6 +75,8 @@ def test_a_column_is_the_speed_and_no_response(tmp_path, heading):
     factor = 1.0 if 'Hz' in heading else 1 / 60
     np.testing.assert_allclose(recording.spindle_speed().speed_hz, factor * values[:, 2], 1e-6)
     assert recording.info().channels == ('tip', 'mid')
+    assert not [note for note in recording.notes if 'left out' in note], recording.notes
+    assert any('spindle tells the speed' in note for note in recording.notes)
 
 
 @pytest.mark.parametrize(('heading', 'factor'), [('speed [rpm]', 60.0), ('speed [Hz]', 1.0)])
