@@ -113,6 +113,7 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         raise RecordingError(
             'not calibrated: values are shares of full scale',
             where=path,
+            found=_size(table, len(channels)),
             expected=f"what full scale is: {options.advice.unit} '50 m/s^2'",
         )
     measured_in, assumed = _units(path, named, options)
@@ -127,6 +128,13 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         notes=tuple(notes),
         assumed=assumed,
     )
+
+
+def _size(table: ArrayTable, n_channels: int) -> str:
+    """Say how much there is of what cannot be read yet."""
+    n_samples, rate_hz = len(table.values), table.sample_rate_hz
+    size = f'{n_channels} channels of {n_samples} samples'
+    return size if rate_hz is None else f'{size} at {rate_hz:g} Hz: {n_samples / rate_hz:.5g} s'
 
 
 def _counts_rows(values: NDArray[np.float64]) -> bool:

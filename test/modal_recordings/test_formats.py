@@ -226,6 +226,13 @@ def test_what_full_scale_of_a_wav_file_is_must_be_said(tmp_path):
         open_recording(wav(tmp_path / 'a.wav'))
 
 
+def test_what_cannot_be_read_for_want_of_full_scale_says_how_much_it_is(tmp_path):
+    """24,000 samples at 8 kHz last 3 s."""
+    wavfile.write(tmp_path / 'a.wav', 8000, np.ones((24_000, 4), dtype=np.int16))
+    with pytest.raises(RecordingError, match='4 channels of 24000 samples at 8000 Hz: 3 s'):
+        open_recording(tmp_path / 'a.wav', to_look=True)
+
+
 @pytest.mark.parametrize('kind', [np.int16, np.int32, np.uint8])
 def test_whole_numbers_of_a_wav_file_are_shares_of_full_scale(kind, tmp_path):
     limits = np.iinfo(kind)
