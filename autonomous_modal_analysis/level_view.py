@@ -26,10 +26,31 @@ def show_levels(levels: Sequence[ModeLevels]) -> None:
         if each.law is not None:
             table.add_row(*_row(each, each.law))
     OUTPUT.print(table)
-    for each in levels:
-        if each.law is None:
-            hz = f'{each.mode.frequency_hz:.4g} Hz'
-            OUTPUT.print(f'{hz}: no law, {each.reason}', soft_wrap=True, markup=False)
+    for line in level_notes(levels):
+        OUTPUT.print(line, soft_wrap=True, markup=False)
+
+
+def level_notes(levels: Sequence[ModeLevels]) -> tuple[str, ...]:
+    """Say of each mode why it has no law, or no damping told as that of others is."""
+    said = ((each.mode.frequency_hz, _note(each)) for each in levels)
+    return tuple(f'{hz:.4g} Hz: {note}' for hz, note in said if note)
+
+
+def _note(levels: ModeLevels) -> str:
+    law = levels.law
+    if law is None:
+        return f'no law, {levels.reason}'
+    if law.damping.law is Law.UNKNOWN:
+        return (
+            "damping not told from the frequency's own variation, as with other modes; this mode"
+            ' alone excited, or levels in smaller steps, would tell'
+        )
+    if law.by_amplitude:
+        return (
+            "damping by the amplitude alone, for the width has the frequency's own variation in"
+            ' it, as with other modes'
+        )
+    return ''
 
 
 def _row(levels: ModeLevels, law: LevelLaw) -> tuple[str, ...]:
@@ -65,9 +86,7 @@ def _change(start: float, square: float, law: QuantityLaw, slope_std: float) -> 
     if start <= 0.0 or law.law not in (Law.CUBIC, Law.CONSTANT, Law.CUBIC_OR_FRICTION):
         return '-'
     change, std = (100.0 * value * square / start for value in (law.cubic.slope, slope_std))
-    if math.isfinite(std):
-        return f'{change:+.1f} ± {std:.1f}'
-    return '-' if law.law is Law.CONSTANT else f'{change:+.1f}'
+    return f'{change:+.1f} ± {std:.1f}' if math.isfinite(std) else '-'
 
 
 def levels_json(names: Sequence[str], levels: Sequence[ModeLevels]) -> dict[str, object]:
@@ -108,6 +127,7 @@ def _law_json(law: LevelLaw) -> dict[str, object]:
         'cubic_damping_std': plain(law.cubic_damping_std),
         'stiffness_law': law.stiffness.law.value,
         'damping_law': law.damping.law.value,
+        'damping_by_amplitude': law.by_amplitude,
         'stiffness_farthest_level': plain(law.stiffness.farthest),
         'damping_farthest_level': plain(law.damping.farthest),
     }

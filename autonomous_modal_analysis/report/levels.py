@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from autonomous_modal_analysis.level_view import added_at_largest, moves_mm
+from autonomous_modal_analysis.level_view import added_at_largest, level_notes, moves_mm
 from autonomous_modal_analysis.mode_levels import ModeLevels
 from autonomous_modal_analysis.report.courses import MOST_DRAWN
 from modal_reports import (
@@ -30,14 +30,14 @@ class LevelsShown:
     ----------
     table : Table
         One row per mode with a law.
-    without : tuple of str
-        Modes without one, and why.
+    notes : tuple of str
+        Modes without one, and why; what else is to be known.
     pictures : tuple of Markup
         Frequency of each mode over its motion.
     """
 
     table: Table
-    without: tuple[str, ...]
+    notes: tuple[str, ...]
     pictures: tuple[Markup, ...]
 
 
@@ -63,11 +63,7 @@ def levels_shown(names: Sequence[str], levels: Sequence[ModeLevels]) -> LevelsSh
     rows = [_row(each, each.law) for each in levels if each.law is not None]
     return LevelsShown(
         Table('Modes over the level of their motion', headings, rows, empty='no law'),
-        tuple(
-            f'{FREQUENCY.text(each.mode.frequency_hz)}: no law, {each.reason}.'
-            for each in levels
-            if each.law is None
-        ),
+        tuple(f'{line}.' for line in level_notes(levels)),
         tuple(_picture(names, each) for each in levels[:MOST_DRAWN] if each.points),
     )
 

@@ -4,6 +4,12 @@ Each level gives a mode's stiffness and damping.  Cubic terms let them grow with
 the second moment of displacement and velocity; Coulomb friction lets them fall with the inverse of
 their root mean squares.  Both are fitted, with the deviations of the values and of the amplitudes.
 
+Damping is the width of the peak.  Where one spring moves several modes, the others change the
+stiffness of this one as they come and go, and widen its peak as damping would.  A law of the width
+is told only where the amplitude alone, which no change of frequency touches, has it too.  Where
+it has not, or no law of stiffness explains the frequency, the amplitude may tell that damping is
+constant, but no law: other modes that move this one may take its energy, too, as damping would.
+
 References
 ----------
 Caughey (1963), doi:10.1121/1.1918794: k₁ + k₃ E[q⁴]/E[q²], c₁ + c₃ E[q̇⁴]/E[q̇²], √(2/π) F / σ_v.
@@ -12,7 +18,7 @@ Birge (1932), doi:10.1103/PhysRev.40.207: deviations where χ² exceeds its mean
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 import math
 
@@ -38,6 +44,7 @@ class Law(StrEnum):
     FRICTION = 'friction'
     CUBIC_OR_FRICTION = 'cubic or friction'
     OTHER = 'neither'
+    UNKNOWN = 'not told'
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +103,10 @@ class LevelLaw:
     frequency_std_hz, damping_ratio_std : float
     cubic_stiffness_std : float [1/(m² s²)]
     cubic_damping_std : float [s/m²]
-        NaN where cubic stiffness moves the peak by more than its width.
+        NaN where the law of damping is unknown.
     stiffness, damping : QuantityLaw
+    by_amplitude : bool
+        Whether damping is told to be constant by the amplitude alone: the width has more in it.
     """
 
     mode: CubicMode
@@ -107,6 +116,7 @@ class LevelLaw:
     cubic_damping_std: float
     stiffness: QuantityLaw
     damping: QuantityLaw
+    by_amplitude: bool = False
 
 
 def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
@@ -138,17 +148,17 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
             for each in motions
         ]
     ).T
-    damping = _law_of(
-        4.0 * math.pi * half_width_hz,
-        4.0 * math.pi * half_width_std,
-        np.array([each.square_m2_s2 for each in motions]),
-        np.array([each.velocity_m_s for each in motions]),
-        relative,
-    )
-    c = damping.cubic
+    by_width = _damping_of(motions, half_width_hz, half_width_std)
+    alone = np.array([each.amplitude_half_width_hz() for each in motions]).T
+    by_amplitude = _damping_of(motions, alone[0], alone[1])
     start = math.sqrt(k.start)
     moved_hz = abs(k.slope) * max(each.square_m2 for each in motions) / (4.0 * math.pi * start)
-    told = not bent or moved_hz < LEVELS.most_bent * half_width_hz.min()
+    moved = moved_hz / half_width_hz.min() if bent else 0.0
+    agree = moved < LEVELS.most_bent and _agree(by_width, by_amplitude)
+    damping = by_width if agree else by_amplitude
+    explained = agree and stiffness.law is not Law.OTHER
+    told = moved < LEVELS.half_widths and (explained or damping.law is Law.CONSTANT)
+    c = damping.cubic
     ratio = c.start / (2.0 * start)
     return LevelLaw(
         CubicMode(start / (2.0 * math.pi), ratio, k.slope, c.slope),
@@ -157,7 +167,35 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
         k.slope_std,
         c.slope_std if told else math.nan,
         stiffness,
-        damping,
+        damping if told else replace(damping, law=Law.UNKNOWN),
+        by_amplitude=told and not agree,
+    )
+
+
+def _damping_of(motions: Sequence[ModalMotion], half_width_hz: Real, std: Real) -> QuantityLaw:
+    return _law_of(
+        4.0 * math.pi * half_width_hz,
+        4.0 * math.pi * std,
+        np.array([each.square_m2_s2 for each in motions]),
+        np.array([each.velocity_m_s for each in motions]),
+        np.array([each.relative_std for each in motions]),
+    )
+
+
+def _agree(by_width: QuantityLaw, by_amplitude: QuantityLaw) -> bool:
+    """Tell whether the width changes with the level as the amplitude alone has it."""
+    wide, alone = by_width.cubic, by_amplitude.cubic
+    apart = abs(wide.slope - alone.slope) / math.hypot(wide.slope_std, alone.slope_std)
+    if apart > LEVELS.confirmed_std:
+        return False
+    if by_width.law is Law.CONSTANT:
+        return True
+    if by_width.law is Law.OTHER:
+        return by_amplitude.law is not Law.CONSTANT
+    dry = by_width.law is Law.FRICTION
+    wide, alone = (by_width.friction, by_amplitude.friction) if dry else (wide, alone)
+    return math.copysign(alone.slope, alone.slope * wide.slope) > (
+        LEVELS.confirmed_std * alone.slope_std
     )
 
 

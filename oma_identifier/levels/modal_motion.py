@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from modal_core.mode import Mode
 from modal_core.samples import Samples
+from oma_identifier.levels.amplitude import amplitude_half_width
 from oma_identifier.levels.envelope import bandwidth
 from oma_identifier.levels.thresholds import LEVELS
 
@@ -40,6 +41,8 @@ class ModalMotion:
         Displacement about the mode's frequency, of each part of the record.
     rate_hz, carrier_hz : float [Hz]
         Of the envelopes, and the frequency they are about.
+    noise_share : float
+        Of the power in the band that is no peak, 0 to 1.
     """
 
     displacement_m: float
@@ -52,6 +55,7 @@ class ModalMotion:
     envelopes: tuple[Complex, ...]
     rate_hz: float
     carrier_hz: float
+    noise_share: float
 
     @property
     def duration_s(self) -> float:
@@ -79,8 +83,16 @@ class ModalMotion:
             turn = np.cumsum(square - square.mean()) * phase_rate / self.rate_hz
             turned_back.append(each * np.exp(-1j * turn))
         found = bandwidth(turned_back, self.rate_hz, self.carrier_hz).half_width_hz
-        law = 1.0 / math.sqrt(2.0 * math.pi * found * self.duration_s)
-        return found, LEVELS.width_scatter * law * found
+        return found, LEVELS.width_scatter * self._least_scatter_hz(found)
+
+    def amplitude_half_width_hz(self) -> tuple[float, float]:
+        """Return the half-width that the amplitude alone tells, and its std [Hz]."""
+        found = amplitude_half_width(self.envelopes, self.rate_hz, self.noise_share)
+        return found, LEVELS.amplitude_width_scatter * self._least_scatter_hz(found)
+
+    def _least_scatter_hz(self, half_width_hz: float) -> float:
+        """Return the least standard deviation that the length of the record allows."""
+        return half_width_hz / math.sqrt(2.0 * math.pi * half_width_hz * self.duration_s)
 
 
 def modal_motion(
@@ -139,6 +151,7 @@ def modal_motion(
         envelopes,
         rate_hz,
         carrier_hz,
+        seen.noise_share,
     )
 
 

@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 
 import autonomous_modal_analysis as ama
+from autonomous_modal_analysis.mode_courses import mode_courses
+from autonomous_modal_analysis.mode_levels import mode_levels
+from oma_identifier.compare import compare_modes
 from oma_identifier.levels import Law, level_law, modal_motion
 
 pytest.importorskip('numba')
+from test.support.cubic_chain import LEVELS as CHAIN_LEVELS
+from test.support.cubic_chain import random_chain
+from test.support.cubic_chain import RATE_HZ as CHAIN_RATE_HZ
 from test.support.cubic_oscillator import accelerations
 
 RATE_HZ = 100.0
@@ -85,6 +91,28 @@ def test_a_linear_mode_changes_with_no_level_and_friction_is_no_cubic_term():
     assert abs(linear.mode.cubic_stiffness) < 3.0 * linear.cubic_stiffness_std
     dry = Case(7301, 600.0, friction=0.12).law
     assert dry.damping.law is Law.FRICTION, dry.damping
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('seed', [7801, 7812, 7820])
+def test_linear_damping_of_a_chain_with_few_springs_has_no_law(seed):
+    """Of modes of each the width had been told to be cubic damping, or neither law."""
+    chain = random_chain(seed)
+    results = [
+        ama.identify(chain.accelerations(level, 300.0), sample_rate_hz=CHAIN_RATE_HZ, window_s=300)
+        for level in CHAIN_LEVELS
+    ]
+    changes = [compare_modes(results[0].modes, each.modes) for each in results[1:]]
+    laws = [each.law for each in mode_levels(results, mode_courses(results[0].modes, changes))]
+    told = [law for law in laws if law is not None]
+    said = [(law.mode.frequency_hz, law.damping.law.value) for law in told]
+    assert len(told) >= 2, f'seed {seed}: {said}'
+    assert {law.damping.law for law in told} <= {Law.CONSTANT, Law.UNKNOWN}, f'seed {seed}: {said}'
+    assert any(law.by_amplitude for law in told), f'seed {seed}: {said}'
+    for law in told:
+        nearest = np.argmin(np.abs(chain.frequency_hz - law.mode.frequency_hz))
+        off = (law.mode.damping_ratio - chain.damping_ratio[nearest]) / law.damping_ratio_std
+        assert abs(off) < 3.5, f'seed {seed}: {said}, {off:.1f}'
 
 
 @pytest.mark.slow

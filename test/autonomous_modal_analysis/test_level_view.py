@@ -1,0 +1,42 @@
+"""What is said of modes over levels whose damping the width does not tell."""
+
+from dataclasses import replace
+import math
+
+import numpy as np
+import pytest
+
+from autonomous_modal_analysis.level_view import added_at_largest, level_notes
+from autonomous_modal_analysis.mode_levels import ModeLevels
+from modal_core.mode import Mode
+from oma_identifier.levels import CubicMode, Law, LevelLaw, Line, ModalMotion, QuantityLaw
+
+MODE = Mode(10.0, 0.01, np.ones(1, dtype=complex))
+LINE = Line(1.0, 0.5, 0.1, 0.1, 1.0, 0.5)
+CUBIC = QuantityLaw(Law.CUBIC, LINE, LINE, 1.0)
+MOTION = ModalMotion(1e-3, 0.06, 3e-6, 0.01, 0.1, 4e3, 10.0, (), 1.0, 10.0, 0.0)
+LAW = LevelLaw(CubicMode(10.0, 0.01, 1e8, 10.0), 0.01, 1e-4, 1e7, 1.0, CUBIC, CUBIC)
+
+
+def over(law):
+    return ModeLevels('x', MODE, ((0, MODE, MOTION),), law)
+
+
+def test_a_law_with_a_deviation_has_its_number_and_needs_no_word():
+    assert all('±' in each for each in added_at_largest(over(LAW), LAW))
+    assert level_notes([over(LAW)]) == ()
+
+
+@pytest.mark.parametrize(
+    ('change', 'words'),
+    [
+        ({'damping': replace(CUBIC, law=Law.UNKNOWN), 'cubic_damping_std': math.nan}, 'not told'),
+        ({'damping': replace(CUBIC, law=Law.CONSTANT), 'by_amplitude': True}, 'by the amplitude'),
+    ],
+)
+def test_what_the_width_does_not_tell_is_said_with_the_reason(change, words):
+    law = replace(LAW, **change)
+    (said,) = level_notes([over(law)])
+    assert said.startswith('10 Hz: damping') and words in said and 'other modes' in said
+    damping = added_at_largest(over(law), law)[1]
+    assert damping == '-' if 'cubic_damping_std' in change else '±' in damping
