@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 import json
+import threading
 import time
 
 from rich.box import SIMPLE_HEAD
@@ -35,6 +36,8 @@ OUTPUT = PlainConsole(highlight=False)
 MESSAGES = PlainConsole(stderr=True, highlight=False)
 
 ProgressCallback = Callable[[float], None]
+StageCallback = Callable[[float, str], None]
+"""Takes the fraction of all work done, 0..1, and what is being done."""
 LINE_EVERY_S = 10.0
 """Chosen: a log of an hour has 360 lines, and nobody thinks that the work has died."""
 LEAST_DONE = 0.02
@@ -64,8 +67,19 @@ def progress_bar(text: str) -> Iterator[ProgressCallback]:
 
     Without a terminal a line now and then takes its place.
     """
+    with stages_bar(text) as show:
+        yield lambda fraction: show(fraction, '')
+
+
+@contextmanager
+def stages_bar(text: str) -> Iterator[StageCallback]:
+    """Show a bar for long work in stages; yield a function of the fraction done and the stage.
+
+    Without a terminal a line at each stage, and now and then, takes its place.
+    """
     if not MESSAGES.is_terminal:
-        yield _progress_lines(text)
+        with _progress_lines(text) as say:
+            yield say
         return
     columns = (
         TextColumn('{task.description}'),
@@ -77,28 +91,61 @@ def progress_bar(text: str) -> Iterator[ProgressCallback]:
     with Progress(*columns, console=MESSAGES, transient=True) as progress:
         task = progress.add_task(escape(text), total=1.0)
 
-        def show(fraction: float) -> None:
-            progress.update(task, completed=min(max(fraction, 0.0), 1.0))
+        def show(fraction: float, stage: str) -> None:
+            words = escape(_with_stage(text, stage))
+            progress.update(task, completed=min(max(fraction, 0.0), 1.0), description=words)
 
         yield show
 
 
-def _progress_lines(text: str) -> ProgressCallback:
-    """Return what says every ten seconds how far long work is, for logs."""
-    start_s = said_s = time.monotonic()
+def _with_stage(text: str, stage: str) -> str:
+    return f'{text}, {stage}' if stage else text
 
-    def say(fraction: float) -> None:
-        nonlocal said_s
-        now_s = time.monotonic()
-        if now_s - said_s < LINE_EVERY_S:
-            return
-        said_s = now_s
-        done, took_s = min(max(fraction, 0.0), 1.0), now_s - start_s
-        left = f', about {took_s / done - took_s:.0f} s left' if done > LEAST_DONE else ''
-        line = f'{text}: {100.0 * done:.0f} % after {took_s:.0f} s{left}'
-        MESSAGES.print(escape(line), soft_wrap=True)
 
-    return say
+@contextmanager
+def _progress_lines(text: str) -> Iterator[StageCallback]:
+    """Say at each stage and every ten seconds how far long work is, for logs.
+
+    Also where the work itself tells nothing for so long: a bar moves its clock, too.
+    """
+    lines, ended = _ProgressLines(text, time.monotonic()), threading.Event()
+
+    def watch() -> None:
+        while not ended.wait(0.25 * LINE_EVERY_S):
+            lines.say(lines.done, lines.stage)
+
+    watching = threading.Thread(target=watch, daemon=True)
+    watching.start()
+    try:
+        yield lines.say
+    finally:
+        ended.set()
+        watching.join()
+
+
+class _ProgressLines:
+    """What was said last of long work, and when."""
+
+    def __init__(self, text: str, start_s: float) -> None:
+        self._text, self._start_s, self._said_s = text, start_s, start_s
+        self._lock = threading.Lock()
+        self.done, self.stage, self._whole_s = 0.0, '', 0.0
+
+    def say(self, fraction: float, stage: str) -> None:
+        """Take how far it is; print it where the stage is another or ten seconds are over."""
+        with self._lock:
+            now_s, is_new = time.monotonic(), stage != self.stage
+            took_s, done = now_s - self._start_s, min(max(fraction, 0.0), 1.0)
+            # Where nothing new is told the estimate stands, and runs down.
+            if done != self.done or is_new:
+                self._whole_s = took_s / done if done > LEAST_DONE else 0.0
+            self.done, self.stage = done, stage
+            if now_s - self._said_s < LINE_EVERY_S and not is_new:
+                return
+            self._said_s, left_s = now_s, self._whole_s - took_s
+            left = f', about {left_s:.0f} s left' if left_s >= 0.0 else ''
+            line = f'{100.0 * self.done:.0f} % after {took_s:.0f} s{left}'
+            MESSAGES.print(escape(f'{_with_stage(self._text, stage)}: {line}'), soft_wrap=True)
 
 
 def print_json(value: object) -> None:

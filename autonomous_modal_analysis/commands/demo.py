@@ -72,9 +72,9 @@ def _tap(out: Path, robot: str, pose: str | None, seed: int) -> None:
 
 def _mill(out: Path, robot: str, pose: str | None, seed: int) -> None:
     from autonomous_modal_analysis.milling_demo import milling_demo, show_milling_demo
-    from autonomous_modal_analysis.terminal import progress_bar
+    from autonomous_modal_analysis.terminal import stages_bar
 
-    with progress_bar('emulated arm milling') as progress:
+    with stages_bar('emulated arm milling') as progress:
         demo = milling_demo(out, robot, _chosen(robot, pose), seed, progress)
     show_milling_demo(demo, out)
     if demo.missed_hz or demo.lines_as_modes_hz:
