@@ -1,5 +1,7 @@
 """`ama demo --milling`: the emulated arm mills, its modes are found, its lines are no modes."""
 
+import re
+
 from mcap.reader import make_reader
 import pytest
 
@@ -19,8 +21,8 @@ def test_all_modes_are_found_and_lines_are_none(tmp_path):
         assert true.mac > 0.95
         assert abs(true.frequency_error_sigma) < 4.0
     page = (tmp_path / 'report.html').read_text()
-    # All that was found between 60 and 120 Hz are modes of the arm: 64.9, 80.8, 94.9 Hz, ...
-    assert 'true modes found' in page and '64.9' in page
+    # Above 60 Hz the arm has modes, too: 64.9, 80.8, 94.9 Hz, ...
+    assert int(re.search(r'All (\d+) true modes found', page)[1]) > len(demo.truth)
     assert 'tooth passing 2' in page and '52.00 Hz' in page
     with (tmp_path / 'milling.mcap').open('rb') as file:
         topics = {item.topic for item in make_reader(file).get_summary().channels.values()}
