@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact_testing.fit import ForceDelay, FreePoint, Places
-from impact_testing.modes import nearer_than_told
+from impact_testing.modes import nearer_than_told, rings, TOLD_DECAY
 from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
 from impact_testing.unexplained import unexplained_peaks
@@ -59,6 +59,7 @@ def remarks_on(
     modes: Sequence[ScaledMode],
     places: Places,
     misfit: float,
+    length_s: float,
     told: Sequence[int] = (),
 ) -> tuple[str, ...]:
     """Return what should be known, each with a remedy; of some points it was told elsewhere."""
@@ -95,7 +96,7 @@ def remarks_on(
             ' direction: they have a place of their own; swap the sign before the channel or'
             ' name the place they hit'
         )
-    said.extend(_without_deviations(modes))
+    said.extend(_without_deviations(modes, length_s))
     if any(each.mode.frequency_std_hz > 0.5 * each.mode.frequency_hz for each in modes):
         said.append('some modes are not determined by these taps')
     return tuple(said)
@@ -136,23 +137,35 @@ def remark_on_delay(delay: ForceDelay) -> tuple[str, ...]:
     )
 
 
-def _without_deviations(modes: Sequence[ScaledMode]) -> list[str]:
-    """Return what took the deviations from modes: each other, or what is reported as none."""
+def _without_deviations(modes: Sequence[ScaledMode], length_s: float) -> list[str]:
+    """Return what took the deviations from modes: other taps, each other, or what is none."""
     each = [mode.mode for mode in modes]
     damping = np.array([mode.damping_ratio for mode in each])
     size = 2.0 * np.pi * np.array([mode.frequency_hz for mode in each])
-    near = nearer_than_told(size * (-damping + 1j * np.sqrt(1.0 - damping**2)))
+    pole = size * (-damping + 1j * np.sqrt(1.0 - damping**2))
     without = np.isnan([mode.frequency_std_hz for mode in each])
+    near, ringing = nearer_than_told(pole) & without, rings(pole, length_s) & without
     said = []
-    if (without & near).any():
+    if ringing.any():
+        needed_s = TOLD_DECAY / float((damping * size)[ringing].min())
+        whose = 'no mode has a' if without.all() else 'these have no'
         said.append(
-            f'modes at {_listed(each, without & near)} Hz lie within their half-widths: another'
+            f'modes at {_listed(each, ringing)} Hz ring on from tap to tap, so {whose} σ:'
+            f' pauses of {needed_s:.2g} s tell'
+        )
+        if without.all():
+            return said
+    near &= ~ringing
+    if near.any():
+        said.append(
+            f'modes at {_listed(each, near)} Hz lie within their half-widths: another'
             ' pair may explain the FRFs as well, so these have no σ; points that show one of them'
             ' alone tell'
         )
-    if (without & ~near).any():
+    under = without & ~near & ~ringing
+    if under.any():
         said.append(
-            f'over modes at {_listed(each, without & ~near)} Hz lies something broad that is no'
+            f'over modes at {_listed(each, under)} Hz lies something broad that is no'
             ' mode, so these have no σ: FRFs that are no sum of modes, as of clipped or disturbed'
             ' responses, or too few taps'
         )

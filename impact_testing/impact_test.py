@@ -198,7 +198,7 @@ def _result(
 ) -> ImpactResult:
     delay, signs = chain
     reported = _reported(model, band_hz, length_s)
-    modes = scaled_modes(model, reported)
+    modes = scaled_modes(model, reported, length_s)
     pole = np.concatenate([model.pole[reported], np.delete(model.pole, reported)])
     places = model.places
     points = tuple(
@@ -228,6 +228,7 @@ def _result(
                 modes,
                 places,
                 misfit=model.misfit,
+                length_s=length_s,
                 told=[each.point for each in signs if each.mixed],
             ),
             *remarks_on_peaks(data, model.pole[reported]),

@@ -242,7 +242,7 @@ class _Part:
 
         def each(first: Real, gram: Real, second: Real) -> Real:
             found = np.einsum('nora,nrms,mosb->onamb', first, gram, second, optimize=True)
-            return np.asarray(found.reshape(-1, size, size))
+            return np.asarray(found.reshape(len(found), size, size))
 
         channel, hit, pole = self.by_channel, self.by_hit, self.by_pole
         blocks = (
@@ -266,11 +266,11 @@ class _Part:
 
         def each(form: Real, seen: Real, to: str) -> Real:
             turned = np.einsum(f'nora,nrot->{to}', form, seen, optimize=True)
-            return np.asarray(turned.reshape(-1, found.shape[1], n_seen))
+            return np.asarray(turned.reshape(*turned.shape[:-3], found.shape[1], n_seen))
 
         found[out] += each(channel, self.seen[0], 'onat')
-        found[into] += each(hit, self.seen[0], 'nat')[0]
-        found[-1] += each(pole, self.seen[1], 'nat')[0]
+        found[into] += each(hit, self.seen[0], 'nat')
+        found[-1] += each(pole, self.seen[1], 'nat')
         return found
 
 

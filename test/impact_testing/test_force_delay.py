@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from impact_testing import impact_modes, ImpactRecord, ScaledMode
-from impact_testing.checks import _without_deviations
+from impact_testing.checks import remarks_on
+from impact_testing.fit import Places
 from modal_core.mode import Mode
 from test.support.hammer_bench import even_chain, taps
 
@@ -34,6 +35,13 @@ def test_a_delay_of_whole_samples_is_estimated_told_and_taken_out(samples):
     assert not any(each.startswith('the force comes') for each in impact_modes([record]).remarks)
 
 
+def remark_on(modes, length_s=3.0):
+    """Return what is said of modes without deviations."""
+    places = Places(('a1', 'a2'), 2, (0,), (np.arange(2),))
+    (said,) = remarks_on((), modes, places, misfit=1.0, length_s=length_s)
+    return said
+
+
 def test_what_took_the_deviations_is_told_as_what_it_is():
     """A mode by itself without σ has no other near it; two within their half-widths have."""
     nan = float('nan')
@@ -42,9 +50,11 @@ def test_what_took_the_deviations_is_told_as_what_it_is():
         shape = np.ones(2, dtype=complex)
         return ScaledMode(Mode(hz, damping, shape, frequency_std_hz=nan), 1.0, nan)
 
-    apart = _without_deviations([mode(9.06, 0.01), mode(26.4, 0.015)])
-    assert len(apart) == 1
-    assert 'over modes at 9.06, 26.4 Hz lies something broad' in apart[0]
-    near = _without_deviations([mode(20.0, 0.02), mode(20.2, 0.02)])
-    assert len(near) == 1
-    assert 'modes at 20, 20.2 Hz lie within their half-widths' in near[0]
+    apart = remark_on([mode(9.06, 0.01), mode(26.4, 0.015)])
+    assert 'over modes at 9.06, 26.4 Hz lies something broad' in apart
+    near = remark_on([mode(20.0, 0.02), mode(20.2, 0.02)])
+    assert 'modes at 20, 20.2 Hz lie within their half-widths' in near
+    ringing = remark_on([mode(9.06, 0.001), mode(26.4, 0.001)])
+    # Its amplitude decays by e within 1 / (2π 0.001 9.06 Hz) = 18 s.
+    assert 'modes at 9.06, 26.4 Hz ring on' in ringing
+    assert 'pauses of 18 s' in ringing
