@@ -103,7 +103,7 @@ def remarks_on(
 
 
 def remarks_on_peaks(data: Sequence[PointData], pole: Complex) -> tuple[str, ...]:
-    """Return what is to be said of measured peaks and of modes that ring on.
+    """Return what is to be said of measured peaks that no mode explains.
 
     Parameters
     ----------

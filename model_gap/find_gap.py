@@ -25,7 +25,7 @@ from model_gap.open_encoders import other_encoders, OtherEncoders
 from model_gap.predict import compile_laws
 from model_gap.quick_look import look_at, QuickLook
 from model_gap.search import run_search, Search, SearchSettings, tolerances_only
-from model_gap.travelled import Travelled, with_travel, without_travelled
+from model_gap.travelled import compares_none, Travelled, with_travel, without_travelled
 from structural_model import FlexibleJointModel
 
 
@@ -127,7 +127,7 @@ def find_gap(
         def tell(begun: Search) -> None:
             first(look_at(begun, faults, travelled))
 
-        if travelled is not None and travelled.all_of_them:
+        if compares_none(travelled):
             found = tolerances_only(search, tell)
             progress(1.0)
         else:
@@ -146,8 +146,7 @@ def _result(
 ) -> GapResult:
     decision = with_travel(decide(search), search, travelled)
     before = _as_given(search, given)
-    far = travelled is not None and travelled.all_of_them
-    unread = far and decision.verdict is Verdict.UNEXPLAINED
+    unread = compares_none(travelled) and decision.verdict is Verdict.UNEXPLAINED
     calibrated = None if unread else _calibrated(search, decision)
     known = calibrated is not None and decision.verdict is not Verdict.UNEXPLAINED
     final = calibrated.hypothesis if calibrated else search.nominal

@@ -29,7 +29,7 @@ from model_gap.search import (
     shortened,
     tolerance_excess,
 )
-from model_gap.travelled import Travelled, without_travelled
+from model_gap.travelled import compares_none, Travelled, without_travelled
 from structural_model import FlexibleJointModel
 
 
@@ -180,7 +180,7 @@ def look_at(
         state = State.HEALTHY if enough else State.UNCLEAR
     if state is State.HEALTHY:
         return QuickLook(state, left, could_gain, (), (), (), search.notes)
-    if travelled is not None and travelled.all_of_them and objections(left):
+    if compares_none(travelled) and objections(left):
         reasons = (travelled.words, *reasons)
         following = (travelled.next_recording,)
         return QuickLook(state, left, could_gain, reasons, (), following, search.notes)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeGuard
 
 import numpy as np
 
@@ -69,6 +70,11 @@ class Travelled:
         )
 
 
+def compares_none(travelled: Travelled | None) -> TypeGuard[Travelled]:
+    """Tell whether no recording of a campaign is about one pose."""
+    return travelled is not None and travelled.all_of_them
+
+
 def without_travelled(
     model: FlexibleJointModel, campaign: Campaign, band: Band
 ) -> tuple[Campaign, Travelled | None]:
@@ -82,13 +88,14 @@ def without_travelled(
     if not any(far):
         return campaign, None
     kept = tuple(record for record, out in zip(campaign.records, far, strict=True) if not out)
-    told = _told(model, campaign, band, found, np.flatnonzero(far).tolist())
+    told = _told(model, cell, campaign, band, found, np.flatnonzero(far).tolist())
     notes = (*campaign.notes, told.words)
     return replace(campaign, records=kept or campaign.records, notes=notes), told
 
 
 def _told(
     model: FlexibleJointModel,
+    cell: CellModel,
     campaign: Campaign,
     band: Band,
     found: Sequence[Changing],
@@ -107,7 +114,6 @@ def _told(
         float(found[number].travel.max()) * part for number, part in zip(far, room, strict=True)
     )
     record = campaign.records[best]
-    cell = CellModel(model.spec, campaign.layout.channels)
     return Travelled(
         names=tuple(campaign.records[number].name for number in far),
         joint=model.joint_names[joint],
@@ -122,7 +128,7 @@ def _told(
 
 def with_travel(decision: Decision, search: Search, travelled: Travelled | None) -> Decision:
     """Return a verdict that names no effect where every recording's joints travel too far."""
-    if travelled is None or not travelled.all_of_them or search.simulated:
+    if not compares_none(travelled) or search.simulated:
         return decision
     why = objections(adequacy(search, search.rounds[0].before))
     if not why:

@@ -54,7 +54,7 @@ def force_delay(data: Sequence[PointData]) -> ForceDelay:
     """Estimate one delay for all points."""
     step_s = 1.0 / data[0].frf.spectra.record.rate_hz
     none = ForceDelay(0.0, float('inf'), sure=False)
-    pole = _poles(data)
+    pole = start_poles(data)
     if len(pole) < FEWEST_MODES:
         return none
     if abs(float(np.median(_late_by_phase(data, pole)))) < LEAST_SAMPLES * step_s:
@@ -63,7 +63,7 @@ def force_delay(data: Sequence[PointData]) -> ForceDelay:
     costs, poles = [], []
     for tried in TRIED.tolist():
         moved = earlier(data, tried * step_s)
-        poles.append(_poles(moved))
+        poles.append(start_poles(moved))
         costs.append(_cost(moved, poles[-1]))
     best = int(np.argmin(costs))
     pole, samples, std = poles[best], float(TRIED[best]), float('inf')
@@ -89,11 +89,6 @@ def earlier(data: Sequence[PointData], seconds: float) -> list[PointData]:
         # The noise is the same: weights that move with the delay would weigh what is looked for.
         found.append(replace(each, frf=PointFrf(spectra.with_force(pulses))))
     return found
-
-
-def _poles(data: Sequence[PointData]) -> Complex:
-    weight = sum((1.0 / each.course for each in data), np.zeros(1))
-    return start_poles(data[0].frequency_hz, [each.frf.h1[each.lines] for each in data], weight)
 
 
 def _cost(data: Sequence[PointData], pole: Complex) -> float:

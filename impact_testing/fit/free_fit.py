@@ -15,6 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 from impact_testing.responses import apart, functions, N_RESIDUAL, PointData
 
 Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
 RIDGE = 1e-11
 """Relative: keeps basis functions that are nearly alike from singular equations."""
 
@@ -45,23 +46,24 @@ def left_by(data: PointData, pole: Complex) -> Complex:
 
     Over the level of the noise of each channel.
     """
-    basis, point = functions(data, pole), _solved(data, pole)
-    parts = np.stack([point.amplitude.real, point.amplitude.imag], axis=1)
-    parts = parts.reshape(2 * len(pole), len(data.level)) / np.sqrt(data.level)
-    left = apart(data.target) - basis[:, :-N_RESIDUAL] @ parts
-    terms = basis[:, -N_RESIDUAL:]
-    left = left - terms @ np.linalg.lstsq(terms, left, rcond=None)[0]
+    _, left = _coefficients(data, pole)
     half = len(left) // 2
     return np.asarray((left[:half] + 1j * left[half:]) * np.sqrt(data.course)[:, None])
 
 
 def _solved(data: PointData, pole: Complex) -> FreePoint:
+    coefficients, left = _coefficients(data, pole)
+    parts = coefficients[:-N_RESIDUAL]
+    amplitude = (parts[::2] + 1j * parts[1::2]) * np.sqrt(data.level)
+    return FreePoint(amplitude, float(np.sum(left**2)))
+
+
+def _coefficients(data: PointData, pole: Complex) -> tuple[Real, Real]:
+    """Return those of poles and residual terms, and what they leave, in units of the noise."""
     basis = functions(data, pole)
     target = apart(data.target)
     scale = np.linalg.norm(basis, axis=0)
     scaled = basis / scale
     factor = cho_factor(scaled.T @ scaled + RIDGE * np.eye(len(scale)))
     coefficients = cho_solve(factor, scaled.T @ target) / scale[:, None]
-    parts = coefficients[:-N_RESIDUAL]
-    amplitude = (parts[::2] + 1j * parts[1::2]) * np.sqrt(data.level)
-    return FreePoint(amplitude, float(np.sum((target - basis @ coefficients) ** 2)))
+    return coefficients, target - basis @ coefficients

@@ -33,8 +33,7 @@ LEAST_FALL = 0.05
 def fitted(data: Sequence[PointData]) -> tuple[list[PointData], ModalModel]:
     """Fit poles and shapes; a point that is not where it is named has a place of its own."""
     now = list(data)
-    weight = sum((1.0 / each.course for each in now), np.zeros(1))
-    pole = start_poles(now[0].frequency_hz, [each.frf.h1[each.lines] for each in now], weight)
+    pole = start_poles(now)
     places = Places.of(now, loose_points(now))
     now, pole = tuned(now, pole)
     model = climb(now, places, pole, first_shapes(free_fit(now, pole), places))

@@ -6,8 +6,9 @@ other, and a climb from a neighbouring one ends there.  So poles that ring on ar
 on a grid as fine as the taps together can tell, tap by tap.
 
 Of twenty random structures of 0.05 to 0.3 %, taps 2 to 6 s apart, 90 modes, 21 had been missed and
-seven were none; now six are missed and none is false (of the 84 found 90 % of the values lie
-within two deviations, but six beyond six).
+seven were none; now six are missed and none is false.  Of thirty others, that nothing was made on,
+31 of 131 were missed and now 12 of 137; eight were none and now ten, which have no deviations.
+How sure they are: ``TOLD_DECAY``.
 """
 
 from collections.abc import Sequence

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from impact_testing.responses import PointData
 from impact_testing.thresholds import IMPACT
 from oma_identifier.methods import HalfSpectra, NormalEquations
 from oma_identifier.selection import BandPoles, cluster_poles
@@ -24,23 +25,21 @@ BEYOND = 1.1
 """Modes beyond the end of the band bend it, and are looked for."""
 
 
-def start_poles(frequency_hz: Real, responses: Sequence[Complex], weight: Real) -> Complex:
+def start_poles(data: Sequence[PointData]) -> Complex:
     """Return poles that several polynomial orders agree on, part of the band by part.
 
     Parameters
     ----------
-    frequency_hz : (n_lines,) array [Hz]
-        Of the band, equidistant.
-    responses : sequence of (n_lines, n_channels) complex array
+    data : sequence of PointData
         One per point that was hit; channels may differ where set-ups rove.
-    weight : (n_lines,) array
-        Of squares: one over the power of the noise.
 
     Returns
     -------
     (n_poles,) complex array [rad/s]
     """
-    value = _table(responses)
+    frequency_hz = data[0].frequency_hz
+    value = _table([each.frf.h1[each.lines] for each in data])
+    weight = sum((1.0 / each.course for each in data), np.zeros(1))
     edges = _edges(float(frequency_hz[0]), float(frequency_hz[-1]), value.shape[2], frequency_hz)
     found = [np.empty(0, dtype=complex)]
     for low, high in pairwise(edges):

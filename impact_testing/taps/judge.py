@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from impact_testing.record import ImpactRecord
 from impact_testing.taps.search import find_taps, Tap
 from impact_testing.thresholds import IMPACT
+from oma_identifier.quality import named
 
 Real = NDArray[np.float64]
 FILTER_SAMPLES = 40
@@ -20,6 +21,8 @@ LEAST_SHARE = 0.5
 """Of the usual time between taps."""
 BEHIND_S = 0.25
 """The largest response comes so soon behind a tap."""
+NAMED = 3
+"""Channels told one by one."""
 TWO_APART = 10.0
 """Times as many steps must two taps differ by as three."""
 LONGEST_S = 16.0
@@ -125,7 +128,7 @@ def _at_a_limit_of_responses(
             if limit is not None and bool((np.abs(column) >= limit).any())
         ]
         if cut and not each.has(Fault.RESPONSE_CLIPPED):
-            each = each.with_fault(Fault.RESPONSE_CLIPPED, listed(cut))
+            each = each.with_fault(Fault.RESPONSE_CLIPPED, named(cut, NAMED))
         yield each
 
 
@@ -205,13 +208,8 @@ def _faults(record: ImpactRecord, tap: Tap, usual_n: float) -> list[tuple[Fault,
     names = record.responses.channel_names
     clipped = [name for name, column in zip(names, rows.T, strict=True) if is_clipped(column)]
     if clipped:
-        said.append((Fault.RESPONSE_CLIPPED, listed(clipped)))
+        said.append((Fault.RESPONSE_CLIPPED, named(clipped, NAMED)))
     return said
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return three names and how many more there are."""
-    return ', '.join(names[:3]) + (f' and {len(names) - 3} more' if len(names) > 3 else '')
 
 
 def is_clipped(values: Real) -> bool:

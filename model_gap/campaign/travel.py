@@ -1,5 +1,6 @@
 """Where the joints stood during a recording: about one pose, or along a way."""
 
+from collections.abc import Callable
 import dataclasses
 from dataclasses import dataclass
 
@@ -31,15 +32,13 @@ class Travel:
     acceleration: Array
     share: Array
 
-    def exchanged(self, one: int, two: int) -> 'Travel':
-        """Return it with two joints exchanged."""
-        order = np.arange(self.position.shape[1])
-        order[[one, two]] = two, one
+    def changed(self, change: Callable[[Array], Array]) -> 'Travel':
+        """Return it with all its motion, (n_stretches, n_joints) each, changed alike."""
         return dataclasses.replace(
             self,
-            position=self.position[:, order],
-            velocity=self.velocity[:, order],
-            acceleration=self.acceleration[:, order],
+            position=change(self.position),
+            velocity=change(self.velocity),
+            acceleration=change(self.acceleration),
         )
 
 

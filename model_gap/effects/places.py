@@ -7,11 +7,10 @@ from typing import Protocol
 import numpy as np
 
 from modal_core.channel import AXES
+from model_gap.campaign import CAMPAIGN
 from model_gap.effects.effect import Scene
 
 Place = tuple[float, float, float]
-# A slide without an end is stated so: longer ones are of no machine that shakes on a floor.
-FARTHEST_SLIDE_M = 100.0
 
 
 class Named(Protocol):
@@ -102,7 +101,7 @@ def reach(scene: Scene) -> float:
         longest.append(
             longest[int(robot.model.parents[index])]
             + way
-            + (slide if np.isfinite(slide) and slide < FARTHEST_SLIDE_M else 0.0)
+            + (slide if slide < CAMPAIGN.longest_travel_m else 0.0)
         )
     points = [
         (int(frame.parentJoint), frame.placement.translation) for frame in robot.model.frames

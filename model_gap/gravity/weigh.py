@@ -136,7 +136,7 @@ def _as_it_stands(rest: AtRest, faults: Sequence[Fault]) -> tuple[AtRest, Array]
     offset = np.zeros(len(rest.model.joint_names))
     for fault in faults:
         if fault.kind is Kind.JOINTS:
-            travels = tuple(travel.exchanged(*fault.columns) for travel in rest.travels)
+            travels = tuple(travel.changed(fault.exchanged) for travel in rest.travels)
             rest = dataclasses.replace(rest, travels=travels)
         elif fault.kind is Kind.ENCODER:
             offset[fault.columns[0]] += fault.values[0]

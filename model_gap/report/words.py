@@ -9,6 +9,7 @@ from model_gap.decide import Verdict
 from model_gap.effects import CATALOGUE, Effect
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects
+from model_gap.travelled import compares_none
 from structural_model.spec import KnownEffect
 
 NO_GAP = 'Model and robot agree: what differs is noise and known tolerance'
@@ -23,8 +24,7 @@ def headline(result: GapResult) -> str:
     if verdict is Verdict.NONE:
         return TOO_LITTLE if result.decision.reasons else NO_GAP
     if verdict is Verdict.UNEXPLAINED:
-        far = result.travelled is not None and result.travelled.all_of_them
-        return TRAVELLED if far else STRANGE
+        return TRAVELLED if compares_none(result.travelled) else STRANGE
     catalogue = result.search.settings.catalogue
     found = '; '.join(sentence(effect, catalogue) for effect in accepted_effects(result))
     if verdict is Verdict.NAMED:

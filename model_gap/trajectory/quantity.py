@@ -17,12 +17,14 @@ from model_gap.trajectory.encoder_gap import Law, Quantity
 from model_gap.trajectory.fit import Fit, fit_terms
 from model_gap.trajectory.gear_told import gear_told, GearTold
 from model_gap.trajectory.predict import predicted
-from model_gap.trajectory.problem import Layout, problem_of, sums_of, total
+from model_gap.trajectory.problem import Layout, Problem, problem_of, Sums, sums_of, total
 from model_gap.trajectory.rival import Rival, rival_of
 from model_gap.trajectory.search import Found, honest_covariance, recentred
 from model_gap.trajectory.term import Array, TORQUE, Track, TWIST
 from model_gap.trajectory.twist_terms import JointStiffness
 from structural_model.spec import KnownEffect
+
+Summed = tuple[Problem, Sums]
 
 
 def quantity_of(
@@ -49,9 +51,10 @@ def quantity_of(
     """
     sought, unconfirmed = confirmed(searched, tracks[count:])
     found = recentred(sought, tracks[:count])
-    layout, all_fit, spread = _fitted(tracks, found)
+    whole = _summed(tracks, found)
+    layout, all_fit, spread = _fitted(whole, found)
     after = {track.motion.name: np.sqrt(errors(track, found, found.fit)) for track in tracks}
-    other = _fitted(tracks[count:], found)
+    other = _fitted(_summed(tracks[count:], found), found)
     laws = tuple(
         _law(item, found, ((layout, all_fit, spread), other), tracks[count:])
         for item in found.accepted
@@ -70,7 +73,7 @@ def quantity_of(
         _before(tracks, name),
         after,
         {track.motion.name: _noise(track, name) for track in tracks},
-        _gears(rows, found, tracks) if name == TWIST else (),
+        _gears(rows, found, whole, tracks) if name == TWIST else (),
     )
 
 
@@ -78,7 +81,9 @@ def _noise(track: Track, name: str) -> Array:
     return track.motion.torque_noise_nm if name == TORQUE else track.motion.twist_noise_rad
 
 
-def _gears(rows: Sequence[str], found: Found, tracks: Sequence[Track]) -> tuple[GearTold, ...]:
+def _gears(
+    rows: Sequence[str], found: Found, whole: Summed, tracks: Sequence[Track]
+) -> tuple[GearTold, ...]:
     """Return what all recordings tell of the springs that are not among the laws."""
     terms = found.problem.layout.terms
     springs = [
@@ -86,7 +91,7 @@ def _gears(rows: Sequence[str], found: Found, tracks: Sequence[Track]) -> tuple[
         for item, term in enumerate(terms)
         if isinstance(term, JointStiffness) and item not in found.accepted
     ]
-    layout, fit, spread = _fitted(tracks, found, tuple(item for item, _ in springs))
+    layout, fit, spread = _fitted(whole, found, tuple(item for item, _ in springs))
     fit = dataclasses.replace(fit, covariance=spread)
     return tuple(
         gear_told(
@@ -129,12 +134,17 @@ def _before(tracks: Sequence[Track], name: str) -> dict[str, Array]:
     return {track.motion.name: np.sqrt(square_before(track, name)) for track in tracks}
 
 
+def _summed(tracks: Sequence[Track], found: Found) -> Summed:
+    """Return what the laws of a search do in other recordings, and its sums."""
+    problem = problem_of(tracks, found.problem.layout.terms)
+    return problem, total(sums_of(problem, found.memory))
+
+
 def _fitted(
-    tracks: Sequence[Track], found: Found, beside: tuple[int, ...] = ()
+    summed: Summed, found: Found, beside: tuple[int, ...] = ()
 ) -> tuple[Layout, Fit, Array]:
     """Return the laws that were found, and some beside them, fitted to other recordings."""
-    problem = problem_of(tracks, found.problem.layout.terms)
-    sums = total(sums_of(problem, found.memory))
+    problem, sums = summed
     fit = fit_terms(sums, problem.layout, (*found.fit.chosen, *beside))
     return problem.layout, fit, honest_covariance(problem, fit)
 
