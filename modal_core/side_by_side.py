@@ -1,13 +1,15 @@
 """Independent work, as much at once as there are processors."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 import ctypes
 import multiprocessing
 import os
 import signal
 import sys
+import threading
 from typing import Any, TypeVar
 
 from modal_core.errors import ModalAnalysisError
@@ -43,7 +45,8 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
             try:
                 # Not ``pool.map``: it takes back what has not begun, and the pool's thread, which
                 # then learns of the processes' end, cannot tell those: a traceback.
-                begun = [pool.submit(_result, number) for number in range(len(items))]
+                with _signals_wait():
+                    begun = [pool.submit(_result, number) for number in range(len(items))]
                 return [future.result() for future in begun]
             except BrokenProcessPool as error:
                 raise ModalAnalysisError(
@@ -80,6 +83,26 @@ def begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
+
+
+@contextmanager
+def _signals_wait() -> Iterator[None]:
+    """Answer Ctrl-C and SIGTERM afterwards: what handlers raise in a hook of fork is lost."""
+    came: list[int] = []
+    handlers = {}
+    if threading.current_thread() is threading.main_thread():
+        for ending in (signal.SIGINT, signal.SIGTERM):
+            handler = signal.getsignal(ending)
+            if callable(handler):
+                handlers[ending] = handler
+                signal.signal(ending, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        for ending, handler in handlers.items():
+            signal.signal(ending, handler)
+    for number in came:
+        signal.raise_signal(number)
 
 
 def _result(number: int) -> Any:
