@@ -91,13 +91,15 @@ def mpc(shapes: ArrayLike) -> NDArray[np.float64]:
     -------
     (n_modes,) array
         ((S_xx - S_yy)² + 4 S_xy²) / (S_xx + S_yy)², without removing a mean: a shape over a few
-        channels has no reason to average to zero.
+        channels has no reason to average to zero.  NaN with one channel, which has one phase.
 
     References
     ----------
     Pappa, Elliott and Schenk (1993), doi:10.2514/3.11470; Vacher, Jacquier and Bucharles (2010).
     """
     columns = np.atleast_2d(np.asarray(shapes).T).T
+    if len(columns) < 2:
+        return np.full(columns.shape[1], np.nan)
     xx = np.sum(columns.real**2, axis=0)
     yy = np.sum(columns.imag**2, axis=0)
     xy = np.sum(columns.real * columns.imag, axis=0)
@@ -116,13 +118,15 @@ def mpd(shapes: ArrayLike) -> NDArray[np.float64]:
     -------
     (n_modes,) array [rad]
         Angle between each entry and the line, averaged with the entries' magnitudes as weights;
-        0 for a real mode, at most π/2.
+        0 for a real mode, at most π/2; NaN with one channel.
 
     References
     ----------
     Reynders, Houbrechts and De Roeck (2012), doi:10.1016/j.ymssp.2012.01.007, Eq. (9)-(12).
     """
     columns = np.atleast_2d(np.asarray(shapes).T).T
+    if len(columns) < 2:
+        return np.full(columns.shape[1], np.nan)
     magnitude = np.abs(columns)
     off_line = np.abs(rotate_to_real(columns).imag)
     angle = np.arcsin(np.clip(_ratio(off_line, magnitude), 0.0, 1.0))

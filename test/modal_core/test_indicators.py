@@ -73,3 +73,8 @@ def test_normalised_shape_has_largest_entry_one():
 @pytest.mark.parametrize('indicator', [mpc, mpd])
 def test_zero_shape_gives_a_number(indicator):
     assert np.isfinite(indicator(np.zeros((3, 1)))).all()
+
+
+def test_one_channel_tells_nothing_of_phases():
+    lone = np.array([[1.0 + 0.5j, -2.0j]])
+    assert np.isnan([*mpc(lone), *mpd(lone)]).all()
