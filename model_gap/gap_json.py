@@ -127,12 +127,11 @@ def found_effects(result: GapResult) -> list[dict[str, Any]]:
 def candidate_effects(candidate: Candidate) -> tuple[KnownEffect, ...]:
     """Return all effects of a candidate's hypothesis with values and standard deviations."""
     hypothesis = candidate.fit.hypothesis
-    deviation = np.sqrt(np.maximum(np.diag(candidate.fit.covariance), 0.0))
     items = hypothesis.parameters
     slopes = [
-        abs(item.slope(float(inner))) for item, inner in zip(items, hypothesis.inner, strict=True)
+        item.slope(float(inner)) for item, inner in zip(items, hypothesis.inner, strict=True)
     ]
-    return known_effects(hypothesis, (deviation[: len(items)] * slopes).tolist())
+    return known_effects(hypothesis, candidate.fit.covariance * np.outer(slopes, slopes))
 
 
 def _effect(effect: KnownEffect) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from model_gap.effects.command_delay import CommandDelay
 from model_gap.effects.coulomb_friction import CoulombFriction
 from model_gap.effects.cubic_damping import CubicDamping
 from model_gap.effects.cubic_stiffness import CubicStiffness
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import Effect, EffectParameter, same, Scene
 from model_gap.effects.encoder_offset import EncoderOffset
 from model_gap.effects.end_stop import EndStop
 from model_gap.effects.foundation_mode import FoundationMode
@@ -88,5 +88,6 @@ __all__ = [
     'arm_mass',
     'delay_step',
     'moving_links',
+    'same',
     'with_own_effects',
 ]

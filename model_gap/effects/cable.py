@@ -6,19 +6,55 @@ from typing import ClassVar
 
 import numpy as np
 
+from modal_core.channel import AXES
 from model_gap.cell import CellModel
-from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.effects.places import centre, moving_links, reach, spans, stiffest, unused_name
+from model_gap.effects.effect import (
+    DetailedEffect,
+    Effect,
+    EffectParameter,
+    Scene,
+    ToldNumber,
+)
+from model_gap.effects.places import (
+    centre,
+    centre_at_zero,
+    moving_links,
+    Place,
+    reach,
+    stiffest,
+    turned,
+    unused_name,
+)
 from structural_model.spec import CableSpec
 
-# Where it may come from, in lengths from joint to joint: above, left, right, behind, ahead.
-SIDES = ((0.3, 0.0, 1.3), (0.3, 1.3, 0.5), (0.3, -1.3, 0.5), (-1.3, 0.0, 0.5), (1.6, 0.0, 0.5))
+# Of the reach: nearer than any that matters, farther than infinity is no number.
+LEAST_NEARNESS = 1e-4
 
 
 class Cable(DetailedEffect):
     """K += k rᵀr, r how the distance from a point of the link to one of the ground changes.
 
+    In one pose an anchor and its mirror image beyond the link pull alike.  What tells them apart
+    is how the line turns from pose to pose, and that goes with 1 / distance, through nought to
+    the other side.  So an anchor is sought by direction and signed nearness: one optimum, where
+    one sought as a point has two with infinity between them.
+
     It is fixed at the link's centre of mass until a good fit frees where.
+
+    Parameters
+    ----------
+    location : str
+        Link.
+    variant : str
+        None.
+    details : bool
+        Whether where on the link it is fixed is free.
+    along : str
+        Axis of the base that its direction is turned from.
+
+    References
+    ----------
+    Civera, Davison and Montiel (2008), doi:10.1109/TRO.2008.2003276, for the inverse distance.
     """
 
     type = 'cable'
@@ -35,20 +71,37 @@ class Cable(DetailedEffect):
         'gravity_compensator': 'turn joint 1: a counterbalance turns with it, a cable does not',
     }
 
+    def __init__(
+        self,
+        location: str | None = None,
+        variant: str = '',
+        details: bool = False,
+        *,
+        along: str = 'z',
+    ) -> None:
+        super().__init__(location, variant, details)
+        self.along = along
+
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
-        """Return one per moving link."""
-        return [cls(link) for link in moving_links(scene)]
+        """Return one per moving link and axis that its direction is turned from."""
+        return [cls(link, along=axis) for link in moving_links(scene) for axis in AXES]
+
+    def detailed(self) -> Effect | None:
+        """Return it with where on the link it is fixed free, None when that is."""
+        if self.details:
+            return None
+        return Cable(self.location, self.variant, details=True, along=self.along)
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return the stiffness, and where it comes from."""
-        unit, length = 0.01 * stiffest(scene), _length(scene)
-        farthest = 4.0 * reach(scene)
-        ends = [
-            EffectParameter(f'from_{axis}', 'm', length, -farthest, farthest, start * length)
-            for axis, start in zip('xyz', SIDES[0], strict=True)
-        ]
-        first = (EffectParameter('stiffness', 'N/m', unit, 0.0, 200.0 * unit), *ends)
+        """Return the stiffness, which way it goes and how near its end is; below 0: behind."""
+        unit, near = 0.01 * stiffest(scene), 2.0 / reach(scene)
+        first = (
+            EffectParameter('stiffness', 'N/m', unit, 0.0, 200.0 * unit),
+            EffectParameter('turn_1', 'rad', 0.5, -1.2, 1.2),
+            EffectParameter('turn_2', 'rad', 0.5, -1.2, 1.2),
+            EffectParameter('nearness', '1/m', near, -5.0 * near, 5.0 * near),
+        )
         if not self.details:
             return first
         return (
@@ -59,36 +112,38 @@ class Cable(DetailedEffect):
             ),
         )
 
+    def anchor(self, values: Sequence[float], scene: Scene) -> Place:
+        """Return where on the ground it is fixed [m]."""
+        least = LEAST_NEARNESS / reach(scene)
+        nearness = values[3] if abs(values[3]) > least else least
+        way = np.array(turned(self.along, values[1:3])) / nearness
+        x, y, z = np.array(centre_at_zero(scene, str(self.location))) + way
+        return float(x), float(y), float(z)
+
+    def told(self, values: Sequence[float], scene: Scene) -> tuple[ToldNumber, ...]:
+        """Return the stiffness and both ends, which people can look for."""
+        ends = zip('xyz', self.anchor(values, scene), strict=True)
+        first, *rest = super().told(values, scene)
+        return (first, *(ToldNumber(f'from_{axis}', 'm', end) for axis, end in ends), *rest[3:])
+
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the cable."""
-        anchor = values[1:4]
         at = values[4:] if self.details else centre(scene, str(self.location))
         cable = CableSpec(
             name=unused_name(f'gap_cable_{self.location}', cell.spec.cables),
             link=str(self.location),
             position_m=(at[0], at[1], at[2]),
-            anchor_m=(anchor[0], anchor[1], anchor[2]),
+            anchor_m=self.anchor(values, scene),
             stiffness_n_m=values[0],
         )
         return cell.with_spec(dataclasses.replace(cell.spec, cables=(*cell.spec.cables, cable)))
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
-        """Return a soft and a stiff one from every side."""
-        unit, length = 0.01 * stiffest(scene), _length(scene)
-        return [
-            (size * unit, *(part * length for part in side))
-            for side in SIDES
-            for size in (0.3, 3.0)
-        ]
+        """Return soft and stiff ones from far away: how near is the fit's."""
+        unit = 0.01 * stiffest(scene)
+        ways = ((0.0, 0.0), (0.6, 0.6), (0.6, -0.6))
+        return [(size * unit, *way, 0.0) for way in ways for size in (0.3, 3.0)]
 
     def few_starts(self, scene: Scene) -> Sequence[Sequence[float]]:
-        """Return soft ones from above and behind: the rest of the way is the fit's."""
-        return [self.starts(scene)[2 * number] for number in (0, 3)]
-
-
-def _length(scene: Scene) -> float:
-    """Return the length of the arm from joint to joint [m]: starts that are near find more.
-
-    From starts at its reach a fit came to rest at the mirror image of a cable that it had found.
-    """
-    return float(sum(np.linalg.norm(way) for way in spans(scene).values())) or 1.0
+        """Return none beside what screened best: from every axis the fit comes to the same."""
+        return ()

@@ -56,6 +56,23 @@ class EffectParameter:
         return self.value(inner) if self.log else 1.0
 
 
+@dataclass(frozen=True, slots=True)
+class ToldNumber:
+    """One number of an effect as people read it.
+
+    Parameters
+    ----------
+    name, unit : str
+        As reported.
+    value : float
+        In that unit.
+    """
+
+    name: str
+    unit: str
+    value: float
+
+
 @dataclass(frozen=True)
 class Scene:
     """What an effect may be attached to.
@@ -185,6 +202,14 @@ class Effect(ABC):
         """
         return None
 
+    def told(self, values: Sequence[float], scene: Scene) -> tuple[ToldNumber, ...]:
+        """Return the numbers as people read them: those fitted, where these say it already."""
+        items = self.parameters(scene)
+        return tuple(
+            ToldNumber(item.name, item.unit, float(value))
+            for item, value in zip(items, values, strict=True)
+        )
+
     def probe(self, cell: CellModel, scene: Scene) -> tuple[CellModel, str] | None:
         """Return where a force bounds what the effect explains: an arm, a coordinate of it.
 
@@ -226,6 +251,11 @@ class Effect(ABC):
         """Return type at location."""
         place = f' at {self.location}' if self.location else ''
         return ' '.join(filter(None, (f'{self.type}{place}', self.variant.strip())))
+
+
+def same(one: Effect, other: Effect) -> bool:
+    """Return whether two effects are one and the same, whatever details are free."""
+    return (one.key, one.variant) == (other.key, other.variant)
 
 
 class DetailedEffect(Effect):

@@ -5,6 +5,7 @@ import itertools
 from typing import Protocol
 
 import numpy as np
+import pinocchio as pin
 
 from modal_core.channel import AXES
 from model_gap.campaign import CAMPAIGN
@@ -69,6 +70,16 @@ def centre(scene: Scene, link: str) -> Place:
             place = frame.placement.actInv(np.array(robot.model.inertias[frame.parentJoint].lever))
             return float(place[0]), float(place[1]), float(place[2])
     return 0.0, 0.0, 0.0
+
+
+def centre_at_zero(scene: Scene, link: str) -> Place:
+    """Return the same in the base's axes, all joints at zero or as near as their ranges allow."""
+    model = scene.model.robot.model
+    ends = model.lowerPositionLimit, model.upperPositionLimit
+    data, frame = model.createData(), model.getFrameId(link)
+    pin.framesForwardKinematics(model, data, np.clip(pin.neutral(model), *ends))
+    x, y, z = data.oMf[frame].act(np.array(centre(scene, link)))
+    return float(x), float(y), float(z)
 
 
 def spans(scene: Scene) -> dict[str, Place]:

@@ -5,6 +5,7 @@ import dataclasses
 from itertools import groupby
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.errors import ModelError
@@ -18,33 +19,54 @@ DELAY = 'sensor_delay'
 OF_SENSORS = ('sensor', 'gain')
 # Of a direction: less is rounding.
 LEAST_CHANGE = 1e-12
+# Of a standard deviation, for derivatives of what is told. Chosen, not measured.
+TOLD_STEP = 1e-3
+Array = NDArray[np.float64]
 
 
-def known_effects(hypothesis: Hypothesis, deviation: Sequence[float]) -> tuple[KnownEffect, ...]:
+def known_effects(hypothesis: Hypothesis, covariance: Array) -> tuple[KnownEffect, ...]:
     """Return the effects of a hypothesis as a model file keeps them.
 
     Parameters
     ----------
     hypothesis : Hypothesis
         Effects at their fitted values.
-    deviation : sequence of float
-        Standard deviations of all parameters, in the parameters' own units.
+    covariance : (n_parameters, n_parameters) array
+        Of all parameters, in the parameters' own units.
     """
     found, place = [], 0
     for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
-        items = effect.parameters(hypothesis.scene)
+        own = slice(place, place + len(values))
+        place = own.stop
+        told = effect.told(values, hypothesis.scene)
+        sigmas = _deviations(effect, values, covariance[own, own], hypothesis.scene)
         numbers = tuple(
-            KnownNumber(item.name, float(value), float(sigma), item.unit)
-            for item, value, sigma in zip(
-                items, values, deviation[place : place + len(items)], strict=True
-            )
+            KnownNumber(item.name, item.value, sigma, item.unit)
+            for item, sigma in zip(told, sigmas, strict=True)
         )
-        place += len(items)
         kept_in = _kept_in(effect, values, hypothesis.scene)
         found.append(
             KnownEffect(effect.type, effect.location or '', effect.variant, kept_in, numbers)
         )
     return tuple(found)
+
+
+def _deviations(
+    effect: Effect, values: Sequence[float], covariance: Array, scene: Scene
+) -> list[float]:
+    """Return the standard deviations of what is told, to first order."""
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    steps = TOLD_STEP * np.where(np.isfinite(deviation) & (deviation > 0.0), deviation, 1.0)
+    here = np.array([item.value for item in effect.told(values, scene)])
+    slope = np.empty((len(here), len(steps)))
+    for number, step in enumerate(steps):
+        moved = np.array(values, dtype=float)
+        moved[number] += step
+        slope[:, number] = [item.value for item in effect.told(tuple(moved), scene)]
+        slope[:, number] = (slope[:, number] - here) / step
+    variance = np.einsum('ij,jk,ik->i', slope, covariance, slope)
+    found: list[float] = np.sqrt(np.maximum(variance, 0.0)).tolist()
+    return found
 
 
 def _kept_in(effect: Effect, values: Sequence[float], scene: Scene) -> str:

@@ -12,7 +12,7 @@ import logging
 from modal_core.errors import ModelError
 from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Rows
-from model_gap.effects import Effect
+from model_gap.effects import Effect, same
 from model_gap.fit import descend, Numbers, numbers_of, tolerance_columns, with_numbers
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
@@ -118,7 +118,7 @@ def screen_jointly(
 
     begun = zip(running, side_by_side(begin, running), strict=True)
     standing = [(value, number, at) for number, best in begun for value, at in best]
-    standing = sorted(standing, key=lambda item: item[0])[: LIMITS.further]
+    standing = _going_on(sorted(standing, key=lambda item: item[0]), screened)
     starts = [with_numbers(base, numbers) for _, _, numbers in standing]
     # As often as each effect's own fit: what steps alone gain is no gain of an effect.
     steps = {effect.first_steps for effect in linear}
@@ -135,3 +135,16 @@ def screen_jointly(
             found_of[number] = Trial(at.effects[last], at.values()[last], gain, before)
     log.debug('%d of %d effects screened jointly with the tolerances', len(running), len(screened))
     return sorted(found_of.values(), key=lambda trial: -trial.gain)
+
+
+def _going_on(
+    standing: Sequence[tuple[float, int, Numbers]], screened: Sequence[Trial]
+) -> list[tuple[float, int, Numbers]]:
+    """Return the closest of all, best first, few of one effect however it was begun."""
+    found: list[tuple[float, int, Numbers]] = []
+    for item in standing:
+        effect = screened[item[1]].effect
+        alike = sum(same(effect, screened[other[1]].effect) for other in found)
+        if alike < LIMITS.further_starts:
+            found.append(item)
+    return found[: LIMITS.further]

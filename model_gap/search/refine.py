@@ -6,7 +6,7 @@ import logging
 
 import numpy as np
 
-from model_gap.effects import Effect
+from model_gap.effects import Effect, same
 from model_gap.fit import Fit, fit, fits, Linearised, neighbours, tolerance_columns
 from model_gap.hypothesis import (
     Hypothesis,
@@ -227,6 +227,8 @@ def chosen(trials: Sequence[Trial]) -> list[Trial]:
     """Return the trials worth a refined fit: the best, not too many of one type and place."""
     found: list[Trial] = []
     for trial in trials:
+        if any(same(trial.effect, item.effect) for item in found):
+            continue  # only begun otherwise
         alike = sum(item.effect.type == trial.effect.type for item in found)
         here = sum(item.effect.key == trial.effect.key for item in found)
         promising = trial.gain > max(1.0, REFINEMENT.least_promise * trials[0].gain)
@@ -241,11 +243,6 @@ def chosen(trials: Sequence[Trial]) -> list[Trial]:
         if len(found) == REFINEMENT.rough:
             break
     return found
-
-
-def same(one: Effect, other: Effect) -> bool:
-    """Return whether two effects are one and the same, whatever details are free."""
-    return (one.key, one.variant) == (other.key, other.variant)
 
 
 def best_of_each(candidates: Sequence[Fit | None]) -> list[Fit]:

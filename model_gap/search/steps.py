@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 import logging
 
+from model_gap.effects import same
 from model_gap.fit import Fit, fit, fit_some, tolerance_columns
 from model_gap.hypothesis import stretch, STRETCHED
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
@@ -12,7 +13,7 @@ from model_gap.search.joint_screening import screen_jointly
 from model_gap.search.lines import lines_left
 from model_gap.search.orders import orders_left
 from model_gap.search.reach import within_reach
-from model_gap.search.refine import fine_fits, REFINEMENT, rough_fits, same
+from model_gap.search.refine import fine_fits, REFINEMENT, rough_fits
 from model_gap.search.screen import Projection, screen, Trial
 from model_gap.search.search import Round, Search
 

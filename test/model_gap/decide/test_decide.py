@@ -143,7 +143,7 @@ def test_what_explains_only_the_fitted_poses_is_told_as_that(nominal):
 def test_a_cable_at_the_end_of_its_range_is_told_so(nominal):
     cable = Cable('link_4')
     items = cable.parameters(nominal.scene)
-    values = (1e3, 0.5, items[2].low, 1.0)
+    values = (1e3, 0.5, 0.3, items[3].low)
     (told,) = at_ends(nominal.with_effect(cable, values))
-    assert told.startswith('from y of cable at link_4 is at the end of its range, -')
-    assert at_ends(nominal.with_effect(cable, (0.0, 0.5, 0.5, 1.0))) == ()
+    assert told.startswith('nearness of cable at link_4 is at the end of its range, -')
+    assert at_ends(nominal.with_effect(cable, (0.0, 0.5, 0.5, 0.3))) == ()

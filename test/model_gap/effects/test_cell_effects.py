@@ -17,6 +17,7 @@ from model_gap.effects.foundation_mode import FoundationMode
 from model_gap.effects.gravity_compensator import GravityCompensator
 from model_gap.effects.hysteresis import Hysteresis
 from model_gap.effects.load_friction import LoadFriction
+from model_gap.effects.places import centre_at_zero
 from model_gap.effects.sensor_position import SensorPosition
 from model_gap.effects.sensor_unit import SensorUnit
 from model_gap.effects.stiffness_drift import StiffnessDrift
@@ -40,8 +41,17 @@ SOFT = {
     'f': (COMPLIANCE * LIGHT) ** -0.5 / (2 * np.pi),
     'zeta': 0.5 * LOSS_S * (COMPLIANCE * LIGHT) ** -0.5,
 }  # fmt: skip
-STIFF = load_robot(ROBOT).spec.joints[0].drive.spring.stiffness
+ARM = load_robot(ROBOT)
+STIFF = ARM.spec.joints[0].drive.spring.stiffness
 HUNG, ANCHOR = (0.4, 0.0, 0.1), (0.5, 1.5, 3.0)
+
+
+def from_afar(anchor):
+    """Return how far a cable's direction is turned from z, and 1 / distance [1/m]."""
+    x, y, z = np.array(anchor) - centre_at_zero(Scene(ARM, (), CellModel(ARM.spec, ())), 'link_4')
+    return np.arctan(x / z), np.arctan(y / z), np.sign(z) / np.linalg.norm([x, y, z])
+
+
 CASES = {
     'encoder_offset': (
         {'kind': 'encoder_offset', 'joint': 'joint_3', 'offset': TURN},
@@ -67,7 +77,7 @@ CASES = {
     'cable': (
         {'kind': 'cable', 'link': 'link_4', 'at': HUNG, 'anchor': ANCHOR, 'k': 6e4},
         Cable('link_4', details=True),
-        (6e4, *ANCHOR, *HUNG),
+        (6e4, *from_afar(ANCHOR), *HUNG),
     ),
     'sensor_unit': (UNIT, SensorUnit('sensor:elbow'), ()),
     'gravity_compensator': (

@@ -92,7 +92,7 @@ def test_every_effect_of_the_arm_is_there_again_after_loading(
         moved = fitted.inner + 0.01 * fitted.prior_scale
         fitted = dataclasses.replace(fitted, inner=moved)
         (values,) = fitted.values()
-    (known,) = known_effects(fitted, [0.1] * len(values))
+    (known,) = known_effects(fitted, 0.01 * np.eye(len(values)))
     applied = fitted.cell()
     only_arm = applied.spec != robot.spec and not applied.inputs
     assert known.kept_in == ('model' if only_arm else 'effects')
@@ -117,7 +117,7 @@ def test_every_effect_of_the_arm_is_there_again_after_loading(
 
 def test_a_stop_of_a_model_that_knows_no_loss_is_lossless(robot, layout, scene):
     fitted = hypothesis(scene, 'end_stop', 'joint_1', (1e-4, 3.0)).with_details()
-    (known,) = known_effects(fitted, [0.1] * 4)
+    (known,) = known_effects(fitted, 0.01 * np.eye(4))
     older = dataclasses.replace(known, parameters=known.parameters[:3])
     spec = dataclasses.replace(robot.spec, effects=(older,))
     cell = with_known_effects(Scene(robot, scene.sensors, CellModel(spec, layout.channels)))
