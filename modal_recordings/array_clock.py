@@ -49,6 +49,13 @@ class ArrayClock:
     start_ns: int
     notes: tuple[str, ...] = ()
 
+    def row_stamps_ns(self, n_rows: int) -> NDArray[np.int64]:
+        """Return the time of every row, (n_rows,) [ns]."""
+        if self.stamp_ns is not None:
+            return self.stamp_ns
+        steps = np.arange(n_rows) * (NANOSECONDS_PER_SECOND / self.sample_rate_hz)
+        return np.asarray(self.start_ns + np.round(steps).astype(np.int64))
+
 
 def array_clock(
     path: Path, table: ArrayTable, columns: ArrayColumns, options: ArrayOptions

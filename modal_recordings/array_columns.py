@@ -51,6 +51,8 @@ class ArrayColumns:
         What is left out.
     assumed : tuple of str
         Units that nobody stated, and what may surprise of those stated.
+    gyroscopes : int
+        Columns of gyroscopes that are left out, being beside accelerometers.
     """
 
     channels: tuple[int, ...]
@@ -62,17 +64,31 @@ class ArrayColumns:
     counter: int | None = None
     notes: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
+    gyroscopes: int = 0
 
 
-def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> ArrayColumns:
+def array_columns(
+    path: Path, table: ArrayTable, options: ArrayOptions, *, may_have_none: bool = False
+) -> ArrayColumns:
     """Tell what every column is, from its heading, the options and whether it counts up.
+
+    Parameters
+    ----------
+    path : Path
+        Named in errors.
+    table : ArrayTable
+        Of all columns.
+    options : ArrayOptions
+        What the file does not say itself.
+    may_have_none : bool
+        Whether a table without any response is no error.
 
     Raises
     ------
     RecordingError
         A column may be several things, units contradict one another, or no response is left.
     """
-    headings = _headings(path, table, options)
+    headings = table_headings(path, table, options)
     beside = () if options.channels or options.gyroscopes else _turns_beside(headings)
     has_time = bool(table.dated) or any(heading and heading.is_time for heading in headings)
     times, counters, channels, notes = [], [], [], []
@@ -100,7 +116,7 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         else:
             channels.append(column)
     known = [heading or Heading('') for heading in headings]
-    if not channels:
+    if not channels and not may_have_none:
         units = ', '.join(sorted({heading.unit_text for heading in known} - {''}))
         raise RecordingError(
             'no column of responses',
@@ -109,14 +125,15 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
             advice=options.advice.columns,
         )
     named = _named(path, [known[column] for column in channels], options, len(headings))
-    if not table.calibrated and options.unit is None and not any(h.unit for h in named):
+    is_told = options.unit is not None or any(heading.unit for heading in named)
+    if channels and not table.calibrated and not is_told:
         raise RecordingError(
             'not calibrated: values are shares of full scale',
             where=path,
             found=_size(table, len(channels)),
             expected=f"what full scale is: {options.advice.unit} '50 m/s^2'",
         )
-    measured_in, assumed = _units(path, named, options)
+    measured_in, assumed = _units(path, named, options) if named else ([], ())
     return ArrayColumns(
         channels=tuple(channels),
         names=tuple(heading.name for heading in named),
@@ -127,6 +144,7 @@ def array_columns(path: Path, table: ArrayTable, options: ArrayOptions) -> Array
         counter=counters[0] if counters else None,
         notes=tuple(notes),
         assumed=assumed,
+        gyroscopes=len(beside),
     )
 
 
@@ -156,8 +174,14 @@ def _time_factor(heading: Heading, dated: bool) -> float | None:
     return None if heading.unit is None else heading.unit.factor
 
 
-def _headings(path: Path, table: ArrayTable, options: ArrayOptions) -> list[Heading | None]:
-    """Return the heading of every column, the given name over the file's; None: left out."""
+def table_headings(path: Path, table: ArrayTable, options: ArrayOptions) -> list[Heading | None]:
+    """Return the heading of every column, the given name over the file's; None: left out.
+
+    Raises
+    ------
+    RecordingError
+        A name is too long, or a unit is one nobody knows.
+    """
     n_columns = table.values.shape[1]
     cells = table.headings or ('',) * n_columns
     units = table.units or ('',) * n_columns

@@ -84,9 +84,12 @@ class ArrayRecording:
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
         self._speed_hz = speed_hz
+        self._clock, self._has_gyroscopes = clock, bool(columns.gyroscopes)
 
     def with_gyroscopes(self) -> 'ArrayRecording':
         """Return the same recording; angular velocities beside accelerations take part."""
+        if not self._has_gyroscopes:
+            return self
         table, options, notes, speed_hz = self._read_from
         options = replace(options, gyroscopes=True)
         return ArrayRecording(self.path, table, options, notes, speed_hz)
@@ -131,15 +134,15 @@ class ArrayRecording:
                     units=self.units,
                 )
 
+    def row_stamps_ns(self) -> NDArray[np.int64]:
+        """Return the time of every row, (n_rows,) [ns]."""
+        return self._clock.row_stamps_ns(len(self._values))
+
     def spindle_speed(self) -> SpindleSpeed | None:
         """Return the speed of the spindle; None where no column of it is named."""
         if self._speed_hz is None:
             return None
-        stamps = self.stamp_ns
-        if stamps is None:
-            steps = np.arange(len(self._speed_hz)) * (NANOSECONDS_PER_SECOND / self.sample_rate_hz)
-            stamps = self.start_ns + np.round(steps).astype(np.int64)
-        return SpindleSpeed.of(stamps, self._speed_hz)
+        return SpindleSpeed.of(self.row_stamps_ns(), self._speed_hz)
 
     def damage(self) -> tuple[str, ...]:
         """Return nothing: a plain array is read whole or refused."""

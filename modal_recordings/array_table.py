@@ -1,6 +1,7 @@
 """Plain arrays from files, with what the file itself says about them."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,18 @@ class ArrayTable:
             found[first : first + len(part)] = part[:, number]
             pages.read(part.nbytes)
         return found
+
+    def of_columns(self, chosen: Sequence[int]) -> 'ArrayTable':
+        """Return the table of some columns alone, in that order."""
+        kept = list(chosen)
+        return replace(
+            self,
+            values=np.asarray(self.values)[:, kept],
+            headings=tuple(self.headings[n] for n in kept) if self.headings else (),
+            units=tuple(self.units[n] for n in kept) if self.units else (),
+            dated=tuple(kept.index(n) for n in self.dated if n in kept),
+            speed=kept.index(self.speed) if self.speed in kept else None,
+        )
 
 
 def read_npy(path: Path) -> ArrayTable:

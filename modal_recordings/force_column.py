@@ -155,13 +155,7 @@ def _without(
 ) -> tuple[ArrayTable, ArrayOptions]:
     """Return table and options without a column."""
     others = [n for n in range(table.values.shape[1]) if n != column]
-    rest = replace(
-        table,
-        values=np.asarray(table.values)[:, others],
-        headings=tuple(table.headings[n] for n in others) if table.headings else (),
-        units=tuple(table.units[n] for n in others) if table.units else (),
-        dated=tuple(n - (n > column) for n in table.dated),
-    )
+    rest = table.of_columns(others)
     names = options.channels
     if names is not None and len(names) == len(others) + 1:
         options = replace(options, channels=tuple(names[n] for n in others))

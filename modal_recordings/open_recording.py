@@ -72,10 +72,8 @@ def open_recording(
         In one line: file, topic or field, what was found and what was expected.
     """
     place = Path(path)
-    suffix = place.suffix.lower()
-    _check_place(place)
-    if suffix in TEXTS and place.is_file() and is_lvm(place):
-        suffix = '.lvm'
+    check_place(place)
+    suffix = kind_of(place)
     if suffix in ARRAY_READERS and place.is_file():
         if topics:
             raise RecordingError('a plain array has no topics', where=place, found=topics[0])
@@ -95,6 +93,12 @@ def open_recording(
         return MessageRecording(place, open_folder(place), topics, to_look, mark, spindle)
     file = McapFile(place) if suffix == '.mcap' else BagFile(place)
     return MessageRecording(place, file, topics, to_look, mark, spindle)
+
+
+def kind_of(place: Path) -> str:
+    """Return the ending of a file's name; of LabVIEW's texts, however they are called, .lvm."""
+    suffix = place.suffix.lower()
+    return '.lvm' if suffix in TEXTS and place.is_file() and is_lvm(place) else suffix
 
 
 def _of_table(
@@ -119,7 +123,14 @@ def _of_table(
     return ArrayRecording(place, table, options, tuple(notes), speed_hz)
 
 
-def _check_place(place: Path) -> None:
+def check_place(place: Path) -> None:
+    """Refuse what cannot be a recording by its kind.
+
+    Raises
+    ------
+    RecordingError
+        Not there, empty, or of a kind that nobody reads.
+    """
     try:
         status = place.stat()
     except (OSError, ValueError) as error:

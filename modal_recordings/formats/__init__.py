@@ -4,7 +4,7 @@ In comes a file; out goes the table of its responses, with the names, units and 
 What a file neither states nor implies is asked for by name. A file that is cut off is refused.
 """
 
-from modal_recordings.formats.named_arrays import NamedArray, NamedArrays, table_of
+from modal_recordings.formats.named_arrays import NamedArray, NamedArrays, table_of, tables_of
 from modal_recordings.formats.readers import read_arrays, READERS
 
-__all__ = ['READERS', 'NamedArray', 'NamedArrays', 'read_arrays', 'table_of']
+__all__ = ['READERS', 'NamedArray', 'NamedArrays', 'read_arrays', 'table_of', 'tables_of']

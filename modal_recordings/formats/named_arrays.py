@@ -181,6 +181,31 @@ def table_of(
     return replace(table, sample_rate_hz=rate_hz, calibrated=found.calibrated)
 
 
+def tables_of(path: Path, found: NamedArrays) -> tuple[ArrayTable, ...]:
+    """Return the tables a file holds, column by column: one, or one of every length.
+
+    Raises
+    ------
+    RecordingError
+        No array of samples, or several that are no tables: those of two lengths need a time each.
+    """
+    records = [each for each in found.arrays if each.is_record]
+    timed = {each.n_samples for each in records if _is_time(each, path)}
+    lengths = {each.n_samples for each in records}
+    if len(lengths) > 1 and not lengths <= timed:
+        raise RecordingError(
+            'arrays of several lengths, and not a time of each',
+            where=path,
+            found=_listed(records),
+            advice='put a vector of times beside each, such as t_joints for joint angles',
+        )
+    parts: dict[int, list[NamedArray]] = {length: [] for length in sorted(lengths)}
+    for each in records:
+        parts[each.n_samples] += _columns(each)
+    tables = [replace(found, arrays=tuple(part)) for part in parts.values()] or [found]
+    return tuple(table_of(path, table) for table in tables)
+
+
 def _check_lengths(path: Path, arrays: Sequence[NamedArray]) -> None:
     """Name the channels of another length where most have one."""
     usual, n_alike = Counter(each.n_samples for each in arrays).most_common(1)[0]

@@ -12,6 +12,9 @@ from modal_core.channel import LAYOUT_FILE
 from modal_core.errors import SettingsError
 from modal_core.near_names import misspelt, refuse_unknown
 from modal_core.yaml_file import load_yaml
+from modal_recordings.array_options import FIELDS
+from modal_recordings.joint_table import is_table, TABLES
+from modal_recordings.open_recording import BAG_SUFFIXES
 
 LISTS = ('recordings', 'records')
 FILES = ('file', 'path', 'recording', 'bag')
@@ -20,6 +23,9 @@ NOTES = ('notes', 'note', 'remarks')
 HELDOUT = ('heldout', 'held_out')
 PARTS = ('part', 'split', 'set')
 LAYOUTS = ('sensors', 'layout')
+JOINTS = 'joints'
+STATED = FIELDS[:3]
+"""What a file of columns may not say itself: of the campaign, or of one recording."""
 POSES = {'pose': 1.0, 'pose_rad': 1.0, 'pose_deg': np.pi / 180.0}
 OF_CAMPAIGN = (
     *LISTS,
@@ -30,11 +36,14 @@ OF_CAMPAIGN = (
     'effects',
     'tolerances',
     'start_pose',
+    *STATED,
 )
 OF_RECORDING = (
     *FILES, *LEVEL_KEYS, *NOTES, *HELDOUT, *PARTS, *POSES, 'controller_deg', 'plan_hash',
+    JOINTS, *STATED,
 )  # fmt: skip
-SUFFIXES = ('.mcap', '.db3', '.bag')
+# Texts may be anything: without campaign.yaml none is taken for a recording.
+COLUMNS = tuple(suffix for suffix in TABLES if suffix != '.txt')
 
 
 @dataclass(frozen=True)
@@ -53,6 +62,10 @@ class CampaignEntry:
         As the campaign says; the recording's own joint states are what counts.
     heldout : bool or None
         None: the workflow decides.
+    joints : Path or None
+        File of columns with the joint states, where they are in one of their own.
+    stated : dict
+        What a file of columns does not say itself: ``sample_rate_hz``, ``unit``, ``channels``.
     """
 
     path: Path
@@ -60,6 +73,8 @@ class CampaignEntry:
     level: str = ''
     pose: tuple[float, ...] | None = None
     heldout: bool | None = None
+    joints: Path | None = None
+    stated: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -102,12 +117,13 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         raise SettingsError('not a folder', where=folder, expected='a folder of recordings')
     path = folder / 'campaign.yaml'
     if not path.exists():
-        found = sorted(item for item in folder.iterdir() if _is_recording(item))
+        found = _recordings(folder)
         if not found:
             raise SettingsError(
                 'no campaign.yaml and no recordings',
                 where=folder,
-                expected='.mcap, .db3 or .bag: recordings that have joint states',
+                expected='recordings that have joint states: '
+                + ', '.join((*BAG_SUFFIXES, *COLUMNS)),
             )
         entries = tuple(CampaignEntry(item, item.name) for item in found)
         return CampaignFile(folder, entries, _own(folder))
@@ -115,7 +131,8 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     items = next((data[key] for key in LISTS if key in data), None)
     if not isinstance(items, list) or not items:
         raise SettingsError('no recordings', where=path, expected='a list "recordings"')
-    entries = tuple(_entry(item, index, folder, path) for index, item in enumerate(items))
+    common = {key: data[key] for key in STATED if key in data}
+    entries = tuple(_entry(item, index, folder, path, common) for index, item in enumerate(items))
     layout = next((data[key] for key in LAYOUTS if data.get(key)), None)
     if isinstance(layout, str):
         layout = _inside(folder, layout, f'{path}: layout')
@@ -191,10 +208,17 @@ def _own(folder: Path) -> Path | None:
     return None
 
 
-def _is_recording(item: Path) -> bool:
+def _recordings(folder: Path) -> list[Path]:
+    """Return the bags of a folder; where there are none, its files of columns."""
+    items = sorted(folder.iterdir())
+    bags = [item for item in items if _is_bag(item)]
+    return bags or [item for item in items if item.suffix.lower() in COLUMNS and item.is_file()]
+
+
+def _is_bag(item: Path) -> bool:
     if item.is_dir():
         return (item / 'metadata.yaml').exists() or any(item.glob('*.mcap'))
-    return item.suffix in SUFFIXES
+    return item.suffix in BAG_SUFFIXES
 
 
 def _inside(folder: Path, name: str, where: str) -> Path:
@@ -208,10 +232,12 @@ def _name(folder: Path, name: str) -> str:
     return Path(os.path.relpath(folder / name, folder)).as_posix()
 
 
-def _entry(item: object, index: int, folder: Path, path: Path) -> CampaignEntry:
+def _entry(
+    item: object, index: int, folder: Path, path: Path, common: Mapping[str, Any]
+) -> CampaignEntry:
     where = f'{path}: recordings[{index}]'
     if isinstance(item, str):
-        return CampaignEntry(_inside(folder, item, where), _name(folder, item))
+        return CampaignEntry(_inside(folder, item, where), _name(folder, item), stated=common)
     if not isinstance(item, Mapping):
         raise SettingsError('not a mapping', where=where, found=type(item).__name__)
     name = next((item[key] for key in FILES if key in item), None)
@@ -224,7 +250,24 @@ def _entry(item: object, index: int, folder: Path, path: Path) -> CampaignEntry:
         level=str(level),
         pose=_pose(item, where),
         heldout=_heldout(item, where),
+        joints=_joints(item, folder, where),
+        stated={**common, **{key: item[key] for key in STATED if key in item}},
     )
+
+
+def _joints(item: Mapping[str, Any], folder: Path, where: str) -> Path | None:
+    if JOINTS not in item:
+        return None
+    named = item[JOINTS]
+    path = _inside(folder, str(named), f'{where}: {JOINTS}')
+    if not is_table(path):
+        raise SettingsError(
+            'not a file of columns',
+            where=f'{where}: {JOINTS}',
+            found=named,
+            expected=', '.join(TABLES),
+        )
+    return path
 
 
 def _pose(item: Mapping[str, Any], where: str) -> tuple[float, ...] | None:

@@ -1,9 +1,9 @@
 """Read a campaign folder: recordings on one grid, known motion, poses, levels."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from itertools import compress
+from itertools import chain, compress
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError, SettingsError
+from modal_core.measurements import Measurement
 from modal_core.yaml_file import load_yaml
 from modal_recordings import open_recording
 from modal_recordings.attachment import attached_layout
+from modal_recordings.joint_table import is_table
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
+from model_gap.campaign.columns import in_order_of, joints_beside, read_columns
 from model_gap.campaign.copies import refuse_copies
 from model_gap.campaign.motion import motion_on_grid, RecordedMotion
 from model_gap.campaign.position_units import check_position_units
@@ -26,6 +29,7 @@ from model_gap.campaign.thresholds import CAMPAIGN
 from structural_model import FlexibleJointModel, load_layout
 
 Array = NDArray[np.float64]
+MOST_NAMED = 12
 
 
 def read_campaign(
@@ -111,9 +115,9 @@ def _gathered(
     entry: CampaignEntry, sensors: SensorLayout, model: FlexibleJointModel, notes: list[str]
 ) -> RawRecording:
     """Read one recording; fast accelerations are thinned out at once, to need little memory."""
-    recording = open_recording(entry.path)
-    raw = gather(recording.measurements(), sensors, str(entry.path), model.joint_names)
-    notes += [f'{entry.name}: {note}' for note in (*raw.notes, *recording.damage())]
+    measurements, said = _measured(entry, sensors, model)
+    raw = gather(measurements, sensors, str(entry.path), model.joint_names)
+    notes += [f'{entry.name}: {note}' for note in (*raw.notes, *said())]
     if raw.position is None:
         raise RecordingError(
             'no joint states: the motion is not known',
@@ -125,6 +129,26 @@ def _gathered(
         if note not in notes:
             notes.append(note)
     return replace(raw, accelerations=tuple(_thinned(item) for item in raw.accelerations))
+
+
+def _measured(
+    entry: CampaignEntry, sensors: SensorLayout, model: FlexibleJointModel
+) -> tuple[Iterable[Measurement], Callable[[], Iterable[str]]]:
+    """Return the measurements of an entry, and what is to be said of them once they are read."""
+    beside = () if entry.joints is None else joints_beside(entry.joints, model.joint_names)
+    if is_table(entry.path):
+        found = read_columns(entry, model.joint_names)
+        measurements, assumed = in_order_of(sensors, found)
+        return chain(measurements, beside), lambda: (*assumed, *found.notes)
+    if entry.stated:
+        raise SettingsError(
+            'rate, unit and channels are stated by the recording itself',
+            where=entry.path,
+            found=', '.join(entry.stated),
+            expected='these of a file of columns (.csv, .npz, .mat, ...) only',
+        )
+    recording = open_recording(entry.path)
+    return chain(recording.measurements(), beside), recording.damage
 
 
 def _samples(raw: RawRecording) -> Iterator[Array]:
@@ -159,11 +183,16 @@ def _common_layout(
     if not common:
         raise RecordingError(
             'recordings have no sensor in common',
-            advice='record all poses and levels with the same sensors',
+            advice='record all poses and levels with the same sensors; of sensors that were moved'
+            ' make a campaign for each set-up, all its poses, each with its own sensors.yaml',
         )
     lost = sorted(set.union(*sets) - common)
     if lost:
-        notes.append(f'left out, not in every recording: {", ".join(lost[:12])}')
+        more = ', ...' * (len(lost) > MOST_NAMED)
+        notes.append(
+            f'left out, not in every recording: {", ".join(lost[:MOST_NAMED])}{more}; sensors that'
+            ' were moved tell more as a campaign for each set-up'
+        )
     sensors = []
     for sensor in layout:
         lasting = [f'{sensor.name}.{axis}' in common for axis in sensor.axes]
@@ -345,7 +374,7 @@ def campaign_layout(folder: Path, model: str | None) -> SensorLayout | None:
     file = read_campaign_file(folder)
     if file.layout is not None:
         return None
-    for entry in file.entries:
+    for entry in (it for it in file.entries if not is_table(it.path)):
         # One that cannot be read is told when all are.
         with suppress(RecordingError):
             attachments = open_recording(entry.path).attachments()

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
-from modal_core.units import ACCELERATION, named_unit
+from modal_core.units import ACCELERATION, named_unit, Unit
 from model_gap.campaign.thresholds import CAMPAIGN
 
 Array = NDArray[np.float64]
@@ -160,6 +160,19 @@ def match_channel(name: str, layout: SensorLayout) -> Channel | None:
             if unit is not None:
                 channel = replace(channel, unit=unit.si, scale=unit.factor)
             return channel if channel.unit == ACCELERATION else None
+    return _counted(bare, unit, layout)
+
+
+def _counted(name: str, unit: Unit | None, layout: SensorLayout) -> Channel | None:
+    """Return the axis of a sensor by its number: ``elbow1`` is its first."""
+    for sensor in layout:
+        if len(sensor.axes) == 1:
+            continue
+        for number, channel in enumerate(sensor.channels(), 1):
+            if _plain(f'{sensor.name}{number}') == _plain(name) and channel.unit == ACCELERATION:
+                return (
+                    channel if unit is None else replace(channel, unit=unit.si, scale=unit.factor)
+                )
     return None
 
 

@@ -51,7 +51,7 @@ class Fault:
     kind : Kind
         What.
     place : str
-        Joint, sensor or channel; of an exchange both.
+        Joint, sensor or channel; of an exchange both, for people.
     columns : tuple of int
         Channels it changes, of exchanged sensors those of one, then of the other; of an encoder
         the joint's number, of exchanged joints both; none of a tilt.
@@ -66,6 +66,8 @@ class Fault:
         What explains the means nearly as well.
     telling : str
         What to record to tell the two apart.
+    between : tuple of str
+        Of an exchange the names of the two.
     """
 
     kind: Kind
@@ -76,6 +78,12 @@ class Fault:
     gain: float = 0.0
     rival: 'Fault | None' = None
     telling: str = ''
+    between: tuple[str, ...] = ()
+
+    @classmethod
+    def exchange(cls, kind: Kind, between: tuple[str, str], columns: tuple[int, ...]) -> 'Fault':
+        """Return that two sensors or two joints are exchanged."""
+        return cls(kind, ' and '.join(between), columns, between=between)
 
     @property
     def matrix(self) -> Array:

@@ -41,8 +41,7 @@ def _changed_back(record: GapRecord, fault: Fault, sensors: Sequence[str]) -> Ga
             motor_shift=fault.exchanged(record.motor_shift),
         )
     # Sensors that show no gravity have no columns where faults are weighed.
-    both = fault.place.split(' and ')
-    columns = [n for name in both for n, sensor in enumerate(sensors) if sensor == name]
+    columns = [n for name in fault.between for n, sensor in enumerate(sensors) if sensor == name]
     whole = dataclasses.replace(fault, columns=tuple(columns))
     return dataclasses.replace(record, acceleration=whole.exchanged(record.acceleration))
 

@@ -230,12 +230,12 @@ class _State:
 
         for (one, own), (two, its) in combinations(self.rest.sensors.items(), 2):
             if len(own) == len(its):
-                yield self._gaining(Fault(Kind.SENSORS, f'{one} and {two}', (*own, *its)))
+                yield self._gaining(Fault.exchange(Kind.SENSORS, (one, two), (*own, *its)))
 
     def _exchanged_joints(self, known: Sequence[Fault]) -> Iterator[Fault]:
         for one, two in combinations(range(len(self.rest.model.joint_names)), 2):
             names = self.rest.model.joint_names
-            fault = Fault(Kind.JOINTS, f'{names[one]} and {names[two]}', (one, two))
+            fault = Fault.exchange(Kind.JOINTS, (names[one], names[two]), (one, two))
             yield self._gaining(fault, _readings(self.rest, (*known, fault)))
 
     @property

@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 from modal_core.errors import SettingsError
 from modal_core.yaml_file import load_yaml
 from model_gap.campaign import CampaignEntry, read_campaign_file, refuse_copies
-from model_gap.trajectory.recording import EncoderRecording, read_encoder_recording, SUFFIX
+from model_gap.trajectory.recording import (
+    EncoderRecording,
+    has_encoders,
+    read_encoder_recording,
+    SUFFIX,
+)
 from structural_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -49,8 +54,8 @@ def is_encoder_campaign(folder: Path) -> bool:
     if not folder.is_dir():
         return False
     if not (folder / FILE).exists():
-        return any(item.suffix == SUFFIX for item in folder.iterdir())
-    return any(entry.path.suffix == SUFFIX for entry in read_campaign_file(folder).entries)
+        return any(has_encoders(item) for item in folder.iterdir())
+    return any(has_encoders(entry.path) for entry in read_campaign_file(folder).entries)
 
 
 def read_encoder_campaign(folder: Path, model: FlexibleJointModel) -> EncoderCampaign:

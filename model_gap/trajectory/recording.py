@@ -71,6 +71,18 @@ class EncoderRecording:
         )
 
 
+def has_encoders(path: Path) -> bool:
+    """Return whether a file has arrays that only a recording of encoders and torques has."""
+    if path.suffix != SUFFIX or not path.is_file():
+        return False
+    try:
+        with zipfile.ZipFile(path) as file:
+            names = {name.removesuffix('.npy') for name in file.namelist()}
+    except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError):
+        return False
+    return not names.isdisjoint((MOTOR, LINK, TORQUE))
+
+
 def read_encoder_recording(path: Path, n_joints: int) -> EncoderRecording:
     """Read and check one file.
 
