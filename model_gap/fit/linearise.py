@@ -84,7 +84,7 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     (dM x'' + dC x' + dK x), so that one transfer per record serves all tolerances.  Torques are
     stepped again along the twist that this force changes; those that see a measured twist stay,
     and where their drive is changed all is predicted anew.  What rings on after the record is
-    held.
+    held as it is: x and x' at the end, times the changed masses and dampers.
 
     An equivalent spring and damper (Caughey 1963, doi:10.1121/1.1918794) is no derivative: with
     it fits of a stop came to rest far from the most probable values, with half the deviation.
@@ -141,7 +141,13 @@ class _ArmDerivative:
         systems, local = self.solved.systems, predictor.local_torques
         self.following = local.following(cell, self.solved.torques, systems)
         self.motions = [
-            stacked(state.omega, state.deflection, state.acceleration, state.shift)
+            stacked(
+                state.omega,
+                state.deflection,
+                state.acceleration,
+                state.shift,
+                (state.end_shift, state.end_speed),
+            )
             for state in self.solved.states
         ]
         self.transfers: list[Complex64] = [

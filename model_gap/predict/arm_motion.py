@@ -59,9 +59,10 @@ def _state(
         force[rows] += torque.spectra[index]
     if torques.forces:
         force = force + torques.forces[index]
-    ringing = system.end_state(motion.tail, item.coarse_period_s)
-    deflection = system.deflection(omega, force, ringing * item.end_scale)
-    return RecordState(omega, motion.acceleration, motion.shift, deflection)
+    ringing = system.end_state(motion.tail, item.coarse_period_s) * item.end_scale
+    deflection = system.deflection(omega, force, ringing)
+    shift, speed = ((system.shapes @ modal).real for modal in (ringing, system.poles * ringing))
+    return RecordState(omega, motion.acceleration, motion.shift, deflection, shift, speed)
 
 
 def _with_tones(

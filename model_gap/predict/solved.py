@@ -22,12 +22,17 @@ class RecordState:
         Motor motion behind the inputs' steps.
     deflection : (n_dof, 3 n_bins) complex array
         Of the flexible degrees of freedom.
+    end_shift, end_speed : (n_dof,) array
+        What the motors leave moving when the record ends, scaled as spectra are: the spectrum of
+        x' is that of x times iω, and this beside it.
     """
 
     omega: NDArray[np.float64]
     acceleration: Complex
     shift: Complex
     deflection: Complex
+    end_shift: NDArray[np.float64]
+    end_speed: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
