@@ -64,14 +64,16 @@ def read_campaign(
     sensors = _layout(file.layout, layout, folder)
     model.check_layout(sensors)
     notes: list[str] = []
+    said: dict[str, list[str]] = {}
     raws: list[tuple[CampaignEntry, RawRecording]] = []
     useless: list[RecordingError] = []
     for number, entry in enumerate(entries):
         with _left_out(useless, notes):
-            raws.append((entry, _gathered(entry, sensors, model, notes)))
+            raws.append((entry, _gathered(entry, sensors, model, notes, said)))
         progress((number + 1) / len(entries))
     if not raws:
         raise useless[0]
+    notes += [f'{_first_of(names)}: {note}' for note, names in said.items()]
     refuse_copies(((entry.name, _samples(raw)) for entry, raw in raws), folder)
     kept = _common_layout(sensors, [raw for _, raw in raws], notes)
     read: list[tuple[RawRecording, GapRecord, RecordedMotion]] = []
@@ -111,13 +113,23 @@ def _left_out(useless: list[RecordingError], notes: list[str]) -> Iterator[None]
         notes.append(f'left out: {error}')
 
 
+def _first_of(names: list[str]) -> str:
+    """Return the first of the recordings of which the same is said, and how many there are."""
+    return names[0] if len(names) == 1 else f'{names[0]} and {len(names) - 1} more'
+
+
 def _gathered(
-    entry: CampaignEntry, sensors: SensorLayout, model: FlexibleJointModel, notes: list[str]
+    entry: CampaignEntry,
+    sensors: SensorLayout,
+    model: FlexibleJointModel,
+    notes: list[str],
+    said: dict[str, list[str]],
 ) -> RawRecording:
     """Read one recording; fast accelerations are thinned out at once, to need little memory."""
-    measurements, said = _measured(entry, sensors, model)
+    measurements, assumed = _measured(entry, sensors, model)
     raw = gather(measurements, sensors, str(entry.path), model.joint_names)
-    notes += [f'{entry.name}: {note}' for note in (*raw.notes, *said())]
+    for note in dict.fromkeys((*raw.notes, *assumed())):
+        said.setdefault(note, []).append(entry.name)
     if raw.position is None:
         raise RecordingError(
             'no joint states: the motion is not known',

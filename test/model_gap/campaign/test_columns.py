@@ -156,6 +156,15 @@ def test_arrays_without_names_are_in_the_order_of_the_layout(tmp_path, record, r
     found = read_campaign(folder, robot)
     check(found, plain)
     assert any('taken in its order' in note for note in found.notes)
+    # What is said of several recordings is said once.
+    rng = np.random.default_rng(4)
+    for name in ('b.mat', 'c.mat'):
+        other = record.acceleration + 0.01 * rng.standard_normal(record.acceleration.shape)
+        savemat(folder / name, {**matrix, 'acc': other})
+    (note,) = (it for it in read_campaign(folder, robot).notes if 'taken in its order' in it)
+    assert note.startswith('a.mat and 2 more: ')
+    for name in ('b.mat', 'c.mat'):
+        (folder / name).unlink()
     savemat(folder / 'a.mat', {**matrix, 'acc': record.acceleration[:, :5]})
     with pytest.raises(RecordingError, match='no acceleration of the sensor layout'):
         read_campaign(folder, robot)
