@@ -7,7 +7,8 @@ import logging
 import numpy as np
 
 from model_gap.effects import Effect
-from model_gap.fit import Fit, fit, fits
+from model_gap.fit import FIT, Fit, fit, fits
+from model_gap.search.evidence_bound import tolerance_excess
 from model_gap.search.search import Candidate, RivalPair, Round, Search
 
 log = logging.getLogger(__name__)
@@ -54,17 +55,27 @@ def confirmed(rounds: Sequence[Round], worth_adding: float) -> tuple[Candidate, 
     for number, done in enumerate(rounds, start=1):
         if not done.earns_place(worth_adding):
             break
-        held, least = done.candidates[0].heldout_misfit, min(least, done.heldout_before)
+        best = done.candidates[0]
+        held = _charged(best.heldout_misfit, best.fit)
+        least = min(least, _charged(done.heldout_before, done.before))
         if not np.isfinite(held) or held < CONFIRMATION.most_worse * least:
             last = number
         else:
             log.debug(
                 '%r not confirmed: misfit of held-out records %.4g, before %.4g',
-                done.candidates[0].effect,
+                best.effect,
                 held,
                 least,
             )
     return tuple(done.candidates[0] for done in rounds[:last])
+
+
+def _charged(heldout_misfit: float, fitted: Fit) -> float:
+    """Return χ of held-out records with what tolerances cost, as the objective weighs both.
+
+    A tolerance stretched far may predict as well as the effect it stands for.
+    """
+    return heldout_misfit * float(np.exp(tolerance_excess(fitted) / FIT.effective_data))
 
 
 def rivals_of(

@@ -7,6 +7,7 @@ import pytest
 
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.cell.cell_model import CellModel
+from model_gap.cell.tolerances import nuisances, Tolerances
 from model_gap.decide.decide import at_ends, at_limits, half_explained, one_law
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
@@ -128,6 +129,21 @@ def test_what_worsens_held_out_recordings_is_not_confirmed(nominal):
     assert kept(both) == ()
     first = rounds(nominal, [(SOFTER, 50.0, 10.0)], [(OTHER, 50.0, 12.0)])
     assert [item.effect for item in kept(first)] == [SOFTER]
+
+
+def test_a_tolerance_stretched_far_predicts_no_better_than_it_may(nominal):
+    """As a turned sensor does: the tolerance of its mount predicts as well, at 15 deviations."""
+    (first,) = rounds(nominal, [(SOFTER, 170.0, 104.0)])
+    assert kept([first]) == ()
+    tolerances = nuisances(nominal.scene.cell, ('link_3',), Tolerances())[:1]
+    for deviations, confirmed_effects in ((15.0, [SOFTER]), (1.0, [])):
+        stretched = replace(
+            nominal, tolerances=tolerances, tolerance_values=np.array([deviations])
+        )
+        # A precision of many data: they tell the tolerance.
+        before = replace(fit_of(stretched), precision=np.full((1, 1), 100.0))
+        found = kept([replace(first, before=before)])
+        assert [item.effect for item in found] == confirmed_effects
 
 
 def test_what_explains_only_the_fitted_poses_is_told_as_that(nominal):
