@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from impact_testing.fit import ForceDelay, FreePoint, Places
 from impact_testing.modes import nearer_than_told, rings, TOLD_DECAY
+from impact_testing.record import ImpactRecord
 from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
 from impact_testing.unexplained import unexplained_peaks
@@ -122,6 +123,23 @@ def remarks_on_peaks(data: Sequence[PointData], pole: Complex) -> tuple[str, ...
             ' taps tell'
         )
     return tuple(said)
+
+
+def remark_on_lines(
+    records: Sequence[ImpactRecord], lines_hz: Sequence[Sequence[float]]
+) -> tuple[str, ...]:
+    """Return what is to be said of lines that were taken out, by record [Hz]."""
+    by_lines: dict[str, list[str]] = {}
+    for record, lines in zip(records, lines_hz, strict=True):
+        if lines:
+            by_lines.setdefault(named([f'{each:.3g}' for each in lines], 5), []).append(
+                record.name
+            )
+    return tuple(
+        f'at {lines} Hz {named(names, 3)} hum{"s" if len(names) == 1 else ""} without a tap:'
+        ' that was taken out of force and responses'
+        for lines, names in by_lines.items()
+    )
 
 
 def remark_on_delay(delay: ForceDelay) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from impact_testing.checks import (
     driving_phases,
     reciprocity,
     remark_on_delay,
+    remark_on_lines,
     remarks_on,
     remarks_on_peaks,
 )
@@ -35,6 +36,7 @@ from impact_testing.modes import scaled_modes
 from impact_testing.record import ImpactRecord
 from impact_testing.responses import band_lines, PointData, PointFrf, PointSpectra
 from impact_testing.result import ImpactResult, TestedPoint
+from impact_testing.steady_lines import without_steady_lines
 from impact_testing.taps import Fault, gaps, judge_taps, JudgedTap, usual_length, with_length
 from impact_testing.thresholds import IMPACT
 from modal_core.errors import IdentificationError, SettingsError
@@ -107,24 +109,26 @@ def impact_modes(
     """
     settings = settings or ImpactSettings()
     _check_rates(records)
-    judged, length_s = judged_together(records, settings.segment_s)
+    cleared, lines_hz = zip(*(without_steady_lines(each) for each in records), strict=True)
+    judged, length_s = judged_together(cleared, settings.segment_s, records)
     decay = -np.log(settings.window_end) / length_s
     spectra = [
         _without_unlike(PointSpectra.of(record, taps, length_s, decay))
-        for record, taps in zip(records, judged, strict=True)
+        for record, taps in zip(cleared, judged, strict=True)
     ]
     frfs = [PointFrf(each) for each in spectra]
     band_hz = analysed_band(frfs, settings)
     lines = band_lines(frfs[0].spectra.frequency_hz, band_hz)
     try:
         with one_thread():
-            return _identified([PointData.of(each, lines) for each in frfs], band_hz, length_s)
+            found = _identified([PointData.of(each, lines) for each in frfs], band_hz, length_s)
     except np.linalg.LinAlgError as error:
         raise IdentificationError(
             'no sum of modes comes near the frequency responses',
             found=str(error),
             advice='check that force and responses belong together, or narrow the band',
         ) from error
+    return replace(found, remarks=(*remark_on_lines(records, lines_hz), *found.remarks))
 
 
 def _identified(
@@ -141,10 +145,23 @@ def _identified(
 
 
 def judged_together(
-    records: Sequence[ImpactRecord], segment_s: float | None = None
+    records: Sequence[ImpactRecord],
+    segment_s: float | None = None,
+    as_read: Sequence[ImpactRecord] | None = None,
 ) -> tuple[list[tuple[JudgedTap, ...]], float]:
-    """Judge the taps of all records, which have segments of one length."""
-    judged = [judge_taps(record) for record in records]
+    """Judge the taps of all records, which have segments of one length.
+
+    Parameters
+    ----------
+    records : sequence of ImpactRecord
+    segment_s : float [s] or None
+        None: as long as the taps allow.
+    as_read : sequence of ImpactRecord or None
+        The same before lines were taken out: what is clipped shows there.
+    """
+    judged = [
+        judge_taps(record, read) for record, read in zip(records, as_read or records, strict=True)
+    ]
     found = [
         gap
         for record, taps in zip(records, judged, strict=True)

@@ -75,12 +75,20 @@ class JudgedTap:
         return JudgedTap(self.tap, (*self.faults, (fault, how)))
 
 
-def judge_taps(record: ImpactRecord) -> tuple[JudgedTap, ...]:
-    """Find the taps of a record and judge each by itself; how long they ring comes later."""
+def judge_taps(record: ImpactRecord, as_read: ImpactRecord | None = None) -> tuple[JudgedTap, ...]:
+    """Find the taps of a record and judge each by itself; how long they ring comes later.
+
+    Parameters
+    ----------
+    record : ImpactRecord
+    as_read : ImpactRecord or None
+        The same as the converter gave it, where what is clipped shows; None: that is it.
+    """
+    read = as_read or record
     taps = find_taps(record.force_n, record.rate_hz)
     usual = float(np.median([tap.peak_n for tap in taps])) if taps else 0.0
-    judged = [JudgedTap(tap, tuple(_faults(record, tap, usual))) for tap in taps]
-    return tuple(_at_a_limit_of_responses(record, list(_at_the_limit(record, judged))))
+    judged = [JudgedTap(tap, tuple(_faults(read, tap, usual))) for tap in taps]
+    return tuple(_at_a_limit_of_responses(read, list(_at_the_limit(read, judged))))
 
 
 def _at_the_limit(record: ImpactRecord, judged: Sequence[JudgedTap]) -> Iterator[JudgedTap]:
@@ -90,15 +98,16 @@ def _at_the_limit(record: ImpactRecord, judged: Sequence[JudgedTap]) -> Iterator
     very same are cut, three of them, or two with two samples there: those of a converter with a
     thousand steps are so alike by chance once in a hundred thousand tests.
     """
-    highest = max((each.tap.peak_n for each in judged), default=0.0)
-    top = [each for each in judged if each.tap.peak_n == highest]
-    forces = [np.abs(record.force_n[each.tap.first : each.tap.last + 1]) for each in top]
-    differ = len({float(force.sum()) for force in forces}) > 1
-    flat = sum(int(np.count_nonzero(force == force.max())) > 1 for force in forces)
-    cut = any(each.has(Fault.FORCE_CLIPPED) for each in top)
+    forces = [np.abs(record.force_n[each.tap.first : each.tap.last + 1]) for each in judged]
+    peaks = [float(force.max()) for force in forces]
+    highest = max(peaks, default=0.0)
+    top = [number for number, peak in enumerate(peaks) if peak == highest]
+    differ = len({float(forces[number].sum()) for number in top}) > 1
+    flat = sum(int(np.count_nonzero(forces[number] == highest)) > 1 for number in top)
+    cut = any(judged[number].has(Fault.FORCE_CLIPPED) for number in top)
     cut = cut or (differ and (flat > 1 or len(top) > 2))
-    for each in judged:
-        if cut and each.tap.peak_n == highest and not each.has(Fault.FORCE_CLIPPED):
+    for each, peak in zip(judged, peaks, strict=True):
+        if cut and peak == highest and not each.has(Fault.FORCE_CLIPPED):
             each = each.with_fault(Fault.FORCE_CLIPPED, f'at {highest:.3g} N')
         yield each
 

@@ -1,0 +1,311 @@
+"""Lines that do not begin with the tap: hum of the mains, a fan, a pump.
+
+What a tap excites is quiet before it; a line is not.  So a line is looked for in the rest before
+the first tap, in the force and in the responses.  Its phase goes on through the record, common to
+all channels, and is followed by short blocks that count by how quiet they are beside the line: the
+ringing of modes, however near, has no say.  Then the line is taken out of the samples.
+
+The frequency of grids and motors wanders: a random walk, how fast says the record.  What is taken
+out is the mean of what the line may be: where the phase is not known, nothing.
+
+References
+----------
+Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, sections 2.2 and 5.4.1.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import rfft
+from scipy.linalg import cho_factor, cho_solve
+
+from impact_testing.record import ImpactRecord
+from impact_testing.taps import begin_of, FILTER_SAMPLES, find_taps, Tap
+from modal_core.chance import fisher_tail
+from modal_core.tapers import hann
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+LEAST_REST_S = 0.5
+"""Before the first tap: two blocks."""
+BLOCK_S = 0.25
+"""In which a structure rings alike, and a line of 8 Hz has two periods."""
+CHANCE = 1e-3
+"""Of a record in which noise is taken for a line: little is lost, for what is taken out is no more
+than the rest before the tap has of it."""
+BESIDE, LOBE = 16, 3
+"""Spectral lines on either side that are the background of one; those next to it are its own."""
+INDEPENDENT = 0.5
+"""Share of neighbouring lines that are independent under the taper."""
+FINER = 8
+"""Steps from one spectral line to the next in which a frequency is looked for."""
+MOST_LINES = 16
+ROUNDS = 4
+WANDER = (0.0, *(2.0 * np.pi * 10.0 ** np.arange(-4.0, -1.9, 0.5)).tolist())
+"""Of the frequency, that are tried [rad/s per √s]; grids have some mHz."""
+HIGHEST_SHARE = 0.45
+"""Of the sample rate: above, filters before converters make lines of noise."""
+QUIET, GOES_ON = 4.0, 0.25
+"""After the first tap, where a channel has less than so many times the power of the line, less
+than this share of it must differ from the line, a median: a mode that the floor shakes has other
+amplitudes and phases there."""
+
+
+def without_steady_lines(record: ImpactRecord) -> tuple[ImpactRecord, tuple[float, ...]]:
+    """Take lines out of the force and the responses.
+
+    Parameters
+    ----------
+    record : ImpactRecord
+
+    Returns
+    -------
+    record : ImpactRecord
+        The same one where there is no line.
+    lines_hz : tuple of float [Hz]
+        What was taken out.
+    """
+    taps = find_taps(record.force_n, record.rate_hz)
+    rest = begin_of(record, taps[0]) if taps else 0
+    if rest < max(LEAST_REST_S * record.rate_hz, 8 * BESIDE):
+        return record, ()
+    rows = np.column_stack([record.force_n, record.responses.widened()])
+    left, lines = rows - rows[:rest].mean(axis=0), list[_Line]()
+    refused = list[float]()
+    apart = _apart_from(record, taps)
+    while len(lines) + len(refused) < MOST_LINES:
+        at_hz = _strongest(left[:rest], record.rate_hz, refused + [each.at_hz for each in lines])
+        if at_hz is None:
+            break
+        line = _Line.of(left, at_hz, rest, apart, record.rate_hz)
+        if line.goes_on:
+            lines.append(line)
+            left = left - line.samples()
+        else:
+            refused.append(at_hz)
+    if not lines:
+        return record, ()
+    for number, each in enumerate(lines):
+        # Strong ones hid some of the weak ones.
+        with_it = left + each.samples()
+        lines[number] = _Line.of(with_it, each.at_hz, rest, apart, record.rate_hz)
+        left = with_it - lines[number].samples()
+    left += rows[:rest].mean(axis=0)
+    responses = replace(record.responses, acceleration=left[:, 1:])
+    cleared = replace(record, force_n=left[:, 0], responses=responses)
+    return cleared, tuple(sorted(each.mean_hz for each in lines))
+
+
+def _apart_from(record: ImpactRecord, taps: Sequence[Tap]) -> NDArray[np.bool_]:
+    """Return which samples of the force are no part of a tap."""
+    apart = np.ones(len(record.force_n), dtype=bool)
+    for each in taps:
+        apart[begin_of(record, each) : each.last + FILTER_SAMPLES + 1] = False
+    return apart
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A line in samples.
+
+    Parameters
+    ----------
+    at_hz : float [Hz]
+        Its frequency in the rest before the first tap.
+    rate_hz : float [Hz]
+        Of the samples.
+    phase : (n_samples,) array [rad]
+    phasor : (n_channels,) complex array
+    known : (n_samples,) array
+        Mean cosine of what the phase may be off; 1: it is known.
+    goes_on : bool
+        Whether it is seen after the first tap as well.
+    """
+
+    at_hz: float
+    rate_hz: float
+    phase: Real
+    phasor: Complex
+    known: Real
+    goes_on: bool
+
+    @property
+    def mean_hz(self) -> float:
+        """Frequency, the mean over the record [Hz]."""
+        turns = (self.phase[-1] - self.phase[0]) / (2.0 * np.pi)
+        return float(turns * self.rate_hz / (len(self.phase) - 1))
+
+    def samples(self) -> Real:
+        """Return the line alone, (n_samples, n_channels) array."""
+        wave = self.known * np.exp(1j * self.phase)
+        return np.outer(wave.real, self.phasor.real) - np.outer(wave.imag, self.phasor.imag)
+
+    @classmethod
+    def of(
+        cls, rows: Real, at_hz: float, rest: int, apart: NDArray[np.bool_], rate_hz: float
+    ) -> '_Line':
+        """Follow a line through samples, the force first.
+
+        Parameters
+        ----------
+        rows : (n_samples, n_channels) array
+        at_hz : float [Hz]
+            Where it is in the rest.
+        rest : int
+            Rows before the first tap.
+        apart : (n_samples,) bool array
+            Samples of the force that are no part of a tap.
+        rate_hz : float [Hz]
+        """
+        blocks = _Blocks.of(rows, at_hz, rest, apart, rate_hz)
+        weight = blocks.weight(np.zeros_like(blocks.phasor))
+        phase = 2.0 * np.pi * blocks.common_hz(weight, rate_hz / rest) * blocks.time_s
+        uncertain = np.zeros(len(phase))
+        for _ in range(ROUNDS):
+            wave = np.exp(1j * phase - 0.5 * uncertain)[:, None]
+            size = np.sum(weight * np.abs(wave) ** 2, axis=0)
+            phasor = np.sum(weight * wave.conj() * blocks.phasor, axis=0) / size
+            weight = blocks.weight(phasor * wave)
+            strength = weight @ np.abs(phasor) ** 2
+            turn = (weight * blocks.phasor) @ phasor.conj() * np.exp(-1j * phase) / strength
+            phase, uncertain = _followed(blocks.time_s, phase + turn.imag, 0.5 / strength)
+        line = np.exp(1j * phase - 0.5 * uncertain)[:, None] * phasor
+        time_s, middle_s = np.arange(len(rows)) / rate_hz, blocks.time_s
+        # Beyond the middles of the first and the last block it goes on as it does on the whole.
+        slope = (phase[-1] - phase[0]) / (middle_s[-1] - middle_s[0])
+        carried = slope * time_s + np.interp(time_s, middle_s, phase - slope * middle_s)
+        return cls(
+            at_hz=at_hz,
+            rate_hz=rate_hz,
+            phase=2.0 * np.pi * at_hz * time_s + carried,
+            phasor=phasor,
+            known=np.exp(-0.5 * np.interp(time_s, middle_s, uncertain)),
+            goes_on=blocks.goes_on(line),
+        )
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """What samples have of a frequency, block by block; each overlaps with the next by half.
+
+    Parameters
+    ----------
+    time_s : (n_blocks,) array [s]
+        Of their middles.
+    phasor : (n_blocks, n_channels) complex array
+        Turned back by the frequency.
+    quiet : int
+        Blocks before the first tap.
+    used : (n_blocks,) bool array
+        Blocks of the force that are no part of a tap.
+    """
+
+    time_s: Real
+    phasor: Complex
+    quiet: int
+    used: NDArray[np.bool_]
+
+    @classmethod
+    def of(
+        cls, rows: Real, at_hz: float, rest: int, apart: NDArray[np.bool_], rate_hz: float
+    ) -> '_Blocks':
+        """Cut samples into blocks."""
+        length = 2 * round(0.5 * BLOCK_S * rate_hz)
+        first = np.arange(0, len(rows) - length + 1, length // 2)
+        taper = hann(length)[:, None] * (2.0 / length / hann(length).mean())
+        turn = np.exp(-2j * np.pi * at_hz / rate_hz * np.arange(len(rows)))[:, None]
+        phasor = [
+            np.sum(taper * turn[n : n + length] * rows[n : n + length], axis=0)
+            for n in first.tolist()
+        ]
+        used = np.array([apart[n : n + length].all() for n in first.tolist()])
+        middle = np.asarray((first + 0.5 * length) / rate_hz, dtype=np.float64)
+        return cls(middle, np.array(phasor), int(np.sum(first + length <= rest)), used)
+
+    def weight(self, line: Complex) -> Real:
+        """Return one over the power of what a line leaves, (n_blocks, n_channels) array.
+
+        Of noise there is as much as in the rest before the first tap, and structure rings in all
+        responses at once.
+        """
+        power = np.abs(self.phasor - line) ** 2
+        level = np.maximum(power[: self.quiet].mean(axis=0), 1e-12 * power.mean(axis=0) + 1e-300)
+        over = power / level
+        course = np.column_stack([over[:, 0], *[over[:, 1:].mean(axis=1)] * (over.shape[1] - 1)])
+        weight = 1.0 / (np.maximum(course, 1.0) * level)
+        weight[~self.used, 0] = 0.0
+        return np.asarray(weight)
+
+    def goes_on(self, line: Complex) -> bool:
+        """Tell whether a line is seen in the quiet blocks after the first tap."""
+        power, left = np.abs(self.phasor) ** 2, np.abs(self.phasor - line) ** 2
+        noise, size = left[: self.quiet].mean(axis=0), np.abs(line) ** 2
+        told = (size > QUIET * noise) & (power < QUIET * size)
+        told[: self.quiet] = False
+        told[~self.used, 0] = False
+        share = ((left - noise) / np.maximum(size, 1e-300))[told]
+        return len(share) > self.quiet and float(np.median(share)) < GOES_ON
+
+    def common_hz(self, weight: Real, reach_hz: float) -> float:
+        """Return the offset in frequency that the blocks have in common [Hz]."""
+        finest_hz = 1.0 / (self.time_s[-1] - self.time_s[0]) / FINER
+        offset_hz = np.arange(-reach_hz, reach_hz, finest_hz)
+        turned = np.exp(-2j * np.pi * np.outer(offset_hz, self.time_s)) @ (weight * self.phasor)
+        power = np.sum(np.abs(turned) ** 2 / weight.sum(axis=0), axis=1)
+        return float(offset_hz[int(np.argmax(power))])
+
+
+def _followed(time_s: Real, seen: Real, variance: Real) -> tuple[Real, Real]:
+    """Return the most likely course of a phase and its variance, by what was seen of it.
+
+    A constant, a frequency and the integral of its random walk, whose pace is that of largest
+    likelihood.
+    """
+    late, early = np.maximum.outer(time_s, time_s), np.minimum.outer(time_s, time_s)
+    walk = early**2 * late / 2.0 - early**3 / 6.0
+    free = np.stack([np.ones_like(time_s), time_s], axis=1)
+    best, found = np.inf, (seen, variance)
+    for pace in WANDER:
+        own = pace**2 * walk
+        factor = cho_factor(own + np.diag(variance), lower=True)
+        by_free = cho_solve(factor, free)
+        gram = free.T @ by_free
+        level = np.linalg.solve(gram, by_free.T @ seen)
+        left = cho_solve(factor, seen - free @ level)
+        cost = (seen - free @ level) @ left + 2.0 * float(np.log(np.diag(factor[0])).sum())
+        cost += float(np.linalg.slogdet(gram)[1])
+        if cost < best:
+            best = cost
+            beside = free - own @ by_free
+            spread = np.diag(own) - np.sum(own * cho_solve(factor, own), axis=0)
+            spread = spread + np.sum(beside.T * np.linalg.solve(gram, beside.T), axis=0)
+            found = free @ level + own @ left, np.maximum(spread, 0.0)
+    return found
+
+
+def _strongest(rest: Real, rate_hz: float, told_hz: Sequence[float]) -> float | None:
+    """Return the line of a stretch that stands out most, None where none does [Hz]."""
+    power = np.abs(rfft(hann(len(rest))[:, None] * rest, axis=0)) ** 2
+    lowest = max(2 * LOBE, round(2.0 / BLOCK_S * len(rest) / rate_hz))
+    lines = np.arange(lowest, round(HIGHEST_SHARE * len(rest)))
+    around = [n for n in range(-BESIDE, BESIDE + 1) if abs(n) > LOBE]
+    near = np.clip(lines[:, None] + around, LOBE, len(power) - 1)
+    beside = np.median(power[near], axis=1) / np.log(2.0)
+    ratio = power[lines] / np.maximum(beside, 1e-24 * power.max(axis=0) + 1e-300)
+    for each in told_hz:
+        ratio[np.abs(lines * rate_hz / len(rest) - each) < LOBE * rate_hz / len(rest)] = 0.0
+    line, channel = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+    chance = fisher_tail(float(ratio[line, channel]), 2.0, 2.0 * INDEPENDENT * len(around))
+    if float(chance) * ratio.size > CHANCE:
+        return None
+    steps = lines[line] + np.arange(-FINER, FINER + 1) / FINER
+    powers = [_power_at(rest[:, [channel]], step / len(rest))[0] for step in steps.tolist()]
+    return float(steps[int(np.argmax(powers))] * rate_hz / len(rest))
+
+
+def _power_at(rest: Real, turns: float) -> Real:
+    """Return the power of each channel at a frequency, in turns per sample."""
+    wave = hann(len(rest)) * np.exp(-2j * np.pi * turns * np.arange(len(rest)))
+    return np.asarray(np.abs(wave @ rest) ** 2)
