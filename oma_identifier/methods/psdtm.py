@@ -90,8 +90,14 @@ class Spectra:
     def direction(self, chosen: NDArray[np.int64]) -> Complex:
         """Return the principal direction at each line, (n_lines, n_channels)."""
         line = self.line[chosen].transpose(1, 2, 0)
-        vectors = np.linalg.eigh(line @ line.conj().transpose(0, 2, 1))[1]
-        return np.asarray(vectors[:, :, -1])
+        n_channels, n_segments = line.shape[1:]
+        turned = line.conj().transpose(0, 2, 1)
+        if n_segments >= n_channels:
+            return np.asarray(np.linalg.eigh(line @ turned)[1][:, :, -1])
+        # Of few segments the smaller matrix has the same directions.
+        direction = (line @ np.linalg.eigh(turned @ line)[1][:, :, -1:])[:, :, 0]
+        size = np.linalg.norm(direction, axis=1, keepdims=True)
+        return np.asarray(direction / np.maximum(size, np.finfo(float).tiny))
 
 
 class Psdtm:
@@ -173,8 +179,8 @@ def conditions(spectra: Spectra) -> NDArray[np.int64]:
     part = np.arange(len(spectra.first)) * n_parts // len(spectra.first)
     by_chance = np.median([_halves_apart(spectra, part == each) for each in range(n_parts)])
     groups = [[each] for each in range(n_parts)]
+    direction = [spectra.direction(np.flatnonzero(part == each)) for each in range(n_parts)]
     while len(groups) > 1:
-        direction = [spectra.direction(np.flatnonzero(np.isin(part, group))) for group in groups]
         pairs = list(combinations(range(len(groups)), 2))
         apart = [_apart(direction[one], direction[other]) for one, other in pairs]
         nearest = int(np.argmin(apart))
@@ -182,6 +188,8 @@ def conditions(spectra: Spectra) -> NDArray[np.int64]:
             break
         one, other = pairs[nearest]
         groups[one] += groups.pop(other)
+        direction.pop(other)
+        direction[one] = spectra.direction(np.flatnonzero(np.isin(part, groups[one])))
     of_part = np.full(n_parts, -1)
     for number, group in enumerate(group for group in groups if len(group) > 1):
         of_part[group] = number
