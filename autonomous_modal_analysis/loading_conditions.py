@@ -81,7 +81,7 @@ def joined(recordings: Sequence['Recording']) -> 'Recording':
     if not used.any():
         raise RecordingError('no channel is whole in all recordings', where=_names(recordings))
     whole[:, ~used] = 0.0
-    table = array_recording(whole, first.sample_rate_hz, names)
+    table = array_recording(whole, first.sample_rate_hz, names, name=_names(recordings))
     return Recording(table, _names(recordings))
 
 

@@ -41,6 +41,7 @@ def test_one_condition_recorded_twice_is_refused_in_a_line(ama, conditions):
     run = ama('identify', conditions[0], conditions[0], '--method', 'psdtm')
     assert run.returncode == 2
     assert len(run.stderr.strip().splitlines()) == 1
+    assert 'error: mass_0.npy + mass_0.npy: ' in run.stderr, run.stderr
     assert 'found one' in run.stderr and 'expected two or more' in run.stderr
 
 
