@@ -12,7 +12,7 @@ from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
 from impact_testing.unexplained import unexplained_peaks
 from modal_core.mode import Mode
-from oma_identifier.quality import named
+from modal_core.named import named
 
 Complex = NDArray[np.complex128]
 MODEL_SHORT = 2.0

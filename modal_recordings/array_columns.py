@@ -1,6 +1,6 @@
 """Which columns of a table are responses, in which unit, and which are times or counters."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 import re
@@ -172,6 +172,18 @@ def _time_factor(heading: Heading, dated: bool) -> float | None:
     if dated:
         return 1.0
     return None if heading.unit is None else heading.unit.factor
+
+
+def without_columns(
+    table: ArrayTable, options: ArrayOptions, columns: Container[int]
+) -> tuple[ArrayTable, ArrayOptions]:
+    """Return table and options without some columns, which something else is read from."""
+    n_columns = table.values.shape[1]
+    others = [n for n in range(n_columns) if n not in columns]
+    names = options.channels
+    if names is not None and len(names) == n_columns:
+        options = replace(options, channels=tuple(names[n] for n in others))
+    return table.of_columns(others), options
 
 
 def table_headings(path: Path, table: ArrayTable, options: ArrayOptions) -> list[Heading | None]:

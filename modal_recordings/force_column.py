@@ -1,7 +1,7 @@
 """The force of a hammer beside the responses of a table."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
 from modal_core.units import STANDARD_GRAVITY, WITH_UNIT
+from modal_recordings.array_columns import without_columns
 from modal_recordings.array_options import array_options, ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.array_table import ArrayTable
@@ -91,7 +92,7 @@ def open_with_force(
     headings = _headings(place, table, options)
     column = _force_column(place, headings, force)
     factor = _newtons(place, headings[column])
-    rest = _without(table, options, column)
+    rest = without_columns(table, options, {column})
     responses = ArrayRecording(place, *rest)
     _check_even(place, responses)
     name = headings[column].name
@@ -148,18 +149,6 @@ def _newtons(place: Path, heading: Heading) -> float:
             'unknown unit of a force', where=place, found=told, expected=', '.join(NEWTONS)
         )
     return factor
-
-
-def _without(
-    table: ArrayTable, options: ArrayOptions, column: int
-) -> tuple[ArrayTable, ArrayOptions]:
-    """Return table and options without a column."""
-    others = [n for n in range(table.values.shape[1]) if n != column]
-    rest = table.of_columns(others)
-    names = options.channels
-    if names is not None and len(names) == len(others) + 1:
-        options = replace(options, channels=tuple(names[n] for n in others))
-    return rest, options
 
 
 def _check_even(place: Path, responses: ArrayRecording) -> None:

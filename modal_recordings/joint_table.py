@@ -1,7 +1,7 @@
 """Joint states in a table, beside its responses or alone."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from modal_core.measurements import JointSamples, Measurement
 from modal_recordings.array_clock import array_clock
-from modal_recordings.array_columns import array_columns, table_headings
+from modal_recordings.array_columns import array_columns, table_headings, without_columns
 from modal_recordings.array_options import ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.array_table import ArrayTable
@@ -99,7 +99,7 @@ def _parted(
     joints = joint_columns_of(path, known, joint_names)
     if joints is None:
         return ArrayRecording(path, table, options), None
-    rest, options = _without(table, options, {it.column for it in joints.all})
+    rest, options = without_columns(table, options, {it.column for it in joints.all})
     columns = array_columns(path, rest, options, may_have_none=True)
     if not columns.channels:
         clock = array_clock(path, rest, columns, options)
@@ -119,16 +119,3 @@ def _samples(
 
     position, velocity, effort = map(values, (joints.position, joints.velocity, joints.effort))
     return JointSamples(stamps, tuple(names), position, velocity, effort)
-
-
-def _without(
-    table: ArrayTable, options: ArrayOptions, columns: set[int]
-) -> tuple[ArrayTable, ArrayOptions]:
-    """Return table and options without the columns of joints."""
-    n_columns = table.values.shape[1]
-    others = [n for n in range(n_columns) if n not in columns]
-    rest = table.of_columns(others)
-    names = options.channels
-    if names is not None and len(names) == n_columns:
-        options = replace(options, channels=tuple(names[n] for n in others))
-    return rest, options

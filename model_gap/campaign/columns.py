@@ -8,6 +8,7 @@ from pathlib import Path
 from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement
+from modal_core.named import named
 from modal_recordings.array_options import Advice, array_options
 from modal_recordings.joint_table import open_with_joints, TableWithJoints
 from model_gap.campaign.campaign_file import CampaignEntry
@@ -19,7 +20,6 @@ ADVICE = Advice(
     ' elbow.x, "-"]; - leaves one out',
     unit='unit in campaign.yaml or the sidecar',
 )
-MOST_NAMED = 12
 
 
 def read_columns(entry: CampaignEntry, joint_names: tuple[str, ...]) -> TableWithJoints:
@@ -37,9 +37,8 @@ def read_columns(entry: CampaignEntry, joint_names: tuple[str, ...]) -> TableWit
         raise RecordingError(
             'no joint angles among the columns: the motion is not known',
             where=str(entry.path),
-            found=', '.join(names[:MOST_NAMED]) + ', ...' * (len(names) > MOST_NAMED),
-            expected=f'one for every joint: {", ".join(joint_names[:MOST_NAMED])}; or q1, q2, ...'
-            ' [rad] or [deg]',
+            found=named(names),
+            expected=f'one for every joint: {named(joint_names)}; or q1, q2, ... [rad] or [deg]',
             advice='angles in a file of their own: joints: FILE beside file: in campaign.yaml',
         )
     return found
@@ -60,8 +59,8 @@ def joints_beside(path: Path, joint_names: tuple[str, ...]) -> Iterator[JointSam
         raise RecordingError(
             'no joint angles among the columns',
             where=str(path),
-            found=', '.join(names[:MOST_NAMED]),
-            expected=f'one for every joint: {", ".join(joint_names[:MOST_NAMED])}; or q1, q2, ...',
+            found=named(names),
+            expected=f'one for every joint: {named(joint_names)}; or q1, q2, ...',
         )
     yield from found.joints
 

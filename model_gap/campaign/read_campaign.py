@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.measurements import Measurement
+from modal_core.named import named
 from modal_core.yaml_file import load_yaml
 from modal_recordings import open_recording
 from modal_recordings.attachment import attached_layout
@@ -29,7 +30,6 @@ from model_gap.campaign.thresholds import CAMPAIGN
 from structural_model import FlexibleJointModel, load_layout
 
 Array = NDArray[np.float64]
-MOST_NAMED = 12
 
 
 def read_campaign(
@@ -73,7 +73,7 @@ def read_campaign(
         progress((number + 1) / len(entries))
     if not raws:
         raise useless[0]
-    notes += [f'{_first_of(names)}: {note}' for note, names in said.items()]
+    notes += [f'{named(names, 1)}: {note}' for note, names in said.items()]
     refuse_copies(((entry.name, _samples(raw)) for entry, raw in raws), folder)
     kept = _common_layout(sensors, [raw for _, raw in raws], notes)
     read: list[tuple[RawRecording, GapRecord, RecordedMotion]] = []
@@ -111,11 +111,6 @@ def _left_out(useless: list[RecordingError], notes: list[str]) -> Iterator[None]
     except RecordingError as error:
         useless.append(error)
         notes.append(f'left out: {error}')
-
-
-def _first_of(names: list[str]) -> str:
-    """Return the first of the recordings of which the same is said, and how many there are."""
-    return names[0] if len(names) == 1 else f'{names[0]} and {len(names) - 1} more'
 
 
 def _gathered(
@@ -200,9 +195,8 @@ def _common_layout(
         )
     lost = sorted(set.union(*sets) - common)
     if lost:
-        more = ', ...' * (len(lost) > MOST_NAMED)
         notes.append(
-            f'left out, not in every recording: {", ".join(lost[:MOST_NAMED])}{more}; sensors that'
+            f'left out, not in every recording: {named(lost)}; sensors that'
             ' were moved tell more as a campaign for each set-up'
         )
     sensors = []
@@ -349,7 +343,7 @@ def _joint_order(names: tuple[str, ...], model: FlexibleJointModel, where: str) 
         raise RecordingError(
             'joint states of another robot',
             where=where,
-            found=', '.join(names[:12]),
+            found=named(names),
             expected=', '.join(model.joint_names),
         )
     return columns

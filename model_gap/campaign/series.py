@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
+from modal_core.named import named
 from modal_core.units import ACCELERATION, named_unit, Unit
 from model_gap.campaign.thresholds import CAMPAIGN
 
@@ -113,8 +114,8 @@ def gather(
         raise RecordingError(
             'no acceleration of the sensor layout',
             where=where,
-            found=', '.join(unknown[:12]) or '; '.join(notes) or 'none',
-            expected=', '.join(channel.name for channel in layout.channels[:12]),
+            found=named(unknown) or '; '.join(notes) or 'none',
+            expected=named([channel.name for channel in layout.channels]),
         )
     position, velocity, effort = _joints(joints, joint_names, notes)
     return RawRecording(series, position, velocity, effort, tuple(unknown), tuple(notes))

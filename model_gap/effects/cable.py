@@ -27,7 +27,8 @@ from model_gap.effects.places import (
 )
 from structural_model.spec import CableSpec
 
-# Of the reach: nearer than any that matters, farther than infinity is no number.
+# Over the reach: from such an end, ten thousand reaches away, the line turns by 0.1 mrad on the
+# whole way of the arm; nought would be no place.
 LEAST_NEARNESS = 1e-4
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from modal_core.named import named
 from modal_reports import count
 from model_gap.decide import NextRecording, Sight, Telling
 from model_gap.effects import Effect
@@ -69,8 +70,7 @@ def _names(effects: Iterable[Effect]) -> str:
         places.setdefault(effect.type.replace('_', ' '), []).append(place)
     parts = []
     for name, own in places.items():
-        more = f' and {len(own) - MOST_NAMED} more' if len(own) > MOST_NAMED else ''
-        parts.append(f'{name} ({", ".join(own[:MOST_NAMED])}{more})' if any(own) else name)
+        parts.append(f'{name} ({named(own, MOST_NAMED)})' if any(own) else name)
     return '; '.join(parts)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from modal_core.channel import Channel, SensorLayout
 from modal_core.flag_words import flag_words
+from modal_core.named import named
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
@@ -28,7 +29,6 @@ from oma_identifier.quality import (
     examine,
     EXCLUDING,
     is_damping_unsure,
-    named,
 )
 from oma_identifier.time_axis import TIME_AXIS
 

@@ -3,9 +3,10 @@
 import math
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.named import named
 from modal_core.quality import ChannelQuality, DataQuality
 from oma_identifier.motion import LATE
-from oma_identifier.quality import channels_by_flag, named
+from oma_identifier.quality import channels_by_flag
 from oma_identifier.synchrony import CHANGES
 
 ORDINARY = ('partial', 'rigid_motion_removed', 'drive_lines')

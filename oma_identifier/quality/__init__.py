@@ -8,7 +8,7 @@ gravity.
 from oma_identifier.quality.converter_watch import ConverterWatch
 from oma_identifier.quality.copies import COPIED, copies
 from oma_identifier.quality.filled import DAMPING_UNSURE, is_damping_unsure, SureDamping
-from oma_identifier.quality.flagged import channels_by_flag, named
+from oma_identifier.quality.flagged import channels_by_flag
 from oma_identifier.quality.health import (
     ChannelHealth,
     examine,
@@ -38,7 +38,6 @@ __all__ = [
     'examine',
     'is_damping_unsure',
     'joined',
-    'named',
     'noise_rms',
     'summarise',
 ]

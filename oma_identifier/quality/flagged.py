@@ -12,9 +12,3 @@ def channels_by_flag(channels: Sequence[ChannelQuality]) -> dict[str, list[str]]
         for flag in channel.flags:
             found.setdefault(flag, []).append(channel.name)
     return found
-
-
-def named(names: Sequence[str], most: int) -> str:
-    """Return names as a list in words, the first ``most`` of them one by one."""
-    more = len(names) - most
-    return ', '.join(names[:most]) + (f' and {more} more' if more > 0 else '')
