@@ -1,7 +1,8 @@
 """A channel is one axis of one sensor; a sensor layout is all channels and where they sit."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import compress
 import math
 
 from modal_core.errors import LayoutError
@@ -182,6 +183,17 @@ class SensorLayout:
             if channel.name == name:
                 return channel
         raise LayoutError('unknown channel', where=self.name, found=name)
+
+    def only(self, names: Collection[str]) -> 'SensorLayout':
+        """Return the layout of the channels that are named, in its own order."""
+        sensors = []
+        for sensor in self.sensors:
+            kept = [f'{sensor.name}.{axis}' in names for axis in sensor.axes]
+            if any(kept):
+                axes = tuple(compress(sensor.axes, kept))
+                vectors = tuple(compress(sensor.sensitivity, kept))
+                sensors.append(replace(sensor, axes=axes, sensitivity=vectors))
+        return SensorLayout(tuple(sensors), self.name)
 
     def check_links(self, links: Iterable[str], robot: str) -> None:
         """Refuse a sensor on a link the robot does not have.

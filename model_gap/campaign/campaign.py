@@ -67,6 +67,8 @@ class GapRecord:
         As the campaign says; None: the workflow decides.
     start_s : float [s]
         When it begins, from the beginning of the campaign's first.
+    missing : tuple of int
+        Columns of the acceleration that this recording does not have; zeros stand in them.
     """
 
     name: str
@@ -80,18 +82,24 @@ class GapRecord:
     motion_noise: MotionNoise = field(default_factory=MotionNoise)
     heldout: bool | None = None
     start_s: float = 0.0
+    missing: tuple[int, ...] = ()
+
+    @property
+    def recorded(self) -> NDArray[np.intp]:
+        """Columns of the acceleration that this recording has."""
+        return np.delete(np.arange(self.acceleration.shape[1]), self.missing)
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """All records with one sensor layout.
+    """All records of one robot.
 
     Parameters
     ----------
     records : tuple of GapRecord
         In the order of campaign.yaml.
     layout : SensorLayout
-        Sensors whose channels are the columns of the accelerations.
+        Sensors whose channels are the columns of the accelerations: all that any recording has.
     joint_names : tuple of str
         Columns of the motor motion.
     excitation : str
@@ -105,7 +113,7 @@ class Campaign:
     remarks : tuple of str
         What the person who recorded it wrote.
     given_layout : SensorLayout or None
-        With the sensors and axes that were left out; None: none were.
+        With the sensors and axes that no recording has; None: there are none.
     effects : tuple of Path
         Folders or files with effects of one's own.
     tolerances : dict of str to number

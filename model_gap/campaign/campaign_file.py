@@ -40,7 +40,7 @@ OF_CAMPAIGN = (
 )
 OF_RECORDING = (
     *FILES, *LEVEL_KEYS, *NOTES, *HELDOUT, *PARTS, *POSES, 'controller_deg', 'plan_hash',
-    JOINTS, *STATED,
+    JOINTS, *LAYOUTS, *STATED,
 )  # fmt: skip
 # Texts may be anything: without campaign.yaml none is taken for a recording.
 COLUMNS = tuple(suffix for suffix in TABLES if suffix != '.txt')
@@ -66,6 +66,8 @@ class CampaignEntry:
         File of columns with the joint states, where they are in one of their own.
     stated : dict
         What a file of columns does not say itself: ``sample_rate_hz``, ``unit``, ``channels``.
+    layout : Path or None
+        Its own sensor layout, where sensors were moved between recordings; None: the campaign's.
     """
 
     path: Path
@@ -75,6 +77,7 @@ class CampaignEntry:
     heldout: bool | None = None
     joints: Path | None = None
     stated: Mapping[str, Any] = field(default_factory=dict)
+    layout: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -252,6 +255,7 @@ def _entry(
         heldout=_heldout(item, where),
         joints=_joints(item, folder, where),
         stated={**common, **{key: item[key] for key in STATED if key in item}},
+        layout=_own_layout(item, folder, where),
     )
 
 
@@ -268,6 +272,17 @@ def _joints(item: Mapping[str, Any], folder: Path, where: str) -> Path | None:
             expected=', '.join(TABLES),
         )
     return path
+
+
+def _own_layout(item: Mapping[str, Any], folder: Path, where: str) -> Path | None:
+    key = next((key for key in LAYOUTS if item.get(key)), None)
+    if key is None:
+        return None
+    if not isinstance(item[key], str):
+        raise SettingsError(
+            'not a file', where=f'{where}: {key}', found=item[key], expected='a sensor layout'
+        )
+    return _inside(folder, item[key], f'{where}: {key}')
 
 
 def _pose(item: Mapping[str, Any], where: str) -> tuple[float, ...] | None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from itertools import chain, compress
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,6 @@ from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.measurements import Measurement
 from modal_core.named import named
-from modal_core.yaml_file import load_yaml
 from modal_recordings import open_recording
 from modal_recordings.attachment import attached_layout
 from modal_recordings.joint_table import is_table
@@ -25,6 +24,7 @@ from model_gap.campaign.motion import motion_on_grid, RecordedMotion
 from model_gap.campaign.position_units import check_position_units
 from model_gap.campaign.resample import at_times, thinned
 from model_gap.campaign.series import gather, joint_columns, RawRecording, Series
+from model_gap.campaign.set_ups import load_sensors, SetUps
 from model_gap.campaign.spectra import Band, quiet_rate_hz
 from model_gap.campaign.thresholds import CAMPAIGN
 from structural_model import FlexibleJointModel, load_layout
@@ -61,21 +61,21 @@ def read_campaign(
     """
     file = read_campaign_file(folder)
     entries = file.entries[:most]
-    sensors = _layout(file.layout, layout, folder)
-    model.check_layout(sensors)
+    layouts = SetUps.of(entries, lambda: _layout(file.layout, layout, folder))
+    model.check_layout(layouts.whole)
     notes: list[str] = []
     said: dict[str, list[str]] = {}
     raws: list[tuple[CampaignEntry, RawRecording]] = []
     useless: list[RecordingError] = []
     for number, entry in enumerate(entries):
         with _left_out(useless, notes):
-            raws.append((entry, _gathered(entry, sensors, model, notes, said)))
+            raws.append((entry, _gathered(entry, layouts, model, notes, said)))
         progress((number + 1) / len(entries))
     if not raws:
         raise useless[0]
     notes += [f'{named(names, 1)}: {note}' for note, names in said.items()]
     refuse_copies(((entry.name, _samples(raw)) for entry, raw in raws), folder)
-    kept = _common_layout(sensors, [raw for _, raw in raws], notes)
+    kept = _recorded_layout(layouts.whole, raws, notes)
     read: list[tuple[RawRecording, GapRecord, RecordedMotion]] = []
     for entry, raw in raws:
         with _left_out(useless, notes):
@@ -94,7 +94,7 @@ def read_campaign(
         motion_band_hz=min(motion.highest_hz for _, _, motion in read),
         notes=tuple(dict.fromkeys(notes)),
         remarks=file.remarks,
-        given_layout=sensors,
+        given_layout=layouts.whole,
         effects=file.effects,
         tolerances=file.tolerances,
     )
@@ -115,12 +115,13 @@ def _left_out(useless: list[RecordingError], notes: list[str]) -> Iterator[None]
 
 def _gathered(
     entry: CampaignEntry,
-    sensors: SensorLayout,
+    layouts: SetUps,
     model: FlexibleJointModel,
     notes: list[str],
     said: dict[str, list[str]],
 ) -> RawRecording:
     """Read one recording; fast accelerations are thinned out at once, to need little memory."""
+    sensors = layouts.own(entry)
     measurements, assumed = _measured(entry, sensors, model)
     raw = gather(measurements, sensors, str(entry.path), model.joint_names)
     for note in dict.fromkeys((*raw.notes, *assumed())):
@@ -135,7 +136,8 @@ def _gathered(
         note = f'channel {name} is not in the sensor layout and was left out'
         if note not in notes:
             notes.append(note)
-    return replace(raw, accelerations=tuple(_thinned(item) for item in raw.accelerations))
+    series = [layouts.in_whole(entry, _thinned(item)) for item in raw.accelerations]
+    return replace(raw, accelerations=tuple(series))
 
 
 def _measured(
@@ -173,7 +175,7 @@ def _layout(own: object, given: SensorLayout | None, folder: Path) -> SensorLayo
     if given is not None:
         return given
     if isinstance(own, Path):
-        return SensorLayout.from_mapping(load_yaml(own), str(own))
+        return load_sensors(own)
     if isinstance(own, Mapping):
         return SensorLayout.from_mapping(own, str(folder / 'campaign.yaml'))
     raise SettingsError(
@@ -181,32 +183,23 @@ def _layout(own: object, given: SensorLayout | None, folder: Path) -> SensorLayo
     )
 
 
-def _common_layout(
-    layout: SensorLayout, raws: list[RawRecording], notes: list[str]
+def _recorded_layout(
+    layout: SensorLayout, raws: Sequence[tuple[CampaignEntry, RawRecording]], notes: list[str]
 ) -> SensorLayout:
-    """Keep the channels every recording has."""
-    sets = [{name for series in raw.accelerations for name in series.names} for raw in raws]
-    common = set.intersection(*sets)
-    if not common:
-        raise RecordingError(
-            'recordings have no sensor in common',
-            advice='record all poses and levels with the same sensors; of sensors that were moved'
-            ' make a campaign for each set-up, all its poses, each with its own sensors.yaml',
-        )
-    lost = sorted(set.union(*sets) - common)
-    if lost:
-        notes.append(
-            f'left out, not in every recording: {named(lost)}; sensors that'
-            ' were moved tell more as a campaign for each set-up'
-        )
-    sensors = []
-    for sensor in layout:
-        lasting = [f'{sensor.name}.{axis}' in common for axis in sensor.axes]
-        if any(lasting):
-            axes = tuple(compress(sensor.axes, lasting))
-            vectors = tuple(compress(sensor.sensitivity, lasting))
-            sensors.append(replace(sensor, axes=axes, sensitivity=vectors))
-    return SensorLayout(tuple(sensors), layout.name)
+    """Keep the channels any recording has; each counts where it was recorded."""
+    sets = {
+        entry.name: {name for series in raw.accelerations for name in series.names}
+        for entry, raw in raws
+    }
+    found = layout.only(set.union(*sets.values()))
+    some = [
+        channel.name
+        for channel in found.channels
+        if not all(channel.name in own for own in sets.values())
+    ]
+    if some:
+        notes.append(f'not in every recording, compared where they are: {named(some)}')
+    return found
 
 
 def _record(
@@ -229,8 +222,9 @@ def _record(
     rate = slowest.rate_hz
     start = slowest.start_s + np.ceil((start - slowest.start_s) * rate - 1e-6) / rate
     grid = start + np.arange(int((end - start) * rate)) / rate
-    acceleration = np.empty((len(grid), len(layout.channels)))
+    acceleration = np.zeros((len(grid), len(layout.channels)))
     names = [channel.name for channel in layout.channels]
+    there = {name for item in chosen for name in item.names}
     for item in chosen:
         columns = [number for number, name in enumerate(item.names) if name in names]
         values = _on_grid(item, item.values[:, columns], grid, rate)
@@ -250,6 +244,7 @@ def _record(
         motion_noise=motion.noise,
         heldout=entry.heldout,
         start_s=float(start),
+        missing=tuple(n for n, name in enumerate(names) if name not in there),
     )
     return record, motion
 

@@ -68,7 +68,8 @@ class RecordSpectra:
         Readings, Hann window.
     noise_power : (n_channels, n_bins) array
         Expected |noise|² of ``measured`` less a right prediction: noise of the sensors, what the
-        noise of the known motion makes of the prediction, and what a linear model misses.
+        noise of the known motion makes of the prediction, and what a linear model misses.  Without
+        bound for channels that the record does not have: they weigh nothing.
     tail : (BLOCK, n_blocks, n_joints) array [rad/s²]
         Motor acceleration in time, every few samples, for what rings on after the record; the
         last sample first, running down the blocks.
@@ -108,6 +109,26 @@ class RecordSpectra:
         """Where the flattened triples are among the record's frequencies, (3 n_bins,)."""
         duration_s = len(self.record.acceleration) / self.record.sample_rate_hz
         return np.rint(self.omega.ravel() / (2.0 * np.pi) * duration_s).astype(np.intp)
+
+    @property
+    def count(self) -> int:
+        """Number of complex data."""
+        return int(np.count_nonzero(self.seen))
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Which of the spectra are data, (n_channels, n_bins)."""
+        return np.isfinite(self.noise_power)
+
+    def over_noise(self, values: Complex) -> Complex:
+        """Return spectra (n_channels, n_bins) over the noise."""
+        return np.asarray(values / np.sqrt(self.noise_power))
+
+    def from_noise(self, scaled: Complex) -> Complex:
+        """Return spectra (n_channels, n_bins) of which ``over_noise`` makes these."""
+        values, own = np.zeros_like(scaled), self.record.recorded
+        values[own] = scaled[own] * np.sqrt(self.noise_power[own])
+        return values
 
     @property
     def frequency_hz(self) -> Array:
@@ -175,13 +196,15 @@ def record_spectra(
     motion = transform(record.motor_acceleration)
     share = motion_noise_share(record, motion, bins, 2.0 * np.pi * frequency[bins])
     power = smoothed(np.abs(response) ** 2, bins) * HANN_POWER
+    noise = sensor_noise[:, None] + (share + CAMPAIGN.linearisation_error**2) * power.T
+    noise[list(record.missing)] = np.inf
     return RecordSpectra(
         record=record,
         omega=2.0 * np.pi * frequency[triples],
         motor_acceleration=motion.T[:, triples],
         motor_shift=transform(record.motor_shift).T[:, triples],
         measured=hann(response.T[:, triples]),
-        noise_power=sensor_noise[:, None] + (share + CAMPAIGN.linearisation_error**2) * power.T,
+        noise_power=noise,
         tail=tail_of(record.motor_acceleration, record.sample_rate_hz),
         coarse_period_s=_stride(record.sample_rate_hz) / record.sample_rate_hz,
         end_scale=record.sample_rate_hz * scale,

@@ -18,30 +18,28 @@ class Weighting:
 
     Parameters
     ----------
-    scale : list of (n_channels, 1) array
+    scale : list of (n_channels, n_bins) array
         One over the root of the noise power, per record.
     measured : (n_rows,) array
         Measured spectra as rows.
+    count : int
+        Number of complex data.
     """
 
     scale: list[Array]
     measured: Rows
+    count: int
 
     @classmethod
     def of(cls, records: Sequence[RecordSpectra]) -> 'Weighting':
         """Weight the measured spectra of records."""
         scale = [np.sqrt(1.0 / item.noise_power) for item in records]
         measured = _rows([item.measured for item in records], scale)
-        return cls(scale, measured)
+        return cls(scale, measured, sum(item.count for item in records))
 
     def rows(self, spectra: list[Complex]) -> Rows:
         """Return spectra as one weighted real vector."""
         return _rows(spectra, self.scale)
-
-    @property
-    def count(self) -> int:
-        """Number of complex data."""
-        return len(self.measured) // 2
 
     def misfit(self, rows: Rows) -> float:
         """Return χ, the mean of |measured - predicted|² / noise power."""

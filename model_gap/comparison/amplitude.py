@@ -89,9 +89,9 @@ def _band(pairs: Sequence[SpectraPair], level: str, low: float, high: float) -> 
     for pair in pairs:
         if pair.item.record.level == level:
             inside = pair.inside(low, high)
-            scale = 1.0 / np.sqrt(pair.item.noise_power[:, inside])
-            measured.append((pair.item.measured[:, inside] * scale).ravel())
-            predicted.append((pair.after[:, inside] * scale).ravel())
+            data = pair.item.seen & inside
+            measured.append(pair.item.over_noise(pair.item.measured)[data])
+            predicted.append(pair.item.over_noise(pair.after)[data])
     if not measured:
         return None
     one, two = np.concatenate(measured), np.concatenate(predicted)

@@ -77,22 +77,22 @@ def _line(pairs: Sequence[SpectraPair], line: float, channels: Sequence[str]) ->
         )
         if not near.any() or not around.any():
             continue
-        tables.append(
-            [
-                over(
-                    np.mean(np.abs(part[:, near]) ** 2, axis=1),
-                    np.mean(np.abs(part[:, around]) ** 2, axis=1),
-                )
-                for part in (pair.item.measured, pair.before, pair.after)
-            ]
-        )
+        table = np.full((3, len(channels)), np.nan)
+        for row, part in zip(table, (pair.item.measured, pair.before, pair.after), strict=True):
+            own = part[record.recorded]
+            row[record.recorded] = over(
+                np.mean(np.abs(own[:, near]) ** 2, axis=1),
+                np.mean(np.abs(own[:, around]) ** 2, axis=1),
+            )
+        tables.append(table)
     if not tables:
         return None
-    mean = np.median(np.array(tables), axis=0)
-    best = int(np.argmax(mean[0]))
+    mean = np.nanmedian(np.array(tables), axis=0)
+    best = int(np.nanargmax(mean[0]))
     measured, before, after = (10.0 * np.log10(mean[:, best])).tolist()
     record = pairs[0].item.record
-    scatter = 10.0 * np.log10([table[0][best] for table in tables])
+    levels = np.array([table[0][best] for table in tables])
+    scatter = 10.0 * np.log10(levels[np.isfinite(levels)])
     return LineSeen(
         frequency_hz=float(line),
         resolution_hz=record.sample_rate_hz / len(record.acceleration),

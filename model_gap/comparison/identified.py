@@ -42,9 +42,9 @@ def identified_modes(
         min_frequency_hz=LIMITS.lowest_hz,
         max_frequency_hz=min(highest_hz, LIMITS.highest_hz),
     )
-    pipeline = IdentificationPipeline(settings, layout, robot=model)
+    names = tuple(layout.channels[column].name for column in record.recorded)
+    pipeline = IdentificationPipeline(settings, layout.only(names), robot=model)
     stamps = np.rint(np.arange(count) / rate * NANOSECONDS_PER_SECOND).astype(np.int64)
-    names = tuple(channel.name for channel in layout.channels)
     size = max(1, round(rate / 4.0))
     found = ModeSet((), names)
     for first in range(0, count, size):
@@ -57,7 +57,7 @@ def identified_modes(
                 record.motor_velocity[rows],
             )
         )
-        block = np.asarray(record.acceleration[rows], dtype=np.float32)
+        block = np.asarray(record.acceleration[rows, record.recorded], dtype=np.float32)
         pipeline.add(SampleBlock('campaign', int(stamps[first]), first, rate, names, block))
     try:
         for window in (*pipeline.windows(), *pipeline.finish()):

@@ -121,7 +121,7 @@ def _sensor_band(
     masks = [pair.inside(low, high) for pair in pairs]
     cut = [
         tuple(
-            spectra[rows][:, mask].ravel()
+            spectra[np.intersect1d(rows, pair.item.record.recorded)][:, mask].ravel()
             for spectra in (pair.item.measured, pair.before, pair.after, pair.item.noise_power)
         )
         for pair, mask in zip(pairs, masks, strict=True)

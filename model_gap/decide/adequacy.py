@@ -87,7 +87,7 @@ def _misfits(predictor: Predictor, hypothesis: Hypothesis) -> tuple[float, BandL
     for item, squares in zip(predictor.records, parts, strict=True):
         for low, high in itertools.pairwise(CAMPAIGN.band_edges_hz):
             inside = (item.frequency_hz >= low) & (item.frequency_hz < high)
-            part = squares[:, inside]
+            part = squares[item.record.recorded][:, inside]
             place = (f'{low:g}-{high:g} Hz', item.record.level)
             sums[place] = sums.get(place, np.zeros(2)) + np.array([part.sum(), part.size])
     total, count = np.sum(list(sums.values()), axis=0)

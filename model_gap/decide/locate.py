@@ -58,7 +58,7 @@ def locate(search: Search, after: Hypothesis) -> tuple[Where, ...]:
     for kind, names, pick in _kinds(search, channels, after):
         for name in names:
             chosen = [(pick(item, one, name), pick(item, two, name)) for item, one, two in parts]
-            count = sum(one.size for one, _ in chosen)
+            count = sum(np.count_nonzero(pick(item, item.seen, name)) for item, *_ in parts)
             if not count:
                 continue
             before_sum = sum(float(one.sum()) for one, _ in chosen)
@@ -166,7 +166,7 @@ def noise_floor(predictor: Predictor) -> float:
     """Return the gap that noise alone would make, as a fraction of the response."""
     if not predictor.records:
         return float('nan')
-    count = sum(item.measured.size for item in predictor.records)
+    count = sum(item.count for item in predictor.records)
     return float(np.sqrt(count / _response(predictor)))
 
 

@@ -135,7 +135,7 @@ def _parts(search: Search, hypothesis: Hypothesis) -> list[Part]:
                     item.record.level,
                     sensors,
                     item.frequency_hz,
-                    square - 1.0,
+                    square - item.seen,
                     _response(item),
                     natural_hz[group],
                 )

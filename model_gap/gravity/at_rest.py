@@ -37,6 +37,8 @@ class AtRest:
         Where the joints stood in every record.
     measured : (n_records, n_channels) array [m/s²]
         Means.
+    read : (n_records, n_channels) array of bool
+        Which of them there are; zeros stand for the others.
     """
 
     model: FlexibleJointModel
@@ -44,6 +46,7 @@ class AtRest:
     left_out: tuple[str, ...]
     travels: tuple[Travel, ...]
     measured: Array
+    read: NDArray[np.bool_]
 
     @property
     def sensors(self) -> dict[str, list[int]]:
@@ -77,7 +80,10 @@ class AtRest:
     def in_poses(self, poses: Array) -> 'AtRest':
         """Return the same sensors in other poses, (n, n_joints), where nothing was read."""
         travels = tuple(map(standing, poses))
-        return replace(self, travels=travels, measured=np.zeros((len(poses), len(self.channels))))
+        shape = len(poses), len(self.channels)
+        return replace(
+            self, travels=travels, measured=np.zeros(shape), read=np.ones(shape, dtype=bool)
+        )
 
     def _mean(self, travel: Travel, offset: Array) -> Array:
         """Return the mean on the way: a joint that moves turns gravity and carries sensors."""
@@ -106,8 +112,9 @@ def rest_of(model: FlexibleJointModel, campaign: Campaign) -> AtRest:
     channels = campaign.layout.channels
     travels = tuple(travel_of(record) for record in campaign.records)
     measured = np.array([record.acceleration.mean(axis=0) for record in campaign.records])
-    whole = AtRest(model, channels, (), travels, measured)
-    expected = whole.predicted(np.zeros(len(model.joint_names)))
+    read = np.array([np.isin(np.arange(len(channels)), it.recorded) for it in campaign.records])
+    whole = AtRest(model, channels, (), travels, measured, read)
+    expected = read * whole.predicted(np.zeros(len(model.joint_names)))
     kept, left_out = [], []
     for name, columns in whole.sensors.items():
         size = np.linalg.norm(measured[:, columns])
@@ -120,4 +127,5 @@ def rest_of(model: FlexibleJointModel, campaign: Campaign) -> AtRest:
         channels=tuple(channels[column] for column in kept),
         left_out=tuple(left_out),
         measured=measured[:, kept],
+        read=read[:, kept],
     )

@@ -195,14 +195,22 @@ class _State:
     @classmethod
     def of(cls, rest: AtRest, faults: Sequence[Fault], tolerances: Tolerances) -> '_State':
         predicted, (slopes, tilts) = _readings(rest, faults), _slopes(rest, faults)
-        factor = scipy.linalg.cho_factor(covariance(rest, predicted, slopes, tilts, tolerances))
+        usual = covariance(rest, predicted, slopes, tilts, tolerances)
+        read = rest.read.ravel()
+        factor = scipy.linalg.cho_factor(usual[np.ix_(read, read)])
         state = cls(rest, predicted, slopes, tilts, factor, 0.0)
         return dataclasses.replace(state, cost=state.cost_of(rest.measured - predicted))
+
+    def solved(self, values: Array) -> Array:
+        """Return Σ⁻¹ times means, (n_means, ...): what was not read weighs nothing."""
+        read, found = self.rest.read.ravel(), np.zeros(values.shape)
+        found[read] = scipy.linalg.cho_solve(self.factor, values[read])
+        return found
 
     def cost_of(self, left: Array) -> float:
         """Return -log L of what is left over."""
         flat = left.ravel()
-        return 0.5 * float(flat @ scipy.linalg.cho_solve(self.factor, flat))
+        return 0.5 * float(flat @ self.solved(flat))
 
     def candidates(self, known: Sequence[Fault]) -> Iterator[Fault]:
         """Return every fault that is not known yet, with what it gains."""
@@ -229,7 +237,8 @@ class _State:
                 yield from self._oriented(sensor, tuple(columns))
 
         for (one, own), (two, its) in combinations(self.rest.sensors.items(), 2):
-            if len(own) == len(its):
+            together = bool((self.rest.read[:, own[0]] == self.rest.read[:, its[0]]).all())
+            if len(own) == len(its) and together:
                 yield self._gaining(Fault.exchange(Kind.SENSORS, (one, two), (*own, *its)))
 
     def _exchanged_joints(self, known: Sequence[Fault]) -> Iterator[Fault]:
@@ -241,11 +250,13 @@ class _State:
     @property
     def left(self) -> float:
         """Root mean square of what is not explained [m/s²]."""
-        return float(np.sqrt(np.mean((self.rest.measured - self.predicted) ** 2)))
+        left = (self.rest.measured - self.predicted)[self.rest.read]
+        return float(np.sqrt(np.mean(left**2)))
 
     def untold(self) -> Fault:
         """Return that something is wrong that no fault explains."""
-        square = np.mean((self.rest.measured - self.predicted) ** 2, axis=0)
+        left = np.where(self.rest.read, self.rest.measured - self.predicted, np.nan)
+        square = np.nanmean(left**2, axis=0)
         most = self.rest.channels[int(np.argmax(square))]
         return Fault(Kind.UNTOLD, most.sensor, (), (self.left,))
 
@@ -265,7 +276,7 @@ class _State:
     def size_of(self, pattern: Array) -> tuple[float, float]:
         """Return the size of a pattern of the means, and its deviation."""
         wide = np.broadcast_to(pattern, self.predicted.shape).ravel()
-        weight = scipy.linalg.cho_solve(self.factor, wide)
+        weight = self.solved(wide)
         power = float(wide @ weight)
         if power <= 0.0:
             return 0.0, np.inf
@@ -275,7 +286,7 @@ class _State:
     def _moved(self, fault: Fault, patterns: Array) -> Fault:
         """Return a fault that adds patterns to the means, at its size: least squares."""
         rows = patterns.reshape(len(patterns), -1)
-        weight = scipy.linalg.cho_solve(self.factor, rows.T)
+        weight = self.solved(rows.T)
         left = self.rest.measured - self.predicted
         spread = np.linalg.pinv(rows @ weight)
         values = spread @ (weight.T @ left.ravel())
@@ -293,7 +304,8 @@ class _State:
             for matrix in ORIENTATIONS
         ]
         yield max(tried, key=lambda fault: fault.gain)
-        own, read = self.predicted[:, columns], self.rest.measured[:, columns]
+        there = self.rest.read[:, columns].all(axis=1)
+        own, read = (it[there][:, columns] for it in (self.predicted, self.rest.measured))
         left, _, right = np.linalg.svd(read.T @ own)
         proper = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
         turned = tuple(float(value) for value in (left @ proper @ right).ravel())

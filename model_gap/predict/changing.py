@@ -78,7 +78,8 @@ def changing(
     system = pose_system(model, record.pose, cell.channels)
     extra = third_order(record, model, cell, system, band.high_hz)
     spectrum = np.fft.rfft(extra, axis=0).T / np.sqrt(len(extra))
-    misfit = np.abs(hann(spectrum[:, item.places.reshape(-1, 3)])) ** 2 / item.noise_power
+    moved = hann(spectrum[:, item.places.reshape(-1, 3)])
+    misfit = np.abs(item.over_noise(moved)[record.recorded]) ** 2
     bands = [
         float(misfit[:, inside].mean())
         for low, high in itertools.pairwise(CAMPAIGN.band_edges_hz)

@@ -54,7 +54,7 @@ def error_covariance(
     """
     directions, shrink, log_det = [], [], 0.0
     for response, error in zip(responses, errors, strict=True):
-        scaled = response / np.sqrt(item.noise_power)
+        scaled = item.over_noise(response)
         size = np.sqrt(np.sum(np.abs(scaled) ** 2, axis=0))
         window = np.ones(2 * PREDICTION.power_neighbours + 1)
         power = np.convolve(np.abs(error) ** 2, window, 'same')
@@ -68,8 +68,7 @@ def error_covariance(
 
 def whitened(values: Complex, covariance: ErrorCovariance, item: RecordSpectra) -> Complex:
     """Return readings whitened along the uncertain directions, (n_channels, n_bins)."""
-    scale = np.sqrt(item.noise_power)
-    scaled = values / scale
+    scaled = item.over_noise(values)
     for direction, shrink in zip(covariance.directions, covariance.shrink, strict=True):
         scaled = scaled - direction * (shrink * np.sum(direction.conj() * scaled, axis=0))
-    return np.asarray(scaled * scale)
+    return item.from_noise(scaled)

@@ -68,11 +68,13 @@ def free_torques(
     deflection = system.deflection(omega, system.force(acceleration, shift))
     readings = system.reading(omega, deflection, acceleration, shift)
     paths = np.array([system.response(omega, -place) for place in places])
-    readings = cell.seen(omega, readings)
-    paths = np.array([cell.seen(omega, path) for path in paths])
+    own = record.recorded
+    readings = cell.seen(omega, readings)[own]
+    paths = np.array([cell.seen(omega, path)[own] for path in paths])
     # In single precision, far finer than the noise.
     linear = scipy.fft.irfft(readings.astype(np.complex64), 2 * count)[:, :count]
-    rest = (record.acceleration - record.acceleration.mean(axis=0)).T.astype(np.float32) - linear
+    read = record.acceleration[:, own]
+    rest = (read - read.mean(axis=0)).T.astype(np.float32) - linear
     fade = min(count, round(PREDICTION.fade_s * record.sample_rate_hz))
     rest[:, count - fade :] *= 0.5 + 0.5 * np.cos(np.pi * np.arange(fade) / fade)
     measured = scipy.fft.rfft(rest, 2 * count)[:, : len(omega)]
@@ -80,16 +82,16 @@ def free_torques(
     noise = (
         count
         / HANN_POWER
-        * np.array([np.interp(omega, bins, power) for power in item.noise_power])
+        * np.array([np.interp(omega, bins, power) for power in item.noise_power[own]])
     )
     weighted = paths.conj() / noise
     gram = np.einsum('pcb,qcb->bpq', weighted, paths)
     pull = np.einsum('pcb,cb->bp', weighted, measured)
     size = len(places)
-    own = np.einsum('bpp->bp', gram).real
+    sure = np.einsum('bpp->bp', gram).real
     # Prior power of every torque: what its estimate has beyond the noise, frequency by frequency.
-    alone = np.abs(pull / np.maximum(own, 1e-300)) ** 2
-    power = smoothed(alone - 1.0 / np.maximum(own, 1e-300), np.arange(len(alone)))
+    alone = np.abs(pull / np.maximum(sure, 1e-300)) ** 2
+    power = smoothed(alone - 1.0 / np.maximum(sure, 1e-300), np.arange(len(alone)))
     gram += np.eye(size) / np.maximum(power, 1e-3 * alone.max(axis=0) * 1e-9)[:, :, None]
     spread = np.linalg.inv(gram)
     torques = np.einsum('bpq,bq->pb', spread, pull)

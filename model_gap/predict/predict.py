@@ -150,7 +150,7 @@ class Predictor:
             rows = rows - follow(patterns, rows) @ patterns
             half = len(rows) // 2
             scaled = (rows[:half] + 1j * rows[half:]).reshape(change.shape)
-            found.append(scaled * np.sqrt(item.noise_power))
+            found.append(item.from_noise(scaled))
         return found
 
     def torques(self, cells: Sequence[CellModel], systems: Sequence[PoseSystem]) -> list[Torques]:
@@ -182,7 +182,7 @@ class Predictor:
         ]
 
     def squares(self, cell: CellModel) -> list[NDArray[np.float64]]:
-        """Return |Y - Ŷ|²/σ² of every record, (n_channels, n_bins) each."""
+        """Return |Y - Ŷ|²/σ² of every record, (n_channels, n_bins) each; 0 where nothing is."""
         return [
             np.abs(item.measured - reading) ** 2 / item.noise_power
             for item, reading in zip(self.records, self.predict(cell), strict=True)

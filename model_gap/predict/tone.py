@@ -88,7 +88,7 @@ def best_motion(
     """
     near = near_lines(tones, item)
     wanted = rows_of(rest, item)
-    chosen = np.tile(np.broadcast_to(near, rest.shape).ravel(), 2)
+    chosen = np.tile((near & item.seen).ravel(), 2)
     count = int(chosen.sum())
     best, found = np.inf, (np.zeros_like(kinds[0][0]), np.zeros((0, len(wanted))))
     for motions in kinds:
@@ -111,7 +111,7 @@ def near_lines(tones: Sequence[Tone], item: RecordSpectra) -> NDArray[np.bool_]:
 
 def rows_of(spectra: Complex, item: RecordSpectra) -> Array:
     """Return spectra over noise as one real vector."""
-    scaled = (spectra / np.sqrt(item.noise_power)).ravel()
+    scaled = item.over_noise(spectra).ravel()
     return np.concatenate([scaled.real, scaled.imag])
 
 

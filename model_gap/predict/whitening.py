@@ -53,7 +53,7 @@ class Whitening:
         if not self.covariances:
             return list(changes)
         records = self.posed.records
-        count = sum(item.measured.size for item in records)
+        count = sum(item.count for item in records)
         growth = np.exp(0.5 * sum(item.log_det for item in self.covariances) / count)
         return [
             growth * whitened(change, covariance, item)

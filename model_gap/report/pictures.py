@@ -67,15 +67,15 @@ def gap_map(result: GapResult, shown: list[SpectraPair]) -> Markup:
     before, after, count = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     for pair, (column, band) in itertools.product(shown, enumerate(bands)):
         inside = pair.inside(*band)
-        noise = pair.item.noise_power[:, inside]
-        measured = pair.item.measured[:, inside]
-        one = np.abs(measured - pair.before[:, inside]) ** 2 / noise
-        two = np.abs(measured - pair.after[:, inside]) ** 2 / noise
+        one, two = (
+            np.abs(pair.item.over_noise(pair.item.measured - model)[:, inside]) ** 2
+            for model in (pair.before, pair.after)
+        )
         for row, name in enumerate(names):
             place = sensors.index(name)
             before[place, column] += one[row].sum()
             after[place, column] += two[row].sum()
-            count[place, column] += inside.sum()
+            count[place, column] += (pair.item.seen[row] & inside).sum()
     with np.errstate(invalid='ignore', divide='ignore'):
         before, after = np.sqrt(before / count), np.sqrt(after / count)
     columns = [f'{low:g}–{high:g}' for low, high in bands]
@@ -95,7 +95,7 @@ def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Curves]:
     channels = search.campaign.layout.channels
 
     def gap(pair: SpectraPair) -> NDArray[np.float64]:
-        squares = np.abs(pair.item.measured - pair.before) ** 2 / pair.item.noise_power
+        squares = np.abs(pair.item.over_noise(pair.item.measured - pair.before)) ** 2
         return np.asarray(squares.mean(axis=1))
 
     worst = max(shown, key=lambda pair: float(gap(pair).sum()))
@@ -110,7 +110,7 @@ def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Curves]:
     seen: set[str] = set()
     for row in order.tolist():
         sensor = channels[row].name.rsplit('.', 1)[0]
-        if sensor in seen or len(pictures) == PICTURES:
+        if sensor in seen or row in item.record.missing or len(pictures) == PICTURES:
             continue
         seen.add(sensor)
         smooth = [

@@ -63,7 +63,8 @@ def common_lines(
     """
     scores = []
     for record in records:
-        frequency, response = _prominence(record.acceleration, record.sample_rate_hz)
+        own = record.acceleration[:, record.recorded]
+        frequency, response = _prominence(own, record.sample_rate_hz)
         _, motion = _prominence(record.motor_acceleration, record.sample_rate_hz)
         scores.append((frequency, response / np.maximum(motion, 1.0)))
     return _common(records, scores, band, LIMITS.least_prominence, most)
@@ -144,7 +145,8 @@ def _exact(records: Sequence[GapRecord], near_hz: float) -> float:
     trials = near_hz + np.linspace(-0.12, 0.12, 97)
     total = np.zeros(len(trials))
     for record in records:
-        values = record.acceleration - record.acceleration.mean(axis=0)
+        own = record.acceleration[:, record.recorded]
+        values = own - own.mean(axis=0)
         window = np.hanning(len(values))[:, None]
         time = np.arange(len(values)) / record.sample_rate_hz
         kernel = np.exp(-2j * np.pi * trials[:, None] * time)

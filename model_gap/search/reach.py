@@ -92,7 +92,7 @@ def shares(
             float(np.sum(np.abs(part) ** 2 / item.noise_power))
             for part, item in zip(rest, predictor.records, strict=True)
         ),
-        sum(part.size for part in rest),
+        sum(item.count for item in predictor.records),
         sum(part.shape[1] for part in rest),
     )
 

@@ -107,7 +107,7 @@ def test_other_robot_is_refused(tmp_path, records, robot):
         read_campaign(tmp_path, robot)
 
 
-def test_different_sensors_keep_what_is_common(tmp_path, records, robot):
+def test_sensors_count_where_they_were_recorded(tmp_path, records, robot):
     write_campaign(tmp_path / 'all', records[:1], robot.joint_names, SENSORS)
     fewer = [replace(records[1], acceleration=records[1].acceleration[:, :9])]
     write_campaign(tmp_path / 'few', fewer, robot.joint_names, SENSORS[:3])
@@ -117,8 +117,9 @@ def test_different_sensors_keep_what_is_common(tmp_path, records, robot):
         yaml.safe_dump({'recordings': entries, 'sensors': layout['sensors']})
     )
     campaign = read_campaign(tmp_path, robot)
-    assert len(campaign.layout.channels) == 9
-    assert any('left out' in note for note in campaign.notes)
+    assert len(campaign.layout.channels) == 12
+    assert [record.missing for record in campaign.records] == [(), (9, 10, 11)]
+    assert any('not in every recording' in note for note in campaign.notes)
 
 
 def test_recordings_of_one_name_in_different_folders_are_told_apart(tmp_path, records, robot):
@@ -417,11 +418,12 @@ def test_another_pose_than_said_is_noted(folder, robot):
 
 @pytest.mark.slow
 def test_the_corrected_layout_keeps_what_was_left_out(tmp_path, robot, layout):
-    """One axis of the faulty sensor and the whole of another are dead in one recording."""
+    """One axis of the faulty sensor and the whole of another are dead in all recordings."""
     hidden = [{'type': 'sensor_gain', 'sensor': 'elbow', 'axis': None, 'gain': 1.4}]
-    first, *others = make_campaign(ROBOT, hidden, 8, n_fit=2, n_held=1, duration=6.0)
-    first.acceleration[:, [0, 1, 2, 6]] = np.nan
-    write_campaign(tmp_path, [first, *others], robot.joint_names, SENSORS)
+    records = make_campaign(ROBOT, hidden, 8, n_fit=2, n_held=1, duration=6.0)
+    for record in records:
+        record.acceleration[:, [0, 1, 2, 6]] = np.nan
+    write_campaign(tmp_path, records, robot.joint_names, SENSORS)
     campaign = read_campaign(tmp_path, robot)
     assert len(campaign.layout.channels) == 8
     result = find_gap(robot, campaign, SearchSettings(catalogue=(SensorGain,), most_effects=1))
