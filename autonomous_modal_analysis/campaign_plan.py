@@ -69,9 +69,9 @@ class PlannedRecording:
 
     def words(self, model: FlexibleJointModel) -> str:
         """Return file, pose in controller angles, and amplitude, for people."""
-        angles = ', '.join(f'{angle:.1f}' for angle in np.degrees(model.to_controller(self.pose)))
         size = f'{self.request.acceleration_rms:.3g} rad/s²'
-        return f'{self.file}: axes at {angles} deg, {self.request.duration_s:g} s, {size}'
+        axes = model.axes_words(self.pose)
+        return f'{self.file}: axes at {axes}, {self.request.duration_s:g} s, {size}'
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ def planned_table(
 ) -> dict[str, list[object]]:
     """Return one row per recording by column: file, what is played, and where the axes are."""
     requests = [item.request for item in planned]
-    angles = [np.degrees(model.to_controller(item.pose)) for item in planned]
+    angles = [model.shown_axes(item.pose) for item in planned]
     return {
         'file': [item.file for item in planned],
         'level': [item.level for item in planned],
@@ -208,9 +208,8 @@ def check_all(
             item.plan(model, layout)
             progress((number + 1) / len(loudest))
         except PlanError as error:
-            angles = np.degrees(model.to_controller(item.pose)).round(1).tolist()
             raise PlanError(
-                f'no plan at the pose {angles} deg: {error.what}',
+                f'no plan at the pose {model.axes_words(item.pose)}: {error.what}',
                 where=error.where,
                 found=error.found,
                 expected=error.expected,

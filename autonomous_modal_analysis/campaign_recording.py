@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 
 from autonomous_modal_analysis.campaign_plan import PlannedRecording
@@ -147,7 +146,7 @@ def _check_folder(folder: CampaignFolder) -> None:
 def _entry(
     item: PlannedRecording, plan: ExcitationPlan, model: FlexibleJointModel
 ) -> dict[str, Any]:
-    angles = np.degrees(model.to_controller(item.pose))
+    angles = model.shown_axes(item.pose)
     return {
         'file': item.file,
         'level': f'{item.level:g}',

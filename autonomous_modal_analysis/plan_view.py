@@ -26,7 +26,7 @@ def plan_json(plan: ExcitationPlan, model: FlexibleJointModel) -> Mapping[str, o
     """Return the figures of a plan for programs; the trajectory itself is left out."""
     names = [name for name in type(plan).__dataclass_fields__ if name not in TRAJECTORY]
     value: dict[str, object] = {name: plain(getattr(plan, name)) for name in names}
-    value['start_pose_deg'] = plain(shown(model.to_controller(plan.start_position), model.sliding))
+    value['start_pose_deg'] = plain(model.shown_axes(plan.start_position))
     value['flange_range_m'] = plain(flange_range(plan, model))
     value['n_samples'] = plan.n_samples
     value['prediction'] = plain(plan.prediction)

@@ -14,6 +14,7 @@ from modal_core.errors import LayoutError, ModelError
 from structural_model.coupling import AxisMap
 from structural_model.limits import check_length, RobotLimits
 from structural_model.parameters import read_parameters, write_parameters
+from structural_model.shown_units import pose_words, shown
 from structural_model.spec import ModelSpec
 from structural_model.urdf import RigidRobot
 
@@ -125,6 +126,18 @@ class ArmDescription:
     def sliding(self) -> tuple[bool, ...]:
         """Which joints slide, in the order of every q."""
         return tuple(joint.prismatic for joint in self.robot.joints)
+
+    def shown_axes(self, q: ArrayLike) -> Array:
+        """Return controller axes of a pose [deg], [m] of those that slide, (..., n_joints)."""
+        return shown(self.to_controller(q), self.sliding)
+
+    def axes_words(self, q: ArrayLike, digits: int = 1) -> str:
+        """Return controller axes for people, each with its unit where these differ."""
+        return pose_words(self.shown_axes(q), self.sliding, digits)
+
+    def joints_words(self, q: ArrayLike, digits: int = 0) -> str:
+        """Return serial joints for people, each with its unit where these differ."""
+        return pose_words(shown(q, self.sliding), self.sliding, digits)
 
     def check_pose(self, q: ArrayLike) -> Array:
         """Return q when it has the right length and lies inside all ranges.

@@ -32,6 +32,11 @@ def unit_of(slides: bool) -> str:
     return SLIDING if slides else TURNING
 
 
+def value_words(value: float, slides: bool, digits: int = 1) -> str:
+    """Return a value of :func:`shown` without its unit; of metres two digits more are told."""
+    return f'{value + 0.0:.{digits + 2 if slides else digits}f}'
+
+
 def pose_words(values: ArrayLike, sliding: Sequence[bool], digits: int = 2) -> str:
     """Return a pose for people: ``[0.0, 90.0] deg``, or of several units ``[0.1 m, 90.0 deg]``.
 

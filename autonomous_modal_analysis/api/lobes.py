@@ -211,7 +211,6 @@ def _lobes_of_map(
 ) -> LobesResult:
     """Return the lobes in the best of the poses that the task allows."""
     # With the library of rigid bodies, some 50 MB.
-    import numpy as np
 
     from autonomous_modal_analysis.cut_pose import choose_pose
     from autonomous_modal_analysis.pose import parse_pose
@@ -227,10 +226,7 @@ def _lobes_of_map(
     assert choice.best.tool is not None  # noqa: S101  a pose without is not chosen
     found = stability_lobes(choice.best.tool, settings, lambda part: progress(0.5 + 0.5 * part))
 
-    def shown(q: Any) -> Any:
-        return np.degrees(model.to_controller(q))
-
-    return LobesResult(found, str(path), choice, shown)
+    return LobesResult(found, str(path), choice, model.shown_axes)
 
 
 def _read(path: Path, channels: Sequence[str], response: str) -> ToolModes | ToolResponse:

@@ -58,7 +58,7 @@ class ModelAtPose(Result):
     @property
     def pose_deg(self) -> Array:
         """Controller angles, (n_joints,) [deg]; [m] of axes that slide."""
-        return shown(self.model.to_controller(self.q), self.model.sliding)
+        return self.model.shown_axes(self.q)
 
     @property
     def channel_names(self) -> tuple[str, ...]:

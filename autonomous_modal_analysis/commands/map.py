@@ -347,7 +347,7 @@ def predicted_content(
     ]
     return {
         'frame': f'{model.robot_name}, {tool.link} at {tool.position_m} m',
-        'pose_deg': np.degrees(model.to_controller(found.q)).tolist(),
+        'pose_deg': model.shown_axes(found.q).tolist(),
         'modes': modes,
         'covariance': np.asarray(tool_modes(found).covariance).tolist(),
     }
@@ -373,15 +373,13 @@ def _show(found: Any) -> None:
 
 
 def _preview(series: 'Series', model: 'FlexibleJointModel') -> None:
-    import numpy as np
 
     from autonomous_modal_analysis.terminal import OUTPUT
 
     for number, stop in enumerate(series.stops):
-        degrees = np.degrees(model.to_controller(stop.pose_rad))
-        axes = ', '.join(f'{angle:.1f}' for angle in degrees)
+        axes = model.axes_words(stop.pose_rad)
         way = f'{stop.way_s:.0f} s there, ' if stop.way_s else ''
-        line = f'{number + 1:2d}: axes at {axes} deg; {way}{stop.record_s:.0f} s'
+        line = f'{number + 1:2d}: axes at {axes}; {way}{stop.record_s:.0f} s'
         OUTPUT.print(line, soft_wrap=True, markup=False)
     OUTPUT.print(f'{len(series.stops)} poses, {series.seconds / 60.0:.1f} min of the arm')
     OUTPUT.print(f'to release: --release {series.series_hash}', soft_wrap=True, markup=False)

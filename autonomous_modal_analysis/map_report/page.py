@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from modal_core.version import software
 from modal_reports import Cell, fixed, heat_map, number, Page, render, Row, Table
 from modal_reports.palette import HeatScale
+from structural_model.shown_units import shown, SLIDING, value_words
 from workspace_map import LARGEST_STD, WorkspaceMap
 
 Array = NDArray[np.float64]
@@ -32,10 +33,11 @@ def render_map(known: WorkspaceMap, pose: Array, axes: tuple[int, int]) -> str:
         Controller axes that are varied, rows and columns.
     """
     model = known.arm.model
-    degrees = np.degrees(model.to_controller(pose))
     others = [
-        f'{name} {angle:.0f}°'
-        for number, (name, angle) in enumerate(zip(model.axis_names, degrees, strict=True))
+        f'{name} {value_words(value, slides, 0)} {_sign(slides)}'
+        for number, (name, value, slides) in enumerate(
+            zip(model.axis_names, model.shown_axes(pose), model.sliding, strict=True)
+        )
         if number not in axes
     ]
     tool = known.arm.tool
@@ -57,10 +59,14 @@ def render_map(known: WorkspaceMap, pose: Array, axes: tuple[int, int]) -> str:
 
 
 def slices(known: WorkspaceMap, pose: Array, axes: tuple[int, int]) -> list[Markup]:
-    """Draw frequency and σ of each mode over two axes, (row, column) angles in degrees."""
+    """Draw frequency and σ of each mode over two axes, (row, column)."""
     model = known.arm.model
     grids = [_grid(known, axis, n) for axis, n in zip(axes, (N_ROWS, N_COLUMNS), strict=True)]
-    names = [[f'{angle:.0f}' for angle in np.degrees(grid)] for grid in grids]
+    slides = [model.sliding[axis] for axis in axes]
+    names = [
+        [value_words(value, slide, 0) for value in shown(grid, [slide])]
+        for grid, slide in zip(grids, slides, strict=True)
+    ]
     frequency = np.full((MOST_MODES, N_ROWS, N_COLUMNS), np.nan)
     std = np.full_like(frequency, np.nan)
     for row, column in np.ndindex(N_ROWS, N_COLUMNS):
@@ -106,11 +112,15 @@ def _drawing(title: str, names: list[list[str]], frequency: Array, std: Array) -
     return Markup('').join(drawn)
 
 
+def _sign(slides: bool) -> str:
+    return SLIDING if slides else '°'
+
+
 def _poses(known: WorkspaceMap) -> Table:
     model = known.arm.model
     rows = []
     for place, pose in enumerate(known.measured, 1):
-        angles = np.degrees(model.to_controller(pose.q))
+        angles = model.shown_axes(pose.q)
         there = known.predict(pose.q)
         measured = np.median(pose.frequency_std_hz / pose.frequency_hz) if len(pose) else np.nan
         mapped = np.median(there.frequency_std_hz / there.frequency_hz)
@@ -118,7 +128,7 @@ def _poses(known: WorkspaceMap) -> Table:
             Row(
                 [
                     number(str(place)),
-                    *(number(f'{angle:.1f}') for angle in angles),
+                    *(number(value_words(*it)) for it in zip(angles, model.sliding, strict=True)),
                     number(str(len(pose))),
                     number(f'{100 * measured:.2f} %'),
                     number(f'{100 * mapped:.2f} %'),
@@ -127,7 +137,10 @@ def _poses(known: WorkspaceMap) -> Table:
         )
     headings: list[Cell] = [
         number('pose'),
-        *(number(f'{name} / °') for name in model.axis_names),
+        *(
+            number(f'{name} / {_sign(slides)}')
+            for name, slides in zip(model.axis_names, model.sliding, strict=True)
+        ),
         number('modes'),
         number('σ measured'),
         number('σ of the map'),

@@ -109,11 +109,9 @@ def _asked(
     for _ in range(RANGE.poses):
         pose = middle + half * rng.uniform(-1.0, 1.0, len(middle))
         if limits.position_violation(pose) is None:
-            degrees = ', '.join(f'{angle:.0f}' for angle in np.rad2deg(pose))
             there = dataclasses.replace(record, pose=pose)
-            asked.append(
-                (f'serial joint angles [{degrees}]°', dataclasses.replace(loudest, record=there))
-            )
+            words = f'serial joints at {predictor.model.joints_words(pose)}'
+            asked.append((words, dataclasses.replace(loudest, record=there)))
     for factor in RANGE.level_factors:
         asked.append(
             (f'the same poses, motion {factor:g} times as large', scaled_motion(loudest, factor))

@@ -124,10 +124,9 @@ def _telling(rest: AtRest, known: Sequence[Fault], one: Fault, other: Fault) -> 
     means = [_readings(elsewhere, (*known, fault)) for fault in (one, other)]
     apart = np.linalg.norm(means[0] - means[1], axis=1)
     best = int(np.argmax(apart))
-    angles = ', '.join(f'{angle:.0f}' for angle in np.degrees(poses[best]))
     return (
-        f'stand still at [{angles}] deg: the means of {one.words()} and of {other.words()} would '
-        f'differ by {apart[best]:.2f} m/s² there'
+        f'stand still at {rest.model.joints_words(poses[best])}: the means of {one.words()} and '
+        f'of {other.words()} would differ by {apart[best]:.2f} m/s² there'
     )
 
 

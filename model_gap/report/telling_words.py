@@ -2,13 +2,12 @@
 
 from collections.abc import Iterable, Iterator
 
-import numpy as np
-
 from modal_core.named import named
 from modal_reports import count
 from model_gap.decide import NextRecording, Sight, Telling
 from model_gap.effects import Effect
 from structural_model import FlexibleJointModel
+from structural_model.shown_units import value_words
 
 MOST_NAMED = 6
 IN_THE_CELL = (
@@ -78,5 +77,5 @@ def _words(item: NextRecording, model: FlexibleJointModel) -> str:
     adds = f'{count(item.seen, "effect")} more seen, {count(item.told, "pair")} more told apart'
     if item.pose is None:
         return f'the same poses, motion {item.factor:g} times as large: {adds}'
-    angles = ','.join(f'{angle:.1f}' for angle in np.degrees(model.to_controller(item.pose)))
-    return f'--pose-deg={angles}: {adds}'
+    axes = ','.join(map(value_words, model.shown_axes(item.pose), model.sliding))
+    return f'--pose-deg={axes}: {adds}'

@@ -6,6 +6,7 @@ import pytest
 import autonomous_modal_analysis as ama
 from modal_core.errors import ModelError, PlanError
 from structural_model import load_robot, save_robot
+from structural_model.shown_units import value_words
 
 SLIDE = 'joints: {j: {drive: {stiffness: 1.0e+5}}}'
 
@@ -59,3 +60,11 @@ def test_where_zero_is_out_of_range_the_nearest_pose_is_taken(arms):
     limits = 'limits: {j: {low_deg: 20.0, high_deg: 90.0}}'
     model = arms.pendulum(f'{SLIDE}\n{limits}')
     np.testing.assert_allclose(ama.model(model).pose_deg, [20.0], rtol=1e-12)
+
+
+def test_every_axis_is_told_in_its_own_unit(gantry):
+    there = gantry.pose('there')
+    assert gantry.axes_words(there) == '[0.25 m, 30.0 deg]'
+    assert gantry.joints_words(there) == '[0.25 m, 30.0 deg]'
+    # A position is told to the millimetre where an angle is told to a tenth of a degree.
+    assert list(map(value_words, gantry.shown_axes(there), gantry.sliding)) == ['0.250', '30.0']
