@@ -11,6 +11,8 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
+from modal_core.answered_requests_node import answer_all_requests
+
 LOWEST_DOMAIN, HIGHEST_DOMAIN = 1, 101
 
 
@@ -38,6 +40,7 @@ def ros_context(environment: Mapping[str, str] | None = None) -> Iterator[rclpy.
 @contextmanager
 def spinning(node: Node) -> Iterator[Any]:
     """Spin a node in a thread of its own while the block runs."""
+    answer_all_requests(node)
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     thread = threading.Thread(target=_spin, args=(executor,), name='ros', daemon=True)

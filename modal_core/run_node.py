@@ -17,6 +17,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.utilities import get_default_context
 
+from modal_core.answered_requests_node import answer_all_requests
 from modal_core.errors import ModalAnalysisError
 from modal_core.started_by import end_with_starter
 
@@ -68,6 +69,7 @@ def run_node(
         end_with_starter()
         _init(args)
         node = make()
+        answer_all_requests(node)
         # Nor may a full collection hold up every thread for 60 ms while the node runs.
         gc.collect()
         gc.freeze()

@@ -9,7 +9,6 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
@@ -79,9 +78,6 @@ class BridgeNode(LifecycleNode):
             self.create_timer(period_s, action, callback_group=group, clock=steady)
         self.add_on_set_parameters_callback(self._accept)
         self.add_post_set_parameters_callback(self._take_parameters)
-        # As it comes, a transition that is not possible now ends the process.
-        self._rclpy_change_state = self._service_change_state.callback
-        self._service_change_state.callback = self._on_change_state
 
     def begin(self) -> None:
         """Configure, and activate once nobody else has these names, if that is asked for.
@@ -164,16 +160,6 @@ class BridgeNode(LifecycleNode):
         self._close()
         self.condition = 'shut down'
         return TransitionCallbackReturn.SUCCESS
-
-    def _on_change_state(
-        self, request: ChangeState.Request, response: ChangeState.Response
-    ) -> ChangeState.Response:
-        try:
-            return self._rclpy_change_state(request, response)
-        except RCLError as error:
-            self.get_logger().warning(f'not possible now: {error}')
-            response.success = False
-            return response
 
     def _open(self) -> None:
         log_file = Path(get_logging_directory()) / time.strftime('egm_%Y%m%d_%H%M%S.mcap')

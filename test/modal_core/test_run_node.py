@@ -1,5 +1,6 @@
 """A node's process: what is wrong is one line, and no collection stops it for long."""
 
+import os
 from pathlib import Path
 import signal
 import subprocess
@@ -8,17 +9,20 @@ import time
 
 import pytest
 
+from test.support.domains import ros_domain
+
 pytest.importorskip('rclpy')
 pytestmark = pytest.mark.node
 
 
-def run(code, *arguments):
+def run(code, *arguments, domain='0'):
     return subprocess.run(
         [sys.executable, '-c', f'from modal_core.run_node import run_node\n{code}', *arguments],
         capture_output=True,
         text=True,
         timeout=120,
         check=False,
+        env={**os.environ, 'ROS_DOMAIN_ID': domain},
     )
 
 
@@ -42,6 +46,44 @@ def test_a_fault_of_the_program_is_not_hidden():
     found = run("run_node('some', lambda: 1 / 0)")
     assert found.returncode == 1
     assert 'ZeroDivisionError' in found.stderr
+
+
+def test_no_request_ends_a_node():
+    # Types of parameters that do not exist, and a transition that is not possible now.
+    code = """
+import rclpy
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode
+bad = [Parameter(name='start_type_description_service', value=ParameterValue(type=99))]
+activate = ChangeState.Request()
+activate.transition.id = 3
+def spin(node):
+    asker, executor = rclpy.create_node('asker'), SingleThreadedExecutor()
+    executor.add_node(node)
+    executor.add_node(asker)
+    for kind, name, request in (
+        (SetParameters, 'set_parameters', SetParameters.Request(parameters=bad)),
+        (
+            SetParametersAtomically,
+            'set_parameters_atomically',
+            SetParametersAtomically.Request(parameters=bad),
+        ),
+        (ChangeState, 'change_state', activate),
+    ):
+        client = asker.create_client(kind, f'some/{name}')
+        assert client.wait_for_service(60.0)
+        answer = client.call_async(request)
+        executor.spin_until_future_complete(answer, 60.0)
+        assert answer.result() == kind.Response(), answer.result()
+run_node('some', lambda: LifecycleNode('some'), spin)
+"""
+    found = run(code, domain=str(ros_domain()))
+    assert found.returncode == 0, found.stderr
+    told = [line for line in found.stderr.splitlines() if 'cannot be answered' in line]
+    assert len(told) == 3 and '99' in told[0] and 'some/change_state' in told[2], found.stderr
 
 
 def test_libraries_are_not_taken_apart_at_the_end():
