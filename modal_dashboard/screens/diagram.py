@@ -54,13 +54,15 @@ def pole_table(
     Raises
     ------
     ValueError
-        Lengths that differ, or a reason that is none.
+        Lengths that differ, a reason that is none, or a pole that no structure has.
     """
     n_poles = len(frequency_hz)
     if {len(each) for each in (damping_ratio, model_order, status, mode_id)} != {n_poles}:
         raise ValueError('poles of different numbers')
     if not np.isin(status, list(PoleStatus)).all():
         raise ValueError('an unknown reason of a pole')
+    if not ((frequency_hz > 0.0) & np.isfinite(frequency_hz + damping_ratio)).all():
+        raise ValueError('a pole of no frequency or damping')
     damping = np.clip(damping_ratio, -1.0, 1.0)
     turn = -damping + 1j * np.sqrt(1.0 - damping**2)
     shape = np.empty((0, n_poles), complex)

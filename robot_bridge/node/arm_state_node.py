@@ -7,14 +7,11 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
-import numpy as np
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from modal_core.polled_group_node import PolledGroup
+from modal_core.newest_joints_node import NewestJoints
 from modal_core.ros_messages import declare_parameters, LATCHED
 from modal_core.run_node import run_node
 from robot_bridge.node.arm_state_parameters import PARAMETERS
@@ -27,7 +24,6 @@ except ImportError:
     # Not among the wheels of PyPI: ./tf2_msgs of the source tree builds it.
     TFMessage = None
 
-NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 FRAMES = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 
 
@@ -38,7 +34,6 @@ class ArmStateNode(Node):
         super().__init__('arm_state', **options)
         declare_parameters(self, PARAMETERS)
         model = load_robot(self.get_parameter('robot').value)
-        self._names = model.joint_names
         self._tree = FrameTree(model.robot)
         self._description = self.create_publisher(String, 'robot_description', LATCHED)
         self._description.publish(String(data=model.robot.text.decode()))
@@ -53,28 +48,14 @@ class ArmStateNode(Node):
         now = self.get_clock().now().to_msg()
         self._fixed.publish(TFMessage(transforms=_transforms(self._tree.fixed(), now)))
         # Joint states come eight times as often as anybody looks: the newest is enough.
-        self._joints = self.create_subscription(
-            JointState,
-            self.get_parameter('joint_states_topic').value,
-            lambda _: None,
-            NEWEST,
-            callback_group=PolledGroup(),
-            raw=True,
-        )
+        topic = self.get_parameter('joint_states_topic').value
+        self._joints = NewestJoints(self, topic, model.joint_names)
         self.create_timer(1.0 / self.get_parameter('rate_hz').value, self._publish)
 
     def _publish(self) -> None:
-        with self._joints.handle:
-            taken = self._joints.handle.take_message(JointState, True)
-        if taken is None:
-            return
-        message = deserialize_message(taken[0], JointState)
-        angles = dict(zip(message.name, message.position, strict=False))
-        if not all(name in angles for name in self._names):
-            return
-        q = np.array([angles[name] for name in self._names])
-        if np.isfinite(q).all():
-            transforms = _transforms(self._tree.moving(q), message.header.stamp)
+        pose = self._joints.take()
+        if pose is not None:
+            transforms = _transforms(self._tree.moving(pose.position), pose.stamp)
             self._frames.publish(TFMessage(transforms=transforms))
 
 

@@ -110,3 +110,13 @@ def test_poles_whose_columns_differ_are_refused():
         pole_table(three, two, three.astype(int), three.astype(np.uint8), three.astype(int))
     with pytest.raises(ValueError, match='unknown reason'):
         pole_table(three, three, three.astype(int), np.full(3, 99, np.uint8), three.astype(int))
+
+
+@pytest.mark.parametrize('none', [0.0, -5.0, math.nan, math.inf])
+def test_poles_that_no_structure_has_are_refused_without_a_warning(none):
+    three, order, kept = np.arange(3.0) + 1.0, np.arange(3), np.zeros(3, np.uint8)
+    with pytest.raises(ValueError, match='no frequency'):
+        pole_table(np.array([1.0, none, 3.0]), three, order, kept, order)
+    if not math.isfinite(none):
+        with pytest.raises(ValueError, match='no frequency'):
+            pole_table(three, np.array([1.0, none, 3.0]), order, kept, order)

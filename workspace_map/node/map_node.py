@@ -12,6 +12,7 @@ from rclpy.node import Node
 
 from machining.cut_settings import CutSettings
 from modal_core.errors import MapError, ModalAnalysisError, ModelError
+from modal_core.newest_joints_node import ArmPose, NewestJoints
 from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED
 from modal_core.run_node import run_node
 from modal_core.yaml_file import load_yaml
@@ -19,7 +20,6 @@ from oma_msgs.msg import PredictedModes, StabilityLimit
 from structural_model import load_layout, load_robot
 from workspace_map.live import cut_limit, ModesHere, MotionModes
 from workspace_map.map_file import load_map
-from workspace_map.node.joints_node import ArmPose, NewestJoints
 from workspace_map.node.newest_only import NewestOnly
 from workspace_map.node.node_parameters import PARAMETERS
 from workspace_map.node.ros_messages import header_of, limit_message, modes_message, placed, Said

@@ -70,3 +70,27 @@ def test_frames_follow_the_joints(arm_state, operator, drivers, model):
         assert 2.0 * np.arctan2(turn.z, turn.w) == pytest.approx(q[0], abs=1e-6)
     operator.until(lambda: fixed, 'fixed frames')
     assert {each.child_frame_id for each in fixed[0].transforms} == {'flange'}
+
+
+def test_joint_states_that_cannot_be_read_end_nothing(arm_state, operator, drivers, model):
+    messages = pytest.importorskip('tf2_msgs.msg')
+    from rclpy.serialization import serialize_message
+    from sensor_msgs.msg import JointState
+
+    moving = []
+    operator.node.create_subscription(messages.TFMessage, '/tf', moving.append, 100)
+    publisher = operator.node.create_publisher(JointState, '/joint_states', 10)
+    state = JointState(name=list(model.joint_names), position=model.pose('P1').tolist())
+
+    def told():
+        publisher.publish(state)
+        return len(moving) > 3
+
+    operator.until(told, 'frames', pause_s=0.05)
+    for bad in (serialize_message(state)[:20], serialize_message(state)[:4] + b'\xff' * 40):
+        for _ in range(5):
+            publisher.publish(bad)
+            time.sleep(0.05)
+    del moving[:]
+    operator.until(told, 'frames', pause_s=0.05)
+    assert arm_state.poll() is None
