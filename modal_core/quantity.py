@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 SCALARS = (float, int, bool)
+# The largest entry of a shape is 1; the fourth powers that a MAC is made of stay numbers.
+SMALLEST_LARGEST, LARGEST_ENTRY = 1e-12, 1e12
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,9 +98,10 @@ class Quantity:
         if not np.array_equal(np.isnan(real), np.isnan(imaginary)):
             raise ValueError(f'{self.name} not finite')
         both = np.concatenate([real, imaginary])
-        if np.isinf(both).any() or (both < self.low).any():
+        size = np.nan_to_num(np.abs(both))
+        if (size > LARGEST_ENTRY).any() or (both < self.low).any():
             raise ValueError(f'{self.name} not finite, or below {self.low:g}')
-        if self.default is MISSING and not np.nan_to_num(both).any():
+        if self.default is MISSING and not (size > SMALLEST_LARGEST).any():
             raise ValueError(f'{self.name} is zero')
         return np.asarray(real + 1j * imaginary)
 

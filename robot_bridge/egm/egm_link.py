@@ -79,6 +79,11 @@ class EgmLink:
     poll_s : float [s]
         Longest wait for a packet.
 
+    Attributes
+    ----------
+    refusal, last_refusal : str
+        Why the packets since the last accepted one are refused, and any was last; empty for none.
+
     Raises
     ------
     BridgeError
@@ -100,7 +105,7 @@ class EgmLink:
         self.check = check
         self.latency = ReplyLatency()
         self.n_received = self.n_sent = 0
-        self.failure = self.last_refusal = ''
+        self.failure = self.last_refusal = self.refusal = ''
         self.real_time = False
         self._answer, self._alarm, self._idle, self._log = answer, alarm, idle, log
         self._stale_s = stale_s
@@ -144,7 +149,7 @@ class EgmLink:
     def _take(self, data: bytes, address: Address, receipt_ns: int) -> None:
         now_s = time.monotonic()
         judgement = self.check.sender(address, now_s)
-        feedback = None
+        feedback, refusal = None, ''
         if judgement.verdict == Verdict.ACCEPT and self._is_stale(receipt_ns):
             judgement = self.check.refuse_stale()
         elif judgement.verdict == Verdict.ACCEPT:
@@ -152,11 +157,12 @@ class EgmLink:
                 feedback = decode_robot(data)
                 judgement = self.check.feedback(feedback, address, now_s)
             except MessageError as error:
-                self.last_refusal = str(error)
+                refusal = str(error)
                 judgement = self.check.refuse_content()
         if self._log is not None:
             label = judgement.reason or judgement.verdict.value
             self._log(Packet(False, receipt_ns, data, label))
+        self._note(judgement, refusal)
         if judgement.verdict == Verdict.ALARM:
             self._alarm(f'{judgement.reason} {address[0]}:{address[1]}')
         elif feedback is not None and judgement.verdict != Verdict.IGNORE:
@@ -166,6 +172,13 @@ class EgmLink:
             reference = self._answer(feedback, judgement, now_s, receipt_ns)
             if reference is not None:
                 self._reply(reference, feedback.tm_ms, address, receipt_ns)
+
+    def _note(self, judgement: Judgement, refusal: str) -> None:
+        """Keep why the packets since the last accepted one are refused."""
+        if judgement.verdict in (Verdict.ACCEPT, Verdict.NEW_SESSION):
+            self.refusal = ''
+        else:
+            self.refusal = self.last_refusal = refusal or judgement.reason
 
     def _is_stale(self, receipt_ns: int) -> bool:
         old = (time.time_ns() - receipt_ns) / NANOSECONDS_PER_SECOND > self._stale_s

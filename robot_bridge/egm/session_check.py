@@ -135,13 +135,16 @@ class SessionCheck:
         if address != self.peer:
             return Judgement(Verdict.NEW_SESSION, 'new_port')
         n_steps = (feedback.seqno - last.seqno) % UINT32
-        if n_steps == 0 or n_steps > UINT32 // 2:
-            later = 0 < (feedback.tm_ms - last.tm_ms) % UINT32 < UINT32 // 2
-            if silent or (feedback.seqno == 0 and later):
-                return Judgement(Verdict.NEW_SESSION, 'session_restarted')
+        passed_ms = (feedback.tm_ms - last.tm_ms) % UINT32
+        repeats, runs_back = not 0 < n_steps <= UINT32 // 2, passed_ms > UINT32 // 2
+        later = 0 < passed_ms < UINT32 // 2
+        # What was believed before a silence may have been wrong: it refuses nothing for ever.
+        if ((repeats or runs_back) and silent) or (repeats and feedback.seqno == 0 and later):
+            return Judgement(Verdict.NEW_SESSION, 'session_restarted')
+        if repeats:
             code = 'duplicate' if n_steps == 0 else 'out_of_order'
             return self._refuse(Verdict.IGNORE, code)
-        if (feedback.tm_ms - last.tm_ms) % UINT32 > UINT32 // 2:
+        if runs_back:
             return self._refuse(Verdict.IGNORE, 'time_runs_back')
         return Judgement(Verdict.ACCEPT, n_steps=n_steps)
 

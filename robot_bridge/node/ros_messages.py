@@ -118,7 +118,7 @@ def diagnostic_status(
 
 def _refused(bridge: Bridge) -> str:
     """Say why nothing is heard of a controller that does send; empty when it is heard."""
-    refusal = bridge.link.last_refusal
+    refusal = bridge.link.refusal
     return f'its packets are refused: {refusal}' if refusal and not bridge.flow.connected else ''
 
 

@@ -61,7 +61,7 @@ class JointLink:
         self._model, self._cycle_s, self._answer, self._idle = model, cycle_s, answer, idle
         self.check, self.latency = SessionCounts(), ReplyLatency()
         self.n_received = self.n_sent = 0
-        self.failure = self.last_refusal = ''
+        self.failure = self.last_refusal = self.refusal = ''
         self.real_time = False
         self.feedback: RobotFeedback | None = None
         self._playing: tuple[PlanPath, int] | None = None
@@ -105,6 +105,7 @@ class JointLink:
         judgement = self._judge(stamp_ns, names, position)
         if self._closing.is_set() or judgement.verdict == Verdict.IGNORE:
             return
+        self.refusal = ''
         self._stamps.append(stamp_ns)
         angles = dict(zip(names, position, strict=False))
         serial = np.array([angles[name] for name in self._model.joint_names])
@@ -136,10 +137,10 @@ class JointLink:
         if missing or len(position) != len(names):
             # Other joints of the cell have messages of their own.
             if len(missing) < len(self._model.joint_names):
-                self.last_refusal = f'joint states without {", ".join(missing) or "positions"}'
+                self._refuse(f'joint states without {", ".join(missing) or "positions"}')
             return self._ignore('other_joints')
         if not all(map(math.isfinite, position)) or stamp_ns <= 0:
-            self.last_refusal = 'joint states without a stamp, or not finite'
+            self._refuse('joint states without a stamp, or not finite')
             return self._ignore('rejected')
         last_ns = self._stamps[-1] if self._stamps else None
         if last_ns is None:
@@ -151,6 +152,9 @@ class JointLink:
             return self._ignore('old')
         n_steps = max(1, round((stamp_ns - last_ns) / NANOSECONDS_PER_SECOND / self._cycle_s))
         return Judgement(Verdict.ACCEPT, n_steps=n_steps)
+
+    def _refuse(self, reason: str) -> None:
+        self.refusal = self.last_refusal = reason
 
     def _ignore(self, code: str) -> Judgement:
         self.check.counts[code] += 1

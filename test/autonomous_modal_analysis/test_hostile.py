@@ -63,6 +63,8 @@ def ama(*arguments, **options):
         {'shape_real': [1.0]},
         {'shape_real': [1.0, math.nan]},
         {'shape_real': [0.0, 0.0]},
+        {'shape_real': [5e-324, 0.0]},
+        {'shape_real': [1.0, 1e300]},
         {'shape_real': [[1.0, 2.0]], 'shape_imag': [[0.0, 0.0]]},
         {'id': 1e300},
         {'mpc': 2.0},

@@ -103,8 +103,13 @@ def test_a_refused_packet_is_told_by_its_field(peers, link):
     packet.planned.ClearField('time')
     peer.socket.sendto(packet.SerializeToString(), made.address)
     deadline = time.monotonic() + 30.0
-    while not made.check.counts['malformed'] and time.monotonic() < deadline:
+    while not made.refusal and time.monotonic() < deadline:
         time.sleep(0.002)
-    assert made.last_refusal == 'EgmRobot.planned.time: field missing'
-    assert heard == []
+    assert made.check.counts['malformed'] == 1 and heard == []
+    assert made.refusal == made.last_refusal == 'EgmRobot.planned.time: field missing'
+    peer.seqno += 1
+    peer.socket.sendto(peer.packet(), made.address)
+    replies(peers, peer, 1)
+    # What was refused before is no reason for a silence of now.
+    assert made.refusal == '' and made.last_refusal
     peer.close()

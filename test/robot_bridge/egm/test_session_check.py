@@ -43,6 +43,16 @@ def test_time_that_runs_back_is_ignored(check):
     assert found.reason == 'time_runs_back'
 
 
+def test_a_clock_that_was_ahead_for_a_while_is_believed_again_after_a_silence(check):
+    # Two packets an hour ahead agree with each other, and are believed; then the clock is right.
+    ahead = [replace(after(n), tm_ms=3_600_000 + 4 * n) for n in (1, 2)]
+    assert check.feedback(ahead[0], HOME, 0.004).reason == 'ahead'
+    assert check.feedback(ahead[1], HOME, 0.008).verdict == Verdict.ACCEPT
+    assert check.feedback(after(3), HOME, 0.012).reason == 'time_runs_back'
+    assert check.feedback(after(80), HOME, 0.32).verdict == Verdict.NEW_SESSION
+    assert check.feedback(after(81), HOME, 0.324).verdict == Verdict.ACCEPT
+
+
 def test_sequence_and_time_may_wrap(check):
     late = replace(FIRST, seqno=2**32 - 1, tm_ms=2**32 - 2)
     fresh = SessionCheck(SessionLimits())
