@@ -1,6 +1,9 @@
 """Text from elsewhere, made fit for a terminal, a log, or one line of either."""
 
+from typing import Any
+
 CUT = ' ... '
+MOST_BREAKS = 20
 
 
 def printable(text: object, most: int | None = None) -> str:
@@ -23,6 +26,23 @@ def printable(text: object, most: int | None = None) -> str:
     if words.isprintable():
         return words
     return ''.join(_shown(letter) for letter in words)
+
+
+def printable_values(value: Any, most: int | None = None) -> Any:
+    """Return plain values (of JSON) with every text in them as :func:`printable` has it.
+
+    A page shows line breaks of its own words; they steer nothing there.
+    """
+    if isinstance(value, str):
+        return '\n'.join(printable(line, most) for line in value.split('\n', MOST_BREAKS))
+    if isinstance(value, dict):
+        return {
+            printable_values(key, most): printable_values(each, most)
+            for key, each in value.items()
+        }
+    if isinstance(value, list | tuple):
+        return [printable_values(each, most) for each in value]
+    return value
 
 
 def _shown(letter: str) -> str:

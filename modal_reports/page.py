@@ -10,6 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from modal_core.printable import printable_values
 from modal_reports import palette
 
 HERE = Path(__file__).parent
@@ -85,6 +86,7 @@ def render(page: Page) -> str:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=_legible,
     )
     return environment.get_template(page.template.name).render(
         **page.values,
@@ -98,9 +100,15 @@ def render(page: Page) -> str:
     )
 
 
+def _legible(value: object) -> object:
+    """Return text of others without what steers or hides; our own markup has none of it."""
+    return value if isinstance(value, Markup) else printable_values(value)
+
+
 def embedded_json(value: object) -> str:
     """Return JSON that cannot end or escape the element it sits in."""
-    text = json.dumps(value, allow_nan=False, ensure_ascii=True, separators=(',', ':'))
+    shown = printable_values(value)
+    text = json.dumps(shown, allow_nan=False, ensure_ascii=True, separators=(',', ':'))
     for character in '<>&':
         text = text.replace(character, f'\\u{ord(character):04x}')
     return text

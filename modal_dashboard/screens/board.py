@@ -4,8 +4,12 @@ from collections import deque
 from dataclasses import dataclass
 import json
 
+from modal_core.printable import printable_values
+
 MOST_ROWS = {'track': 500, 'log': 300}
 """Rows kept of what grows: windows of the trends (some 1 MB at ten modes), lines of the log."""
+LONGEST_TEXT = 1000
+"""Letters of a name or a sentence from elsewhere; what may be a megabyte goes to every browser."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +30,8 @@ class Update:
     @classmethod
     def of(cls, kind: str, value: object) -> 'Update':
         """Return an update of plain values; numbers that are not finite are refused."""
-        return cls(kind, json.dumps(value, allow_nan=False, separators=(',', ':')))
+        shown = printable_values(value, LONGEST_TEXT)
+        return cls(kind, json.dumps(shown, allow_nan=False, separators=(',', ':')))
 
     @property
     def text(self) -> str:

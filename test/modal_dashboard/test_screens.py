@@ -16,6 +16,7 @@ from modal_dashboard.screens import (
     CheckStep,
     pole_table,
     RunLog,
+    Update,
     window_updates,
 )
 from test.support.kept_results import window
@@ -120,3 +121,12 @@ def test_poles_that_no_structure_has_are_refused_without_a_warning(none):
     if not math.isfinite(none):
         with pytest.raises(ValueError, match='no frequency'):
             pole_table(three, np.array([1.0, none, 3.0]), order, kept, order)
+
+
+def test_names_from_elsewhere_are_legible_and_bounded_on_the_page():
+    given = {'imu\u202elive': ['b' * 1_000_000, 'line\nline', 2.0, None, True]}
+    update = Update.of('checks', given)
+    assert len(update.data) < 1200
+    ((name, (long, lines, *others)),) = told(update).items()
+    assert name == r'imu\u202elive' and long.startswith('bbb')
+    assert (lines, others) == ('line\nline', [2.0, None, True])

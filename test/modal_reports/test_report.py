@@ -101,6 +101,16 @@ def test_embedded_json_cannot_leave_its_element():
     assert not re.search(r'[<>&\u2028]', text)
 
 
+def test_names_of_channels_cannot_be_shown_reversed_or_hidden():
+    name = 'elbow\u202eenoyreve\u200b'
+    found = Identification(modes(3.0))
+    page = render_report(ReportContent(name, name, found))
+    assert '\u202e' not in page and '\u200b' not in page
+    assert r'elbow\u202eenoyreve\u200b' in page
+    assert embedded_json({name: [name, 'two\nlines']}).count('u202e') == 2
+    assert r'two\nlines' in embedded_json(['two\nlines'])
+
+
 def test_page_refers_to_no_network():
     page = render_report(ReportContent('t', 'r', Identification(modes(3.0))))
     assert not re.search(r'(src|href)\s*=\s*["\']?(https?:)?//', page)
