@@ -196,7 +196,10 @@ def load_layout(name_or_folder: str | Path, name: str = 'sensors') -> SensorLayo
     if not NAME.fullmatch(name) or not path.exists():
         known = sorted(item.stem for item in folder.glob('sensors*.yaml'))
         raise ModelError(
-            'unknown sensor layout', where=folder.name, found=name, expected=', '.join(known)
+            'unknown sensor layout',
+            where=folder.resolve().name,
+            found=name,
+            expected=', '.join(known) or 'a sensors.yaml beside the model',
         )
     return SensorLayout.from_mapping(load_yaml(path), str(path))
 
