@@ -79,10 +79,14 @@ class MessageRecording:
             raise RecordingError(
                 'no usable topic',
                 where=path,
-                found=', '.join(f'{e.name} ({e.message_type})' for e in self.entries[:10])
-                or 'no topics',
+                found=self._there(),
                 expected=', '.join(USABLE_TYPES),
             )
+
+    def _there(self) -> str:
+        """Return what the file has instead of usable topics, and what of it cannot be read."""
+        shown = ', '.join(f'{each.name} ({each.message_type})' for each in self.entries[:10])
+        return '; '.join((shown or 'no topics', *self.file.damage()))
 
     def info(self) -> RecordingInfo:
         """Return what the recording holds; reads it once from end to end."""
