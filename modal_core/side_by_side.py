@@ -45,7 +45,7 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
             try:
                 # Not ``pool.map``: it takes back what has not begun, and the pool's thread, which
                 # then learns of the processes' end, cannot tell those: a traceback.
-                with _signals_wait():
+                with signals_wait():
                     begun = [pool.submit(_result, number) for number in range(len(items))]
                 return [future.result() for future in begun]
             except BrokenProcessPool as error:
@@ -86,7 +86,7 @@ def begin() -> None:
 
 
 @contextmanager
-def _signals_wait() -> Iterator[None]:
+def signals_wait() -> Iterator[None]:
     """Answer Ctrl-C and SIGTERM afterwards: what handlers raise in a hook of fork is lost."""
     came: list[int] = []
     handlers = {}

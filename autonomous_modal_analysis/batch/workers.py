@@ -3,11 +3,13 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, ExitStack
 import logging
+from multiprocessing import resource_tracker
+import signal
 from typing import Any
 
 from autonomous_modal_analysis.api.optional import optional
 from modal_core.errors import BatchError
-from modal_core.side_by_side import n_processors
+from modal_core.side_by_side import n_processors, signals_wait
 from modal_core.version import suite_version
 
 LOOPBACK = '127.0.0.1'
@@ -42,13 +44,31 @@ def connected(scheduler: str | None, n_workers: int | None) -> Iterator[Any]:
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         if scheduler is None:
-            cluster = stack.enter_context(_local(distributed, n_workers or n_processors()))
+            with signals_wait(), _deaf_processes():
+                cluster = _local(distributed, n_workers or n_processors())
+            stack.enter_context(cluster)
             client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
         else:
             client = stack.enter_context(_joined(distributed, scheduler))
             _check_workers(client, scheduler)
         stack.enter_context(client.as_current())
         yield client
+
+
+@contextmanager
+def _deaf_processes() -> Iterator[None]:
+    """Start processes that Ctrl-C, which a terminal sends to all, does not reach.
+
+    Who started them ends them: half a cluster cannot be closed, and what is still loading would
+    write a traceback.
+    """
+    # Python's own helper process, once it has to be started, would let the signal through again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _local(distributed: Any, n_workers: int) -> Any:

@@ -114,6 +114,28 @@ def test_workers_that_are_killed_lose_nothing(recordings, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize('delay_s', [0.0, 0.3, 1.0, 3.0])
+def test_ctrl_c_while_workers_start_or_work_leaves_no_traceback(tmp_path, delay_s):
+    given = [_record(tmp_path / f'long{number}.npy', number, 60_000) for number in range(6)]
+    command = [AMA, 'batch', *given, '--sample-rate-hz', '100', '--out', tmp_path / 'out']
+    run = subprocess.Popen(
+        [str(word) for word in command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    _wait(lambda: _workers(run.pid), run)
+    time.sleep(delay_s)
+    # As a terminal does: to every process of the command.
+    os.killpg(run.pid, signal.SIGINT)
+    said, _ = run.communicate(timeout=120)
+    assert run.returncode == 130, said
+    assert 'Traceback' not in said and 'Exception' not in said, said
+
+
+@pytest.mark.slow
 def test_a_batch_that_is_killed_goes_on_where_it_was(ama, recordings, tmp_path):
     out = tmp_path / 'out'
     command = [AMA, 'batch', *recordings, '--sample-rate-hz', '100', '--out', out]
