@@ -25,6 +25,7 @@ ROS = frozenset(
         'visualization_msgs',
     )
 )
+SHARED_OBJECT = '.so'
 WORKSPACE = 'in a ROS workspace: . install/setup.bash'
 INSTALL_ROS = (
     "install it with: pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
@@ -48,6 +49,12 @@ def explain(error: ImportError) -> MissingError | None:
         What a command or node ended with.
     """
     package = (error.name or '').partition('.')[0]
+    if not package and SHARED_OBJECT in str(error):
+        return MissingError(
+            'a library that ROS 2 Jazzy needs cannot be loaded',
+            found=str(error).splitlines()[0],
+            advice=f'start it where ROS is set up; {WORKSPACE}',
+        )
     if package == MESSAGES and find_spec('rclpy') is not None:
         return MissingError(
             'the messages oma_msgs of this version are not installed',

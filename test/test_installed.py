@@ -12,7 +12,7 @@ import pytest
 
 from autonomous_modal_analysis.cell import NODES as CELL
 from autonomous_modal_analysis.executables import NODES
-from autonomous_modal_analysis.missing import ROS
+from autonomous_modal_analysis.missing import explain, ROS
 from modal_core.measurements import SampleBlock
 from modal_recordings import RecordingWriter
 from modal_recordings.encode import encode
@@ -219,3 +219,11 @@ def test_every_import_is_declared_to_ros_or_named_in_the_readme():
         name = BROUGHT_ALONG.get(name, name)
         keys = {name, f'python3-{name}', ROS_KEYS.get(name, name)}
         assert keys & declared or name in by_hand, name
+
+
+def test_a_library_of_ros_that_cannot_be_loaded_is_one_line():
+    # As where ROS is installed and its set-up was not sourced; rclpy adds lines of its own.
+    told = explain(ImportError('librcl_action.so: cannot open shared object file\nThe C ...'))
+    assert told is not None and 'librcl_action.so' in str(told) and 'setup.bash' in str(told)
+    assert 'The C' not in str(told)
+    assert explain(ImportError("cannot import name 'x'")) is None
