@@ -9,10 +9,12 @@ from autonomous_modal_analysis.mode_levels import ModeLevels
 from autonomous_modal_analysis.results import plain
 from autonomous_modal_analysis.terminal import narrow_table, OUTPUT
 from modal_reports import FREQUENCY
-from oma_identifier.levels import Law, LevelLaw, QuantityLaw
+from oma_identifier.levels import Law, LevelLaw, LEVELS, QuantityLaw
 
 NAME_WIDTH = 12
 """Of a channel's name: with numbers as wide as these a row has 80 columns."""
+NAMED = (Law.CUBIC, Law.PLAY, Law.FRICTION)
+"""Laws that are told of what is there; the others only of what the levels leave open."""
 
 
 def show_levels(levels: Sequence[ModeLevels]) -> None:
@@ -20,7 +22,8 @@ def show_levels(levels: Sequence[ModeLevels]) -> None:
     table = narrow_table('modes over the level of their motion')
     for heading in ('Hz', 'at', 'mm rms', 'stiffness %', 'law', 'damping %', 'law'):
         right = heading != 'at' and heading != 'law'
-        table.add_column(heading, justify='right' if right else 'left', no_wrap=True)
+        no_wrap = heading != 'law'
+        table.add_column(heading, justify='right' if right else 'left', no_wrap=no_wrap)
     table.columns[1].max_width = NAME_WIDTH
     for each in levels:
         if each.law is not None:
@@ -40,17 +43,32 @@ def _note(levels: ModeLevels) -> str:
     law = levels.law
     if law is None:
         return f'no law, {levels.reason}'
-    if law.damping.law is Law.UNKNOWN:
-        return (
+    said = [*_unsure('stiffness', law.stiffness, levels, 1.0)]
+    if law.damping.laws == (Law.UNKNOWN,):
+        said.append(
             "damping not told from the frequency's own variation, as with other modes; this mode"
             ' alone excited, or levels in smaller steps, would tell'
         )
+    else:
+        omega = 2.0 * math.pi * law.mode.frequency_hz
+        said.extend(_unsure('damping', law.damping, levels, 1.0 / omega))
     if law.by_amplitude:
-        return (
+        said.append(
             "damping by the amplitude alone, for the width has the frequency's own variation in"
             ' it, as with other modes'
         )
-    return ''
+    return '; '.join(said)
+
+
+def _unsure(what: str, law: QuantityLaw, levels: ModeLevels, to_m: float) -> list[str]:
+    """Say what the levels do not tell of a law, and what would."""
+    if len(law.laws) > 1:
+        level = f'one of {1e3 * to_m * law.another_level:.2g} mm rms'
+        more = level if math.isfinite(law.another_level) else 'longer recordings'
+        return [f'the levels do not tell which law {what} has; {more} would']
+    if len(levels.points) == LEVELS.fewest_levels and law.laws[0] in NAMED:
+        return [f'that {what} is {law.words} is assumed, {len(levels.points)} levels fit any law']
+    return []
 
 
 def _row(levels: ModeLevels, law: LevelLaw) -> tuple[str, ...]:
@@ -60,9 +78,9 @@ def _row(levels: ModeLevels, law: LevelLaw) -> tuple[str, ...]:
         escape(levels.channel),
         moves_mm(levels),
         stiffness,
-        law.stiffness.law.value,
+        law.stiffness.words,
         damping,
-        law.damping.law.value,
+        law.damping.words,
     )
 
 
@@ -83,7 +101,7 @@ def added_at_largest(levels: ModeLevels, law: LevelLaw) -> tuple[str, str]:
 
 def _change(start: float, square: float, law: QuantityLaw, slope_std: float) -> str:
     """Return what a cubic term adds at the largest level, over what there is without."""
-    if start <= 0.0 or law.law not in (Law.CUBIC, Law.CONSTANT, Law.CUBIC_OR_FRICTION):
+    if start <= 0.0 or not law.may_be_cubic:
         return '-'
     change, std = (100.0 * value * square / start for value in (law.cubic.slope, slope_std))
     return f'{change:+.1f} ± {std:.1f}' if math.isfinite(std) else '-'
@@ -125,9 +143,21 @@ def _law_json(law: LevelLaw) -> dict[str, object]:
         'cubic_stiffness_std': plain(law.cubic_stiffness_std),
         'cubic_damping': plain(law.mode.cubic_damping),
         'cubic_damping_std': plain(law.cubic_damping_std),
-        'stiffness_law': law.stiffness.law.value,
-        'damping_law': law.damping.law.value,
+        'stiffness_law': law.stiffness.words,
+        'damping_law': law.damping.words,
         'damping_by_amplitude': law.by_amplitude,
-        'stiffness_farthest_level': plain(law.stiffness.farthest),
-        'damping_farthest_level': plain(law.damping.farthest),
+        'stiffness_laws': _laws_json(law.stiffness),
+        'damping_laws': _laws_json(law.damping),
     }
+
+
+def _laws_json(law: QuantityLaw) -> list[dict[str, object]]:
+    """Return each law with how likely it is beside the likeliest, and the chance of its χ²."""
+    return [
+        {
+            'law': fit.law.value,
+            'likelihood': plain(math.exp(fit.evidence - law.fits[0].evidence)),
+            'chance': plain(fit.chance),
+        }
+        for fit in law.fits
+    ]

@@ -76,9 +76,9 @@ def _row(levels: ModeLevels, law: LevelLaw) -> Row:
             text(levels.channel),
             number(moves_mm(levels)),
             number(stiffness),
-            text(capital(law.stiffness.law.value)),
+            text(capital(law.stiffness.words)),
             number(damping),
-            text(capital(law.damping.law.value)),
+            text(capital(law.damping.words)),
         ]
     )
 

@@ -6,7 +6,8 @@ Moments of the motion and equivalent linearisation (Caughey 1963, doi:10.1121/1.
 """
 
 from oma_identifier.levels.cubic_mode import CubicMode
-from oma_identifier.levels.level_law import Law, level_law, LevelLaw, Line, QuantityLaw
+from oma_identifier.levels.law_fit import Law, LawFit
+from oma_identifier.levels.level_law import level_law, LevelLaw, QuantityLaw
 from oma_identifier.levels.modal_motion import modal_motion, ModalMotion
 from oma_identifier.levels.thresholds import LEVELS
 
@@ -14,8 +15,8 @@ __all__ = [
     'LEVELS',
     'CubicMode',
     'Law',
+    'LawFit',
     'LevelLaw',
-    'Line',
     'ModalMotion',
     'QuantityLaw',
     'level_law',

@@ -1,8 +1,13 @@
 """Which law the stiffness and the damping of a mode follow over the level of its motion.
 
 Each level gives a mode's stiffness and damping.  Cubic terms let them grow with the fourth over
-the second moment of displacement and velocity; Coulomb friction lets them fall with the inverse of
-their root mean squares.  Both are fitted, with the deviations of the values and of the amplitudes.
+the second moment of displacement and velocity.  A spring that begins beyond a gap (play), or that
+slips there (friction), stiffens or softens by the share of the motion that is beyond; dry friction
+lets damping fall with the inverse of the motion.  What else there may be has a second term.  All
+are fitted, with the deviations of the values and of the amplitudes, and compared by how likely the
+levels are under each.  A law is named where the others are less than one in twenty as likely, and
+never where its χ² is improbable; what a mode has where it hardly moves is the mean over all laws,
+by how likely they are, and what is between them counts in its deviation.
 
 Damping is the width of the peak.  Where one spring moves several modes, the others change the
 stiffness of this one as they come and go, and widen its peak as damping would.  A law of the width
@@ -13,60 +18,35 @@ constant, but no law: other modes that move this one may take its energy, too, a
 References
 ----------
 Caughey (1963), doi:10.1121/1.1918794: k₁ + k₃ E[q⁴]/E[q²], c₁ + c₃ E[q̇⁴]/E[q̇²], √(2/π) F / σ_v.
-York et al. (2004), doi:10.1119/1.1632486: lines through points that scatter in both coordinates.
+Hoeting et al. (1999), doi:10.1214/ss/1009212519: means over models, and their deviations.
 Birge (1932), doi:10.1103/PhysRev.40.207: deviations where χ² exceeds its mean.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
+from scipy.special import erfc
 
 from oma_identifier.levels.cubic_mode import CubicMode
+from oma_identifier.levels.law_fit import (
+    averaged,
+    fit_law,
+    Law,
+    LawFit,
+    LevelData,
+    mixed,
+    Shape,
+    weights,
+)
 from oma_identifier.levels.modal_motion import ModalMotion
 from oma_identifier.levels.thresholds import LEVELS
 
 Real = NDArray[np.float64]
-STEPS = 30
-"""Of the weights of a line: of 500 drawn ones the slope was off by 0.03 standard deviations at
-most, by 1e-14 in 99 of 100."""
-
-
-class Law(StrEnum):
-    """What a quantity does over the level."""
-
-    CONSTANT = 'constant'
-    CUBIC = 'cubic'
-    FRICTION = 'friction'
-    CUBIC_OR_FRICTION = 'cubic or friction'
-    OTHER = 'neither'
-    UNKNOWN = 'not told'
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """A straight line through levels.
-
-    Parameters
-    ----------
-    start, slope : float
-    start_std, slope_std : float
-    misfit : float
-        χ² of the levels.
-    chance : float
-        That levels of this law have such a χ² or a larger one.
-    """
-
-    start: float
-    slope: float
-    start_std: float
-    slope_std: float
-    misfit: float
-    chance: float
+GAPS = 32
+"""Between a quarter of the smallest and four times the largest motion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,21 +55,39 @@ class QuantityLaw:
 
     Parameters
     ----------
-    law : Law
-        The one the levels tell.
-    cubic : Line
-        Over the fourth over the second moment.
-    friction : Line
-        Over the inverse of its root.
-    farthest : float
-        Of the levels, each predicted by the others and the cubic law: the largest difference in
-        standard deviations.
+    laws : tuple of Law
+        Those that the levels leave: one of them holds.
+    start, start_std : float
+        Where the mode hardly moves, of all laws by how likely they are.
+    cubic : LawFit
+    fits : tuple of LawFit
+        All, the likeliest first.
+    another_level : float
+        Amplitude at which the two likeliest of several laws would be told apart, [m] of stiffness
+        and [m/s] of damping; NaN where none would, or one is left.
     """
 
-    law: Law
-    cubic: Line
-    friction: Line
-    farthest: float
+    laws: tuple[Law, ...]
+    start: float
+    start_std: float
+    cubic: LawFit
+    fits: tuple[LawFit, ...] = ()
+    another_level: float = math.nan
+
+    @property
+    def words(self) -> str:
+        """The laws that are left, for people."""
+        return ' or '.join(self.laws)
+
+    @property
+    def may_be_cubic(self) -> bool:
+        """Whether the levels leave a cubic law, which a constant is one of."""
+        return self.is_constant or Law.CUBIC in self.laws
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether no change is told."""
+        return self.laws == (Law.CONSTANT,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,11 +97,12 @@ class LevelLaw:
     Parameters
     ----------
     mode : CubicMode
-        By the cubic law of both, also where another is told: see ``stiffness.law``.
+        Where it hardly moves, with the terms of the cubic law of both, also where another is told:
+        see ``stiffness.laws``.
     frequency_std_hz, damping_ratio_std : float
     cubic_stiffness_std : float [1/(m² s²)]
     cubic_damping_std : float [s/m²]
-        NaN where the law of damping is unknown.
+        NaN where the law of damping is unknown.  Both NaN where the levels exclude a cubic law.
     stiffness, damping : QuantityLaw
     by_amplitude : bool
         Whether damping is told to be constant by the amplitude alone: the width has more in it.
@@ -130,18 +129,11 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
     motions : sequence of ModalMotion
         At each level, three or more, at one channel.
     """
-    relative = np.array([each.relative_std for each in motions])
-    stiffness = _law_of(
-        np.array([each.stiffness for each in motions]),
-        np.array([each.stiffness_std for each in motions]),
-        np.array([each.square_m2 for each in motions]),
-        np.array([each.displacement_m for each in motions]),
-        relative,
-    )
+    stiffness = _stiffness_of(motions)
     k = stiffness.cubic
-    if k.start <= 0.0:
+    if stiffness.start <= 0.0:
         return None
-    bent = stiffness.law in (Law.CUBIC, Law.CUBIC_OR_FRICTION)
+    bent = Law.CUBIC in stiffness.laws
     half_width_hz, half_width_std = np.array(
         [
             each.half_width_hz(0.375 * k.slope / math.sqrt(each.stiffness) if bent else 0.0)
@@ -151,35 +143,74 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
     by_width = _damping_of(motions, half_width_hz, half_width_std)
     alone = np.array([each.amplitude_half_width_hz() for each in motions]).T
     by_amplitude = _damping_of(motions, alone[0], alone[1])
-    start = math.sqrt(k.start)
+    start = math.sqrt(stiffness.start)
     moved_hz = abs(k.slope) * max(each.square_m2 for each in motions) / (4.0 * math.pi * start)
     moved = moved_hz / half_width_hz.min() if bent else 0.0
     agree = moved < LEVELS.most_bent and _agree(by_width, by_amplitude)
     damping = by_width if agree else by_amplitude
-    explained = agree and stiffness.law is not Law.OTHER
-    told = moved < LEVELS.half_widths and (explained or damping.law is Law.CONSTANT)
+    explained = agree and Law.OTHER not in stiffness.laws
+    told = moved < LEVELS.half_widths and (explained or damping.is_constant)
     c = damping.cubic
-    ratio = c.start / (2.0 * start)
+    ratio = damping.start / (2.0 * start)
     return LevelLaw(
         CubicMode(start / (2.0 * math.pi), ratio, k.slope, c.slope),
-        k.start_std / (2.0 * start) / (2.0 * math.pi),
-        math.hypot(c.start_std / (2.0 * start), ratio * k.start_std / (2.0 * k.start)),
-        k.slope_std,
-        c.slope_std if told else math.nan,
+        stiffness.start_std / (2.0 * start) / (2.0 * math.pi),
+        math.hypot(
+            damping.start_std / (2.0 * start), ratio * stiffness.start_std / stiffness.start / 2.0
+        ),
+        k.slope_std if stiffness.may_be_cubic else math.nan,
+        c.slope_std if told and damping.may_be_cubic else math.nan,
         stiffness,
-        damping if told else replace(damping, law=Law.UNKNOWN),
+        damping if told else replace(damping, laws=(Law.UNKNOWN,)),
         by_amplitude=told and not agree,
     )
 
 
+def _stiffness_of(motions: Sequence[ModalMotion]) -> QuantityLaw:
+    value = np.array([each.stiffness for each in motions])
+    colour = value * np.array([each.by_colour for each in motions]) * LEVELS.colour
+    data = LevelData(
+        value,
+        np.diag([each.stiffness_std**2 for each in motions]) + np.outer(colour, colour),
+        np.array([each.displacement_m for each in motions]),
+        np.array([each.relative_std for each in motions]),
+    )
+    gaps = np.geomspace(0.25 * data.amplitude.min(), 4.0 * data.amplitude.max(), GAPS)
+    beyond = np.array([each.share_beyond(gaps) for each in motions])
+    seen = np.flatnonzero(beyond.max(axis=0) > LEVELS.least_beyond).tolist()
+    springs = [
+        [_beyond(law, sign, data, float(gaps[n]), beyond[:, n]) for n in seen]
+        for law, sign in ((Law.PLAY, 1.0), (Law.FRICTION, -1.0))
+    ]
+    square = np.array([each.square_m2 for each in motions])
+    return _law_of(data, square, springs, LEVELS.stiffness_change)
+
+
+def _beyond(law: Law, sign: float, data: LevelData, gap: float, at_levels: Real) -> Shape:
+    """Return a spring that begins, or slips, where the motion is beyond a gap."""
+    over = gap / data.amplitude
+    steep = math.sqrt(2.0 / math.pi) * over * np.exp(-0.5 * over**2)
+
+    def columns(amplitude: Real) -> Real:
+        return np.asarray(erfc(gap / math.sqrt(2.0) / amplitude))[:, None]
+
+    return Shape(law, columns, at_levels[:, None], steep[:, None], sign)
+
+
 def _damping_of(motions: Sequence[ModalMotion], half_width_hz: Real, std: Real) -> QuantityLaw:
-    return _law_of(
+    data = LevelData(
         4.0 * math.pi * half_width_hz,
-        4.0 * math.pi * std,
-        np.array([each.square_m2_s2 for each in motions]),
+        np.diag((4.0 * math.pi * std) ** 2),
         np.array([each.velocity_m_s for each in motions]),
         np.array([each.relative_std for each in motions]),
     )
+
+    def inverse(amplitude: Real) -> Real:
+        return np.asarray(data.amplitude.min() / amplitude)[:, None]
+
+    dry = Shape(Law.FRICTION, inverse, inverse(data.amplitude), -inverse(data.amplitude), 1.0)
+    square = np.array([each.square_m2_s2 for each in motions])
+    return _law_of(data, square, [[dry]], LEVELS.damping_change)
 
 
 def _agree(by_width: QuantityLaw, by_amplitude: QuantityLaw) -> bool:
@@ -188,81 +219,104 @@ def _agree(by_width: QuantityLaw, by_amplitude: QuantityLaw) -> bool:
     apart = abs(wide.slope - alone.slope) / math.hypot(wide.slope_std, alone.slope_std)
     if apart > LEVELS.confirmed_std:
         return False
-    if by_width.law is Law.CONSTANT:
+    if by_width.is_constant:
         return True
-    if by_width.law is Law.OTHER:
-        return by_amplitude.law is not Law.CONSTANT
-    dry = by_width.law is Law.FRICTION
-    wide, alone = (by_width.friction, by_amplitude.friction) if dry else (wide, alone)
+    if Law.OTHER in by_width.laws:
+        return not by_amplitude.is_constant
+    if Law.CUBIC not in by_width.laws:
+        wide, alone = (
+            next(fit for fit in each.fits if fit.law is Law.FRICTION)
+            for each in (by_width, by_amplitude)
+        )
     return math.copysign(alone.slope, alone.slope * wide.slope) > (
         LEVELS.confirmed_std * alone.slope_std
     )
 
 
 def _law_of(
-    value: Real, value_std: Real, square: Real, amplitude: Real, relative: Real
+    data: LevelData, square: Real, rivals: Sequence[Sequence[Shape]], change: float
 ) -> QuantityLaw:
-    inverse = 1.0 / amplitude
-    cubic = _line(square, 2.0 * relative * square, value, value_std)
-    friction = _line(inverse, relative * inverse, value, value_std)
-    return QuantityLaw(
-        _told(value, value_std, cubic, friction),
-        cubic,
-        friction,
-        _farthest(square, 2.0 * relative * square, value, value_std),
+    """Return what laws the levels leave.
+
+    Parameters
+    ----------
+    data : LevelData
+    square : (n,) array
+        Fourth over second moment of the motion, at the levels.
+    rivals : sequence of sequence of Shape
+        Laws beside the constant, the cubic and another one, each at all its gaps.
+    change : float
+        Standard deviation of what a term adds at the largest level, over the values, beforehand.
+    """
+    fits = _fits(data, square, rivals, change)
+    free = [each.misfit / each.freedom for each in fits if each.freedom > 0]
+    scale = max(1.0, min(free))
+    if scale > 1.0:
+        data = replace(data, covariance=scale * data.covariance)
+        wider = _fits(data, square, rivals, change)
+        fits = [replace(new, misfit=old.misfit) for old, new in zip(fits, wider, strict=True)]
+    cubic = next(each for each in fits if each.law is Law.CUBIC)
+    # What is told to be constant may yet change a little.
+    starts = [cubic if each.law is Law.CONSTANT else each for each in fits]
+    start, start_std = averaged(
+        weights([each.evidence for each in fits]),
+        [(each.start, each.start_std) for each in starts],
     )
+    fits.sort(key=lambda each: -each.evidence)
+    left = _left(fits)
+    rivals_left = [each for each in fits if each.law in left][:2]
+    another = _another_level(data, rivals_left) if len(rivals_left) > 1 else math.nan
+    return QuantityLaw(left, start, start_std, cubic, tuple(fits), another)
 
 
-def _told(value: Real, value_std: Real, cubic: Line, friction: Line) -> Law:
-    """Return the law that the levels tell."""
-    weight = value_std**-2.0
-    mean = np.sum(weight * value) / np.sum(weight)
-    constant = float(np.sum(weight * (value - mean) ** 2))
-    if constant - min(cubic.misfit, friction.misfit) < LEVELS.told_std**2:
-        chance = float(chdtrc(len(value) - 1, constant))
-        return Law.CONSTANT if chance > LEVELS.least_chance else Law.OTHER
-    if max(cubic.chance, friction.chance) < LEVELS.least_chance:
-        return Law.OTHER
-    if friction.misfit - cubic.misfit > LEVELS.told_apart:
-        return Law.CUBIC
-    if cubic.misfit - friction.misfit > LEVELS.told_apart:
-        return Law.FRICTION
-    return Law.CUBIC_OR_FRICTION
+def _fits(
+    data: LevelData, square: Real, rivals: Sequence[Sequence[Shape]], change: float
+) -> list[LawFit]:
+    per_square = float(np.mean(square / data.amplitude**2))
 
+    def squares(amplitude: Real) -> Real:
+        return np.asarray(per_square * amplitude**2)[:, None]
 
-def _line(x: Real, x_std: Real, y: Real, y_std: Real) -> Line:
-    """Return the line through points with deviations of both coordinates."""
-    slope = 0.0
-    for _ in range(STEPS):
-        weight = 1.0 / (y_std**2 + (slope * x_std) ** 2)
-        total = weight.sum()
-        x_mean, y_mean = weight @ x / total, weight @ y / total
-        spread = weight @ (x - x_mean) ** 2
-        slope = float(weight @ ((x - x_mean) * (y - y_mean)) / spread)
-    start = float(y_mean - slope * x_mean)
-    misfit = float(weight @ (y - start - slope * x) ** 2)
-    scale = math.sqrt(max(1.0, misfit / (len(x) - 2)))
-    return Line(
-        start,
-        slope,
-        scale * math.sqrt(1.0 / total + x_mean**2 / spread),
-        scale / math.sqrt(spread),
-        misfit,
-        float(chdtrc(len(x) - 2, misfit)),
+    def bent(amplitude: Real) -> Real:
+        return np.hstack([squares(amplitude), squares(amplitude) ** 2])
+
+    nothing = np.empty((len(square), 0))
+    s = square[:, None]
+    shapes = (
+        Shape(Law.CONSTANT, lambda amplitude: np.empty((len(amplitude), 0)), nothing, nothing),
+        Shape(Law.CUBIC, squares, s, 2.0 * s),
+        Shape(Law.OTHER, bent, np.hstack([s, s**2]), np.hstack([2.0 * s, 4.0 * s**2])),
     )
+    fits = [fit_law(data, each, change, 1 + each.at_levels.shape[1]) for each in shapes]
+    for law in rivals:
+        free = 2 + (len(law) > 1)
+        fits.append(mixed([fit_law(data, each, change, free) for each in law]))
+    return fits
 
 
-def _farthest(x: Real, x_std: Real, y: Real, y_std: Real) -> float:
-    """Return the largest difference of a level from what the others predict, in deviations."""
-    if len(x) <= LEVELS.fewest_levels:
-        return math.nan
-    differences = []
-    for left_out in range(len(x)):
-        kept = np.arange(len(x)) != left_out
-        line = _line(x[kept], x_std[kept], y[kept], y_std[kept])
-        weight = 1.0 / (y_std[kept] ** 2 + (line.slope * x_std[kept]) ** 2)
-        centre = weight @ x[kept] / weight.sum()
-        own = y_std[left_out] ** 2 + (line.slope * x_std[left_out]) ** 2
-        std = math.sqrt(own + 1.0 / weight.sum() + (line.slope_std * (x[left_out] - centre)) ** 2)
-        differences.append(abs(y[left_out] - line.start - line.slope * x[left_out]) / std)
-    return float(max(differences))
+def _another_level(data: LevelData, fits: Sequence[LawFit]) -> float:
+    """Return the amplitude at which two laws differ most, half to twice as far as was measured."""
+    at = np.sort(data.amplitude)
+    tried = np.concatenate([[0.5 * at[0]], np.sqrt(at[1:] * at[:-1]), [2.0 * at[-1]]])
+    one, other = (each.course(tried) for each in fits)
+    relative_std = float(np.median(np.sqrt(np.diag(data.covariance)) / data.value))
+    apart = np.abs(one - other) / (relative_std * np.maximum(one, other))
+    best = int(np.argmax(apart))
+    enough = apart[best] > math.sqrt(2.0 * math.log(LEVELS.odds))
+    return float(tried[best]) if enough else math.nan
+
+
+def _left(fits: Sequence[LawFit]) -> tuple[Law, ...]:
+    """Return the laws that the levels leave, the likeliest first.
+
+    Of a constant and a law that only may change, it is the constant; of a cubic law and one that
+    only may have a further term the cubic one.
+    """
+    probable = [each for each in fits if each.chance > LEVELS.least_chance]
+    least = fits[0].evidence - math.log(LEVELS.odds)
+    left = [each.law for each in probable if each.evidence > least]
+    if Law.CONSTANT in left:
+        return (Law.CONSTANT,)
+    if Law.CUBIC in left and Law.OTHER in left:
+        left.remove(Law.OTHER)
+    return tuple(left) or (Law.OTHER,)

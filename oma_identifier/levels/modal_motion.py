@@ -37,6 +37,9 @@ class ModalMotion:
         Standard deviation of the root mean squares over their values.
     stiffness, stiffness_std : float [1/s²]
         Mean square of velocity over that of displacement.
+    by_colour : float
+        Relative change of the stiffness with the exponent of a force whose power goes with a
+        power of the frequency.
     envelopes : tuple of complex arrays [m]
         Displacement about the mode's frequency, of each part of the record.
     rate_hz, carrier_hz : float [Hz]
@@ -52,6 +55,7 @@ class ModalMotion:
     relative_std: float
     stiffness: float
     stiffness_std: float
+    by_colour: float
     envelopes: tuple[Complex, ...]
     rate_hz: float
     carrier_hz: float
@@ -61,6 +65,20 @@ class ModalMotion:
     def duration_s(self) -> float:
         """Length of the envelopes together [s]."""
         return sum(map(len, self.envelopes)) / self.rate_hz
+
+    def share_beyond(self, gaps_m: Real) -> Real:
+        """Return E[q f(q)] / E[q²], f the part of the displacement q beyond a gap, of each gap.
+
+        Parameters
+        ----------
+        gaps_m : (n_gaps,) array [m]
+            On either side of the middle.
+        """
+        amplitude = np.abs(np.concatenate(self.envelopes))
+        amplitude *= math.sqrt(2.0) * self.displacement_m / np.sqrt(np.mean(amplitude**2))
+        over = np.minimum(gaps_m[:, None] / np.maximum(amplitude, 1e-300), 1.0)
+        inside = (np.arcsin(over) + over * np.sqrt(1.0 - over**2)) * 2.0 / math.pi
+        return np.asarray(np.mean(amplitude**2 * (1.0 - inside), axis=1) / np.mean(amplitude**2))
 
     def half_width_hz(self, phase_rate: float) -> tuple[float, float]:
         """Return the half-width of the peak without what amplitude does to the phase, and its std.
@@ -137,7 +155,7 @@ def modal_motion(
     displacement = _moments(envelopes)
     velocity = _moments([at_channel * each.velocity for each in found])
     duration_s = sum(map(len, envelopes)) / rate_hz
-    ratio, ratio_std, share = _linear_mode(f, zeta, reach, duration_s)
+    ratio, ratio_std, share, by_colour = _linear_mode(f, zeta, reach, duration_s)
     whole = (1.0 - seen.noise_share) / share
     stiffness = velocity[0] / displacement[0] / ratio
     return ModalMotion(
@@ -148,6 +166,7 @@ def modal_motion(
         min(1.0, LEVELS.amplitude_scatter / math.sqrt(zeta * f * duration_s)),
         stiffness,
         stiffness * ratio_std,
+        by_colour,
         envelopes,
         rate_hz,
         carrier_hz,
@@ -214,8 +233,10 @@ def _moments(envelopes: Sequence[Complex]) -> tuple[float, float]:
 
 def _linear_mode(
     f: float, zeta: float, reach_hz: float, duration_s: float
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float, float]:
     """Return the ratio of moments over ω² of a linear mode in a band, its deviation, its share.
+
+    And how the ratio changes with the exponent of a force that goes with a power of frequency.
 
     Lines scatter as their own expectation, so that the variance of a ratio of their sums is that
     of the sum of (ω² - ratio) times the density.  The share of all power is over π f / (4 ζ), the
@@ -228,4 +249,5 @@ def _linear_mode(
     ratio = float(density @ square / density.sum())
     std = float(np.linalg.norm((square - ratio) * density) / density.sum())
     share = float(density.sum()) * step / (math.pi * f / (4.0 * zeta))
-    return ratio, std / ratio, min(1.0, share)
+    by_colour = float(density @ ((square - ratio) * np.log(hz / f)) / density.sum()) / ratio
+    return ratio, std / ratio, min(1.0, share), by_colour

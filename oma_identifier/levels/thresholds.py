@@ -44,19 +44,26 @@ class LevelThresholds:
     width is damping: beyond, cubic damping that was none came out 3.5 standard deviations large.
     The amplitude tells damping until the peak leaves its band: of 26 modes that moved by 2 to 8
     half-widths cubic damping was off by 0.84 deviations rms, of four others one by 3.7."""
-    told_std: float = 4.0
-    """Standard deviations from where on a change is told; chosen.  Two laws are tried: of 160
-    values of linear modes three were beyond 3."""
+    stiffness_change: float = 0.5
+    damping_change: float = 2.0
+    """Standard deviation of what a term adds at the largest level, over what is there, before
+    anything is measured; chosen.  Twice as much takes half off how likely a change is."""
+    least_beyond: float = 1e-3
+    """Of the motion's power beyond a gap, below which it is not looked for; chosen."""
+    odds: float = 20.0
+    """Beyond which the less likely of two laws is excluded."""
+    colour: float = 0.5
+    """Standard deviation of the exponent of the force's power over frequency about a mode: 1.5 dB
+    an octave; chosen.  What averages within samples take off has 0.1 to 0.6 up to 0.3 of the
+    rate."""
     confirmed_std: float = 2.5
     """Of its own deviations by which the amplitude alone has what the width has, and by how many
     of both they may differ: a change that is none is confirmed in 0.6 of 100 cases.
     Of 56 modes of 20 random chains with linear damping, and cubic springs or play at one place or
     two, 14 had been told another law than constant by their width, none is; of 30 oscillators,
     cubic in both, the 18 that had been told it with a deviation are."""
-    told_apart: float = 6.0
-    """Difference of χ² from where on one law is told from another: odds of 20."""
     least_chance: float = 1e-3
-    """Of the χ² of a law; below, neither law describes the levels."""
+    """Of the χ² of a law; below, it does not describe the levels."""
 
 
 LEVELS = LevelThresholds()
