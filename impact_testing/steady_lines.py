@@ -33,6 +33,7 @@ BLOCK_S = 0.25
 long leave 0.46, 0.35 and 1.1 of the noise near lightly damped modes (seeds 900730 to 900737)."""
 LEAST_REST_S = 2.0 * BLOCK_S
 """Before the first tap: two blocks."""
+LOUD = 2.0
 CHANCE = 1e-3
 """Of a record in which noise is taken for a line: little is lost, for what is taken out is no more
 than the rest before the tap has of it."""
@@ -164,7 +165,7 @@ class _Line:
         rate_hz : float [Hz]
         """
         blocks = _Blocks.of(rows, at_hz, rest, apart, rate_hz)
-        weight = blocks.weight(np.zeros_like(blocks.phasor))
+        weight = blocks.weight(blocks.as_in_rest())
         phase = 2.0 * np.pi * blocks.common_hz(weight, rate_hz / rest) * blocks.time_s
         uncertain = np.zeros(len(phase))
         for _ in range(ROUNDS):
@@ -202,6 +203,8 @@ class _Blocks:
         Turned back by the frequency.
     quiet : int
         Blocks before the first tap.
+    noise : (n_channels,) array
+        Mean square of what is no line, in the rest before the first tap.
     used : (n_blocks,) bool array
         Blocks of the force that are no part of a tap.
     """
@@ -209,6 +212,7 @@ class _Blocks:
     time_s: Real
     phasor: Complex
     quiet: int
+    noise: Real
     used: NDArray[np.bool_]
 
     @classmethod
@@ -226,19 +230,29 @@ class _Blocks:
         ]
         used = np.array([apart[n : n + length].all() for n in first.tolist()])
         middle = np.asarray((first + 0.5 * length) / rate_hz, dtype=np.float64)
-        return cls(middle, np.array(phasor), int(np.sum(first + length <= rest)), used)
+        quiet = int(np.sum(first + length <= rest))
+        noise = _beside(rows[:rest], at_hz, rate_hz) * np.sum(taper**2)
+        return cls(middle, np.array(phasor), quiet, noise, used)
+
+    def as_in_rest(self) -> Complex:
+        """Return a line of the size that it has before the first tap, its phase as each block's."""
+        square = np.mean(np.abs(self.phasor[: self.quiet]) ** 2, axis=0) - self.noise
+        turn = self.phasor / np.maximum(np.abs(self.phasor), 1e-300)
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)) * turn)
 
     def weight(self, line: Complex) -> Real:
         """Return one over the power of what a line leaves, (n_blocks, n_channels) array.
 
         Of noise there is as much as in the rest before the first tap, and structure rings in all
-        responses at once.
+        responses at once.  It rings alike in one block after the other, so that what it does to
+        the mean of many is as large as what it does to one.
         """
         power = np.abs(self.phasor - line) ** 2
-        level = np.maximum(power[: self.quiet].mean(axis=0), 1e-12 * power.mean(axis=0) + 1e-300)
+        level = np.maximum(self.noise, 1e-12 * power.mean(axis=0) + 1e-300)
         over = power / level
-        course = np.column_stack([over[:, 0], *[over[:, 1:].mean(axis=1)] * (over.shape[1] - 1)])
-        weight = 1.0 / (np.maximum(course, 1.0) * level)
+        rings = over[:, 1:].mean(axis=1, keepdims=True)
+        rings = 1.0 + len(over) * np.maximum(rings - LOUD, 0.0)
+        weight = 1.0 / level / np.hstack([np.maximum(over[:, :1], 1.0), rings + 0.0 * over[:, 1:]])
         weight[~self.used, 0] = 0.0
         return np.asarray(weight)
 
@@ -287,6 +301,16 @@ def _followed(time_s: Real, seen: Real, variance: Real) -> tuple[Real, Real]:
             spread = spread + np.sum(beside.T * np.linalg.solve(gram, beside.T), axis=0)
             found = free @ level + own @ left, np.maximum(spread, 0.0)
     return found
+
+
+def _beside(rest: Real, at_hz: float, rate_hz: float) -> Real:
+    """Return the density beside a line, per sample: of white noise its mean square."""
+    taper = hann(len(rest))
+    power = np.abs(rfft(taper[:, None] * rest, axis=0)) ** 2 / np.sum(taper**2)
+    line = round(at_hz * len(rest) / rate_hz)
+    around = [n for n in range(-BESIDE, BESIDE + 1) if abs(n) > LOBE]
+    near = np.clip(line + np.array(around), LOBE, len(power) - 1)
+    return np.asarray(np.median(power[near], axis=0) / np.log(2.0))
 
 
 def _strongest(rest: Real, rate_hz: float, told_hz: Sequence[float]) -> float | None:
