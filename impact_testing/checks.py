@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from impact_testing.fit import ForceDelay, FreePoint, Places
 from impact_testing.modes import nearer_than_told, rings, TOLD_DECAY
-from impact_testing.record import ImpactRecord
 from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
+from impact_testing.steady_lines import Cleared
 from impact_testing.unexplained import unexplained_peaks
 from modal_core.mode import Mode
 from modal_core.named import named
@@ -125,21 +125,35 @@ def remarks_on_peaks(data: Sequence[PointData], pole: Complex) -> tuple[str, ...
     return tuple(said)
 
 
-def remark_on_lines(
-    records: Sequence[ImpactRecord], lines_hz: Sequence[Sequence[float]]
-) -> tuple[str, ...]:
-    """Return what is to be said of lines that were taken out, by record [Hz]."""
-    by_lines: dict[str, list[str]] = {}
-    for record, lines in zip(records, lines_hz, strict=True):
-        if lines:
-            by_lines.setdefault(named([f'{each:.3g}' for each in lines], 5), []).append(
-                record.name
-            )
-    return tuple(
-        f'at {lines} Hz {named(names, 3)} hum{"s" if len(names) == 1 else ""} without a tap:'
-        ' that was taken out of force and responses'
-        for lines, names in by_lines.items()
+def remarks_on_lines(cleared: Sequence[Cleared]) -> tuple[str, ...]:
+    """Return what is to be said of lines that are there without a tap."""
+    told = (
+        (
+            [each.taken_hz for each in cleared],
+            'hum',
+            'without a tap: that was taken out of force and responses',
+        ),
+        (
+            [each.left_hz for each in cleared],
+            'move',
+            'before the first tap: that was left in, for behind the taps it is no steady line, or'
+            ' is not told from what rings',
+        ),
+        (
+            [each.too_soon_hz for each in cleared],
+            'hum',
+            'in the force: that was left in; half a second of rest before the first tap would tell'
+            ' the line',
+        ),
     )
+    said = []
+    for lines_hz, verb, rest in told:
+        names = [each.record.name for each, lines in zip(cleared, lines_hz, strict=True) if lines]
+        every = dict.fromkeys(f'{each:.3g}' for each in sorted(sum(lines_hz, ())))
+        verb += 's' if len(names) == 1 else ''
+        if names:
+            said.append(f'at {named(list(every), 5)} Hz {named(names, 3)} {verb} {rest}')
+    return tuple(said)
 
 
 def remark_on_delay(delay: ForceDelay) -> tuple[str, ...]:

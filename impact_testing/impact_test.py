@@ -10,8 +10,8 @@ from impact_testing.checks import (
     driving_phases,
     reciprocity,
     remark_on_delay,
-    remark_on_lines,
     remarks_on,
+    remarks_on_lines,
     remarks_on_peaks,
 )
 from impact_testing.driving_sign import (
@@ -109,7 +109,8 @@ def impact_modes(
     """
     settings = settings or ImpactSettings()
     _check_rates(records)
-    cleared, lines_hz = zip(*(without_steady_lines(each) for each in records), strict=True)
+    without = [without_steady_lines(each) for each in records]
+    cleared = [each.record for each in without]
     judged, length_s = judged_together(cleared, settings.segment_s, records)
     decay = -np.log(settings.window_end) / length_s
     spectra = [
@@ -128,7 +129,7 @@ def impact_modes(
             found=str(error),
             advice='check that force and responses belong together, or narrow the band',
         ) from error
-    return replace(found, remarks=(*remark_on_lines(records, lines_hz), *found.remarks))
+    return replace(found, remarks=(*remarks_on_lines(without), *found.remarks))
 
 
 def _identified(

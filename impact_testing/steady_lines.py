@@ -18,8 +18,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import rfft
-from scipy.linalg import cho_factor, cho_solve
+from scipy.fft import irfft, rfft
+from scipy.linalg import cho_factor, cho_solve, solve_toeplitz
+from scipy.signal import lfilter
 
 from impact_testing.record import ImpactRecord
 from impact_testing.taps import begin_of, FILTER_SAMPLES, find_taps, Tap
@@ -33,12 +34,12 @@ BLOCK_S = 0.25
 long leave 0.46, 0.35 and 1.1 of the noise near lightly damped modes (seeds 900730 to 900737)."""
 LEAST_REST_S = 2.0 * BLOCK_S
 """Before the first tap: two blocks."""
-LOUD = 2.0
 CHANCE = 1e-3
 """Of a record in which noise is taken for a line: little is lost, for what is taken out is no more
 than the rest before the tap has of it."""
 BESIDE, LOBE = 16, 3
 """Spectral lines on either side that are the background of one; those next to it are its own."""
+AROUND = 2 * (BESIDE - LOBE)
 INDEPENDENT = 0.5
 """Share of neighbouring lines that are independent under the taper: 0.51, for powers of
 neighbours correlate by 4/9, and of the ones after by 1/36."""
@@ -47,39 +48,62 @@ FINER = 8
 one, two lines of 24 near lightly damped modes are refused (seeds 900730 to 900737)."""
 MOST_LINES = 16
 """Bounds the work on a record, whatever is in it."""
+ORDER = 2 * MOST_LINES
+"""Samples that let expect the next: two for each line."""
 ROUNDS = 4
 """Of weights and course: 1, 2, 4 and 8 leave 0.095, 0.029, 0.028 and 0.026 of the noise
 (eight tests, seeds 900730 to 900737)."""
 WANDER = (0.0, *(2.0 * np.pi * 10.0 ** np.arange(-4.0, -1.9, 0.5)).tolist())
 """Of the frequency, that are tried [rad/s per √s]; grids have some mHz."""
+LOUD = 2.0
+"""Times the noise, from where on a block rings.  @@"""
 QUIET, GOES_ON = 4.0, 0.25
 """After the first tap, where a channel has less than so many times the power of the line, less
 than this share of it must differ from the line, a median: a mode that the floor shakes has other
 amplitudes and phases there."""
 
 
-def without_steady_lines(record: ImpactRecord) -> tuple[ImpactRecord, tuple[float, ...]]:
+@dataclass(frozen=True, slots=True)
+class Cleared:
+    """A record without its lines.
+
+    Parameters
+    ----------
+    record : ImpactRecord
+        The same one where there is no line.
+    taken_hz : tuple of float [Hz]
+        What was taken out.
+    left_hz : tuple of float [Hz]
+        What is there before the first tap and is not known behind it: left in.
+    too_soon_hz : tuple of float [Hz]
+        The strongest line of the force, of a record without rest before the first tap: left in.
+    """
+
+    record: ImpactRecord
+    taken_hz: tuple[float, ...] = ()
+    left_hz: tuple[float, ...] = ()
+    too_soon_hz: tuple[float, ...] = ()
+
+
+def without_steady_lines(record: ImpactRecord) -> Cleared:
     """Take lines out of the force and the responses.
 
     Parameters
     ----------
     record : ImpactRecord
-
-    Returns
-    -------
-    record : ImpactRecord
-        The same one where there is no line.
-    lines_hz : tuple of float [Hz]
-        What was taken out.
     """
-    taps = find_taps(record.force_n, record.rate_hz)
-    rest = begin_of(record, taps[0]) if taps else 0
-    if rest < max(LEAST_REST_S * record.rate_hz, 8 * BESIDE):
-        return record, ()
+    taps = (*find_taps(record.force_n, record.rate_hz), *_taps_under_lines(record))
+    rest = min((begin_of(record, each) for each in taps), default=0)
+    apart = _apart_from(record, taps)
+    least = max(LEAST_REST_S * record.rate_hz, 8 * BESIDE)
+    if rest < least:
+        quiet = record.force_n[_longest(apart)]
+        alone = quiet[:, None] - quiet.mean()
+        found = _strongest(alone, record.rate_hz, ()) if len(quiet) >= least else None
+        return Cleared(record, too_soon_hz=() if found is None else (found,))
     rows = np.column_stack([record.force_n, record.responses.widened()])
     left, lines = rows - rows[:rest].mean(axis=0), list[_Line]()
     refused = list[float]()
-    apart = _apart_from(record, taps)
     while len(lines) + len(refused) < MOST_LINES:
         at_hz = _strongest(left[:rest], record.rate_hz, refused + [each.at_hz for each in lines])
         if at_hz is None:
@@ -91,7 +115,7 @@ def without_steady_lines(record: ImpactRecord) -> tuple[ImpactRecord, tuple[floa
         else:
             refused.append(at_hz)
     if not lines:
-        return record, ()
+        return Cleared(record, left_hz=tuple(sorted(refused)))
     for number, each in enumerate(lines):
         # Strong ones hid some of the weak ones.
         with_it = left + each.samples()
@@ -99,8 +123,36 @@ def without_steady_lines(record: ImpactRecord) -> tuple[ImpactRecord, tuple[floa
         left = with_it - lines[number].samples()
     left += rows[:rest].mean(axis=0)
     responses = replace(record.responses, acceleration=left[:, 1:])
-    cleared = replace(record, force_n=left[:, 0], responses=responses)
-    return cleared, tuple(sorted(each.mean_hz for each in lines))
+    return Cleared(
+        replace(record, force_n=left[:, 0], responses=responses),
+        tuple(sorted(each.mean_hz for each in lines)),
+        tuple(sorted(refused)),
+    )
+
+
+def _taps_under_lines(record: ImpactRecord) -> tuple[Tap, ...]:
+    """Return the taps of a force less what the samples before each let expect: lines, no taps.
+
+    A line of a sixth of a tap hides it, where the taps alone are looked for.
+    """
+    force = record.force_n - np.median(record.force_n)
+    power = np.abs(rfft(force, 2 * len(force))) ** 2
+    lags = irfft(power)[: ORDER + 1]
+    if len(force) <= ORDER or lags[0] <= 0.0:
+        return ()
+    lags[0] *= 1.0 + 1e-9
+    expected = lfilter([0.0, *solve_toeplitz(lags[:-1], lags[1:])], [1.0], force)
+    new = force - expected
+    new[:ORDER] = 0.0
+    return find_taps(new, record.rate_hz)
+
+
+def _longest(apart: NDArray[np.bool_]) -> slice:
+    """Return the longest stretch between taps."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], apart, [False]]).astype(int)))
+    first, end = edges[::2], edges[1::2]
+    best = int(np.argmax(end - first)) if len(first) else 0
+    return slice(int(first[best]), int(end[best])) if len(first) else slice(0, 0)
 
 
 def _apart_from(record: ImpactRecord, taps: Sequence[Tap]) -> NDArray[np.bool_]:
@@ -231,11 +283,12 @@ class _Blocks:
         used = np.array([apart[n : n + length].all() for n in first.tolist()])
         middle = np.asarray((first + 0.5 * length) / rate_hz, dtype=np.float64)
         quiet = int(np.sum(first + length <= rest))
-        noise = _beside(rows[:rest], at_hz, rate_hz) * np.sum(taper**2)
+        line = np.array([round(at_hz * rest / rate_hz)])
+        noise = _beside(_spectrum(rows[:rest]), line)[0] * np.sum(taper**2)
         return cls(middle, np.array(phasor), quiet, noise, used)
 
     def as_in_rest(self) -> Complex:
-        """Return a line of the size that it has before the first tap, its phase as each block's."""
+        """Return a line of its size before the first tap, its phase that of each block."""
         square = np.mean(np.abs(self.phasor[: self.quiet]) ** 2, axis=0) - self.noise
         turn = self.phasor / np.maximum(np.abs(self.phasor), 1e-300)
         return np.asarray(np.sqrt(np.maximum(square, 0.0)) * turn)
@@ -250,9 +303,11 @@ class _Blocks:
         power = np.abs(self.phasor - line) ** 2
         level = np.maximum(self.noise, 1e-12 * power.mean(axis=0) + 1e-300)
         over = power / level
-        rings = over[:, 1:].mean(axis=1, keepdims=True)
-        rings = 1.0 + len(over) * np.maximum(rings - LOUD, 0.0)
-        weight = 1.0 / level / np.hstack([np.maximum(over[:, :1], 1.0), rings + 0.0 * over[:, 1:]])
+        rings = np.maximum(over[:, 1:].mean(axis=1) - LOUD, 0.0)
+        course = np.column_stack(
+            [np.maximum(over[:, 0], 1.0), *[1.0 + len(over) * rings] * (over.shape[1] - 1)]
+        )
+        weight = 1.0 / (course * level)
         weight[~self.used, 0] = 0.0
         return np.asarray(weight)
 
@@ -303,29 +358,34 @@ def _followed(time_s: Real, seen: Real, variance: Real) -> tuple[Real, Real]:
     return found
 
 
-def _beside(rest: Real, at_hz: float, rate_hz: float) -> Real:
-    """Return the density beside a line, per sample: of white noise its mean square."""
+def _spectrum(rest: Real) -> Real:
+    """Return the power of each line of a stretch, of white noise its mean square."""
     taper = hann(len(rest))
-    power = np.abs(rfft(taper[:, None] * rest, axis=0)) ** 2 / np.sum(taper**2)
-    line = round(at_hz * len(rest) / rate_hz)
-    around = [n for n in range(-BESIDE, BESIDE + 1) if abs(n) > LOBE]
-    near = np.clip(line + np.array(around), LOBE, len(power) - 1)
-    return np.asarray(np.median(power[near], axis=0) / np.log(2.0))
+    return np.asarray(np.abs(rfft(taper[:, None] * rest, axis=0)) ** 2 / np.sum(taper**2))
+
+
+def _beside(power: Real, lines: NDArray[np.int64]) -> Real:
+    """Return the mean power beside lines, by the median, (n_lines, n_channels) array.
+
+    Towards the ends of a spectrum there are more of them on the other side.
+    """
+    first = np.clip(lines - BESIDE, LOBE, len(power) - 1 - 2 * BESIDE)
+    near = first[:, None] + np.arange(2 * BESIDE + 1)
+    near = near[np.abs(near - lines[:, None]) > LOBE].reshape(len(lines), AROUND)
+    return np.asarray(np.median(power[near], axis=1) / np.log(2.0))
 
 
 def _strongest(rest: Real, rate_hz: float, told_hz: Sequence[float]) -> float | None:
     """Return the line of a stretch that stands out most, None where none does [Hz]."""
-    power = np.abs(rfft(hann(len(rest))[:, None] * rest, axis=0)) ** 2
+    power = _spectrum(rest)
     lowest = max(2 * LOBE, round(2.0 / BLOCK_S * len(rest) / rate_hz))
-    lines = np.arange(lowest, len(rest) // 2)
-    around = [n for n in range(-BESIDE, BESIDE + 1) if abs(n) > LOBE]
-    near = np.clip(lines[:, None] + around, LOBE, len(power) - 1)
-    beside = np.median(power[near], axis=1) / np.log(2.0)
-    ratio = power[lines] / np.maximum(beside, 1e-24 * power.max(axis=0) + 1e-300)
+    lines = np.arange(lowest, len(power) - LOBE)
+    floor = 1e-24 * power.max(axis=0) + 1e-300
+    ratio = power[lines] / np.maximum(_beside(power, lines), floor)
     for each in told_hz:
         ratio[np.abs(lines * rate_hz / len(rest) - each) < LOBE * rate_hz / len(rest)] = 0.0
     line, channel = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
-    chance = fisher_tail(float(ratio[line, channel]), 2.0, 2.0 * INDEPENDENT * len(around))
+    chance = fisher_tail(float(ratio[line, channel]), 2.0, 2.0 * INDEPENDENT * AROUND)
     if float(chance) * ratio.size > CHANCE:
         return None
     return float(lines[line] * rate_hz / len(rest))
