@@ -55,7 +55,7 @@ ROUNDS = 4
 (eight tests, seeds 900730 to 900737)."""
 WANDER = (0.0, *(2.0 * np.pi * 10.0 ** np.arange(-4.0, -1.9, 0.5)).tolist())
 """Of the frequency, that are tried [rad/s per √s]; grids have some mHz."""
-LOUD = 2.0
+LOUD, STRAY = 4.0, 0.01
 """Times the noise, from where on a block rings.  @@"""
 QUIET, GOES_ON = 4.0, 0.25
 """After the first tap, where a channel has less than so many times the power of the line, less
@@ -220,14 +220,20 @@ class _Line:
         weight = blocks.weight(blocks.as_in_rest())
         phase = 2.0 * np.pi * blocks.common_hz(weight, rate_hz / rest) * blocks.time_s
         uncertain = np.zeros(len(phase))
-        for _ in range(ROUNDS):
+        for number in range(ROUNDS):
             wave = np.exp(1j * phase - 0.5 * uncertain)[:, None]
             size = np.sum(weight * np.abs(wave) ** 2, axis=0)
             phasor = np.sum(weight * wave.conj() * blocks.phasor, axis=0) / size
-            weight = blocks.weight(phasor * wave)
-            strength = weight @ np.abs(phasor) ** 2
-            turn = (weight * blocks.phasor) @ phasor.conj() * np.exp(-1j * phase) / strength
-            phase, uncertain = _followed(blocks.time_s, phase + turn.imag, 0.5 / strength)
+            tells = weight * np.abs(phasor) ** 2
+            if number == 0:
+                # A channel that tells of few blocks has no say in how these lie to the others.
+                tells = tells * _widest(tells)
+            strength = np.maximum(tells.sum(axis=1), 1e-9)
+            seen = blocks.phasor * np.exp(-1j * phase)[:, None] / phasor
+            turn = np.sum(tells * seen.imag, axis=1) / strength
+            phase, uncertain = _followed(blocks.time_s, phase + turn, 0.5 / strength)
+            # Only a line whose phase is followed tells what rings.
+            weight = blocks.weight(np.exp(1j * phase - 0.5 * uncertain)[:, None] * phasor)
         line = np.exp(1j * phase - 0.5 * uncertain)[:, None] * phasor
         time_s, middle_s = np.arange(len(rows)) / rate_hz, blocks.time_s
         # Beyond the middles of the first and the last block it goes on as it does on the whole.
@@ -302,11 +308,12 @@ class _Blocks:
         """
         power = np.abs(self.phasor - line) ** 2
         level = np.maximum(self.noise, 1e-12 * power.mean(axis=0) + 1e-300)
-        over = power / level
-        rings = np.maximum(over[:, 1:].mean(axis=1) - LOUD, 0.0)
-        course = np.column_stack(
-            [np.maximum(over[:, 0], 1.0), *[1.0 + len(over) * rings] * (over.shape[1] - 1)]
-        )
+        over = np.maximum(power / level, 1.0)
+        heard = over[:, 1:].mean(axis=1)
+        # A line that is not yet followed well leaves a part of itself.
+        stray = STRAY * np.mean(np.abs(line[:, 1:]) ** 2 / level[1:], axis=1)
+        rings = len(over) * np.maximum(heard - LOUD - stray, 0.0)
+        course = np.column_stack([over[:, 0], *[heard + rings] * (over.shape[1] - 1)])
         weight = 1.0 / (course * level)
         weight[~self.used, 0] = 0.0
         return np.asarray(weight)
@@ -328,6 +335,12 @@ class _Blocks:
         turned = np.exp(-2j * np.pi * np.outer(offset_hz, self.time_s)) @ (weight * self.phasor)
         power = np.sum(np.abs(turned) ** 2 / weight.sum(axis=0), axis=1)
         return float(offset_hz[int(np.argmax(power))])
+
+
+def _widest(tells: Real) -> NDArray[np.bool_]:
+    """Return which channels tell the phase in nearly as many blocks as any."""
+    blocks = np.sum(tells > 1.0, axis=0)
+    return np.asarray(blocks >= 0.9 * blocks.max())
 
 
 def _followed(time_s: Real, seen: Real, variance: Real) -> tuple[Real, Real]:
