@@ -64,9 +64,9 @@ QUIET, GOES_ON = 4.0, 0.25
 """A block rings from so many times the noise on; 2, 4 and 8 leave the same.  After the first tap,
 where a channel has less than so many times the power of the line, less than the share of it must
 differ from the line, a median: a mode that the floor shakes has other amplitudes and phases there.
-Of floors that shake modes of 0.08 to 0.4 % four, one and no line are found, of 72 lines beside or
-within ringing 75, 71 and 67 (2, 4 and 8 times).  A share of 0.1 finds 67 lines, of 0.5 as many as
-0.25, and any share six false ones."""
+With 2, 4 and 8 times four, one and no mode that the floor shakes (0.08 to 0.4 % damping, six
+tests) is taken for a line, and 75, 71 and 67 lines of 72 are; with shares of 0.1, 0.25, 0.5 and
+any none, one, one and six, and 67, 71, 73 and 77."""
 
 
 @dataclass(frozen=True, slots=True)
