@@ -71,10 +71,8 @@ class RecordSpectra:
         noise of the known motion makes of the prediction, and what a linear model misses.  Without
         bound for channels that the record does not have: they weigh nothing.
     tail : (BLOCK, n_blocks, n_joints) array [rad/s²]
-        Motor acceleration in time, every few samples, for what rings on after the record; the
-        last sample first, running down the blocks.
-    coarse_period_s : float [s]
-        Between its samples.
+        Motor acceleration in time, for what rings on after the record; the last sample first,
+        running down the blocks.
     end_scale : float
         From a modal state to its spectrum.
     """
@@ -86,7 +84,6 @@ class RecordSpectra:
     measured: Complex
     noise_power: Array
     tail: Array
-    coarse_period_s: float
     end_scale: float
 
     @cached_property
@@ -206,20 +203,16 @@ def record_spectra(
         measured=hann(response.T[:, triples]),
         noise_power=noise,
         tail=tail_of(record.motor_acceleration, record.sample_rate_hz),
-        coarse_period_s=_stride(record.sample_rate_hz) / record.sample_rate_hz,
         end_scale=record.sample_rate_hz * scale,
     )
 
 
-def _stride(rate_hz: float) -> int:
-    return max(1, int(rate_hz / CAMPAIGN.coarse_hz))
-
-
 def tail_of(acceleration: Array, rate_hz: float) -> Array:
-    """Return what ``RecordSpectra.tail`` holds of an acceleration (n_samples, n_joints)."""
-    stride = _stride(rate_hz)
-    most = int(CAMPAIGN.coarse_s * rate_hz / stride)
-    newest_first = acceleration[len(acceleration) % stride :: stride][::-1][:most]
+    """Return what ``RecordSpectra.tail`` holds of an acceleration (n_samples, n_joints).
+
+    Every sample: sums of fewer end elsewhere than those of the spectra.
+    """
+    newest_first = acceleration[::-1][: int(CAMPAIGN.tail_s * rate_hz)]
     blocks = -(-len(newest_first) // BLOCK)
     padded = np.zeros((blocks * BLOCK, acceleration.shape[1]))
     padded[: len(newest_first)] = newest_first

@@ -87,12 +87,11 @@ class CampaignThresholds:
     linearisation_error: float = 0.005
     """Of the amplitude: what a linear model misses of an arm that shakes, once the motion
     of second order has been taken out."""
-    coarse_hz: float = 240.0
-    """Rate of what is kept of the motion before a record [Hz]: twice ``motion_hz``."""
     motion_hz: float = 120.0
     """Motions are known up to here at most [Hz]."""
-    coarse_s: float = 25.0
-    """How much of it [s]: a mode of 3 Hz and 0.5 % has fallen to a tenth."""
+    tail_s: float = 25.0
+    """How much of the motion counts for what rings when a record ends [s]: a mode of 3 Hz and
+    0.5 % has fallen to a tenth."""
     noise_top: float = 0.92
     """Noise is read up to this part of half the rate: above, filters begin."""
     quietest: float = 30.0

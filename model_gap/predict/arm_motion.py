@@ -59,7 +59,7 @@ def _state(
         force[rows] += torque.spectra[index]
     if torques.forces:
         force = force + torques.forces[index]
-    ringing = system.end_state(motion.tail, item.coarse_period_s) * item.end_scale
+    ringing = system.end_state(motion.tail, 1.0 / item.record.sample_rate_hz) * item.end_scale
     deflection = system.deflection(omega, force, ringing)
     shift, speed = ((system.shapes @ modal).real for modal in (ringing, system.poles * ringing))
     return RecordState(omega, motion.acceleration, motion.shift, deflection, shift, speed)
