@@ -140,6 +140,7 @@ class _ArmDerivative:
         self.base = predictor.arms(cell.spec)
         systems, local = self.solved.systems, predictor.local_torques
         self.following = local.following(cell, self.solved.torques, systems)
+        self.at_rest = self._twists_at_rest(cell)
         self.motions = [
             stacked(
                 state.omega,
@@ -178,7 +179,9 @@ class _ArmDerivative:
             force = arm.force(motion)
             for number, torque in enumerate(following):
                 stiffness = joint_spring(moved.spec, torque.law.joint).stiffness
-                force += torque.push(arm, stiffness, twists[group][number])
+                # Of two poses that count as one each record has its own twist: only what changes.
+                heavier = twists[group][number] - self.at_rest[group][number]
+                force += torque.push(arm, stiffness, heavier)
             change = _through(transfer, force / np.float32(step))
             found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
         return found

@@ -98,20 +98,21 @@ class TorqueFollowing:
     cell: CellModel
     predicted: bool
 
-    def push(self, change: ArmChange, stiffness: float, static_twist: float) -> Complex:
+    def push(self, change: ArmChange, stiffness: float, heavier: float) -> Complex:
         """Return the change of the force on the deflections, (n_dof, 3 n_bins).
 
         Parameters
         ----------
         change : ArmChange
             Of the arm.
-        stiffness, static_twist : float
+        stiffness : float
             Of the joint in the changed arm.
+        heavier : float
+            By how much gravity twists the joint farther there.
         """
         present = self.stepped.path
         if not self.predicted:
             stronger = stiffness / present.stiffness - 1.0
-            heavier = static_twist - present.static_twist
             return stronger * self.stepped.force + heavier * self._per_load
         motion, row = self._long
         change_of_twist = np.einsum('nf,nf->f', row, change.force(motion))
@@ -119,7 +120,7 @@ class TorqueFollowing:
         path = dataclasses.replace(
             present,
             stiffness=stiffness,
-            static_twist=static_twist,
+            static_twist=present.static_twist + heavier,
             twist=present.twist + twist,
             rate=present.rate + rate,
         )
