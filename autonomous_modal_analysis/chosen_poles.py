@@ -41,7 +41,7 @@ class ChosenPole:
         return f'order {self.model_order}, {self.frequency_hz:.6g} Hz'
 
 
-def read_poles(path: Path) -> tuple[ChosenPole, ...]:
+def read_poles(path: str | Path) -> tuple[ChosenPole, ...]:
     """Read the file that a report saved.
 
     Raises
@@ -49,6 +49,7 @@ def read_poles(path: Path) -> tuple[ChosenPole, ...]:
     SettingsError
         It cannot be read, or is no such file.
     """
+    path = Path(path)
     data = load_json(path, LARGEST_BYTES)
     try:
         if data['format'] != FORMAT:

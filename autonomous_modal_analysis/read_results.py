@@ -141,7 +141,7 @@ def _has_shapes(path: Path) -> bool:
     return 55 in kinds and 58 not in kinds
 
 
-def read_modes(path: Path) -> ModeSet:
+def read_modes(path: str | Path) -> ModeSet:
     """Read the modes of the whole recording from what `ama identify` wrote.
 
     Raises
@@ -149,6 +149,7 @@ def read_modes(path: Path) -> ModeSet:
     RecordingError
         It cannot be read, or is no such file.
     """
+    path = Path(path)
     try:
         found: Any = load_json(path, LARGEST_BYTES)
         version = found.get('file', {}).get('format_version', FORMAT_VERSION)

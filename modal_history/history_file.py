@@ -35,7 +35,7 @@ class HistoryFile:
 
     Parameters
     ----------
-    path : Path
+    path : path
         The file; made when it is missing and ``write`` is set.
     write : bool
         Whether results are to be added.
@@ -46,8 +46,8 @@ class HistoryFile:
         It is missing, damaged, of a newer version, no history, or cannot be written.
     """
 
-    def __init__(self, path: Path, write: bool = False) -> None:
-        self.path = path
+    def __init__(self, path: str | Path, write: bool = False) -> None:
+        self.path = path = Path(path)
         if not write and not path.is_file():
             raise HistoryError('no such history', where=path)
         with self.told():

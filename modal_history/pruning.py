@@ -26,12 +26,12 @@ class Pruned:
     bytes_after: int
 
 
-def prune(path: Path, before_ns: int | None = None, only_shapes: bool = False) -> Pruned:
+def prune(path: str | Path, before_ns: int | None = None, only_shapes: bool = False) -> Pruned:
     """Remove windows, or their shapes alone, and compact the file; ids of modes stay.
 
     Parameters
     ----------
-    path : Path
+    path : path
         The history.
     before_ns : int [ns] or None
         Windows that end before go; None: compact only.
@@ -43,6 +43,7 @@ def prune(path: Path, before_ns: int | None = None, only_shapes: bool = False) -
     HistoryError
         It cannot be written, or is damaged; then nothing was removed.
     """
+    path = Path(path)
     # Opened to read first: a file that is not there must not be made, nor a damaged one touched.
     looked = HistoryFile(path)
     try:

@@ -49,7 +49,7 @@ class HistoryReader(OpenHistory):
 
     Parameters
     ----------
-    path : Path
+    path : path
         The file; it is not changed, and others may write it meanwhile.
 
     Raises
@@ -58,7 +58,7 @@ class HistoryReader(OpenHistory):
         It is missing, damaged, of a newer version, or no history.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: str | Path) -> None:
         self.file = HistoryFile(path)
 
     def robots(self) -> tuple[str, ...]:

@@ -45,7 +45,7 @@ class HistoryWriter(OpenHistory):
 
     Parameters
     ----------
-    path : Path
+    path : path
         The file, made when missing.
 
     Raises
@@ -54,7 +54,7 @@ class HistoryWriter(OpenHistory):
         It cannot be written, is damaged, or of a newer version.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: str | Path) -> None:
         self.file = HistoryFile(path, write=True)
         self._ids = SharedIds(self.file)
 

@@ -17,20 +17,20 @@ from structural_model.spec import JointSpec, KnownEffect, RodSpec
 LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators', 'cables')
 
 
-def save_robot(model: FlexibleJointModel, folder: Path, note: str = '') -> None:
+def save_robot(model: FlexibleJointModel, folder: str | Path, note: str = '') -> None:
     """Write ``robot.urdf`` and ``model.yaml``; ``load_robot(folder)`` gives the same model.
 
     Parameters
     ----------
     model : FlexibleJointModel
         What to write.
-    folder : Path
+    folder : path
         Made when missing; the two files are replaced.
     note : str
         First line of the file, as a comment.
     """
     for name, content in robot_content(model, note=note).items():
-        with atomic_path(folder / name) as path:
+        with atomic_path(Path(folder) / name) as path:
             path.write_bytes(content)
 
 

@@ -119,7 +119,7 @@ class RigidRobot:
         return float(max(ends))
 
 
-def load_urdf(path: Path) -> RigidRobot:
+def load_urdf(path: str | Path) -> RigidRobot:
     """Read a URDF file.
 
     Raises
@@ -129,7 +129,7 @@ def load_urdf(path: Path) -> RigidRobot:
         that moves without inertia, an inertia that no body can have, an unsupported joint type.
     """
     try:
-        text = read_bytes(path, LARGEST_FILE_BYTES)
+        text = read_bytes(Path(path), LARGEST_FILE_BYTES)
     except SettingsError as error:
         raise ModelError(f'URDF {error.what}', where=path, expected=error.expected) from error
     return parse_urdf(text, str(path))

@@ -48,12 +48,14 @@ def layout_fingerprint(layout: SensorLayout) -> str:
     return sha256(text.encode()).hexdigest()[:16]
 
 
-def save_map(path: Path, known: WorkspaceMap, layout: SensorLayout, series: str = '') -> None:
+def save_map(
+    path: str | Path, known: WorkspaceMap, layout: SensorLayout, series: str = ''
+) -> None:
     """Write a map.
 
     Parameters
     ----------
-    path : Path
+    path : path
         File.
     known : WorkspaceMap
         The map.
@@ -62,7 +64,7 @@ def save_map(path: Path, known: WorkspaceMap, layout: SensorLayout, series: str 
     series : str
         Hash of the series of motions that were released for it.
     """
-    write_text(path, json.dumps(_content(known, layout, series), indent=1) + '\n')
+    write_text(Path(path), json.dumps(_content(known, layout, series), indent=1) + '\n')
 
 
 def _content(known: WorkspaceMap, layout: SensorLayout, series: str = '') -> dict[str, Any]:
@@ -86,7 +88,7 @@ def _content(known: WorkspaceMap, layout: SensorLayout, series: str = '') -> dic
 
 
 def load_map(
-    path: Path,
+    path: str | Path,
     model: 'FlexibleJointModel',
     layout: SensorLayout,
     tool: ToolPoint | None = None,
@@ -95,7 +97,7 @@ def load_map(
 
     Parameters
     ----------
-    path : Path
+    path : path
         File.
     model : FlexibleJointModel
         The robot it must be of.
@@ -114,16 +116,19 @@ def load_map(
     MapError, SettingsError
         No map, or one of another robot, tool or layout.
     """
+    path = Path(path)
     data = load_json(path, LARGEST_BYTES)
     return _map_of(path, data, model, layout, tool), str(data.get('series', ''))
 
 
-def load_other_map(path: Path, model: 'FlexibleJointModel', layout: SensorLayout) -> WorkspaceMap:
+def load_other_map(
+    path: str | Path, model: 'FlexibleJointModel', layout: SensorLayout
+) -> WorkspaceMap:
     """Read the map of another arm of this kind, which may have another tool.
 
     Parameters
     ----------
-    path : Path
+    path : path
         File.
     model : FlexibleJointModel
         This arm; the other one may differ from it by the masses that are fixed to its links.
@@ -140,6 +145,7 @@ def load_other_map(path: Path, model: 'FlexibleJointModel', layout: SensorLayout
     MapError, SettingsError
         No map, or one of another robot or layout.
     """
+    path = Path(path)
     data = load_json(path, LARGEST_BYTES)
     return _map_of(path, data, _with_masses(model, data), layout, None, ALIKE)
 

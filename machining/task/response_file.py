@@ -37,7 +37,7 @@ class ToolResponse:
         return ToolResponse(self.frequency_hz, axes @ self.receptance @ axes.T)
 
 
-def read_response(path: Path, kind: str = 'receptance') -> ToolResponse:
+def read_response(path: str | Path, kind: str = 'receptance') -> ToolResponse:
     """Read a table with columns frequency_hz, xx_real, xx_imag, xy_real, ... zz_imag.
 
     What has no column is taken as 0; of a cross term one of xy and yx is enough (reciprocity).
@@ -56,6 +56,7 @@ def read_response(path: Path, kind: str = 'receptance') -> ToolResponse:
     """
     if kind not in KINDS:
         raise SettingsError('unknown kind of response', found=kind, expected=', '.join(KINDS))
+    path = Path(path)
     head, _, rest = read_text(path, LARGEST_BYTES).lstrip().partition('\n')
     names = [name.strip() for name in head.split(',')]
     terms = {f'{i}{j}' for i in AXES for j in AXES}

@@ -38,7 +38,7 @@ OWN = (
 )
 
 
-def read_tool_modes(path: Path, channels: Sequence[str] = ()) -> ToolModes:
+def read_tool_modes(path: str | Path, channels: Sequence[str] = ()) -> ToolModes:
     """Read the modes of a tool from YAML or JSON.
 
     Parameters
@@ -55,6 +55,7 @@ def read_tool_modes(path: Path, channels: Sequence[str] = ()) -> ToolModes:
     SettingsError
         The file is no such one, or a mode has no mass.
     """
+    path = Path(path)
     data: Any = load_json(path, LARGEST_BYTES) if path.suffix == '.json' else load_yaml(path)
     if not isinstance(data, Mapping) or not isinstance(data.get('modes'), list):
         raise SettingsError('no list of modes', where=path, expected='modes: [...]')

@@ -108,7 +108,7 @@ class CampaignFile:
     tolerances: Mapping[str, Any] = field(default_factory=dict)
 
 
-def read_campaign_file(folder: Path) -> CampaignFile:
+def read_campaign_file(folder: str | Path) -> CampaignFile:
     """Read ``campaign.yaml``; without one every recording of the folder counts.
 
     Raises
@@ -116,6 +116,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     SettingsError
         The folder or a named file is missing, or a field is malformed.
     """
+    folder = Path(folder)
     if not folder.is_dir():
         raise SettingsError('not a folder', where=folder, expected='a folder of recordings')
     path = folder / 'campaign.yaml'

@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 
 def read_campaign(
-    folder: Path,
+    folder: str | Path,
     model: FlexibleJointModel,
     layout: SensorLayout | None = None,
     progress: Callable[[float], None] = lambda _: None,
@@ -43,7 +43,7 @@ def read_campaign(
 
     Parameters
     ----------
-    folder : Path
+    folder : path
         With ``campaign.yaml``, or recordings only.
     model : FlexibleJointModel
         Whose joints move.
@@ -59,6 +59,7 @@ def read_campaign(
     SettingsError, RecordingError, LayoutError
         What is missing, and what to record.
     """
+    folder = Path(folder)
     file = read_campaign_file(folder)
     entries = file.entries[:most]
     layouts = SetUps.of(entries, lambda: _layout(file.layout, layout, folder))
@@ -362,7 +363,7 @@ def _with_levels(records: list[GapRecord]) -> list[GapRecord]:
     ]
 
 
-def campaign_layout(folder: Path, model: str | None) -> SensorLayout | None:
+def campaign_layout(folder: str | Path, model: str | None) -> SensorLayout | None:
     """Return the sensor layout of a campaign that states none; None where it does.
 
     That which its recordings carry, else the robot's own.

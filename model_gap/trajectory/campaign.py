@@ -49,8 +49,9 @@ class EncoderCampaign:
     remarks: tuple[str, ...] = ()
 
 
-def is_encoder_campaign(folder: Path) -> bool:
+def is_encoder_campaign(folder: str | Path) -> bool:
     """Return whether a folder holds encoder recordings rather than accelerations."""
+    folder = Path(folder)
     if not folder.is_dir():
         return False
     if not (folder / FILE).exists():
@@ -58,7 +59,7 @@ def is_encoder_campaign(folder: Path) -> bool:
     return any(has_encoders(entry.path) for entry in read_campaign_file(folder).entries)
 
 
-def read_encoder_campaign(folder: Path, model: FlexibleJointModel) -> EncoderCampaign:
+def read_encoder_campaign(folder: str | Path, model: FlexibleJointModel) -> EncoderCampaign:
     """Read a folder of ``.npz`` files, and ``campaign.yaml`` where there is one.
 
     Raises
@@ -66,13 +67,17 @@ def read_encoder_campaign(folder: Path, model: FlexibleJointModel) -> EncoderCam
     ModalAnalysisError
         A file is not what it should be.
     """
+    folder = Path(folder)
     stated = folder / FILE
     if stated.exists():
         file = read_campaign_file(folder)
         entries, remarks, sizes = file.entries, file.remarks, dict(file.tolerances)
         start = load_yaml(stated).get('start_pose')
     else:
-        paths = sorted(item for item in folder.iterdir() if item.suffix == SUFFIX)
+        files = folder.iterdir() if folder.is_dir() else ()
+        paths = sorted(item for item in files if item.suffix == SUFFIX)
+        if not paths:
+            raise SettingsError('no recordings', where=folder, expected=f'{SUFFIX} files there')
         entries, remarks, sizes = tuple(CampaignEntry(item, item.name) for item in paths), (), {}
         start = None
     recordings = [read_encoder_recording(item.path, model.n_joints) for item in entries]
