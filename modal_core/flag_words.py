@@ -19,6 +19,7 @@ FLAG_WORDS = {
     # What is to be known about a channel.
     'gap': 'gaps in the data',
     'impulsive': 'knocks',
+    'clipped_seldom': 'a few samples clipped at the sensor range',
     'coarse_stamps': 'stamps coarser than the samples',
     'rate_unconfirmed': 'too short to confirm the sample rate',
     'no_response': 'shows nothing of what the other sensors show',

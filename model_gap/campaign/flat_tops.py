@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.flat_tops import n_on_flat_top
 from model_gap.campaign.campaign import GapRecord
 from model_gap.campaign.thresholds import CAMPAIGN
 
@@ -21,25 +22,9 @@ def flat_topped(records: Sequence[GapRecord], channels: Sequence[str]) -> tuple[
     """
     found = np.zeros(len(channels), dtype=bool)
     for record in records:
-        values = record.acceleration - np.median(record.acceleration, axis=0)
-        found |= _piles_up(values) | _piles_up(-values)
+        found |= [_is_cut_off(column) for column in record.acceleration.T]
     return tuple(name for name, flat in zip(channels, found, strict=True) if flat)
 
 
-def _piles_up(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    found = []
-    for column in values.T:
-        ordered = np.sort(column)
-        top = ordered[-1]
-        steps = np.diff(ordered)
-        least = float(np.min(steps[steps > 0.0], initial=np.inf))
-        if not top > 0.0 or not np.isfinite(least):
-            found.append(False)
-            continue
-        layer = max(CAMPAIGN.clipped_layer * top, 1.01 * least)  # of a coarse converter: one step
-        outermost = int(np.sum(ordered >= top - layer))
-        next_few = int(np.sum(ordered >= top - CAMPAIGN.clipped_layers * layer)) - outermost
-        found.append(
-            outermost >= CAMPAIGN.fewest_flat and outermost > CAMPAIGN.piled_up * max(next_few, 1)
-        )
-    return np.array(found)
+def _is_cut_off(column: NDArray[np.float64]) -> bool:
+    return max(n_on_flat_top(column), n_on_flat_top(-column)) >= CAMPAIGN.fewest_flat

@@ -8,14 +8,6 @@ class CampaignThresholds:
     """Limits of reading recordings, and of the spectra that are compared."""
 
     # Channels that were clipped.
-    clipped_layer: float = 2e-3
-    """Thickness of a layer below the largest value, of the range to one side. Chosen, not
-    measured."""
-    clipped_layers: int = 6
-    """Layers in which samples are counted. Chosen, not measured."""
-    piled_up: float = 4.0
-    """Samples in the outermost layer over those in the next few together: 0.7 for a sine,
-    the steepest of smooth signals."""
     fewest_flat: int = 8
     """Samples in the outermost layer, at least: chosen, not measured."""
 

@@ -1,6 +1,6 @@
 """Cut one window out of the rows of a segment: healthy channels, and the health of all."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import replace
 from itertools import chain
 
@@ -33,6 +33,7 @@ from oma_identifier.quality import (
 from oma_identifier.time_axis import TIME_AXIS
 
 ADVICE = {
+    'clipping': ' (choose a larger range, or shake less)',
     'not_finite': f' (or beyond {TIME_AXIS.largest_value:,.0f}: is the unit right?)',
     'clock_unknown': ' (state the rate of even samples, sample_rate_hz, or record finer times)',
 }
@@ -228,7 +229,7 @@ def _channel_quality(
         flags.append('not_finite')
     if 'missing' not in flags:
         found = dict.fromkeys((*health.flags, *chain.from_iterable(as_sent)))
-        flags += [flag for flag in found if flag not in flags]
+        flags += [flag for flag in found if flag not in flags and not _is_told(flag, found)]
     return ChannelQuality(
         name=channel.name,
         n_interpolated=base.n_interpolated,
@@ -244,6 +245,11 @@ def _channel_quality(
         excluded=any(flag in EXCLUDING for flag in flags),
         flags=tuple(flags),
     )
+
+
+def _is_told(flag: str, found: Container[str]) -> bool:
+    """Tell whether another flag says it: at a limit values stand still and repeat."""
+    return 'clipping' in found and flag in {'sample_and_hold', 'flatline'}
 
 
 def _why_excluded(channels: Sequence[ChannelQuality]) -> str:

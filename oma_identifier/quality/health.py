@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.flat_tops import n_on_flat_top
 from oma_identifier.quality.thresholds import QUALITY
 
 NOISE_STRETCHES, NOISE_ROWS = 4, 256
@@ -158,8 +159,10 @@ def examine(values: NDArray[np.floating], summary: Summary) -> list[ChannelHealt
         else:
             if maybe_still[place] and _is_still(values[:, place]):
                 flags.append('flatline')
-            if maybe_clipped[place] and is_clipped(_column(values, place)):
-                flags.append('clipping')
+            share = share_clipped(_column(values, place)) if maybe_clipped[place] else 0.0
+            if share > 0.0:
+                harms = share > QUALITY.clipped_harms
+                flags.append('clipping' if harms else 'clipped_seldom')
             if kurtosis[place] > QUALITY.impulsive_kurtosis:
                 flags.append('impulsive')
         rms = float(np.sqrt(power[place]))
@@ -199,18 +202,27 @@ def _least_clipped(n_rows: int) -> float:
     return max(QUALITY.clipped_at_least, QUALITY.clipped_share * n_rows)
 
 
-def is_clipped(signal: NDArray[np.float64]) -> bool:
-    """Tell whether a channel runs into a limit: many samples in a row at one extreme value."""
+def share_clipped(signal: NDArray[np.float64]) -> float:
+    """Return the share of samples at a limit of the range, 0 where there is none to be seen."""
     least = _least_clipped(len(signal))
-    at_limits = [signal == extreme for extreme in (signal.max(), signal.min())]
-    if sum(np.count_nonzero(at_limit) for at_limit in at_limits) < least:
-        return False
+    n_piled = n_on_flat_top(signal) + n_on_flat_top(-signal)
+    if n_piled >= least:
+        return n_piled / len(signal)
     # A coarse converter repeats values everywhere; a limit repeats only its own, in runs.
-    runs = [np.count_nonzero(at_limit[1:] & at_limit[:-1]) for at_limit in at_limits]
-    if sum(runs) < least:
-        return False
-    middle = np.median(signal)
-    return bool(sum(runs) > np.count_nonzero(signal == middle))
+    at_limits = [_at_steep_end(signal), _at_steep_end(-signal)]
+    n_in_runs = sum(np.count_nonzero(limit[1:] & limit[:-1]) for limit in at_limits)
+    if n_in_runs < max(least, 1 + np.count_nonzero(signal == np.median(signal))):
+        return 0.0
+    return sum(np.count_nonzero(limit) for limit in at_limits) / len(signal)
+
+
+def _at_steep_end(signal: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which samples are at the largest value; none where the next one is about as often."""
+    at_end = signal == signal.max()
+    below = signal[~at_end]
+    n_next = np.count_nonzero(below == below.max()) if len(below) else 0
+    steep = np.count_nonzero(at_end) > QUALITY.steeper_than_tone * n_next
+    return np.asarray(at_end & steep)
 
 
 def _longest_run(still: NDArray[np.bool_]) -> int:

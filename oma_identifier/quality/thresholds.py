@@ -12,8 +12,15 @@ class QualityThresholds:
     clipped_share: float = 1e-3
     """Share of samples at the very same extreme value that only a limit can cause."""
     clipped_at_least: int = 8
-    """Samples in a row at an extreme value, however short the window; a Gaussian has its largest
-    value once."""
+    """Samples at an extreme value, however short the window; a Gaussian has its largest value
+    once."""
+    steeper_than_tone: float = 2.5
+    """Samples at the largest value of a coarse converter over those at the next; of a sine at most
+    1 / (√2 - 1) = 2.4."""
+    clipped_harms: float = 5e-3
+    """Share of clipped samples above which a channel takes no part. With all channels of 20 random
+    chains clipped in 0.25 % of the samples, and of 12 in 1 %, modes, their errors and deviations
+    were those of the samples before; with 1.2 % in one channel a false mode was seen."""
     flat_share: float = 0.1
     """Share of the window without any change of value."""
     impulsive_kurtosis: float = 30.0
