@@ -199,6 +199,10 @@ def _check_windows(
         raise IdentificationError('no accelerations in the recording', where=path)
     if not windows:
         info = recording.info()
+        unusable = [topic for topic in info.topics if topic.channels and not topic.usable]
+        if unusable and not info.channels:
+            texts = [f'{topic.name}: {topic.reason}' for topic in unusable]
+            raise IdentificationError('; '.join(texts), where=path)
         raise IdentificationError(
             'too short for the window',
             where=path,

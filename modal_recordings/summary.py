@@ -213,6 +213,8 @@ def _summary(entry: TopicEntry, tally: _Tally | None, reason: str, n_refused: in
         ]
     )
     n_equal = 0 if is_block or told.is_coarse else int(np.count_nonzero(steps == 0))
+    if not reason and not is_block and tally.n_samples > 1 and tally.start_ns == tally.end_ns:
+        reason = f'all stamps are {tally.start_ns * 1e-9:g} s: set header.stamp in the driver'
     return TopicSummary(
         name=entry.name,
         message_type=entry.message_type,

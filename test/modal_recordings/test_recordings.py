@@ -1,5 +1,6 @@
 """Recordings in and out: what is written comes back; damaged files say what was lost."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,15 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import get_typestore, Stores
 
-from modal_core.errors import MessageError, RecordingError
+from autonomous_modal_analysis.identification import identify_recording
+from modal_core.errors import IdentificationError, MessageError, RecordingError
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 from modal_recordings import decode, open_recording, RecordingWriter, to_mcap
 from modal_recordings.cdr import ACCEL, IMU
 from modal_recordings.decode import BLOCK, JOINT_STATE
 from modal_recordings.encode import encode
 from modal_recordings.schemas import definition, typestore
+from oma_identifier.settings import IdentificationSettings
 
 START = 1_700_000_000_123_456_789
 SEED = 3
@@ -274,6 +277,18 @@ def test_unknown_topic_and_wrong_type_list_what_there_is(mcap, tmp_path):
         writer.write('/chatter', 'std_msgs/msg/String', 1, b'\x00\x01\x00\x00\x01\x00\x00\x00\x00')
     with pytest.raises(RecordingError, match='no usable topic'):
         open_recording(path)
+
+
+def test_a_topic_whose_stamps_were_never_set_is_not_used(tmp_path):
+    path, sent = tmp_path / 'unset.mcap', imu_samples()
+    never_set = replace(sent, stamp_ns=np.zeros_like(sent.stamp_ns))
+    with RecordingWriter(path) as writer:
+        for message in encode(never_set, '/imu/elbow'):
+            writer.write(message.topic, message.message_type, START, message.data)
+    (topic,) = open_recording(path).info().topics
+    assert not topic.usable and 'all stamps are 0 s: set header.stamp' in topic.reason
+    with pytest.raises(IdentificationError, match=r'all stamps are 0 s: set header\.stamp'):
+        identify_recording(open_recording(path), IdentificationSettings())
 
 
 def test_a_block_with_another_definition_is_refused(tmp_path):
