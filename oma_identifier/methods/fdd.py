@@ -56,7 +56,7 @@ def decompose(samples: Samples, resolution_hz: float | None = None) -> Decomposi
     samples : Samples
         Responses.
     resolution_hz : float [Hz] or None
-        Distance of lines; None: a dozen segments.
+        Distance of lines; None: of four dozen segments, of a short record fewer.
 
     References
     ----------
@@ -69,7 +69,7 @@ def decompose(samples: Samples, resolution_hz: float | None = None) -> Decomposi
     covariance = (rows.T @ rows) * np.outer(inverse, inverse)
     basis = np.linalg.eigh(covariance)[1][:, ::-1][:, : METHOD.most_coordinates]
     rate = samples.sample_rate_hz
-    length = max(32, 2 * len(rows) // (METHOD.segments + 1))
+    length = _segment(len(rows), rate)
     if resolution_hz is not None:
         length = min(len(rows), max(32, round(rate / resolution_hz)))
     reduced = rows @ (basis * inverse[:, None])
@@ -90,6 +90,12 @@ def decompose(samples: Samples, resolution_hz: float | None = None) -> Decomposi
     )
 
 
+def _segment(n_rows: int, rate_hz: float) -> int:
+    """Return the rows of one of many segments, of short records of fewer."""
+    most, fewest = (2 * n_rows // (n + 1) for n in (METHOD.fewest_segments, METHOD.segments))
+    return max(32, fewest, min(most, round(METHOD.segment_s * rate_hz)))
+
+
 def fdd(
     samples: Samples,
     resolution_hz: float | None = None,
@@ -104,7 +110,7 @@ def fdd(
     samples : Samples
         Responses.
     resolution_hz : float [Hz] or None
-        Distance of lines; None: a dozen segments.
+        Distance of lines; None: of four dozen segments, of a short record fewer.
     band_hz : (2,) tuple [Hz]
         Peaks outside are left alone.
 
@@ -153,7 +159,7 @@ def efdd(
     samples : Samples
         Responses.
     resolution_hz : float [Hz] or None
-        Distance of lines; None: a dozen segments.
+        Distance of lines; None: of four dozen segments, of a short record fewer.
     band_hz : (2,) tuple [Hz]
         Peaks outside are left alone.
 
