@@ -48,9 +48,18 @@ def show_scaling(scaling: tuple[ModalScaling, ...]) -> None:
             f'{one.explained:.0%}',
         )
     OUTPUT.print(table)
-    if not any(math.isfinite(one.modal_mass_kg) for one in scaling):
+    without = [one.frequency_hz for one in scaling if not math.isfinite(one.modal_mass_kg)]
+    if len(without) == len(scaling):
         OUTPUT.print(
-            'modal masses need the channel at the force: call its column force@CHANNEL [N]',
+            'modal masses need the channel at the force: call its column force@CHANNEL [N]; and a'
+            ' force that is not beside a node of the mode',
+            soft_wrap=True,
+        )
+    elif without:
+        named = ', '.join(FREQUENCY.number(hz, math.nan) for hz in without)
+        OUTPUT.print(
+            f'no mass of {named} Hz: the force is beside a node of it, or shape and force do not'
+            ' agree about it',
             soft_wrap=True,
         )
 

@@ -20,6 +20,7 @@ from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.open_recording import Recording
 from modal_reports import Spectrogram
 from oma_identifier.covariance import analysed_band, below_edge
+from oma_identifier.known_force import KnownForce
 from oma_identifier.motion import RobotMotion
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
@@ -136,13 +137,24 @@ def identify_recording(
             band=analysed_band(mode(rates_hz), pipeline.record.identified_s, asked, settings),
             harmonics=whole.harmonics,
             damage=(*recording.damage(), *_unused(pipeline)),
-            remarks=(*recording.left_out, *remarks(whole, windows, mode(rates_hz), settings)),
+            remarks=(
+                *_left_out(recording, force),
+                *remarks(whole, windows, mode(rates_hz), settings),
+            ),
             sliding=sliding.found(),
         ),
         whole=whole,
         parts=tuple(pipeline.record.parts()),
         spectrogram=spectra.found(),
     )
+
+
+def _left_out(recording: Recording, force: KnownForce | None) -> tuple[str, ...]:
+    """Return what is no response; a force that takes part is not left out."""
+    if force is None:
+        return recording.left_out
+    used = f'{force.name} left out'
+    return tuple(note for note in recording.left_out if not note.startswith(used))
 
 
 def identified_window(result: WindowResult) -> IdentifiedWindow:
@@ -201,8 +213,8 @@ def _check_windows(
         info = recording.info()
         unusable = [topic for topic in info.topics if topic.channels and not topic.usable]
         if unusable and not info.channels:
-            texts = [f'{topic.name}: {topic.reason}' for topic in unusable]
-            raise IdentificationError('; '.join(texts), where=path)
+            said = '; '.join(f'{topic.name}: {topic.reason}' for topic in unusable)
+            raise IdentificationError(said, where=path)
         raise IdentificationError(
             'too short for the window',
             where=path,

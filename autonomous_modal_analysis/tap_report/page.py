@@ -32,6 +32,8 @@ TEMPLATE = Path(__file__).parent / 'templates' / 'taps.html.j2'
 MASS = Quantity('modal mass', 'kg')
 MOST_POINTS = 12
 """Drawn; more would not be looked at, and all are in the files."""
+LOW = LARGE[0], SMALL[1]
+"""Of the picture below a large one, as wide as it."""
 MOST_LINES = 1200
 
 
@@ -139,4 +141,4 @@ def _coherence(point: TestedPoint) -> Markup:
     lost = 1.0 - point.data.frf.coherence[point.data.lines][::step, _shown(point)]
     lines = point.data.frequency_hz[::step]
     curves = [('measured', np.maximum(lost, 1e-9))]
-    return spectrum_plot('1 - coherence', lines, curves, float(np.median(lost)), SMALL)
+    return spectrum_plot('1 - coherence', lines, curves, float(np.median(lost)), LOW)

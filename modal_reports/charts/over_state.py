@@ -55,6 +55,7 @@ class _Frame:
     right: float
     low: float
     high: float
+    is_counted: bool
 
     @classmethod
     def around(cls, points: Sequence[StatePoint]) -> '_Frame':
@@ -65,7 +66,8 @@ class _Frame:
         margin = 0.08 * (high - low) or 0.01 * abs(high) or 1.0
         left, right = min(at.x for at in points), max(at.x for at in points)
         beside = 0.05 * (right - left) or 0.5
-        return cls(left - beside, right + beside, low - margin, high + margin)
+        counted = all(float(at.x).is_integer() for at in points)
+        return cls(left - beside, right + beside, low - margin, high + margin, counted)
 
     def x(self, value: float) -> float:
         share = (value - self.left) / (self.right - self.left)
@@ -82,6 +84,7 @@ class _Frame:
             yield svg.line('grid', (LEFT, y), (SIZE[0] - RIGHT, y))
             yield svg.text(LEFT - 5, y + 4, f'{number * step:g}', anchor='end')
         step = round_step(self.right - self.left)
+        step = max(1.0, step) if self.is_counted else step
         for number in _multiples(self.left, self.right, step):
             yield svg.text(
                 self.x(number * step), SIZE[1] - 16, f'{number * step:g}', anchor='middle'

@@ -211,7 +211,7 @@ def share_clipped(signal: NDArray[np.float64]) -> float:
     # A coarse converter repeats values everywhere; a limit repeats only its own, in runs.
     at_limits = [_at_steep_end(signal), _at_steep_end(-signal)]
     n_in_runs = sum(np.count_nonzero(limit[1:] & limit[:-1]) for limit in at_limits)
-    if n_in_runs < max(least, 1 + np.count_nonzero(signal == np.median(signal))):
+    if n_in_runs < least or n_in_runs <= np.count_nonzero(signal == np.median(signal)):
         return 0.0
     return sum(np.count_nonzero(limit) for limit in at_limits) / len(signal)
 

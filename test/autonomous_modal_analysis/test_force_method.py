@@ -45,6 +45,7 @@ def test_modes_and_masses_of_a_table_with_a_force(tmp_path):
     assert mode['modal_mass_kg'] == pytest.approx(MASS_KG, rel=0.05)
     assert abs(mode['modal_mass_kg'] - MASS_KG) < 4.0 * mode['modal_mass_std_kg']
     assert 'modal mass' in said.output
+    assert 'left out' not in said.output  # the force takes part
 
 
 def test_a_table_without_a_force_is_refused_in_one_line(tmp_path):

@@ -141,3 +141,9 @@ def test_a_picture_holds_bars_and_single_values():
     drawn = str(over_state('mode', ('speed', 'Hz'), points))
     assert drawn.count('<circle') == 2 and '&lt;two&gt;' in drawn and 'nan' not in drawn
     assert 'nan' not in str(over_state('mode', ('speed', 'Hz'), points[1:]))
+
+
+def test_what_is_counted_has_whole_ticks():
+    points = [StatePoint(number, 10.0 - number, 0.1, '') for number in (1, 2)]
+    drawn = str(over_state('mode', ('recording', 'Hz'), points))
+    assert '>1</text>' in drawn and '>2</text>' in drawn and '>1.2</text>' not in drawn
