@@ -26,11 +26,14 @@ class SetUp:
         That it shows.
     parts : tuple of Samples
         What they were identified from, the longest first; empty where only the modes were kept.
+    remarks : tuple of str
+        What should be known of it.
     """
 
     name: str
     modes: ModeSet
     parts: tuple[Samples, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def samples(self, highest_hz: float) -> Samples | None:
         """Return the longest stretch, channels as in the modes; None where it does not reach."""
@@ -90,6 +93,7 @@ def merge_set_ups(
         modes=merged,
         channels=tuple(known.get(name, Channel(name)) for name in merged.channel_names),
         settings={'merging': 'PoSER, missing modes by PreGER', 'method': merged.method},
+        remarks=tuple(f'{each.name}: {said}' for each in given for said in each.remarks),
         set_ups=set_ups,
     )
     return identification, set_ups

@@ -131,7 +131,7 @@ def merge(
 
 def _set_up(given: ModalResult | str | Path) -> SetUp:
     if isinstance(given, ModalResult):
-        return SetUp(given.name, given.modes, given.found.parts)
+        return SetUp(given.name, given.modes, given.found.parts, given.remarks)
     kept = results_file(Path(given))
     if kept is None:
         raise RecordingError(

@@ -57,6 +57,7 @@ def merge(
         notes = [merged.set_ups.words(index) for index in range(len(merged))]
         OUTPUT.print(modes_table(merged.modes.modes, title, notes))
     words = merged_words(merged.modes, merged.set_ups)
+    words += [f'note: {said}' for said in merged.identification.remarks]
     MESSAGES.print('\n'.join(words), soft_wrap=True, markup=False)
     if out is not None:
         merged.save(out)

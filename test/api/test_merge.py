@@ -52,6 +52,14 @@ def test_two_results_become_one_over_all_points(first, tmp_path):
     assert (tmp_path / 'merged' / 'report.html').is_file()
 
 
+def test_what_is_to_be_known_of_a_set_up_is_told(first):
+    values = moved(SEED + 4, SECOND)
+    values[:, 1] = np.clip(values[:, 1], -0.5, 0.5)
+    clipped = ama.identify(values, RATE_HZ, channel_names=SECOND)
+    (told,) = ama.merge([first, clipped]).identification.remarks
+    assert 'mast (signal clipped at the sensor range)' in told, f'seed {SEED + 4}'
+
+
 def test_a_mode_that_a_set_up_missed_is_read_out_of_the_samples_it_was_identified_from(first):
     narrow = identified(SECOND, SEED + 2, max_frequency_hz=6.0)
     assert len(narrow) == 1, f'seed {SEED}'
