@@ -89,8 +89,9 @@ class Bridge:
         )
 
     def _joint_link(self, robot: TrajectoryLink) -> EgmLink | JointLink:
-        cycle_s = self.flow.settings.cycle_s
-        return robot.connect(self.model, cycle_s, self._answer, self.flow.poll)
+        return robot.connect(
+            self.model, self._session_limits(), self._answer, self.backend.abort, self.flow.poll
+        )
 
     def take(self, plan: ExcitationPlan) -> str:
         """Take a plan in hand, checked as a whole before anything moves.

@@ -157,7 +157,7 @@ class SessionCheck:
         begins = judgement.verdict == Verdict.NEW_SESSION
         if not begins and self._is_ahead(feedback, last, passed_s):
             return 'ahead'
-        reach_s = judgement.n_steps * self.limits.cycle_s + (passed_s if begins else 0.0)
+        reach_s = passed_s + self.limits.cycle_s if begins else self._between_s(last, feedback)
         if self._jumps(feedback.joints_deg, last.joints_deg, reach_s):
             return 'joint_jump'
         jumps = self._jumps(feedback.planned_deg, last.planned_deg, reach_s)
@@ -166,7 +166,7 @@ class SessionCheck:
     def _is_ahead(self, feedback: RobotFeedback, last: RobotFeedback, passed_s: float) -> bool:
         """Tell whether number or clock ran on without the time for it, or without the other."""
         longest_s = passed_s + self.limits.silence_s
-        counted_s = (feedback.seqno - last.seqno) % UINT32 * self.limits.cycle_s
+        counted_s = self._between_s(last, feedback)
         clock_s = (feedback.tm_ms - last.tm_ms) % UINT32 / MILLISECONDS
         if max(counted_s, clock_s) > longest_s:
             return True
@@ -182,11 +182,15 @@ class SessionCheck:
         clock_s = (feedback.tm_ms - doubted.tm_ms) % UINT32 / MILLISECONDS
         if not (0 < n_steps <= FEW_CYCLES and clock_s <= self.limits.silence_s):
             return False
-        reach_s = n_steps * self.limits.cycle_s
+        reach_s = self._between_s(doubted, feedback)
         return not (
             self._jumps(feedback.joints_deg, doubted.joints_deg, reach_s)
             or self._jumps(feedback.planned_deg, doubted.planned_deg, reach_s)
         )
+
+    def _between_s(self, before: RobotFeedback, feedback: RobotFeedback) -> float:
+        """Return the time an axis had to move between two packets [s]."""
+        return (feedback.seqno - before.seqno) % UINT32 * self.limits.cycle_s
 
     def _jumps(self, now_deg: Joints, before_deg: Joints, reach_s: float) -> bool:
         slack_deg = self.limits.jump_slack_deg

@@ -19,6 +19,7 @@ from trajectory_msgs.msg import JointTrajectoryPoint
 from control_msgs.action import FollowJointTrajectory
 from modal_core.errors import BridgeError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from robot_bridge.egm import SessionLimits
 from robot_bridge.player import PlanPath
 from robot_bridge.trajectory import JointGoal, JointLink
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -62,12 +63,13 @@ class TrajectoryRobot:
     def connect(
         self,
         model: FlexibleJointModel,
-        cycle_s: float,
+        limits: SessionLimits,
         answer: Any,
+        alarm: Callable[[str], None],
         idle: Callable[[float], None],
     ) -> JointLink:
         """Return the link that the joint states go to from now on."""
-        self.link = JointLink(model, cycle_s, answer, idle)
+        self.link = JointLink(model, limits, answer, alarm, idle)
         return self.link
 
     def close(self) -> None:
@@ -143,12 +145,12 @@ class TrajectoryRobot:
 
     # -- inside --------------------------------------------------------------------------------
 
-    def _hear(self, message: JointState) -> None:
-        stamp = message.header.stamp
+    def _hear(self, message: JointState, info: dict[str, Any]) -> None:
+        stamp, number = message.header.stamp, info['publication_sequence_number']
         if self.link is not None:
             self.link.take(
                 stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec, message.name, message.position,
-                time.time_ns(),
+                time.time_ns(), number,
             )  # fmt: skip
 
     def _ended(self, handle: Any, done: Future) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from robot_bridge.egm import Answer
+from robot_bridge.egm import Answer, SessionLimits
 from robot_bridge.player import PlanPath
 from robot_bridge.trajectory.joint_goal import JointGoal
 from robot_bridge.trajectory.joint_link import JointLink
@@ -36,8 +36,9 @@ class TrajectoryLink(TrajectoryControl, Protocol):
     def connect(
         self,
         model: FlexibleJointModel,
-        cycle_s: float,
+        limits: SessionLimits,
         answer: Answer,
+        alarm: Callable[[str], None],
         idle: Callable[[float], None],
     ) -> JointLink:
         """Return the link that the joint states go to from now on."""

@@ -1,5 +1,6 @@
 """Bridge and joint trajectory controller as processes: the same gates as with any other robot."""
 
+import threading
 import time
 
 import numpy as np
@@ -164,3 +165,70 @@ def test_a_dry_run_sends_nothing(start, operator, pulses):
     assert operator.start().success
     time.sleep(2.0)
     assert np.all(np.ptp(positions(operator), axis=0) == 0.0)
+
+
+class Stranger:
+    """A second publisher of joint states, that says the same place all the time."""
+
+    def __init__(self, operator, joints, position, late_s=0.0):
+        from sensor_msgs.msg import JointState
+
+        self.make = lambda: JointState(name=joints['joints'], position=list(position))
+        self.node, self.late_s = operator.node, late_s
+        self.publisher = self.node.create_publisher(JointState, 'joint_states', 10)
+        self.ended = threading.Event()
+        self.thread = threading.Thread(target=self.publish, daemon=True)
+        self.thread.start()
+
+    def publish(self):
+        while not self.ended.wait(0.01):
+            message = self.make()
+            stamp_ns = self.node.get_clock().now().nanoseconds - int(1e9 * self.late_s)
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+            self.publisher.publish(message)
+
+    def close(self):
+        self.ended.set()
+        self.thread.join()
+        self.node.destroy_publisher(self.publisher)
+
+
+@pytest.mark.parametrize('late_s', [0.0, 0.05, -0.05])
+def test_a_second_publisher_at_the_start_pose_hides_no_arm_that_is_elsewhere(
+    start, operator, pulses, joints, late_s
+):
+    away = [v + 0.2 * (k == 0) for k, v in enumerate(joints['start'])]
+    start(start=away)
+    operator.hold()
+    operator.until_connected()
+    stranger = Stranger(operator, joints, joints['start'], late_s)
+    try:
+        operator.until_state(ABORTED, patience_s=10.0)
+        assert 'joint states' in operator.last.reason
+        operator.offer(pulses)
+        assert not operator.arm(pulses.plan_hash).accepted
+        assert not operator.start().success
+    finally:
+        stranger.close()
+    time.sleep(0.2)
+    operator.joints.clear()
+    operator.until(lambda: len(operator.joints) > 30, 'joint states')
+    assert np.allclose(positions(operator), away, rtol=0.0, atol=1e-6)
+    operator.until(lambda: operator.reset().success, 'reset')
+    answer = operator.arm(pulses.plan_hash)
+    assert answer.accepted, answer.message
+
+
+def test_a_second_publisher_stops_a_run(start, operator, pulses, plan_of_pulses, joints):
+    start()
+    released(operator, pulses)
+    assert operator.start().success
+    operator.until_state(RUNNING, patience_s=10.0)
+    time.sleep(1.0)
+    stranger = Stranger(operator, joints, joints['start'])
+    try:
+        operator.until_state(ABORTED, patience_s=5.0)
+        assert 'joint states' in operator.last.reason
+    finally:
+        stranger.close()
+    stopped_early(operator, plan_of_pulses)
