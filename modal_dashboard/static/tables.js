@@ -2,9 +2,13 @@
 (function (modal) {
   'use strict';
 
+  /* A longer text gets a box of its own, so that no name from elsewhere makes a row taller than the screen. */
+  const LONG = 80;
+
   function cells(row, tag, list) {
     list.forEach(([text, kind, span]) => {
-      const made = modal.element(tag, kind, text);
+      const long = String(text).length > LONG, made = modal.element(tag, kind, long ? undefined : text);
+      if (long) made.append(modal.element('div', 'long', text));
       if (span > 1) made.colSpan = span;
       if (tag === 'th') made.scope = 'col';
       row.append(made);

@@ -229,7 +229,7 @@ class BridgeNode(LifecycleNode):
                 self._waiting_plan = message
                 return
             self.plan_error = str(error)
-            self.get_logger().error(f'plan refused: {error}')
+            self.get_logger().error(f'plan refused: {error}', throttle_duration_sec=5.0)
 
     def _accept(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         bridge = self.bridge

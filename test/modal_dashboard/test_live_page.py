@@ -17,7 +17,7 @@ pytest.importorskip('oma_msgs')
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from modal_core.mode import ModeSet
-from modal_core.quality import DataQuality
+from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.window import Pose
 from oma_msgs.msg import BridgeState
 from test.support import browser
@@ -312,6 +312,28 @@ def test_names_are_only_ever_text(page, cell):
     page.until('document.body.innerText.includes("bridge aborted")')
     assert 'onerror' in text(page)
     assert page.problems == []
+
+
+@pytest.mark.parametrize('width', [1280, 420])
+def test_a_name_without_end_makes_no_row_without_end(page, cell, width):
+    endless = 'sensor_with_an_endless_name_' * 30
+    live = cell(robot='')
+    results = Results(rename=lambda name: f'{endless}{name}')
+    channels = tuple(
+        ChannelQuality(name, rms=1.0, kurtosis=3.0, flags=(endless,)) for name in results.names
+    )
+    live.publish(results.next(quality=DataQuality(True, '', (endless,), channels)))
+    live.tell_check(f'/x: {endless}', endless, DiagnosticStatus.ERROR, **{endless: endless})
+    look(page, live.url, width=width)
+    page.until('document.getElementById("newest").textContent.includes("window 0")')
+    for screen in SCREENS:
+        show(page, screen)
+        rows = page.evaluate(
+            '[...document.querySelectorAll("main tr")].map((row) => row.offsetHeight)'
+        )
+        assert max(rows, default=0) < 200, screen
+        wide = page.evaluate('document.documentElement.scrollWidth - window.innerWidth')
+        assert wide <= 0, screen
 
 
 def test_a_window_that_cannot_be_identified_says_why(page, cell):

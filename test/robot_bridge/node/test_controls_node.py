@@ -3,6 +3,7 @@
 import copy
 import os
 from pathlib import Path
+import time
 
 from lifecycle_msgs.msg import State, Transition, TransitionEvent
 from lifecycle_msgs.srv import (
@@ -234,3 +235,23 @@ def test_abort_does_not_wait_for_a_start_and_the_password_is_nowhere(
     finally:
         web.close()
         process.stop()
+
+
+def test_a_stream_of_refused_plans_is_logged_once_in_five_seconds(
+    processes, drivers, operator, message
+):
+    changed = copy.deepcopy(message)
+    changed.velocity[100] += 1e-6
+    operator.states.clear()
+    process = processes('robot_bridge', port=drivers.free_port())
+    operator.until(lambda: operator.states, 'state')
+    began_s = time.monotonic()
+    for _ in range(40):
+        operator.plans.publish(changed)
+        time.sleep(0.05)
+    operator.until(
+        lambda: any(code.startswith('PLAN_REFUSED') for code in operator.codes('bridge')),
+        'refusal',
+    )
+    took_s = time.monotonic() - began_s
+    assert 1 <= process.stop().count('plan refused') <= 2 + took_s / 5.0
