@@ -25,6 +25,7 @@ from robot_bridge.player import PlanPath, PlanPlayer, Reference
 
 Array = NDArray[np.float64]
 LONGEST_ARM_S = 300.0
+STRAYS = 'it goes away from where it is asked to stay: no answer until its session begins anew'
 
 
 class OperatorFlow(FlowBase):
@@ -39,6 +40,7 @@ class OperatorFlow(FlowBase):
     def __init__(self, settings: FlowSettings) -> None:
         super().__init__(settings)
         self._longest_arm_s = LONGEST_ARM_S
+        self._n_pulls = 0
         self._following: FollowingCheck | None = None
         self._pace = PaceCheck(settings.cycle_s)
         self._lateness = Lateness(settings.cycle_s, settings.link_timeout_s)
@@ -126,8 +128,10 @@ class OperatorFlow(FlowBase):
         with self._lock:
             self._check_released(now_s, token)
             path, feedback, hold = self.path, self.feedback, self._hold
-            if path is None or feedback is None or hold is None:
+            if path is None or feedback is None:
                 raise BridgeError('no plan or no feedback')
+            if hold is None:
+                raise BridgeError('the controller does not hold where the arm stands')
             self._pace.check()
             blocked = None if self.settings.dry_run else not_ready(feedback)
             if blocked:
@@ -184,7 +188,9 @@ class OperatorFlow(FlowBase):
                 if not self.settings.dry_run or self._player is None:
                     self._player = None
                 self._hold = np.array(feedback.planned_deg)
-                if not self._agrees(feedback):
+                if self._n_pulls > 1 or not self._agrees(feedback):
+                    if not self.settings.dry_run:
+                        self._hold = None  # nor is it asked for in the next cycle
                     return None
             reference = self._reference(judgement.n_steps)
             self._watch_following(reference.position_deg, feedback, judgement.n_steps)
@@ -290,11 +296,16 @@ class OperatorFlow(FlowBase):
     ) -> bool:
         """Tell whether the controller does not stand where it was asked to last.
 
-        What it held while it was not guided counts until the first packet that says it is.
+        What it held while it was not guided counts until the first packet that says it is.  Away
+        again from where it was then asked to stay, it would be chased: asking is what moves it.
         """
         fresh = before is None or judgement.verdict == Verdict.NEW_SESSION
         pulled = self._pulled_away(feedback)
         guided = before is not None and {before.mci_state, feedback.mci_state} == {MCI_RUNNING}
+        self._n_pulls = 0 if fresh or not guided else self._n_pulls + pulled
+        if pulled and self._n_pulls > 1:
+            self.abort(STRAYS)
+            self.note(STRAYS)
         return fresh or pulled or not guided or self._hold is None
 
     def _agrees(self, feedback: RobotFeedback) -> bool:

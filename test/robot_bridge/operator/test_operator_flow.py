@@ -489,6 +489,35 @@ def test_a_place_the_arm_does_not_stand_at_is_never_asked_for(begins, mci):
     assert set(rig.positions) == {(10.0,) * 6}
 
 
+@pytest.mark.parametrize('part', [('planned_deg',), ('planned_deg', 'joints_deg')])
+@pytest.mark.parametrize('released', [False, True])
+def test_a_controller_that_is_always_elsewhere_is_not_chased(part, released):
+    """It says 5 deg more than what it was asked for: asked for that, it would say 10."""
+    rig = Rig().run(5)
+    if released:
+        rig.go().run(300)
+    asked = np.array(rig.positions[-1])
+    references = []
+    for _ in range(500):
+        rig.now += CYCLE_S
+        away = dict.fromkeys(part, tuple((asked + 5.0).tolist()))
+        said = replace(rig.feedback, seqno=rig.feedback.seqno + 1, **away)
+        rig.feedback = said
+        reference = rig.flow.on_feedback(said, Judgement(Verdict.ACCEPT), rig.now)
+        if reference is not None:
+            assert not np.any(reference.speed_deg_s)
+            asked = np.array(reference.position_deg)
+            rig.feedback = replace(said, joints_deg=tuple(asked.tolist()))
+            references.append(asked)
+    # Where the arm stands too, it is asked for once.
+    assert (len(references) > 0) == (len(part) == 2)
+    for position in references:
+        np.testing.assert_allclose(position, np.array(rig.positions[-1]) + 5.0)
+    assert rig.flow.state == FlowState.ABORTED or len(part) == 1
+    with pytest.raises(BridgeError):
+        rig.flow.start(rig.now, rig.token)
+
+
 def test_what_is_held_is_where_guidance_began_not_where_one_packet_said_before():
     rig = Rig().run(5)
     rig.now += CYCLE_S
