@@ -194,6 +194,9 @@ def _source_quality(
     flags = sorted(source.flags)
     if any(start_ns <= stretch < end_ns for stretch in source.unclear_ns):
         flags.append('clock_unknown')
+    if source.clock is not None and source.clock.is_wrong:
+        # Its samples were not taken when it says, so it says nothing beside others.
+        flags.append('rate_mismatch')
     if lost.all():
         flags.append('missing')
     elif lost.any():
@@ -289,11 +292,11 @@ def _quality(
         found.append('degraded')
     if is_damping_unsure(channels, n_rows):
         found.append(DAMPING_UNSURE)
-    reason = _wrong_rate(sources)
-    if reason:
+    wrong, reason = _wrong_rate(sources), ''
+    if wrong:
         found.append('rate_mismatch')
-    elif all(quality.excluded for quality in channels):
-        reason = f'every channel is excluded: {_why_excluded(channels)}'
+    if all(quality.excluded for quality in channels):
+        reason = wrong or f'every channel is excluded: {_why_excluded(channels)}'
     return DataQuality(
         identifiable=not reason,
         reason=reason,

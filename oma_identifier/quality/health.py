@@ -22,6 +22,7 @@ EXCLUDING = (
     'rows_reversed',
     'copied',
     'clock_unknown',
+    'rate_mismatch',
     'missing',
 )
 

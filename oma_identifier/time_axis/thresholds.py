@@ -38,8 +38,8 @@ class TimeAxisLimits:
     """Span from where on a rate that is not possible is refused at once: over 2 s stamps 0.1 s
     late tell a rate to 5 %."""
     largest_factor: float = 2.5
-    """Declared rate over that of the stamps, or the other way round. Smaller errors are named by
-    the window (``rate_mismatch``)."""
+    """Declared rate over that of the stamps, or the other way round. Smaller errors
+    leave the source out of the window (``rate_mismatch``)."""
 
     # The clock of blocks: a counter, led by stamps.
     stamp_error_ns: int = NANOSECONDS_PER_SECOND // 10

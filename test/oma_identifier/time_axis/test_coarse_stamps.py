@@ -85,6 +85,25 @@ def test_a_rate_a_little_off_is_refused_with_both_rates(declared_hz):
     assert f'{declared_hz:g}' in window.quality.reason and ' 200' in window.quality.reason
 
 
+def test_a_recorder_whose_rate_is_wrong_is_left_out_and_the_others_are_identified():
+    rng, buffer = np.random.default_rng(SEED), SampleBuffer(SETTINGS)
+    for first in range(0, 4800, 20):
+        time_s = np.arange(first, first + 20) / 200.0
+        late_ns = round(1e9 * rng.exponential(0.0005))
+        stamps = START + np.round(time_s * 1e9).astype(np.int64)
+        values = tones(time_s, 200.0)
+        noise = rng.normal(size=(20, 2))
+        buffer.add(StampedSamples('/imu', 'link', stamps, values))
+        buffer.add(
+            SampleBlock('/block', int(stamps[0]) + late_ns, first, 190.0, ('k', 'l'), noise)
+        )
+    (*_, window) = [*buffer.windows(), *buffer.finish()]
+    assert window.quality.identifiable and 'rate_mismatch' in window.quality.flags
+    left_out = {one.name: one.flags for one in window.quality.channels if one.excluded}
+    assert set(left_out) == {'k', 'l'} and 'rate_mismatch' in left_out['k']
+    assert len(window.samples.channels) == 3
+
+
 @pytest.mark.parametrize(('declared_hz', 'step_s'), [(200.0, 0.0), (200.06, 0.0), (200.0, 0.05)])
 def test_crystals_and_steps_of_the_host_clock_are_no_other_rate(declared_hz, step_s):
     for window in windows_of_blocks(declared_hz, 0.003, step_s):
