@@ -22,6 +22,7 @@ from robot_bridge.egm import (
     SessionLimits,
     Verdict,
 )
+from robot_bridge.egm.egm_feedback import MICROSECONDS
 from robot_bridge.player import PlanPath
 from robot_bridge.trajectory.states_check import StatesCheck
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -29,11 +30,8 @@ from structural_model.flexible_joint_model import FlexibleJointModel
 MICROSECOND_NS, MILLISECOND_NS = 1000, 1_000_000
 UINT32 = 1 << 32
 POLL_S = 0.01
-MICROSECONDS = 1_000_000
 RATE_OF = 50
 PEER = ('joint_states', 0)
-
-
 WORDS = {
     'duplicate': 'come from two publishers',
     'out_of_order': 'come from two publishers',
