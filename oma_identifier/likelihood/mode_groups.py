@@ -46,15 +46,18 @@ def overlaps(frequency_hz: Real, half_width_hz: Real) -> NDArray[np.bool_]:
     return np.asarray(apart <= half_width_hz[:, None] + half_width_hz)
 
 
-def group_modes(
-    start: StartModes, least_hz: float, reach: float = LIKELIHOOD.reach
-) -> list[list[ModeIndex]]:
+def group_modes(start: StartModes, least_hz: float) -> list[list[ModeIndex]]:
     """Group modes whose bands overlap; narrow the bands of groups that are too large.
 
     Bands are those of half-widths of ``least_hz`` at least: nothing narrower is resolved.
     """
     modes = [ModeIndex(int(mode)) for mode in np.argsort(start.frequency_hz)]
-    return _grouped(start, modes, np.maximum(start.half_width_hz, least_hz), reach)
+    return _grouped(start, modes, np.maximum(start.half_width_hz, least_hz), _reach(start))
+
+
+def _reach(start: StartModes) -> float:
+    one_channel = len(start.shapes) == 1
+    return LIKELIHOOD.reach_of_one_channel if one_channel else LIKELIHOOD.reach
 
 
 def _grouped(
@@ -86,7 +89,7 @@ def band_lines(
     not move in the fit.
     """
     width = np.maximum(start.half_width_hz, spectra.spacing_hz)
-    reach = LIKELIHOOD.reach * width[group]
+    reach = _reach(start) * width[group]
     low = np.min(start.frequency_hz[group] - reach)
     low = max(low, LIKELIHOOD.lowest_share * start.frequency_hz[group[0]])
     high = np.max(start.frequency_hz[group] + reach)

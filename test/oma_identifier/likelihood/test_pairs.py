@@ -94,7 +94,7 @@ def test_lines_belong_to_the_mode_that_is_nearest_in_half_widths():
     values = np.zeros((1, len(frequency)), dtype=np.complex64)
     spectra = Spectra(200.0, frequency, values, (20.0,), np.zeros(len(frequency), int))
     modes = StartModes(
-        np.array([40.0, 50.0]), np.array([0.005, 0.05]), np.ones((1, 2), dtype=complex)
+        np.array([40.0, 50.0]), np.array([0.005, 0.05]), np.ones((2, 2), dtype=complex)
     )
     usable = np.ones(len(frequency), dtype=bool)
     lines = frequency[band_lines(spectra, modes, [1], usable)]
