@@ -18,10 +18,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, rfft
-from scipy.linalg import cho_factor, cho_solve, solve_toeplitz
+from scipy.fft import fft, fftfreq, irfft, next_fast_len, rfft
+from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
+from impact_testing.phase_course import course_of
 from impact_testing.record import ImpactRecord
 from impact_testing.taps import begin_of, FILTER_SAMPLES, find_taps, Tap
 from modal_core.chance import fisher_tail
@@ -237,7 +238,7 @@ class _Line:
             strength = np.maximum(tells.sum(axis=1), 1e-9)
             seen = blocks.phasor * np.exp(-1j * phase)[:, None] / phasor
             turn = np.sum(tells * seen.imag, axis=1) / strength
-            phase, uncertain = _followed(blocks.time_s, phase + turn, 0.5 / strength)
+            phase, uncertain = course_of(blocks.step_s, phase + turn, 0.5 / strength, WANDER)
             # Only a line whose phase is followed tells what rings.
             weight = blocks.weight(np.exp(1j * phase - 0.5 * uncertain)[:, None] * phasor)
         line = np.exp(1j * phase - 0.5 * uncertain)[:, None] * phasor
@@ -278,6 +279,11 @@ class _Blocks:
     quiet: int
     noise: Real
     used: NDArray[np.bool_]
+
+    @property
+    def step_s(self) -> float:
+        """From one block to the next [s]."""
+        return float(self.time_s[1] - self.time_s[0])
 
     @classmethod
     def of(
@@ -336,10 +342,11 @@ class _Blocks:
 
     def common_hz(self, weight: Real, reach_hz: float) -> float:
         """Return the offset in frequency that the blocks have in common [Hz]."""
-        finest_hz = 1.0 / (self.time_s[-1] - self.time_s[0]) / FINER
-        offset_hz = np.arange(-reach_hz, reach_hz, finest_hz)
-        turned = np.exp(-2j * np.pi * np.outer(offset_hz, self.time_s)) @ (weight * self.phasor)
+        n_offsets = next_fast_len(FINER * len(self.time_s))
+        turned = fft(weight * self.phasor, n_offsets, axis=0)
         power = np.sum(np.abs(turned) ** 2 / weight.sum(axis=0), axis=1)
+        offset_hz = fftfreq(n_offsets, self.step_s)
+        power[np.abs(offset_hz) > reach_hz] = 0.0
         return float(offset_hz[int(np.argmax(power))])
 
 
@@ -347,34 +354,6 @@ def _widest(tells: Real) -> NDArray[np.bool_]:
     """Return which channels tell the phase in nearly as many blocks as any."""
     blocks = np.sum(tells > 1.0, axis=0)
     return np.asarray(blocks >= 0.9 * blocks.max())
-
-
-def _followed(time_s: Real, seen: Real, variance: Real) -> tuple[Real, Real]:
-    """Return the most likely course of a phase and its variance, by what was seen of it.
-
-    A constant, a frequency and the integral of its random walk, whose pace is that of largest
-    likelihood.
-    """
-    late, early = np.maximum.outer(time_s, time_s), np.minimum.outer(time_s, time_s)
-    walk = early**2 * late / 2.0 - early**3 / 6.0
-    free = np.stack([np.ones_like(time_s), time_s], axis=1)
-    best, found = np.inf, (seen, variance)
-    for pace in WANDER:
-        own = pace**2 * walk
-        factor = cho_factor(own + np.diag(variance), lower=True)
-        by_free = cho_solve(factor, free)
-        gram = free.T @ by_free
-        level = np.linalg.solve(gram, by_free.T @ seen)
-        left = cho_solve(factor, seen - free @ level)
-        cost = (seen - free @ level) @ left + 2.0 * float(np.log(np.diag(factor[0])).sum())
-        cost += float(np.linalg.slogdet(gram)[1])
-        if cost < best:
-            best = cost
-            beside = free - own @ by_free
-            spread = np.diag(own) - np.sum(own * cho_solve(factor, own), axis=0)
-            spread = spread + np.sum(beside.T * np.linalg.solve(gram, beside.T), axis=0)
-            found = free @ level + own @ left, np.maximum(spread, 0.0)
-    return found
 
 
 def _spectrum(rest: Real) -> Real:

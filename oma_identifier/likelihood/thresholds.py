@@ -14,10 +14,11 @@ class LikelihoodThresholds:
     reach: float = 8.0
     """Reach of a band on both sides of a mode; a half-width counts one spectral line at least."""
     reach_of_one_channel: float = 40.0
-    """Of several channels, what they do not have in common tells the noise; of one, only what is far
-    from its modes does.  It cannot be below none, and where it is told badly damping comes out too
-    small: one mode, 60 s, 60 records, mean error of ζ over σ -0.85 ± 0.13 with 8, -0.51 with 20,
-    -0.15 with 40, its scatter a third less; four modes, 30 records, -0.49 ± 0.11, -0.04, 0.11."""
+    """Of several channels, what they do not have in common tells the noise; of one, only what is
+    far from its modes does.  There cannot be less than none, and where it is told badly damping
+    comes out too small: mean error of ζ over σ with 8, 20 and 40, of one mode (60 records of
+    60 s) -0.85 ± 0.13, -0.51 and -0.15, the scatter a third less; of four modes (30 records)
+    -0.49 ± 0.11, -0.04 and 0.11."""
     least_reach: float = 2.0
     """To which bands of overlapping modes are narrowed; nearer, a frequency is always the
     mode's."""
