@@ -5,7 +5,7 @@ jumps) and the replies. The messages are those of ABB's egm.proto.
 """
 
 from robot_bridge.egm.egm_command import decode_sensor, SensorCommand
-from robot_bridge.egm.egm_feedback import RobotFeedback
+from robot_bridge.egm.egm_feedback import MICROSECONDS, RobotFeedback
 from robot_bridge.egm.egm_link import Answer, EgmLink, Packet
 from robot_bridge.egm.egm_messages import (
     EgmRobot,
@@ -20,17 +20,25 @@ from robot_bridge.egm.egm_messages import (
     RAPID_UNDEFINED,
 )
 from robot_bridge.egm.reply_latency import ReplyLatency
-from robot_bridge.egm.session_check import Judgement, SessionCheck, SessionLimits, Verdict
+from robot_bridge.egm.session_check import (
+    Address,
+    Judgement,
+    SessionCheck,
+    SessionLimits,
+    Verdict,
+)
 
 __all__ = [
     'MCI_ERROR',
     'MCI_RUNNING',
     'MCI_STOPPED',
     'MESSAGE_TYPE_DATA',
+    'MICROSECONDS',
     'PACKAGE',
     'RAPID_RUNNING',
     'RAPID_STOPPED',
     'RAPID_UNDEFINED',
+    'Address',
     'Answer',
     'EgmLink',
     'EgmRobot',

@@ -17,12 +17,12 @@ from robot_bridge.egm import (
     Judgement,
     MCI_RUNNING,
     MCI_STOPPED,
+    MICROSECONDS,
     ReplyLatency,
     RobotFeedback,
     SessionLimits,
     Verdict,
 )
-from robot_bridge.egm.egm_feedback import MICROSECONDS
 from robot_bridge.player import PlanPath
 from robot_bridge.trajectory.states_check import StatesCheck
 from structural_model.flexible_joint_model import FlexibleJointModel

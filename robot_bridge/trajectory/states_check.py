@@ -6,9 +6,14 @@ order: one that does not rise is of another publisher.  Their time is their stam
 
 from dataclasses import replace
 
-from robot_bridge.egm import Judgement, RobotFeedback, SessionCheck, Verdict
-from robot_bridge.egm.egm_feedback import MICROSECONDS
-from robot_bridge.egm.session_check import Address
+from robot_bridge.egm import (
+    Address,
+    Judgement,
+    MICROSECONDS,
+    RobotFeedback,
+    SessionCheck,
+    Verdict,
+)
 
 
 class StatesCheck(SessionCheck):
