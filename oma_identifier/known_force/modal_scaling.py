@@ -17,7 +17,7 @@ Reynders and De Roeck (2008), doi:10.1016/j.ymssp.2007.09.004; Brincker and Vent
 Introduction to Operational Modal Analysis, section 11.3.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -163,21 +163,26 @@ def _scaled(seen: _Seen, sign: float, moved: Callable[[int, Mode], Complex]) -> 
     to_scale = _to_scale(mode)
     scale = complex(value[seen.pair] @ PAIR) * to_scale
     std = _std(scale, to_scale, covariance[seen.pair, seen.pair])
-    by_pole = _by_pole(seen, moved, lambda lines, at: abs(_entry(lines, along, seen.pair, at)))
+    others = [
+        _entry(moved(seen.number, other), along, seen.pair, other) for other in _beside(mode)
+    ]
+    by_pole = math.hypot(*(abs(other) - abs(scale) for other in others))
     near = np.abs(seen.hz - mode.frequency_hz) < max(
         mode.damping_ratio * mode.frequency_hz, 3.0 * (seen.hz[1] - seen.hz[0])
     )
     explained = 1.0 - np.sum(np.abs(rest[near]) ** 2) / np.sum(np.abs(along[near]) ** 2)
-    mass, mass_std = _mass(seen, scale, sign, moved)
+    mass, mass_std = _mass(seen, scale, std, others, sign)
     return ModalScaling(
         mode.frequency_hz, scale, math.hypot(std, by_pole), mass, mass_std, float(explained)
     )
 
 
 def _mass(
-    seen: _Seen, scale: complex, sign: float, moved: Callable[[int, Mode], Complex]
+    seen: _Seen, scale: complex, std: float, others: Sequence[complex], sign: float
 ) -> tuple[float, float]:
     """Return the modal mass and its deviation, NaN where nothing tells.
+
+    The scale comes with its deviation, and with what it is at poles a deviation away.
 
     Two things tell the entry of the shape at the force: the shape, which comes without a deviation
     and is off most where it is small, and the motion there per force, ψ_p²/m, which the rest of
@@ -186,18 +191,15 @@ def _mass(
     if seen.point is None or abs(seen.mode.shape[seen.point]) < LEAST_ENTRY:
         return math.nan, math.nan
     entry = complex(seen.mode.shape[seen.point])
-    along, at_force = seen.along, seen.motion[:, seen.point]
-
-    def mass_of(lines: Complex, mode: Mode) -> float:
-        return _mass_by(entry, _entry(lines, along, seen.pair, mode), sign)
-
-    mass = mass_of(seen.lines, seen.mode)
-    _, covariance, _ = _regressed(seen.lines, along)
-    std = _std(scale, _to_scale(seen.mode), covariance[seen.pair, seen.pair])
-    there = _entry(seen.lines, at_force, seen.pair, seen.mode) / scale
-    by_force = _mass_by(there, scale, sign)
-    std = math.hypot(mass * std / abs(scale), _by_pole(seen, moved, mass_of), mass - by_force)
-    return (mass, std) if std < MOST_UNSURE * abs(mass) else (math.nan, math.nan)
+    mass = _mass_by(entry, scale, sign)
+    there = _entry(seen.lines, seen.motion[:, seen.point], seen.pair, seen.mode) / scale
+    mass_std = math.hypot(
+        mass * std / abs(scale),
+        *(_mass_by(entry, other, sign) - mass for other in others),
+        _mass_by(there, scale, sign) - mass,
+    )
+    unsure = not mass_std < MOST_UNSURE * abs(mass)
+    return (math.nan, math.nan) if unsure else (mass, mass_std)
 
 
 def _mass_by(entry: complex, scale: complex, sign: float) -> float:
@@ -222,21 +224,14 @@ def _std(value: complex, to_scale: complex, covariance: Real) -> float:
     return math.sqrt(float(slope @ covariance @ slope))
 
 
-def _by_pole(
-    seen: _Seen, moved: Callable[[int, Mode], Complex], value: Callable[[Complex, Mode], float]
-) -> float:
-    """Return the deviation of a value that those of frequency and damping make."""
-    mode, own = seen.mode, value(seen.lines, seen.mode)
-    others = (
+def _beside(mode: Mode) -> Iterator[Mode]:
+    """Yield the mode a deviation of its frequency away, and one of its damping, where known."""
+    for other in (
         replace(mode, frequency_hz=mode.frequency_hz + mode.frequency_std_hz),
         replace(mode, damping_ratio=mode.damping_ratio + mode.damping_ratio_std),
-    )
-    changes = [
-        value(moved(seen.number, other), other) - own
-        for other in others
-        if math.isfinite(other.frequency_hz) and math.isfinite(other.damping_ratio)
-    ]
-    return math.hypot(*changes)
+    ):
+        if math.isfinite(other.frequency_hz) and math.isfinite(other.damping_ratio):
+            yield other
 
 
 def _regressed(lines: Complex, seen: Complex) -> tuple[Real, Real, Complex]:
