@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 LAYER = 2e-3
 """Thickness of a layer, of the way from the median to the largest value."""
 LAYERS = 6
-"""Layers that are looked at."""
+"""Layers that are looked at; chosen, as the thickness is: what follows holds for them."""
 PILED_UP = 4.0
 """Samples in the outermost layer over those in the next ones together: 0.4 for a sine and 0.7 for
 one in steps of a converter, the steepest of smooth signals; 5 or more where a Gaussian is cut off

@@ -4,6 +4,7 @@ from typing import Any
 
 CUT = ' ... '
 MOST_BREAKS = 20
+"""Of lines in one text, chosen: a page is no place for a file."""
 
 
 def printable(text: object, most: int | None = None) -> str:

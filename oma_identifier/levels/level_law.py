@@ -46,7 +46,7 @@ from oma_identifier.levels.thresholds import LEVELS
 
 Real = NDArray[np.float64]
 GAPS = 32
-"""Between a quarter of the smallest and four times the largest motion."""
+"""Between a quarter of the smallest and four times the largest motion; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
