@@ -6,8 +6,8 @@ import re
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModalAnalysisError
+from modal_core.layout_file import layout_from_file
 from modal_core.share import share_path
-from modal_core.yaml_file import load_yaml
 
 # A name that came over a network or out of a file is no path.
 PLAIN_NAME = re.compile(r'(?!\.)[A-Za-z0-9_.-]{1,100}')
@@ -36,9 +36,6 @@ def _layouts(robot_name: str) -> tuple[SensorLayout, ...]:
         return ()
     try:
         folder = share_path('config', 'robots') / robot_name
-        return tuple(
-            SensorLayout.from_mapping(load_yaml(path), str(path))
-            for path in sorted(folder.glob('sensors*.yaml'))
-        )
+        return tuple(layout_from_file(path) for path in sorted(folder.glob('sensors*.yaml')))
     except ModalAnalysisError:
         return ()

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from modal_core.channel import LAYOUT_FILE, SensorLayout
 from modal_core.errors import ModalAnalysisError
+from modal_core.layout_file import layout_from_file
 from modal_core.shipped_layouts import shipped_layout
-from modal_core.yaml_file import load_yaml
 from modal_dashboard.screens import shapes_update, Update
 from modal_history.kept import KeptWindow
 
@@ -72,5 +72,5 @@ class DrawnArm:
         found = shipped_layout(model.robot_name, names)
         own = robot_folder(self._robot) / LAYOUT_FILE
         if found is None and own.is_file():
-            found = SensorLayout.from_mapping(load_yaml(own), str(own))
+            found = layout_from_file(own)
         return found

@@ -12,6 +12,7 @@ import numpy as np
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, SettingsError
+from modal_core.layout_file import layout_from_file
 from modal_core.near_names import refuse_unknown
 from modal_core.share import share_path
 from modal_core.yaml_file import load_yaml, parse_yaml
@@ -201,7 +202,7 @@ def load_layout(name_or_folder: str | Path, name: str = 'sensors') -> SensorLayo
             found=name,
             expected=', '.join(known) or 'a sensors.yaml beside the model',
         )
-    return SensorLayout.from_mapping(load_yaml(path), str(path))
+    return layout_from_file(path)
 
 
 def _spec(data: Mapping[str, Any], robot: RigidRobot, where: str) -> ModelSpec:

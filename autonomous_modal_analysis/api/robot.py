@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
 from modal_core.channel import SensorLayout
-from modal_core.yaml_file import load_yaml
+from modal_core.layout_file import layout_from_file
 
 if TYPE_CHECKING:
     from structural_model.flexible_joint_model import FlexibleJointModel
@@ -26,8 +26,7 @@ def read_layout(layout: Layout | None) -> SensorLayout | None:
         return layout
     if isinstance(layout, Mapping):
         return SensorLayout.from_mapping(layout, 'layout')
-    path = Path(layout)
-    return SensorLayout.from_mapping(load_yaml(path), str(path))
+    return layout_from_file(Path(layout))
 
 
 def read_robot(robot: Robot) -> 'FlexibleJointModel':

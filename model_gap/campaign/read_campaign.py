@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError, SettingsError
+from modal_core.layout_file import layout_from_file
 from modal_core.measurements import Measurement
 from modal_core.named import named
 from modal_recordings import open_recording
@@ -24,7 +25,7 @@ from model_gap.campaign.motion import motion_on_grid, RecordedMotion
 from model_gap.campaign.position_units import check_position_units
 from model_gap.campaign.resample import at_times, thinned
 from model_gap.campaign.series import gather, joint_columns, RawRecording, Series
-from model_gap.campaign.set_ups import load_sensors, SetUps
+from model_gap.campaign.set_ups import SetUps
 from model_gap.campaign.spectra import Band, quiet_rate_hz
 from model_gap.campaign.thresholds import CAMPAIGN
 from structural_model import FlexibleJointModel, load_layout
@@ -176,7 +177,7 @@ def _layout(own: object, given: SensorLayout | None, folder: Path) -> SensorLayo
     if given is not None:
         return given
     if isinstance(own, Path):
-        return load_sensors(own)
+        return layout_from_file(own)
     if isinstance(own, Mapping):
         return SensorLayout.from_mapping(own, str(folder / 'campaign.yaml'))
     raise SettingsError(
@@ -213,23 +214,21 @@ def _record(
     where = str(entry.path)
     assert raw.position is not None  # noqa: S101 - recordings without are left out
     order = _joint_order(raw.position.names, model, where)
-    chosen = [item for item in raw.accelerations if _uses(item, layout)]
-    start, end = _stretch([*chosen, raw.position], where)
+    start, end = _stretch([*raw.accelerations, raw.position], where)
     if end - start > CAMPAIGN.longest_s:
         notes.append(f'of each recording at most the first {CAMPAIGN.longest_s:.0f} s were used')
         end = start + CAMPAIGN.longest_s
     # The slowest sensors' own samples are the grid: they need no interpolation.
-    slowest = min(chosen, key=lambda item: item.rate_hz)
+    slowest = min(raw.accelerations, key=lambda item: item.rate_hz)
     rate = slowest.rate_hz
     start = slowest.start_s + np.ceil((start - slowest.start_s) * rate - 1e-6) / rate
     grid = start + np.arange(int((end - start) * rate)) / rate
     acceleration = np.zeros((len(grid), len(layout.channels)))
     names = [channel.name for channel in layout.channels]
-    there = {name for item in chosen for name in item.names}
-    for item in chosen:
-        columns = [number for number, name in enumerate(item.names) if name in names]
-        values = _on_grid(item, item.values[:, columns], grid, rate)
-        acceleration[:, [names.index(item.names[column]) for column in columns]] = values
+    there = {name for item in raw.accelerations for name in item.names}
+    for item in raw.accelerations:
+        columns = [names.index(name) for name in item.names]
+        acceleration[:, columns] = _on_grid(item, grid, rate)
     motion = motion_on_grid(raw, raw.position, order, grid, rate)
     _check_units(motion.pose, acceleration, layout, model, where, notes)
     notes += _caveats(entry, motion, rate)
@@ -318,18 +317,13 @@ def _caveats(entry: CampaignEntry, motion: RecordedMotion, rate_hz: float) -> li
     return found
 
 
-def _uses(item: Series, layout: SensorLayout) -> bool:
-    names = {channel.name for channel in layout.channels}
-    return bool(names & set(item.names))
-
-
-def _on_grid(item: Series, values: Array, grid: Array, rate: float) -> Array:
+def _on_grid(item: Series, grid: Array, rate: float) -> Array:
     offset = (grid[0] - item.start_s) * item.rate_hz
     if abs(item.rate_hz / rate - 1.0) < 1e-9 and abs(offset - round(offset)) < 1e-3:
         first = round(offset)
-        return values[first : first + len(grid)]
+        return item.values[first : first + len(grid)]
     return at_times(
-        values, item.rate_hz, grid - item.start_s, highest_hz=CAMPAIGN.usable_share * rate
+        item.values, item.rate_hz, grid - item.start_s, highest_hz=CAMPAIGN.usable_share * rate
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from modal_core.channel import Sensor, SensorLayout
-from modal_core.yaml_file import load_yaml
+from modal_core.layout_file import layout_from_file
 from model_gap.campaign.campaign_file import CampaignEntry
 from model_gap.campaign.series import Series
 
@@ -48,7 +48,7 @@ class SetUps:
             A layout is missing or malformed.
         """
         layouts = {
-            path: common() if path is None else load_sensors(path)
+            path: common() if path is None else layout_from_file(path)
             for path in dict.fromkeys(entry.layout for entry in entries)
         }
         sensors: dict[str, Sensor] = {}
@@ -70,11 +70,6 @@ class SetUps:
         """Return a recording's series with its channels called as in the whole."""
         names = self.names[entry.layout]
         return replace(series, names=tuple(names[name] for name in series.names))
-
-
-def load_sensors(path: Path) -> SensorLayout:
-    """Read a file with a sensor layout."""
-    return SensorLayout.from_mapping(load_yaml(path), str(path))
 
 
 def _name(sensor: Sensor, path: Path | None, known: dict[str, Sensor]) -> str:

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from modal_core.channel import SensorLayout
+from modal_core.layout_file import layout_from_file
 from modal_core.node_parameter import NodeParameter, parameters_of
 from modal_core.schema import from_parameters
-from modal_core.yaml_file import load_yaml
 from oma_identifier.settings import IdentificationSettings
 
 SETTINGS = parameters_of(IdentificationSettings)
@@ -93,4 +93,4 @@ def load_layout_file(path: str) -> SensorLayout | None:
     """
     if not path:
         return None
-    return SensorLayout.from_mapping(load_yaml(Path(path)), name=path)
+    return layout_from_file(Path(path))
