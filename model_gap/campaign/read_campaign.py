@@ -77,17 +77,20 @@ def read_campaign(
         raise useless[0]
     notes += [f'{named(names, 1)}: {note}' for note, names in said.items()]
     refuse_copies(((entry.name, _samples(raw)) for entry, raw in raws), folder)
-    kept = _recorded_layout(layouts.whole, raws, notes)
     read: list[tuple[RawRecording, GapRecord, RecordedMotion]] = []
     for entry, raw in raws:
         with _left_out(useless, notes):
-            read.append((raw, *_record(entry, raw, kept, model, notes)))
+            own = layouts.whole.only(_channels(raw))
+            read.append((raw, *_record(entry, raw, own, model, notes)))
     if not read:
         raise useless[0]
+    records, kept = _on_one_layout(
+        [(raw, record) for raw, record, _ in read], layouts.whole, notes
+    )
     sources = sorted({motion.source for _, _, motion in read})
     positions = [raw.position for raw, _, _ in read if raw.position is not None]
     return Campaign(
-        records=tuple(_from_the_first(_with_levels([record for _, record, _ in read]))),
+        records=tuple(_from_the_first(_with_levels(records))),
         layout=kept,
         joint_names=model.joint_names,
         excitation=' and '.join(sources),
@@ -185,23 +188,29 @@ def _layout(own: object, given: SensorLayout | None, folder: Path) -> SensorLayo
     )
 
 
-def _recorded_layout(
-    layout: SensorLayout, raws: Sequence[tuple[CampaignEntry, RawRecording]], notes: list[str]
-) -> SensorLayout:
-    """Keep the channels any recording has; each counts where it was recorded."""
-    sets = {
-        entry.name: {name for series in raw.accelerations for name in series.names}
-        for entry, raw in raws
-    }
-    found = layout.only(set.union(*sets.values()))
-    some = [
-        channel.name
-        for channel in found.channels
-        if not all(channel.name in own for own in sets.values())
-    ]
+def _channels(raw: RawRecording) -> set[str]:
+    return {name for series in raw.accelerations for name in series.names}
+
+
+def _on_one_layout(
+    read: Sequence[tuple[RawRecording, GapRecord]], whole: SensorLayout, notes: list[str]
+) -> tuple[list[GapRecord], SensorLayout]:
+    """Return the records on all channels any of them has; each counts where it was recorded."""
+    owns = [_channels(raw) for raw, _ in read]
+    layout = whole.only(set.union(*owns))
+    names = [channel.name for channel in layout.channels]
+    some = [name for name in names if not all(name in own for own in owns)]
     if some:
         notes.append(f'not in every recording, compared where they are: {named(some)}')
-    return found
+    records = []
+    for (_, record), own in zip(read, owns, strict=True):
+        missing = tuple(n for n, name in enumerate(names) if name not in own)
+        if missing:
+            values = np.zeros((len(record.acceleration), len(names)))
+            values[:, np.delete(np.arange(len(names)), missing)] = record.acceleration
+            record = replace(record, acceleration=values, missing=missing)
+        records.append(record)
+    return records, layout
 
 
 def _record(
@@ -225,7 +234,6 @@ def _record(
     grid = start + np.arange(int((end - start) * rate)) / rate
     acceleration = np.zeros((len(grid), len(layout.channels)))
     names = [channel.name for channel in layout.channels]
-    there = {name for item in raw.accelerations for name in item.names}
     for item in raw.accelerations:
         columns = [names.index(name) for name in item.names]
         acceleration[:, columns] = _on_grid(item, grid, rate)
@@ -244,7 +252,6 @@ def _record(
         motion_noise=motion.noise,
         heldout=entry.heldout,
         start_s=float(start),
-        missing=tuple(n for n, name in enumerate(names) if name not in there),
     )
     return record, motion
 

@@ -121,6 +121,10 @@ class RecordSpectra:
         """Return spectra (n_channels, n_bins) over the noise."""
         return np.asarray(values / np.sqrt(self.noise_power))
 
+    def squares(self, values: Complex) -> Array:
+        """Return |values|² over the noise, (n_channels, n_bins); 0 where nothing is recorded."""
+        return np.asarray(np.abs(values) ** 2 / self.noise_power)
+
     def from_noise(self, scaled: Complex) -> Complex:
         """Return spectra (n_channels, n_bins) of which ``over_noise`` makes these."""
         values, own = np.zeros_like(scaled), self.record.recorded

@@ -160,7 +160,7 @@ def _differences(
 ) -> list[float]:
     first, second = (predictor.predict(_loaded(item, mass_kg)) for item in (one, other))
     return [
-        float(np.sqrt(np.mean(np.abs(item.over_noise(a - b)[item.seen]) ** 2)))
+        float(np.sqrt(np.mean(item.squares(a - b)[item.seen])))
         for item, a, b in zip(predictor.records, first, second, strict=True)
     ]
 

@@ -171,6 +171,4 @@ def noise_floor(predictor: Predictor) -> float:
 
 
 def _response(predictor: Predictor) -> float:
-    return sum(
-        float(np.sum(np.abs(item.measured) ** 2 / item.noise_power)) for item in predictor.records
-    )
+    return sum(float(np.sum(item.squares(item.measured))) for item in predictor.records)

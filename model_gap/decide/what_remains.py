@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from model_gap.campaign import RecordSpectra
 from model_gap.fit import pose_groups
 from model_gap.hypothesis import Hypothesis
 from model_gap.search import Search
@@ -136,15 +135,11 @@ def _parts(search: Search, hypothesis: Hypothesis) -> list[Part]:
                     sensors,
                     item.frequency_hz,
                     square - item.seen,
-                    _response(item),
+                    item.squares(item.measured),
                     natural_hz[group],
                 )
             )
     return found
-
-
-def _response(item: RecordSpectra) -> Array:
-    return np.asarray(np.abs(item.measured) ** 2 / item.noise_power)
 
 
 def _resonance(parts: Sequence[Part]) -> Remainder | None:

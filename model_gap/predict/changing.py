@@ -79,7 +79,7 @@ def changing(
     extra = third_order(record, model, cell, system, band.high_hz)
     spectrum = np.fft.rfft(extra, axis=0).T / np.sqrt(len(extra))
     moved = hann(spectrum[:, item.places.reshape(-1, 3)])
-    misfit = np.abs(item.over_noise(moved)[record.recorded]) ** 2
+    misfit = item.squares(moved)[record.recorded]
     bands = [
         float(misfit[:, inside].mean())
         for low, high in itertools.pairwise(CAMPAIGN.band_edges_hz)

@@ -184,7 +184,7 @@ class Predictor:
     def squares(self, cell: CellModel) -> list[NDArray[np.float64]]:
         """Return |Y - Ŷ|²/σ² of every record, (n_channels, n_bins) each; 0 where nothing is."""
         return [
-            np.abs(item.measured - reading) ** 2 / item.noise_power
+            item.squares(item.measured - reading)
             for item, reading in zip(self.records, self.predict(cell), strict=True)
         ]
 

@@ -68,7 +68,7 @@ def gap_map(result: GapResult, shown: list[SpectraPair]) -> Markup:
     for pair, (column, band) in itertools.product(shown, enumerate(bands)):
         inside = pair.inside(*band)
         one, two = (
-            np.abs(pair.item.over_noise(pair.item.measured - model)[:, inside]) ** 2
+            pair.item.squares(pair.item.measured - model)[:, inside]
             for model in (pair.before, pair.after)
         )
         for row, name in enumerate(names):
@@ -95,7 +95,7 @@ def spectra(result: GapResult, shown: list[SpectraPair]) -> list[Curves]:
     channels = search.campaign.layout.channels
 
     def gap(pair: SpectraPair) -> NDArray[np.float64]:
-        squares = np.abs(pair.item.over_noise(pair.item.measured - pair.before)) ** 2
+        squares = pair.item.squares(pair.item.measured - pair.before)
         return np.asarray(squares.mean(axis=1))
 
     worst = max(shown, key=lambda pair: float(gap(pair).sum()))

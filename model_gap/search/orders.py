@@ -77,7 +77,7 @@ def orders_left(
         for item, reading in zip(predictor.records, predictor.predict(cell), strict=True)
     ]
     total = sum(
-        float(np.sum(np.abs(rest) ** 2 / item.noise_power))
+        float(np.sum(item.squares(rest)))
         for rest, item in zip(rests, predictor.records, strict=True)
     )
     found = []

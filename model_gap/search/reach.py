@@ -89,7 +89,7 @@ def shares(
     return Shares(
         explained,
         sum(
-            float(np.sum(np.abs(part) ** 2 / item.noise_power))
+            float(np.sum(item.squares(part)))
             for part, item in zip(rest, predictor.records, strict=True)
         ),
         sum(item.count for item in predictor.records),

@@ -89,6 +89,18 @@ def test_what_is_missing_weighs_nothing(folder, robot):
     assert total == pytest.approx(sum(square for square, _ in alone), rel=1e-5)
 
 
+def test_a_sensor_of_recordings_left_out_alone_is_left_out_too(tmp_path, robot):
+    records = recorded((), 33, n_fit=1, n_held=1, duration=6.0)
+    short = [
+        replace(r, acceleration=r.acceleration[:900]) if n % 2 else r
+        for n, r in enumerate(records)
+    ]
+    campaign = read_campaign(written(tmp_path, short, robot.joint_names), robot)
+    assert [item.name for item in campaign.layout] == ['frame', 'roving']
+    assert [record.missing for record in campaign.records] == [(), ()]
+    assert 'roving@second' not in ' '.join(campaign.notes)
+
+
 def test_gravity_of_what_was_not_recorded_is_no_fault(folder, robot):
     campaign = read_campaign(folder, robot)
     settings = SearchSettings()
