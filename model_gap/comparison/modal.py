@@ -1,4 +1,4 @@
-"""Natural frequencies, damping ratios and shapes: identified ones beside the model's."""
+"""Natural frequencies, damping ratios and shapes: measured ones beside the model's."""
 
 from collections.abc import Sequence
 import dataclasses
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from modal_core.indicators import mac
-from modal_core.mode import Mode, ModeSet
-from model_gap.campaign import GapRecord
+from modal_core.mode import Mode
+from model_gap.campaign import Band, GapRecord
 from model_gap.cell import CellModel, Nuisance
-from model_gap.comparison.identified import identified_modes
+from model_gap.comparison.driven_modes import driven_modes
+from model_gap.comparison.driven_response import driven_response
 from model_gap.comparison.thresholds import LIMITS
 from model_gap.fit import pose_groups
 from model_gap.hypothesis import Hypothesis
@@ -80,6 +81,7 @@ class ModePair:
 
 @dataclass(frozen=True)
 class _Modes:
+    poles: NDArray[np.complex128]
     frequency_hz: Array
     damping_ratio: Array
     shapes: NDArray[np.complex128]
@@ -88,7 +90,7 @@ class _Modes:
 
 
 def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[ModePair, ...]:
-    """Identify some recordings and put the model's modes beside what was found.
+    """Fit modes to some recordings and put the model's modes beside what was found.
 
     Parameters
     ----------
@@ -101,17 +103,16 @@ def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[Mo
     """
     campaign = search.campaign
     groups = pose_groups(campaign)
-    names = [channel.name for channel in campaign.layout.channels]
+    band = Band(LIMITS.lowest_hz, min(highest_hz, LIMITS.highest_hz))
     found: list[ModePair] = []
     for pose, records in _chosen(campaign.records, groups):
         q = records[0].pose
         old = _model_modes(search, search.nominal.cell(), q, search.tolerances)
         new = _model_modes(search, after.cell(), q, ())
         for record in records:
-            modes = identified_modes(record, search.model, campaign.layout, highest_hz)
-            # The pipeline leaves out channels it cannot use.
-            seen = [names.index(name) for name in modes.channel_names]
-            one, two = _matched(modes, old, seen), _matched(modes, new, seen)
+            response = driven_response(record, band, after.cell(), search.scene.lines_hz)
+            modes = driven_modes(response, [near.poles for near in (new, old)])
+            one, two = (_matched(modes, side, response.channels) for side in (old, new))
             found += [
                 ModePair(record.name, record.level, pose, bool(record.heldout), mode, before, now)
                 for mode, before, now in zip(modes, one, two, strict=True)
@@ -145,7 +146,9 @@ def _model_modes(
     ]
     none = np.zeros((1, 2, len(omega)))
     sigma = np.sqrt(np.sum(np.array(changes or none) ** 2, axis=0))
-    return _Modes(modes.frequency_hz, modes.damping_ratio, shapes, sigma[0], sigma[1])
+    return _Modes(
+        modes.poles_1_s, modes.frequency_hz, modes.damping_ratio, shapes, sigma[0], sigma[1]
+    )
 
 
 def _change(
@@ -155,13 +158,16 @@ def _change(
     return np.array([modes.frequency_hz - frequency_hz, modes.damping_ratio - damping_ratio])
 
 
-def _matched(found: ModeSet, model: _Modes, seen: list[int]) -> list[ModelMode | None]:
+def _matched(
+    found: Sequence[Mode], model: _Modes, seen: NDArray[np.intp]
+) -> list[ModelMode | None]:
     """Give every identified mode at most one of the model's: like shape, like frequency."""
     pairs: list[ModelMode | None] = [None] * len(found)
     if not pairs:
         return pairs
-    likeness = mac(found.shapes, model.shapes[seen])
-    off = np.abs(np.log(found.frequency_hz[:, None] / model.frequency_hz))
+    likeness = mac(np.stack([mode.shape for mode in found], axis=1), model.shapes[seen])
+    frequency = np.array([mode.frequency_hz for mode in found])
+    off = np.abs(np.log(frequency[:, None] / model.frequency_hz))
     rows, columns = linear_sum_assignment(1.0 - likeness + LIMITS.frequency_weight * off)
     for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
         if likeness[row, column] >= LIMITS.least_mac and off[row, column] <= LIMITS.most_off:

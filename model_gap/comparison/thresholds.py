@@ -29,6 +29,14 @@ class ComparisonLimits:
     most_off: float = 0.35
     """Of the frequencies of a pair, as a share: a joint half as stiff moves a mode by 0.29
     at most."""
+    beyond: float = 1.3
+    """Modes up to so many times the highest frequency take part in the fit; higher ones respond
+    below as a stiffness does."""
+    stands_out: float = 5.0
+    """Standard deviations of chance by which a mode explains more than noise."""
+    least_told: float = 0.03
+    """Standard deviation of a frequency, as a share, beyond which a mode is not told.
+    Chosen, not measured."""
     independent: float = 0.67
     """Independent values per bin: neighbouring Hann bins share information."""
     least_coherence: float = 1e-6

@@ -5,6 +5,7 @@ in time, lines and transmission errors.
 """
 
 from model_gap.predict.changing import Changing, changing, response_change
+from model_gap.predict.driven import driven_motion
 from model_gap.predict.joint_path import static_twist
 from model_gap.predict.linearised import linearised
 from model_gap.predict.predict import Predictor
@@ -20,6 +21,7 @@ __all__ = [
     'Predictor',
     'changing',
     'compile_laws',
+    'driven_motion',
     'linearised',
     'response_change',
     'stacked',

@@ -26,7 +26,7 @@ RATIO, LEVEL_DB = Quantity('ratio'), Quantity('level', 'dB')
 
 
 def modes_table(modes: Sequence[Found], label: str) -> Table:
-    """Return identified modes beside the model's modes of the same shape, before and after."""
+    """Return measured modes beside the model's modes of the same shape, before and after."""
     headings = (
         text('Recording'),
         heading(FREQUENCY.of('measured')),
@@ -51,10 +51,10 @@ def modes_table(modes: Sequence[Found], label: str) -> Table:
         label,
         headings,
         rows,
-        'Natural frequencies and damping ratios identified from the recordings, each ± its '
-        "standard deviation, and the model's mode of the same shape; “off” counts standard "
-        'deviations of measurement and model tolerance together.',
-        'no mode could be identified',
+        'Natural frequencies and damping ratios of the arm behind its motors, as the recordings '
+        "tell them by themselves, each ± its standard deviation, and the model's mode of the same "
+        'shape; “off” counts standard deviations of measurement and model tolerance together.',
+        'no recording tells a mode by itself',
     )
 
 

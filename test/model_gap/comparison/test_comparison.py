@@ -44,19 +44,19 @@ def test_nothing_measured_has_no_ratio():
     assert found.magnitude_sigma == float('inf')
 
 
-@pytest.mark.slow
-def test_modes_are_compared_on_the_channels_they_were_identified_from(campaign_of, robot):
-    """The pipeline leaves out a channel that stays still."""
+def test_the_modes_of_a_recording_are_those_of_the_arm_it_was_made_with(campaign_of, robot):
+    """Behind motors that move; a channel that stays still takes no part."""
     campaign = campaign_of((), SEED, n_fit=1, n_held=0)
-    search = Search.begin(robot, campaign, simulated=True)
-    whole = mode_pairs(search, search.nominal, 55.0)
     for record in campaign.records:
         record.acceleration[:, 4] = 0.0
+    search = Search.begin(robot, campaign, simulated=True)
     pairs = mode_pairs(search, search.nominal, 55.0)
-    assert len(pairs) > 0.7 * len(whole) > 0
+    matched = [pair for pair in pairs if pair.before is not None]
+    assert len(matched) == len(pairs) > 6
     assert all(len(pair.mode.shape) == 11 for pair in pairs)
-    mac = [pair.before.mac for pair in pairs if pair.before and pair.mode.mpc > 0.95]
-    assert np.median(mac) > 0.9, f'seed {SEED}: {mac}'
+    assert np.median([pair.before.mac for pair in matched]) > 0.98, f'seed {SEED}'
+    off = [pair.deviations(pair.before) for pair in matched]
+    assert np.sqrt(np.mean(np.square(off))) < 2.0, f'seed {SEED}: {off}'
 
 
 def test_nothing_over_nothing_is_no_line():

@@ -1,0 +1,269 @@
+"""The modes of the arm that a recording tells by itself, as the motion of its motors is known.
+
+Identified from the responses alone, modes are those of arm, motors and servo drives together.  A
+model whose motors move as recorded has those of the arm behind them, and only these compare.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+import scipy.linalg
+from scipy.optimize import least_squares, OptimizeResult
+
+from modal_core.indicators import mpc, mpd
+from modal_core.mode import Mode
+from model_gap.campaign import Complex, hann
+from model_gap.comparison.driven_response import DrivenResponse
+from model_gap.comparison.thresholds import LIMITS
+
+Array = NDArray[np.float64]
+# Sum of the squared correlations of a Hann bin with its neighbours: 1 + 2 (4/9 + 1/36).
+SHARED = 35.0 / 18.0
+# Sum of the correlations: noise of what hardly changes from bin to bin, 1 + 2 (2/3 + 1/6).
+ALIKE = 8.0 / 3.0
+# Bins to either side whose noise is alike.
+AROUND = 10
+
+
+def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode]:
+    """Fit poles and shapes to the response to a known motion.
+
+    y(ω) = D a + G s + Σₖ (Rₖ a + rₖ)/(iω - λₖ) + conjugates, where a and s are the motors'
+    acceleration and shift, D the rigid arm and what rings above the band, G gravity, and rₖ what
+    rings at the ends of the record.  All but the poles is linear and solved for at each step.
+
+    Parameters
+    ----------
+    record : DrivenResponse
+        Response and motion.
+    starts : sequence of (n_poles,) complex array [rad/s]
+        Where to begin, upper half planes: the poles of models.  What explains most counts.
+
+    Returns
+    -------
+    list of Mode
+        Those that the record tells, in order of frequency, with standard deviations from what is
+        left over.
+
+    References
+    ----------
+    Golub and Pereyra (2003), Inverse Problems 19 R1, doi:10.1088/0266-5611/19/2/201; its Jacobian
+    as Kaufman (1975), BIT 15, doi:10.1007/BF01932995.
+    Pintelon and Schoukens (2012), System Identification: A Frequency Domain Approach, sec. 6.3.
+    """
+    highest = LIMITS.beyond * float(record.omega.max())
+    problem = _Projected(record)
+    found = [
+        _fitted(problem, start[np.abs(start) < highest])
+        for start in starts
+        if 0 < problem.columns(int(np.sum(np.abs(start) < highest))) < len(record.omega)
+    ]
+    if not found:
+        return []
+    return _told(problem, min(found, key=lambda item: float(item.cost)).x)
+
+
+def _fitted(problem: '_Projected', start: Complex) -> OptimizeResult:
+    begun = _numbers(start)
+    near = np.full(len(start), LIMITS.most_off)
+    low = np.concatenate([begun[: len(start)] - near, np.full(len(start), np.log(1e-5))])
+    high = np.concatenate([begun[: len(start)] + near, np.full(len(start), np.log(0.5))])
+    return least_squares(
+        lambda x: problem.at(x).residual.ravel(),
+        np.clip(begun, low + 1e-6, high - 1e-6),
+        lambda x: problem.at(x).jacobian.reshape(-1, len(x)),
+        bounds=(low, high),
+        x_scale=0.1,
+        ftol=1e-8,
+    )
+
+
+@dataclass(frozen=True)
+class _Point:
+    """What is left over at some poles, and all that was solved for.
+
+    Parameters
+    ----------
+    residual : (n_rows, n_channels) array
+        Real parts of all bins, then imaginary parts, over the noise.
+    jacobian : (n_rows, n_channels, n_numbers) array
+        Its derivatives by the numbers of the poles.
+    basis, triangle : (n_rows, n_columns), (n_columns, n_columns) array
+        QR of the columns of unit length; the last ones are those of the poles.
+    solved : (n_columns, n_channels) array
+        What each column is multiplied by.
+    residues : (n_poles, n_forces, n_channels) complex array
+        Of unit noise; the last force is that at the ends of the record.
+    """
+
+    residual: Array
+    jacobian: Array
+    basis: Array
+    triangle: Array
+    solved: Array
+    residues: Complex
+
+
+class _Projected:
+    """What the poles cannot explain, whatever all other numbers are."""
+
+    def __init__(self, record: DrivenResponse) -> None:
+        self.record = record
+        size = np.sqrt(np.mean(record.noise_power, axis=1))
+        weight = 1.0 / np.sqrt(np.mean(record.noise_power / size[:, None] ** 2, axis=0))
+        self._weight = weight
+        self.size = size
+        self._response = _real((record.response / size[:, None] * weight).T)
+        ends = np.ones((1, *record.omega.shape))
+        self._force = np.concatenate([record.acceleration, ends])
+        fixed = [hann(record.acceleration), hann(record.shift)]
+        self._fixed = _real((np.concatenate(fixed) * weight).T)
+        self._last: tuple[bytes, _Point] | None = None
+
+    def columns(self, n_poles: int) -> int:
+        """Return how many numbers each channel has beside some poles; 0 without any."""
+        return self._fixed.shape[1] + 2 * len(self._force) * n_poles if n_poles else 0
+
+    def at(self, numbers: Array) -> _Point:
+        """Return the residual at some poles, once for residual and Jacobian."""
+        key = numbers.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._solved(numbers)
+        return self._last[1]
+
+    def _solved(self, numbers: Array) -> _Point:
+        poles, slopes = _poles(numbers)
+        n_force, n_fixed = len(self._force), self._fixed.shape[1]
+        blocks = [self._fixed]
+        for pole in poles:
+            up, down = self._rung(pole, 1), self._rung(pole.conj(), 1)
+            blocks += [_real(up + down), _real(1j * (up - down))]
+        matrix = np.hstack(blocks)
+        scale = np.linalg.norm(matrix, axis=0)
+        basis, triangle = scipy.linalg.qr(matrix / scale, mode='economic', check_finite=False)
+        ridge = 1e-10 * np.abs(np.diag(triangle)).max()
+        triangle = triangle + ridge * np.eye(len(triangle))
+        inside = basis.T @ self._response
+        residual = self._response - basis @ inside
+        solved = scipy.linalg.solve_triangular(triangle, inside)
+        parts = (solved / scale[:, None])[n_fixed:].reshape(len(poles), 2, n_force, -1)
+        residues = parts[:, 0] + 1j * parts[:, 1]
+        changes = []
+        for slope in slopes:
+            for number, pole in enumerate(poles):
+                moved = slope[number] * self._rung(pole, 2) @ residues[number]
+                moved += (
+                    slope[number].conj() * self._rung(pole.conj(), 2) @ residues[number].conj()
+                )
+                change = _real(moved)
+                changes.append(basis @ (basis.T @ change) - change)
+        jacobian = np.stack(changes, axis=2)
+        return _Point(residual, jacobian, basis, triangle, solved, residues)
+
+    def _rung(self, pole: complex, power: int) -> Complex:
+        """Return what each force rings at a pole, (n_bins, n_forces)."""
+        rung = self._force / (1j * self.record.omega - pole) ** power
+        return np.asarray((hann(rung) * self._weight).T)
+
+
+def _numbers(poles: Complex) -> Array:
+    """Return logarithms of frequencies [rad/s] and damping ratios."""
+    size = np.abs(poles)
+    return np.concatenate([np.log(size), np.log(np.maximum(-poles.real / size, 1e-4))])
+
+
+def _poles(numbers: Array) -> tuple[Complex, Complex]:
+    """Return poles, and their derivatives by the logarithms, (2, n)."""
+    omega, ratio = np.exp(numbers.reshape(2, -1))
+    along = np.sqrt(1.0 - ratio**2)
+    poles = omega * (-ratio + 1j * along)
+    return poles, np.stack([poles, omega * ratio * (-1.0 - 1j * ratio / along)])
+
+
+def _real(values: Complex) -> Array:
+    return np.concatenate([values.real, values.imag])
+
+
+def _told(problem: _Projected, numbers: Array) -> list[Mode]:
+    """Return the modes that stand out of the noise and whose frequency the record tells."""
+    point = problem.at(numbers)
+    noise = _noise(point)
+    flat = point.jacobian.reshape(-1, len(numbers))
+    prior = np.eye(len(numbers)) / LIMITS.most_off**2
+    inverse = np.linalg.inv(flat.T @ flat + prior)
+    spread = _score_spread(point, noise) + prior
+    sigma = np.sqrt(np.diag(inverse @ spread @ inverse)).reshape(2, -1)
+    omega, ratio = np.exp(numbers).reshape(2, -1)
+    sure = _stand_out(point, noise, np.searchsorted(problem.record.omega[:, 1], omega))
+    modes = []
+    for number in np.argsort(omega):
+        if not sure[number] or sigma[0, number] > LIMITS.least_told:
+            continue
+        shape = np.linalg.svd((point.residues[number, :-1] * problem.size).T)[0][:, 0]
+        shape = shape / shape[np.argmax(np.abs(shape))]
+        frequency_hz = float(omega[number]) / (2.0 * np.pi)
+        modes.append(
+            Mode(
+                frequency_hz=frequency_hz,
+                damping_ratio=float(ratio[number]),
+                shape=shape,
+                frequency_std_hz=frequency_hz * float(sigma[0, number]),
+                damping_ratio_std=float(ratio[number] * sigma[1, number]),
+                mpc=float(mpc(shape[:, None])[0]),
+                mpd=float(mpd(shape[:, None])[0]),
+                known_motion=True,
+            )
+        )
+    return modes
+
+
+def _noise(point: _Point) -> Array:
+    """Return what is left over as it was before so much of it was fitted, as the residual."""
+    left = 1.0 - SHARED * np.sum(point.basis**2, axis=1)
+    return np.asarray(point.residual / np.sqrt(np.maximum(left, 0.1))[:, None])
+
+
+def _stand_out(point: _Point, noise: Array, bins: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return which poles explain more than noise around their bins would, (n_poles,).
+
+    Without a pole's columns squares grow by x'S⁻¹x, S the covariance of unit noise.
+    """
+    n_bins, n_poles = len(noise) // 2, len(bins)
+    power = (noise[:n_bins] ** 2 + noise[n_bins:] ** 2) / 2.0
+    covariance = scipy.linalg.solve_triangular(point.triangle, np.eye(len(point.triangle)))
+    covariance = covariance @ covariance.T
+    width = 2 * point.residues.shape[1]
+    first = len(point.solved) - n_poles * width
+    found = []
+    for number, centre in enumerate(bins):
+        own = slice(first + number * width, first + (number + 1) * width)
+        around = power[max(0, centre - AROUND) : centre + AROUND + 1]
+        if not len(around):
+            found.append(False)
+            continue
+        more = point.solved[own] * np.linalg.solve(covariance[own, own], point.solved[own])
+        excess = float(np.sum(more.sum(axis=0) / around.mean(axis=0))) / ALIKE - more.size
+        found.append(excess > LIMITS.stands_out * np.sqrt(2.0 * more.size))
+    return np.array(found)
+
+
+def _score_spread(point: _Point, noise: Array) -> Array:
+    """Return the covariance of the slopes of half the squares, (n_numbers, n_numbers).
+
+    The noise of a bin, as channels share it, is the mean over bins around; Hann bins next to each
+    other share noise too.
+    """
+    noises, parts = np.split(noise, 2), np.split(point.jacobian, 2)
+    total = np.zeros((point.jacobian.shape[2],) * 2)
+    for shift in range(-AROUND, AROUND + 1):
+        slopes = sum(
+            np.einsum('bc,bcn->bn', np.roll(own, shift, axis=0), part)
+            for own, part in zip(noises, parts, strict=True)
+        )
+        total += slopes.T @ slopes
+        for lag in (1, 2):
+            both = slopes[lag:].T @ slopes[:-lag]
+            total += both + both.T
+    return np.asarray(total / (2 * AROUND + 1))
