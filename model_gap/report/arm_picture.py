@@ -11,7 +11,10 @@ from modal_reports import HeatScale, svg
 from structural_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
+Point = tuple[float, float]
 SIZE, MARGIN = 420, 46
+# Width of a letter of a joint's name, and size of a sensor's dot, in pixels.
+LETTER, DOT = 6, 6
 # From the noise to thirty times it.
 TIMES_THE_NOISE = HeatScale(1.0, 10.0**1.5, logarithmic=True)
 
@@ -52,7 +55,9 @@ def arm_picture(
         x, y = arm[index].tolist()
         kind = 'tick hot' if name in places else 'tick'
         parts.append(svg.circle('joint', x, y, 6))
-        parts.append(svg.text(x - 9, y + 16, name.replace('joint_', 'J'), kind, 'end'))
+        label = name.replace('joint_', 'J')
+        at, anchor = _beside((x, y), label, np.delete(flat, index, axis=0))
+        parts.append(svg.text(*at, label, kind, anchor))
     for sensor, (x, y) in zip(layout, dots.tolist(), strict=True):
         value = left.get(sensor.name, 1.0)
         hot = f'sensor:{sensor.name}' in places
@@ -102,6 +107,24 @@ def _joint_points(model: FlexibleJointModel, links: list[str]) -> dict[str, int]
                 found[name] = links.index(frame.name)
                 break
     return found
+
+
+def _beside(point: Point, label: str, dots: Array) -> tuple[Point, str]:
+    """Return where a label stands beside a point, and its end there: where fewest dots lie."""
+    width = LETTER * len(label)
+
+    def covered(choice: tuple[Point, str]) -> int:
+        (x, y), end = choice
+        left = x - width if end == 'end' else x
+        across = (dots[:, 0] > left - DOT) & (dots[:, 0] < left + width + DOT)
+        return int(np.sum(across & (dots[:, 1] > y - 10 - DOT) & (dots[:, 1] < y + DOT)))
+
+    x, y = point
+    sides: list[tuple[Point, str]] = [
+        ((x - 9, y + 16), 'end'), ((x + 9, y + 16), 'start'),
+        ((x - 9, y - 8), 'end'), ((x + 9, y - 8), 'start'),
+    ]  # fmt: skip
+    return min(sides, key=covered)
 
 
 def _mark(place: str, links: list[str], arm: Array, joints: Mapping[str, int]) -> str:
