@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from modal_reports import FREQUENCY
 from model_gap.campaign import Campaign
 from model_gap.cell import in_words
 from model_gap.decide import Adequacy, adequacy, objections, what_remains
 from model_gap.fit import split
 from model_gap.gravity import as_it_stands, Fault, left_open, put_right, rest_of, weigh
 from model_gap.hypothesis import STRETCHED
+from model_gap.modes import mode_pairs
 from model_gap.search import (
     evidence_bound,
     fit_tolerances,
@@ -53,12 +55,15 @@ class QuickLimits:
         Of every recording.
     telling_share : float
         Of what is left over, that a torque in a joint must account for to be said; chosen.
+    telling_sigma : float
+        Standard deviations by which a mode must be off to be said: 0.3 % by chance.
     """
 
     fitted_poses: int = 3
     heldout_poses: int = 2
     seconds: float = 12.0
     telling_share: float = 0.3
+    telling_sigma: float = 3.0
 
 
 LIMITS = QuickLimits()
@@ -186,7 +191,12 @@ def look_at(
         return QuickLook(state, left, could_gain, reasons, (), following, search.notes)
     noisy = max(left.fitted, left.worst.misfit / 2.0) > LEAST_TO_DESCRIBE
     remains = what_remains(search, fitted.hypothesis) if noisy else ()
-    where = (*_stretched(search), *_joints(search), *(item.words for item in remains))
+    where = (
+        *_stretched(search),
+        *_modes(search),
+        *_joints(search),
+        *(item.words for item in remains),
+    )
     more = tuple(item.next_recording for item in remains)
     return QuickLook(state, left, could_gain, reasons, where, more, search.notes)
 
@@ -200,6 +210,21 @@ def _stretched(search: Search) -> tuple[str, ...]:
         f'{name} would have to be {size:.1f} times its tolerance from nominal'
         for size, name in far[:3]
         if size > STRETCHED
+    )
+
+
+def _modes(search: Search) -> tuple[str, ...]:
+    """Return the modes of one recording that the model has elsewhere, tolerances counted."""
+    band = min(search.settings.band.high_hz, search.campaign.motion_band_hz)
+    pairs = mode_pairs(search, search.fitted.hypothesis, band, poses=1)
+    one = [pair for pair in pairs if pair.record == pairs[0].record and pair.before is not None]
+    far = sorted(one, key=lambda pair: -abs(pair.deviations(pair.before)))[:3]
+    return tuple(
+        f'the mode of {FREQUENCY.text(pair.before.frequency_hz, pair.before.frequency_sigma_hz)}'
+        f' is measured at {FREQUENCY.text(pair.mode.frequency_hz, pair.mode.frequency_std_hz)}'
+        f' in {pair.record}'
+        for pair in far
+        if pair.before and abs(pair.deviations(pair.before)) > LIMITS.telling_sigma
     )
 
 

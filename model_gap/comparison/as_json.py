@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 from model_gap.comparison.compare import ModelComparison
-from model_gap.comparison.modal import ModelMode, ModePair
+from model_gap.modes import ModelMode, ModePair
 
 
 def comparison_mapping(comparison: ModelComparison) -> dict[str, Any]:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from model_gap.comparison.amplitude import level_changes, LevelChange
 from model_gap.comparison.excitation import Excitation, excitation
 from model_gap.comparison.harmonics import lines_seen, LineSeen
-from model_gap.comparison.modal import mode_pairs, ModePair
 from model_gap.comparison.spectra_pairs import spectra_pairs, SpectraPair
 from model_gap.comparison.transmissibility import sensor_bands, SensorBand
 from model_gap.find_gap import GapResult
+from model_gap.modes import mode_pairs, ModePair
 
 
 @dataclass(frozen=True)

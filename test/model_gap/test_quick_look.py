@@ -47,6 +47,7 @@ def test_a_healthy_arm_is_said_to_be_so_with_nothing_else(robot, folder_of):
 def test_a_gap_is_seen_and_placed(soft):
     assert soft.state is State.GAP, f'seed {SEED}: {soft}'
     assert any('joint_2' in line for line in soft.where), soft.where
+    assert any('is measured at' in line for line in soft.where), soft.where
     said = soft.to_dict()
     assert said['state'] == 'gap' and said['reasons'] and said['over_noise'] > 0.0
 

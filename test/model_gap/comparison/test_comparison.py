@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from model_gap.comparison.harmonics import over
-from model_gap.comparison.modal import mode_pairs
 from model_gap.comparison.transmissibility import ratio
+from model_gap.modes.mode_pairs import mode_pairs
 from model_gap.search.search import Search
 
 SEED = 12

@@ -13,11 +13,11 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode
 from model_gap.campaign import Band, GapRecord
 from model_gap.cell import CellModel, Nuisance
-from model_gap.comparison.driven_modes import driven_modes
-from model_gap.comparison.driven_response import driven_response
-from model_gap.comparison.thresholds import LIMITS
 from model_gap.fit import pose_groups
 from model_gap.hypothesis import Hypothesis
+from model_gap.modes.driven_modes import driven_modes
+from model_gap.modes.driven_response import driven_response
+from model_gap.modes.thresholds import LIMITS
 from model_gap.search import Search
 from structural_model import FlexibleJointModel
 
@@ -89,7 +89,9 @@ class _Modes:
     damping_ratio_sigma: Array
 
 
-def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[ModePair, ...]:
+def mode_pairs(
+    search: Search, after: Hypothesis, highest_hz: float, poses: int = LIMITS.most_poses
+) -> tuple[ModePair, ...]:
     """Fit modes to some recordings and put the model's modes beside what was found.
 
     Parameters
@@ -100,12 +102,14 @@ def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[Mo
         The model as it is now.
     highest_hz : float [Hz]
         Up to where the arm was excited.
+    poses : int
+        In at most so many.
     """
     campaign = search.campaign
     groups = pose_groups(campaign)
     band = Band(LIMITS.lowest_hz, min(highest_hz, LIMITS.highest_hz))
     found: list[ModePair] = []
-    for pose, records in _chosen(campaign.records, groups):
+    for pose, records in _chosen(campaign.records, groups)[:poses]:
         q = records[0].pose
         old = _model_modes(search, search.nominal.cell(), q, search.tolerances)
         new = _model_modes(search, after.cell(), q, ())
@@ -123,12 +127,12 @@ def mode_pairs(search: Search, after: Hypothesis, highest_hz: float) -> tuple[Mo
 def _chosen(
     records: Sequence[GapRecord], groups: Sequence[int]
 ) -> list[tuple[int, list[GapRecord]]]:
-    """Return a few poses with all their levels, held-out ones first."""
+    """Return the poses with all their levels, held-out ones first."""
     poses: dict[int, list[GapRecord]] = {}
     for record, group in zip(records, groups, strict=True):
         poses.setdefault(group, []).append(record)
     order = sorted(poses.items(), key=lambda item: not item[1][0].heldout)
-    return order[: LIMITS.most_poses]
+    return order
 
 
 def _model_modes(

@@ -6,8 +6,8 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 
 from model_gap.campaign import hann
-from model_gap.comparison.driven_modes import driven_modes
-from model_gap.comparison.driven_response import DrivenResponse
+from model_gap.modes.driven_modes import driven_modes
+from model_gap.modes.driven_response import DrivenResponse
 
 RATE, FINE = 250.0, 8
 

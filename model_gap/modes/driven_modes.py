@@ -15,8 +15,8 @@ from scipy.optimize import least_squares, OptimizeResult
 from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode
 from model_gap.campaign import Complex, hann
-from model_gap.comparison.driven_response import DrivenResponse
-from model_gap.comparison.thresholds import LIMITS
+from model_gap.modes.driven_response import DrivenResponse
+from model_gap.modes.thresholds import LIMITS
 
 Array = NDArray[np.float64]
 # Sum of the squared correlations of a Hann bin with its neighbours: 1 + 2 (4/9 + 1/36).

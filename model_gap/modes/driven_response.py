@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from model_gap.campaign import Band, Complex, GapRecord, record_spectra, RecordSpectra
 from model_gap.cell import CellModel
-from model_gap.comparison.thresholds import LIMITS
+from model_gap.modes.thresholds import LIMITS
 from model_gap.predict import driven_motion
 
 Array = NDArray[np.float64]
