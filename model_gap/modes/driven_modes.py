@@ -5,7 +5,6 @@ model whose motors move as recorded has those of the arm behind them, and only t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +13,9 @@ from scipy.optimize import least_squares, OptimizeResult
 
 from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode
-from model_gap.campaign import Complex, hann
+from model_gap.campaign import Complex
 from model_gap.modes.driven_response import DrivenResponse
+from model_gap.modes.projection import LeftOver, numbers_of, Projection
 from model_gap.modes.thresholds import LIMITS
 
 Array = NDArray[np.float64]
@@ -54,7 +54,7 @@ def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode
     Pintelon and Schoukens (2012), System Identification: A Frequency Domain Approach, sec. 6.3.
     """
     highest = LIMITS.beyond * float(record.omega.max())
-    problem = _Projected(record)
+    problem = Projection(record)
     found = [
         _fitted(problem, start[np.abs(start) < highest])
         for start in starts
@@ -65,8 +65,8 @@ def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode
     return _told(problem, min(found, key=lambda item: float(item.cost)).x)
 
 
-def _fitted(problem: '_Projected', start: Complex) -> OptimizeResult:
-    begun = _numbers(start)
+def _fitted(problem: Projection, start: Complex) -> OptimizeResult:
+    begun = numbers_of(start)
     near = np.full(len(start), LIMITS.most_off)
     low = np.concatenate([begun[: len(start)] - near, np.full(len(start), np.log(1e-5))])
     high = np.concatenate([begun[: len(start)] + near, np.full(len(start), np.log(0.5))])
@@ -80,113 +80,7 @@ def _fitted(problem: '_Projected', start: Complex) -> OptimizeResult:
     )
 
 
-@dataclass(frozen=True)
-class _Point:
-    """What is left over at some poles, and all that was solved for.
-
-    Parameters
-    ----------
-    residual : (n_rows, n_channels) array
-        Real parts of all bins, then imaginary parts, over the noise.
-    jacobian : (n_rows, n_channels, n_numbers) array
-        Its derivatives by the numbers of the poles.
-    basis, triangle : (n_rows, n_columns), (n_columns, n_columns) array
-        QR of the columns of unit length; the last ones are those of the poles.
-    solved : (n_columns, n_channels) array
-        What each column is multiplied by.
-    residues : (n_poles, n_forces, n_channels) complex array
-        Of unit noise; the last force is that at the ends of the record.
-    """
-
-    residual: Array
-    jacobian: Array
-    basis: Array
-    triangle: Array
-    solved: Array
-    residues: Complex
-
-
-class _Projected:
-    """What the poles cannot explain, whatever all other numbers are."""
-
-    def __init__(self, record: DrivenResponse) -> None:
-        self.record = record
-        size = np.sqrt(np.mean(record.noise_power, axis=1))
-        weight = 1.0 / np.sqrt(np.mean(record.noise_power / size[:, None] ** 2, axis=0))
-        self._weight = weight
-        self.size = size
-        self._response = _real((record.response / size[:, None] * weight).T)
-        ends = np.ones((1, *record.omega.shape))
-        self._force = np.concatenate([record.acceleration, ends])
-        fixed = [hann(record.acceleration), hann(record.shift)]
-        self._fixed = _real((np.concatenate(fixed) * weight).T)
-        self._last: tuple[bytes, _Point] | None = None
-
-    def columns(self, n_poles: int) -> int:
-        """Return how many numbers each channel has beside some poles; 0 without any."""
-        return self._fixed.shape[1] + 2 * len(self._force) * n_poles if n_poles else 0
-
-    def at(self, numbers: Array) -> _Point:
-        """Return the residual at some poles, once for residual and Jacobian."""
-        key = numbers.tobytes()
-        if self._last is None or self._last[0] != key:
-            self._last = key, self._solved(numbers)
-        return self._last[1]
-
-    def _solved(self, numbers: Array) -> _Point:
-        poles, slopes = _poles(numbers)
-        n_force, n_fixed = len(self._force), self._fixed.shape[1]
-        blocks = [self._fixed]
-        for pole in poles:
-            up, down = self._rung(pole, 1), self._rung(pole.conj(), 1)
-            blocks += [_real(up + down), _real(1j * (up - down))]
-        matrix = np.hstack(blocks)
-        scale = np.linalg.norm(matrix, axis=0)
-        basis, triangle = scipy.linalg.qr(matrix / scale, mode='economic', check_finite=False)
-        ridge = 1e-10 * np.abs(np.diag(triangle)).max()
-        triangle = triangle + ridge * np.eye(len(triangle))
-        inside = basis.T @ self._response
-        residual = self._response - basis @ inside
-        solved = scipy.linalg.solve_triangular(triangle, inside)
-        parts = (solved / scale[:, None])[n_fixed:].reshape(len(poles), 2, n_force, -1)
-        residues = parts[:, 0] + 1j * parts[:, 1]
-        changes = []
-        for slope in slopes:
-            for number, pole in enumerate(poles):
-                moved = slope[number] * self._rung(pole, 2) @ residues[number]
-                moved += (
-                    slope[number].conj() * self._rung(pole.conj(), 2) @ residues[number].conj()
-                )
-                change = _real(moved)
-                changes.append(basis @ (basis.T @ change) - change)
-        jacobian = np.stack(changes, axis=2)
-        return _Point(residual, jacobian, basis, triangle, solved, residues)
-
-    def _rung(self, pole: complex, power: int) -> Complex:
-        """Return what each force rings at a pole, (n_bins, n_forces)."""
-        rung = self._force / (1j * self.record.omega - pole) ** power
-        return np.asarray((hann(rung) * self._weight).T)
-
-
-def _numbers(poles: Complex) -> Array:
-    """Return logarithms of frequencies [rad/s] and damping ratios."""
-    size = np.abs(poles)
-    return np.concatenate([np.log(size), np.log(np.maximum(-poles.real / size, 1e-4))])
-
-
-def _poles(numbers: Array) -> tuple[Complex, Complex]:
-    """Return poles, and their derivatives by the logarithms, (2, n)."""
-    omega, ratio = np.exp(numbers.reshape(2, -1))
-    along = np.sqrt(1.0 - ratio**2)
-    poles = omega * (-ratio + 1j * along)
-    return poles, np.stack([poles, omega * ratio * (-1.0 - 1j * ratio / along)])
-
-
-def _real(values: Complex) -> Array:
-    return np.concatenate([values.real, values.imag])
-
-
-def _told(problem: _Projected, numbers: Array) -> list[Mode]:
+def _told(problem: Projection, numbers: Array) -> list[Mode]:
     """Return the modes that stand out of the noise and whose frequency the record tells."""
     point = problem.at(numbers)
     noise = _noise(point)
@@ -219,13 +113,13 @@ def _told(problem: _Projected, numbers: Array) -> list[Mode]:
     return modes
 
 
-def _noise(point: _Point) -> Array:
+def _noise(point: LeftOver) -> Array:
     """Return what is left over as it was before so much of it was fitted, as the residual."""
     left = 1.0 - SHARED * np.sum(point.basis**2, axis=1)
     return np.asarray(point.residual / np.sqrt(np.maximum(left, 0.1))[:, None])
 
 
-def _stand_out(point: _Point, noise: Array, bins: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _stand_out(point: LeftOver, noise: Array, bins: NDArray[np.intp]) -> NDArray[np.bool_]:
     """Return which poles explain more than noise around their bins would, (n_poles,).
 
     Without a pole's columns squares grow by x'S⁻¹x, S the covariance of unit noise.
@@ -249,7 +143,7 @@ def _stand_out(point: _Point, noise: Array, bins: NDArray[np.intp]) -> NDArray[n
     return np.array(found)
 
 
-def _score_spread(point: _Point, noise: Array) -> Array:
+def _score_spread(point: LeftOver, noise: Array) -> Array:
     """Return the covariance of the slopes of half the squares, (n_numbers, n_numbers).
 
     The noise of a bin, as channels share it, is the mean over bins around; Hann bins next to each

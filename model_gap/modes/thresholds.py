@@ -24,7 +24,8 @@ class ModeLimits:
     """Modes up to so many times the highest frequency take part in the fit; higher ones respond
     below as a stiffness does."""
     stands_out: float = 5.0
-    """Standard deviations of chance by which a mode explains more than noise."""
+    """Standard deviations of chance by which a mode explains more than noise. In random arms, each
+    with one pole too many, none of these was told and none of 125 modes lost."""
     least_told: float = 0.03
     """Standard deviation of a frequency, as a share, beyond which a mode is not told.
     Chosen, not measured."""
