@@ -5,8 +5,6 @@ import pytest
 
 from model_gap.comparison.harmonics import over
 from model_gap.comparison.transmissibility import ratio
-from model_gap.modes.mode_pairs import mode_pairs
-from model_gap.search.search import Search
 
 SEED = 12
 
@@ -42,21 +40,6 @@ def test_nothing_measured_has_no_ratio():
     found = ratio(np.zeros(5, dtype=complex), np.ones(5, dtype=complex))
     assert found.coherence == 0.0
     assert found.magnitude_sigma == float('inf')
-
-
-def test_the_modes_of_a_recording_are_those_of_the_arm_it_was_made_with(campaign_of, robot):
-    """Behind motors that move; a channel that stays still takes no part."""
-    campaign = campaign_of((), SEED, n_fit=1, n_held=0)
-    for record in campaign.records:
-        record.acceleration[:, 4] = 0.0
-    search = Search.begin(robot, campaign, simulated=True)
-    pairs = mode_pairs(search, search.nominal, 55.0)
-    matched = [pair for pair in pairs if pair.before is not None]
-    assert len(matched) == len(pairs) > 6
-    assert all(len(pair.mode.shape) == 11 for pair in pairs)
-    assert np.median([pair.before.mac for pair in matched]) > 0.98, f'seed {SEED}'
-    off = [pair.deviations(pair.before) for pair in matched]
-    assert np.sqrt(np.mean(np.square(off))) < 2.0, f'seed {SEED}: {off}'
 
 
 def test_nothing_over_nothing_is_no_line():
