@@ -14,8 +14,10 @@ from modal_core.mode import Mode
 from modal_core.version import software
 from modal_reports import DAMPING, fixed, FREQUENCY, percent
 
-NAME_WIDTH = 14
-"""Of a recording's name: with two states that differ a row has 80 columns."""
+NAME_WIDTH, WIDTH, STATE_WIDTH = 14, 68, 6
+"""Letters of a recording's name, of a row, and of each state that differs: of two, 80 in all."""
+LIKENESS = ('MAC', 'by chance ≥')
+"""What is shown where a terminal has room for it."""
 MOST_STATES = 2
 SHORT = {'joint speed [°/s]': '°/s', 'load [kg]': 'kg'}
 NUMBERS = ('frequency_hz', 'frequency_std_hz', 'damping_ratio', 'damping_ratio_std', 'mpc')
@@ -42,22 +44,24 @@ def show_courses(names: Sequence[str], states: Sequence[OperatingState], courses
     table = narrow_table('modes through all recordings')
     table.add_column('recording', max_width=NAME_WIDTH, no_wrap=True)
     heads = [SHORT.get(name, 'angle °') for name, _ in axes]
-    for heading in (*heads, 'Hz', 'Δ %', '/σ', 'ζ %', '/σ', ''):
+    left = OUTPUT.width - WIDTH - STATE_WIDTH * len(axes)
+    likeness = LIKENESS[: sum(left >= width for width in (6, 18))]
+    for heading in (*heads, 'Hz', 'Δ %', '/σ', 'ζ %', '/σ', '', *likeness):
         table.add_column(heading, justify='right', no_wrap=True)
     for course in courses:
         for point in course:
             where = [f'{values[point.recording]:.3g}' for _, values in axes]
-            table.add_row(escape(names[point.recording]), *where, *_cells(point))
+            table.add_row(escape(names[point.recording]), *where, *_cells(point, len(likeness)))
         table.add_section()
     OUTPUT.print(table)
 
 
-def _cells(point: CoursePoint) -> tuple[str, ...]:
+def _cells(point: CoursePoint, n_likeness: int) -> tuple[str, ...]:
     mode, change = point.mode, point.change
     hz = FREQUENCY.number(mode.frequency_hz, mode.frequency_std_hz)
     ratio = DAMPING.number(mode.damping_ratio, mode.damping_ratio_std)
     if change is None:
-        return hz, '', '', ratio, '', ''
+        return hz, '', '', ratio, '', '', *[''] * n_likeness
     return (
         hz,
         percent(change.frequency_change, 2, sign=True).removesuffix(' %'),
@@ -65,6 +69,7 @@ def _cells(point: CoursePoint) -> tuple[str, ...]:
         ratio,
         fixed(change.damping_surprise, 1, sign=True),
         '*' * change.is_significant + '~' * change.is_shape_changed,
+        *(fixed(value, 3) for value in (change.mac, change.expected_mac.least)[:n_likeness]),
     )
 
 

@@ -56,7 +56,7 @@ def compare(
     Modes are paired by frequency and shape; each change is told from scatter by the standard
     deviations of both.
     """
-    from autonomous_modal_analysis.change_view import changes_json, show_changes
+    from autonomous_modal_analysis.change_view import changes_json, show_summary
     from autonomous_modal_analysis.course_view import courses_json, courses_table, show_courses
     from autonomous_modal_analysis.export import check_endings, export_table, TABLE_ENDINGS
     from autonomous_modal_analysis.level_view import levels_json, show_levels
@@ -96,9 +96,9 @@ def compare(
         said = changes_json(first.name, states) | courses_json(named, at_all, courses)
         print_json(said | (levels_json(named, over_levels) if over_levels is not None else {}))
     else:
-        for state in states:
-            show_changes(state.found, first.name, state.name)
         show_courses(named, at_all, courses)
+        for state in states:
+            show_summary(state.found, first.name, state.name)
         if over_levels is not None:
             show_levels(over_levels)
     alone = [state.found.only_second for state in states]
