@@ -12,8 +12,7 @@ from oma_identifier.compare import ModeComparison
 
 def show_summary(comparison: ModeComparison, first: str, second: str) -> None:
     """Print how many modes changed, and the modes of one side alone."""
-    told = headline(comparison)
-    OUTPUT.print(f'{first}, then {second}: {told} (* and ~)', soft_wrap=True, markup=False)
+    OUTPUT.print(f'{second}: {headline(comparison)} (* and ~)', markup=False)
     for name, alone in ((first, comparison.only_first), (second, comparison.only_second)):
         if alone:
             OUTPUT.print(f'{name} alone: {_listed(alone)}', soft_wrap=True, markup=False)
