@@ -1,6 +1,6 @@
 """Independent work, as much at once as there are processors."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -22,12 +22,25 @@ ENDED_FROM_OUTSIDE = 'a process was ended from outside'
 _shared: list[tuple[Callable[[Any], Any], Sequence[Any]]] = []
 
 
-def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+def side_by_side(
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    progress: Callable[[float], None] = lambda _: None,
+) -> list[Result]:
     """Return the results of work on every item, in order.
 
     Processes are forked: the work and its items are there without being copied, changes they make
     to anything are lost, and only results are sent back, by pickle.  Within such a process, or on
     one processor, items are worked on one after the other.
+
+    Parameters
+    ----------
+    work : callable
+        Of one item.
+    items : sequence
+        What is to be worked on.
+    progress : callable
+        Takes the fraction done.
 
     Raises
     ------
@@ -36,7 +49,7 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
     """
     processes = min(len(items), n_processors())
     if processes < 2:
-        return [work(item) for item in items]
+        return _told((work(item) for item in items), len(items), progress)
     before = multiprocessing.active_children()
     _shared.append((work, items))
     try:
@@ -47,7 +60,7 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
                 # then learns of the processes' end, cannot tell those: a traceback.
                 with signals_wait():
                     begun = [pool.submit(_result, number) for number in range(len(items))]
-                return [future.result() for future in begun]
+                return _told((future.result() for future in begun), len(begun), progress)
             except BrokenProcessPool as error:
                 raise ModalAnalysisError(
                     ENDED_FROM_OUTSIDE,
@@ -60,6 +73,16 @@ def side_by_side(work: Callable[[Item], Result], items: Sequence[Item]) -> list[
                 raise
     finally:
         _shared.clear()
+
+
+def _told(
+    results: Iterable[Result], n_items: int, progress: Callable[[float], None]
+) -> list[Result]:
+    found = []
+    for result in results:
+        found.append(result)
+        progress(len(found) / n_items)
+    return found
 
 
 def n_processors() -> int:

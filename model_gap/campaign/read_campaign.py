@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from modal_core.errors import RecordingError, SettingsError
 from modal_core.layout_file import layout_from_file
 from modal_core.measurements import Measurement
 from modal_core.named import named
+from modal_core.side_by_side import side_by_side
 from modal_recordings import open_recording
 from modal_recordings.attachment import attached_layout
 from modal_recordings.joint_table import is_table
@@ -69,10 +70,15 @@ def read_campaign(
     said: dict[str, list[str]] = {}
     raws: list[tuple[CampaignEntry, RawRecording]] = []
     useless: list[RecordingError] = []
-    for number, entry in enumerate(entries):
+    gathered = side_by_side(lambda entry: _gathered(entry, layouts, model), entries, progress)
+    for entry, found in zip(entries, gathered, strict=True):
         with _left_out(useless, notes):
-            raws.append((entry, _gathered(entry, layouts, model, notes, said)))
-        progress((number + 1) / len(entries))
+            if isinstance(found, RecordingError):
+                raise found
+            raws.append((entry, found.raw))
+            notes += found.notes
+            for note in found.said:
+                said.setdefault(note, []).append(entry.name)
     if not raws:
         raise useless[0]
     notes += [f'{named(names, 1)}: {note}' for note, names in said.items()]
@@ -118,31 +124,37 @@ def _left_out(useless: list[RecordingError], notes: list[str]) -> Iterator[None]
         notes.append(f'left out: {error}')
 
 
+@dataclass(frozen=True)
+class _Gathered:
+    """A recording as read, what is told of it, and what is told of all recordings alike."""
+
+    raw: RawRecording
+    notes: tuple[str, ...]
+    said: tuple[str, ...]
+
+
 def _gathered(
-    entry: CampaignEntry,
-    layouts: SetUps,
-    model: FlexibleJointModel,
-    notes: list[str],
-    said: dict[str, list[str]],
-) -> RawRecording:
+    entry: CampaignEntry, layouts: SetUps, model: FlexibleJointModel
+) -> _Gathered | RecordingError:
     """Read one recording; fast accelerations are thinned out at once, to need little memory."""
     sensors = layouts.own(entry)
-    measurements, assumed = _measured(entry, sensors, model)
-    raw = gather(measurements, sensors, str(entry.path), model.joint_names)
-    for note in dict.fromkeys((*raw.notes, *assumed())):
-        said.setdefault(note, []).append(entry.name)
-    if raw.position is None:
-        raise RecordingError(
-            'no joint states: the motion is not known',
-            where=str(entry.path),
-            advice='record sensor_msgs/JointState beside the accelerations',
-        )
-    for name in raw.unknown:
-        note = f'channel {name} is not in the sensor layout and was left out'
-        if note not in notes:
-            notes.append(note)
+    try:
+        measurements, assumed = _measured(entry, sensors, model)
+        raw = gather(measurements, sensors, str(entry.path), model.joint_names)
+        if raw.position is None:
+            raise RecordingError(
+                'no joint states: the motion is not known',
+                where=str(entry.path),
+                advice='record sensor_msgs/JointState beside the accelerations',
+            )
+    except RecordingError as error:
+        return error
+    notes = [
+        f'channel {name} is not in the sensor layout and was left out' for name in raw.unknown
+    ]
+    said = tuple(dict.fromkeys((*raw.notes, *assumed())))
     series = [layouts.in_whole(entry, _thinned(item)) for item in raw.accelerations]
-    return replace(raw, accelerations=tuple(series))
+    return _Gathered(replace(raw, accelerations=tuple(series)), tuple(notes), said)
 
 
 def _measured(

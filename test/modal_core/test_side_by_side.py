@@ -19,6 +19,13 @@ def test_results_come_in_order():
     np.testing.assert_array_equal(found, [offset + item for item in range(7)])
 
 
+@pytest.mark.parametrize('n_items', [1, 4])
+def test_what_is_done_is_told(n_items):
+    told = []
+    side_by_side(abs, range(n_items), told.append)
+    assert told == [number / n_items for number in range(1, n_items + 1)]
+
+
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason='one processor')
 def test_work_runs_in_other_processes_that_do_not_fork_again():
     def work(_):
