@@ -20,7 +20,7 @@ from model_gap.decide import Adequacy, adequacy, objections, what_remains
 from model_gap.fit import split
 from model_gap.gravity import as_it_stands, Fault, left_open, put_right, rest_of, weigh
 from model_gap.hypothesis import STRETCHED
-from model_gap.modes import mode_pairs
+from model_gap.modes import mode_pairs, ModePair
 from model_gap.search import (
     evidence_bound,
     fit_tolerances,
@@ -214,18 +214,28 @@ def _stretched(search: Search) -> tuple[str, ...]:
 
 
 def _modes(search: Search) -> tuple[str, ...]:
-    """Return the modes of one recording that the model has elsewhere, tolerances counted."""
+    """Return the modes of one recording that the model has elsewhere, or not at all."""
     band = min(search.settings.band.high_hz, search.campaign.motion_band_hz)
     pairs = mode_pairs(search, search.fitted.hypothesis, band, poses=1)
-    one = [pair for pair in pairs if pair.record == pairs[0].record and pair.before is not None]
-    far = sorted(one, key=lambda pair: -abs(pair.deviations(pair.before)))[:3]
-    return tuple(
+    one = [pair for pair in pairs if pair.record == pairs[0].record]
+    far = sorted(one, key=lambda pair: -abs(pair.deviations(pair.before)))
+    moved = tuple(
         f'the mode of {FREQUENCY.text(pair.before.frequency_hz, pair.before.frequency_sigma_hz)}'
-        f' is measured at {FREQUENCY.text(pair.mode.frequency_hz, pair.mode.frequency_std_hz)}'
-        f' in {pair.record}'
+        f' is measured at {_measured(pair)}'
         for pair in far
         if pair.before and abs(pair.deviations(pair.before)) > LIMITS.telling_sigma
     )
+    new = (
+        f'no mode of the model has the shape of that measured at {_measured(pair)}'
+        for pair in one
+        if pair.before is None
+    )
+    return (*moved[:3], *new)
+
+
+def _measured(pair: ModePair) -> str:
+    mode = pair.mode
+    return f'{FREQUENCY.text(mode.frequency_hz, mode.frequency_std_hz)} in {pair.record}'
 
 
 def _joints(search: Search) -> tuple[str, ...]:

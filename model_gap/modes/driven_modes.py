@@ -5,6 +5,8 @@ model whose motors move as recorded has those of the arm behind them, and only t
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +17,7 @@ from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode
 from model_gap.campaign import Complex
 from model_gap.modes.driven_response import DrivenResponse
-from model_gap.modes.projection import LeftOver, numbers_of, Projection
+from model_gap.modes.projection import LeftOver, numbers_of, poles_of, Projection
 from model_gap.modes.thresholds import LIMITS
 
 Array = NDArray[np.float64]
@@ -23,8 +25,8 @@ Array = NDArray[np.float64]
 SHARED = 35.0 / 18.0
 # Sum of the correlations: noise of what hardly changes from bin to bin, 1 + 2 (2/3 + 1/6).
 ALIKE = 8.0 / 3.0
-# Bins to either side whose noise is alike.
-AROUND = 10
+# Bins to either side whose noise is alike, and bins that a mode is looked for in.
+AROUND, NEAR = 10, 5
 
 
 def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode]:
@@ -39,7 +41,8 @@ def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode
     record : DrivenResponse
         Response and motion.
     starts : sequence of (n_poles,) complex array [rad/s]
-        Where to begin, upper half planes: the poles of models.  What explains most counts.
+        Where to begin, upper half planes: the poles of models.  What explains most counts; modes
+        that no start has are added where most is left over.
 
     Returns
     -------
@@ -62,26 +65,88 @@ def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode
     ]
     if not found:
         return []
-    return _told(problem, min(found, key=lambda item: float(item.cost)).x)
+    fit = _judged(problem, min(found, key=lambda item: float(item.cost)).x)
+    kept = fit
+    for _ in range(LIMITS.most_tried):
+        known = fit.once()
+        more = np.append(poles_of(known)[0], _where_most_is_left(problem, known))
+        fit = _judged(problem, _fitted(problem, more).x)
+        if fit.is_once and (fit.told[-1] or not kept.is_once):
+            kept = fit
+        if fit.is_once and not fit.told[-1]:
+            break
+    if not kept.is_once:
+        kept = _judged(problem, _fitted(problem, poles_of(kept.once())[0]).x)
+    return _modes(problem, kept)
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """Poles with the deviations of their numbers, (2, n_poles), and which stand out of noise."""
+
+    numbers: Array
+    sigma: Array
+    sure: NDArray[np.bool_]
+
+    @property
+    def told(self) -> NDArray[np.bool_]:
+        """Which are modes: frequency known within the half-width, damping within itself."""
+        ratio = np.exp(self.numbers.reshape(2, -1)[1])
+        return np.asarray(self.sure & (self.sigma[0] < ratio) & (self.sigma[1] < 1.0))
+
+    @property
+    def is_once(self) -> bool:
+        """Whether no mode may be another one once more."""
+        return self._twice() is None
+
+    def once(self) -> Array:
+        """Return the numbers without the less certain pole of two that may be one mode."""
+        twice = self._twice()
+        if twice is None:
+            return self.numbers
+        return np.delete(self.numbers.reshape(2, -1), twice, axis=1).ravel()
+
+    def _twice(self) -> int | None:
+        poles = poles_of(self.numbers)[0]
+        ratio = np.exp(self.numbers.reshape(2, -1)[1])
+        sigma = np.abs(poles) * np.hypot(self.sigma[0], ratio * self.sigma[1])
+        for one, other in combinations(np.flatnonzero(self.sure).tolist(), 2):
+            if abs(poles[one] - poles[other]) < LIMITS.apart * np.hypot(sigma[one], sigma[other]):
+                return int(one if sigma[one] > sigma[other] else other)
+        return None
+
+
+def _where_most_is_left(problem: Projection, numbers: Array) -> complex:
+    """Return a pole where most is left over: a mode that no start has."""
+    real, imaginary = np.split(_noise(problem.at(numbers)), 2)
+    left = np.sum(real**2 + imaginary**2, axis=1)
+    around = np.convolve(left, np.ones(NEAR), 'same')
+    omega = float(problem.record.omega[int(np.argmax(around)), 1])
+    return omega * complex(-LIMITS.added_damping, 1.0)
 
 
 def _fitted(problem: Projection, start: Complex) -> OptimizeResult:
     begun = numbers_of(start)
-    near = np.full(len(start), LIMITS.most_off)
-    low = np.concatenate([begun[: len(start)] - near, np.full(len(start), np.log(1e-5))])
-    high = np.concatenate([begun[: len(start)] + near, np.full(len(start), np.log(0.5))])
+    near = np.full(len(start), np.log(LIMITS.reach))
+    low = np.concatenate(
+        [begun[: len(start)] - near, np.full(len(start), np.log(LIMITS.least_damping))]
+    )
+    high = np.concatenate(
+        [begun[: len(start)] + near, np.full(len(start), np.log(LIMITS.most_damping))]
+    )
     return least_squares(
         lambda x: problem.at(x).residual.ravel(),
         np.clip(begun, low + 1e-6, high - 1e-6),
         lambda x: problem.at(x).jacobian.reshape(-1, len(x)),
         bounds=(low, high),
         x_scale=0.1,
-        ftol=1e-8,
+        ftol=1e-6,
+        max_nfev=LIMITS.most_steps,
     )
 
 
-def _told(problem: Projection, numbers: Array) -> list[Mode]:
-    """Return the modes that stand out of the noise and whose frequency the record tells."""
+def _judged(problem: Projection, numbers: Array) -> _Judged:
+    """Return what poles are worth."""
     point = problem.at(numbers)
     noise = _noise(point)
     flat = point.jacobian.reshape(-1, len(numbers))
@@ -89,22 +154,27 @@ def _told(problem: Projection, numbers: Array) -> list[Mode]:
     inverse = np.linalg.inv(flat.T @ flat + prior)
     spread = _score_spread(point, noise) + prior
     sigma = np.sqrt(np.diag(inverse @ spread @ inverse)).reshape(2, -1)
-    omega, ratio = np.exp(numbers).reshape(2, -1)
+    omega = np.exp(numbers.reshape(2, -1)[0])
     sure = _stand_out(point, noise, np.searchsorted(problem.record.omega[:, 1], omega))
+    return _Judged(numbers, sigma, sure)
+
+
+def _modes(problem: Projection, fit: _Judged) -> list[Mode]:
+    """Return the modes in order of frequency."""
+    residues = problem.at(fit.numbers).residues
+    omega, ratio = np.exp(fit.numbers.reshape(2, -1))
     modes = []
-    for number in np.argsort(omega):
-        if not sure[number] or sigma[0, number] > LIMITS.least_told:
-            continue
-        shape = np.linalg.svd((point.residues[number, :-1] * problem.size).T)[0][:, 0]
+    for number in np.argsort(omega)[fit.told[np.argsort(omega)]]:
+        shape = np.linalg.svd((residues[number, :-1] * problem.size).T)[0][:, 0]
         shape = shape / shape[np.argmax(np.abs(shape))]
-        frequency_hz = float(omega[number]) / (2.0 * np.pi)
+        frequency_hz = float(omega[number] / (2.0 * np.pi))
         modes.append(
             Mode(
                 frequency_hz=frequency_hz,
                 damping_ratio=float(ratio[number]),
                 shape=shape,
-                frequency_std_hz=frequency_hz * float(sigma[0, number]),
-                damping_ratio_std=float(ratio[number] * sigma[1, number]),
+                frequency_std_hz=frequency_hz * float(fit.sigma[0, number]),
+                damping_ratio_std=float(ratio[number] * fit.sigma[1, number]),
                 mpc=float(mpc(shape[:, None])[0]),
                 mpd=float(mpd(shape[:, None])[0]),
                 known_motion=True,
@@ -133,10 +203,10 @@ def _stand_out(point: LeftOver, noise: Array, bins: NDArray[np.intp]) -> NDArray
     found = []
     for number, centre in enumerate(bins):
         own = slice(first + number * width, first + (number + 1) * width)
-        around = power[max(0, centre - AROUND) : centre + AROUND + 1]
-        if not len(around):
+        if not 0 < centre < n_bins:
             found.append(False)
             continue
+        around = power[max(0, centre - AROUND) : centre + AROUND + 1]
         more = point.solved[own] * np.linalg.solve(covariance[own, own], point.solved[own])
         excess = float(np.sum(more.sum(axis=0) / around.mean(axis=0))) / ALIKE - more.size
         found.append(excess > LIMITS.stands_out * np.sqrt(2.0 * more.size))

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 import dataclasses
 from dataclasses import dataclass
+from itertools import chain
 import math
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Band, GapRecord
 from model_gap.cell import CellModel, Nuisance
 from model_gap.fit import pose_groups
@@ -108,20 +110,27 @@ def mode_pairs(
     campaign = search.campaign
     groups = pose_groups(campaign)
     band = Band(LIMITS.lowest_hz, min(highest_hz, LIMITS.highest_hz))
-    found: list[ModePair] = []
+    cell = after.cell()
+    asked: list[tuple[int, GapRecord, tuple[_Modes, _Modes]]] = []
     for pose, records in _chosen(campaign.records, groups)[:poses]:
         q = records[0].pose
-        old = _model_modes(search, search.nominal.cell(), q, search.tolerances)
-        new = _model_modes(search, after.cell(), q, ())
-        for record in records:
-            response = driven_response(record, band, after.cell(), search.scene.lines_hz)
-            modes = driven_modes(response, [near.poles for near in (new, old)])
-            one, two = (_matched(modes, side, response.channels) for side in (old, new))
-            found += [
-                ModePair(record.name, record.level, pose, bool(record.heldout), mode, before, now)
-                for mode, before, now in zip(modes, one, two, strict=True)
-            ]
-    return tuple(found)
+        sides = (
+            _model_modes(search, search.nominal.cell(), q, search.tolerances),
+            _model_modes(search, cell, q, ()),
+        )
+        asked += [(pose, record, sides) for record in records]
+
+    def measured(each: tuple[int, GapRecord, tuple[_Modes, _Modes]]) -> list[ModePair]:
+        pose, record, sides = each
+        response = driven_response(record, band, cell, search.scene.lines_hz)
+        modes = driven_modes(response, [side.poles for side in sides])
+        before, now = (_matched(modes, side, response.channels) for side in sides)
+        return [
+            ModePair(record.name, record.level, pose, bool(record.heldout), *pair)
+            for pair in zip(modes, before, now, strict=True)
+        ]
+
+    return tuple(chain.from_iterable(side_by_side(measured, asked)))
 
 
 def _chosen(
