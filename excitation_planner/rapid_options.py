@@ -4,9 +4,10 @@ from dataclasses import dataclass
 import re
 
 from modal_core.errors import PlanError
-from modal_core.schema import setting
+from modal_core.schema import check_settings, setting
 
-_NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]{0,31}', re.ASCII)
+LONGEST_NAME = 32
+_NAME = re.compile(rf'[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}', re.ASCII)
 _DEVICE = re.compile(r'[A-Za-z0-9_.-]{1,32}', re.ASCII)
 
 
@@ -56,17 +57,18 @@ class RapidOptions:
     )
 
     def check(self) -> None:
-        """Refuse names that RAPID does not take.
+        """Refuse names that RAPID does not take, and numbers out of range.
 
         Raises
         ------
-        PlanError
+        PlanError, SettingsError
             Naming the option.
         """
+        check_settings(self)
         for what in ('tool', 'load', 'work_object', 'mechanical_unit', 'digital_output'):
             value = getattr(self, what)
             optional = what in ('load', 'work_object', 'digital_output')
-            if not (_NAME.fullmatch(value) or (optional and not value)):
+            if not (is_name(value) or (optional and not value)):
                 raise PlanError(
                     'not a RAPID name', where=what, found=value[:40],
                     expected='a letter, then letters, digits and _, at most 32',
@@ -86,3 +88,8 @@ class RapidOptions:
     def mark(self, value: int) -> list[str]:
         """Return the statement that sets the mark of the motion; none without a signal."""
         return [f'    SetDO {self.digital_output},{value};'] if self.digital_output else []
+
+
+def is_name(text: str) -> bool:
+    """Tell whether RAPID takes a text as a name."""
+    return bool(_NAME.fullmatch(text))

@@ -29,6 +29,7 @@ from excitation_planner.pose_range import actual_change, allowed_range, AllowedR
 from excitation_planner.setting import Setting
 from excitation_planner.signals import RANDOM_PULSES, SLIDING_NOISE
 from modal_core.errors import PlanError
+from modal_core.named import named
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -234,6 +235,7 @@ def _peak_acceleration(pulse: Pulse, model: FlexibleJointModel) -> Array:
 def pulse_settings(setting: Setting) -> PulseSettings:
     """Return how pulses are drawn: the range is the allowed one unless a smaller one is asked."""
     request, limits = setting.request, setting.model.limits
+    _check_acceleration_known(setting)
     half_range = request.half_range * setting.weights
     if request.half_range == 0.0 or request.enforce_tolerance:
         allowed = find_allowed_range(setting)
@@ -270,6 +272,20 @@ def pulse_settings(setting: Setting) -> PulseSettings:
         least_acceleration=LEAST_ACCELERATION * limits.acceleration if playable else None,
         least_jerk=LEAST_JERK * limits.jerk if playable else None,
     )
+
+
+def _check_acceleration_known(setting: Setting) -> None:
+    """Refuse moves of an axis whose acceleration nobody stated: a move is made of it."""
+    unknown = ~np.isfinite(setting.model.limits.acceleration) & (setting.weights > 0.0)
+    if unknown.any():
+        names = [setting.model.axis_names[axis] for axis in np.flatnonzero(unknown)]
+        raise PlanError(
+            'moves need the acceleration of every axis that moves',
+            where=setting.model.robot_name,
+            found=f'none of {named(names)}',
+            advice='state acceleration_deg_s2, and jerk_deg_s3, under limits in its'
+            ' model.yaml',
+        )
 
 
 def find_allowed_range(setting: Setting) -> AllowedRange:

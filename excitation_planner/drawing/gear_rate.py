@@ -48,8 +48,8 @@ def twist_rate_rms(
 def _serial_twists(model: FlexibleJointModel, shapes: Array) -> Array:
     """Return the rows of the drives' twists, zeros for a drive without a spring."""
     names = list(model.dof_names)
-    rows = [
-        shapes[names.index(f'{joint}/drive')] if f'{joint}/drive' in names else 0.0 * shapes[0]
-        for joint in model.joint_names
-    ]
-    return np.array(rows)
+    twists = np.zeros((len(model.joint_names), shapes.shape[1]))
+    for row, joint in enumerate(model.joint_names):
+        if f'{joint}/drive' in names:
+            twists[row] = shapes[names.index(f'{joint}/drive')]
+    return twists

@@ -61,9 +61,10 @@ from numpy.typing import NDArray
 
 from excitation_planner.plan import check_plan, ExcitationPlan
 from excitation_planner.rapid.programmed_move import programmed_moves
-from excitation_planner.rapid_options import RapidOptions
+from excitation_planner.rapid_options import is_name, LONGEST_NAME, RapidOptions
 from excitation_planner.signals import APPROACH, NOISES
 from modal_core.errors import PlanError
+from modal_core.printable import printable
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -75,7 +76,6 @@ NEAR_DEG, NEAREST_DEG, PART_OF_RANGE = 0.05, 0.02, 0.05
 # A place of an external axis [mm or deg]: what a hand on a pendant moves is more.
 NEAR_EXTERNAL = 0.5
 LONGEST_LINE = 100
-LONGEST_NAME = 32
 HASH_DIGITS = 8
 SAFETY = (
     'This program moves the robot.  Read it, run it slowly first, keep everybody out of reach.',
@@ -98,11 +98,11 @@ def rapid_module(
     chosen = options or RapidOptions()
     chosen.check()
     name = module_name(plan, chosen)
-    if len(plan.joint_names) != 6 or len(name) > LONGEST_NAME or not name.isidentifier():
+    if len(plan.joint_names) != 6 or not is_name(name):
         raise PlanError(
             'RAPID needs six axes and a plain, short module name',
             where='rapid',
-            found=f'{len(plan.joint_names)} axes, {name}',
+            found=f'{len(plan.joint_names)} axes, {name[:80]}',
         )
     body = _guidance_module if plan.signal in NOISES else _pulse_module
     lines = [f'MODULE {name}', *_header(plan), *body(plan, model, chosen)]
@@ -131,7 +131,7 @@ def _header(plan: ExcitationPlan) -> list[str]:
     acceleration = ' '.join(f'{value:.0f}' for value in np.rad2deg(plan.peak_acceleration))
     what = 'Slow approach to a pose' if plan.signal == APPROACH else 'Self-excitation'
     facts = (
-        f'{what} of {plan.robot_name} for operational modal analysis, made by ama plan.',
+        f'{what} of {_told(plan.robot_name)} for operational modal analysis, made by ama plan.',
         f'plan_hash {plan.plan_hash}',
         f'seed {plan.seed}, {plan.signal}, {plan.duration_s:.3f} s',
         f'excited band {plan.band_low_hz:.1f} to {plan.band_high_hz:.1f} Hz,'
@@ -142,6 +142,15 @@ def _header(plan: ExcitationPlan) -> list[str]:
         *SAFETY,
     )
     return [f'  ! {fact}' for fact in facts]
+
+
+def _told(name: str) -> str:
+    """Return a name as a comment may hold it: one line of ASCII, whatever the name has.
+
+    What follows the end of a comment's line is played; letters beyond ASCII come back from a
+    controller as others, and a module that is not the released one is not started.
+    """
+    return printable(name, LONGEST_NAME).encode('ascii', 'backslashreplace').decode()
 
 
 def _pulse_module(

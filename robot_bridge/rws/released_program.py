@@ -8,6 +8,8 @@ from modal_core.errors import BridgeError
 
 # Written in front of a module by some controllers.
 FILE_HEADER = re.compile(r'\A\s*%%%.*?%%%', re.DOTALL)
+# In a text in quotes ! is a letter.
+COMMENT = re.compile(r'(?P<text>"[^"\n]*")|![^\n\r]*')
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +32,12 @@ class ReleasedProgram:
     tolerance_deg: float
 
     def is_text(self, found: str) -> bool:
-        """Tell whether a text is this module, letter for letter but for case and spaces."""
-        return _letters(found) == _letters(self.text)
+        """Tell whether a text is this module, letter for letter but for case and spaces.
+
+        Comments and what is played are compared apart: a comment whose line did not end where it
+        ended takes in the statement behind it, with the same letters.
+        """
+        return all(read(found) == read(self.text) for read in (_letters, _played))
 
     def check_place(self, axes_deg: Sequence[float]) -> None:
         """Refuse an arm that stands elsewhere.
@@ -51,6 +57,10 @@ class ReleasedProgram:
                     expected=f'{start:.3f} +- {self.tolerance_deg:g} deg',
                     advice='jog there, or release and run an approach plan',
                 )
+
+
+def _played(text: str) -> str:
+    return _letters(COMMENT.sub(lambda match: match['text'] or ' ', text))
 
 
 def _letters(text: str) -> str:

@@ -174,6 +174,14 @@ def test_impossible_requests_say_why_in_one_line(robot, layout, change, error, w
         assert word in line, line
 
 
+def test_an_arm_without_stated_accelerations_is_told_what_moves_need():
+    rigid = load_robot('kuka_kr300')
+    with pytest.raises(PlanError, match=r'axis_1.*acceleration_deg_s2'):
+        plan_excitation(rigid, None, PlanRequest(signal='random_pulses', duration_s=4.0))
+    found = plan_excitation(rigid, None, PlanRequest(signal='sliding_noise', duration_s=8.0))
+    assert found.duration_s == 8.0, 'noise is as strong as was asked, and needs no spring'
+
+
 @pytest.mark.parametrize(
     ('change', 'words'),
     [

@@ -1,16 +1,18 @@
 """The RAPID module: what it says is what the plan says, in the documented subset."""
 
+from dataclasses import replace
 import re
 
 import numpy as np
 import pytest
 
+from excitation_planner.plan import sealed
 from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid.moves import moves_of
 from excitation_planner.rapid.rapid import rapid_module
 from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
-from modal_core.errors import PlanError
+from modal_core.errors import ModalAnalysisError, PlanError
 from structural_model import load_robot
 
 AWAY = (
@@ -162,6 +164,31 @@ def test_other_robot_and_bad_name_are_refused(robot, pulses):
             rapid_module(pulses, generic)
     with pytest.raises(PlanError, match='module name'):
         rapid_module(pulses, robot, RapidOptions(module_name='a b'))
+
+
+NAMES = (
+    'evil\n  LOCAL CONST num nNear:=9E9;\n  !', 'a\r  EXIT;', 'b\x85c\u2028d\x0ce', 'Ümläut 腕', '\x1b[2J',
+    'x' * 5000, 'quote"s', '\\',
+)  # fmt: skip
+
+
+@pytest.mark.parametrize('name', NAMES, ids=range(len(NAMES)))
+def test_the_name_of_a_robot_is_a_comment_and_nothing_else(robot, pulses, name):
+    plain = rapid_module(pulses, robot)
+    text = rapid_module(sealed(replace(pulses, robot_name=name)), robot)
+    assert text.isascii()
+    assert all(letter == '\n' or letter.isprintable() for letter in text)
+    assert list(statements(text))[1:] == list(statements(plain))[1:], 'all but the hash'
+    assert len(text.splitlines()) == len(plain.splitlines())
+    assert max(map(len, text.splitlines())) <= 300
+
+
+def test_numbers_that_are_none_and_names_of_other_letters_are_refused(robot, pulses):
+    for options in ({'low_pass_hz': float('nan')}, {'low_pass_hz': 1e9}, {'module_name': '_a'},
+                    {'module_name': 'Ämä'}):  # fmt: skip
+        with pytest.raises(ModalAnalysisError) as caught:
+            rapid_module(pulses, robot, RapidOptions(**options))
+        assert len(str(caught.value).splitlines()) == 1
 
 
 GENTLE = {'acceleration_low': 0.02, 'acceleration_high': 0.1}

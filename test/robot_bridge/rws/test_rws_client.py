@@ -192,6 +192,18 @@ def test_case_spaces_and_a_file_header_of_the_controller_are_no_other_text(web):
     assert controller.posts().count('start') == 3
 
 
+def test_a_statement_that_a_comment_takes_in_makes_another_text():
+    text = MODULE.replace('  PROC', '  ! keep "all" away\n  PROC').replace(
+        '    Wait', '    CheckPlace; ! first\n    TPWrite "now!";\n    Wait'
+    )
+    program = replace(PROGRAM, text=text)
+    assert program.is_text(text.replace('\n', '\r\n').replace('  ', '\t'))
+    assert not program.is_text(text.replace('! first\n', '! first'))
+    assert not program.is_text(text.replace('away\n', 'away'))
+    assert not program.is_text(text.replace('CheckPlace;', '!CheckPlace;'))
+    assert not program.is_text(text.replace('    CheckPlace; ! first', '    ! CheckPlace; first'))
+
+
 def test_a_controller_in_run_mode_continuous_is_found_out(web):
     controller = web(
         states={'/rw/rapid/execution': {'ctrlexecstate': 'stopped', 'cycle': 'forever'}}
