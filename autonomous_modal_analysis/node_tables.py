@@ -67,7 +67,12 @@ def _sections(data: Mapping[str, Any], path: Path) -> Iterator[tuple[str, Mappin
                 'no parameters of a node', where=path, found=key, expected='a node, or /**'
             )
         if VALUES in value:
-            yield str(key), value[VALUES] or {}
+            values = value[VALUES] or {}
+            if not isinstance(values, Mapping):
+                raise SettingsError(
+                    'no parameters of a node', where=f'{path}: {key}.{VALUES}', found=values
+                )
+            yield str(key), values
         else:
             yield from _sections(value, path)
 

@@ -21,13 +21,22 @@ def load_json(path: Path, largest: int) -> Any:
     Raises
     ------
     SettingsError
-        The file is missing, too large, not JSON, or nested too deeply.
+        The file is missing, too large, not JSON, nested too deeply, or holds a whole number beyond
+        floating-point numbers.
     """
     text = read_text(path, largest)
     try:
-        return json.loads(text)
+        return json.loads(text, parse_int=_whole)
     except RecursionError as error:
         raise SettingsError('nested too deeply', where=path) from error
+    except OverflowError as error:
+        raise SettingsError('number too large', where=path) from error
     except ValueError as error:
         line = getattr(error, 'lineno', None)
         raise SettingsError('not JSON', where=f'{path}, line {line}' if line else path) from error
+
+
+def _whole(text: str) -> int:
+    number = int(text)
+    float(number)
+    return number

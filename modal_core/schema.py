@@ -17,6 +17,7 @@ from modal_core.near_names import refuse_unknown
 SWITCH = {'auto': None, 'always': True, 'never': False}
 """What a node calls a switch that may be left to the program: its parameters know no None."""
 KINDS: dict[type, Any] = {float: Real, int: Integral, bool: bool, str: (str, Path)}
+BEYOND_FLOAT = 2**1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,8 +206,13 @@ def from_parameters(owner: type, values: Mapping[str, Any], prefix: str = '') ->
 
 
 def is_of_kind(value: object, kind: type) -> bool:
-    """Tell whether a value is a float (which may be whole), int, bool or text (or path)."""
-    return isinstance(value, KINDS[kind]) and (kind is bool or not isinstance(value, bool))
+    """Tell whether a value is a float (which may be whole), int, bool or text (or path).
+
+    A whole number beyond floating-point numbers is none.
+    """
+    if not isinstance(value, KINDS[kind]) or (kind is not bool and isinstance(value, bool)):
+        return False
+    return not isinstance(value, int) or abs(value) < BEYOND_FLOAT
 
 
 def within(name: str, value: float, low: float, high: float) -> None:

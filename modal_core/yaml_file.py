@@ -22,19 +22,33 @@ else:
     _Safe = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 
 
+TWICE, TOO_LARGE = 'key given twice', 'number too large'
+
+
 class _Loader(_Safe):
-    """A safe loader, which refuses a key that is given twice."""
+    """A safe loader, which refuses a key that is given twice and what no float holds."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen: set[str] = set()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode) and key.value in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, 'key given twice', key.start_mark
-                )
+                raise yaml.constructor.ConstructorError(None, None, TWICE, key.start_mark)
             seen.add(str(key.value) if isinstance(key, yaml.ScalarNode) else '')
         found: dict[Hashable, Any] = super().construct_mapping(node, deep)
         return found
+
+    def construct_whole(self, node: yaml.ScalarNode) -> int:
+        number: int = self.construct_yaml_int(node)
+        try:
+            float(number)
+        except OverflowError as error:
+            raise yaml.constructor.ConstructorError(
+                None, None, TOO_LARGE, node.start_mark
+            ) from error
+        return number
+
+
+_Loader.add_constructor('tag:yaml.org,2002:int', _Loader.construct_whole)
 
 
 def load_yaml(path: Path) -> dict[str, object]:
@@ -67,7 +81,8 @@ def parse_yaml(text: str, where: object, largest: int = LARGEST_FILE_BYTES) -> o
     Raises
     ------
     SettingsError
-        It is too long, not YAML, nested too deeply, or uses aliases.
+        It is too long, not YAML, nested too deeply, uses aliases, or holds a whole number beyond
+        floating-point numbers.
     """
     if len(text) > largest:
         raise SettingsError('too long', where=where, expected=f'<= {largest} letters')
@@ -80,10 +95,8 @@ def parse_yaml(text: str, where: object, largest: int = LARGEST_FILE_BYTES) -> o
         place = f', line {mark.line + 1}, column {mark.column + 1}' if mark else ''
         if error.problem == LIBRARY_TOO_DEEP:
             raise _too_deep(f'{where}{place}') from error
-        twice = error.problem == 'key given twice'
-        raise SettingsError(
-            'key given twice' if twice else 'not YAML', where=f'{where}{place}'
-        ) from error
+        what = error.problem if error.problem in (TWICE, TOO_LARGE) else 'not YAML'
+        raise SettingsError(what, where=f'{where}{place}') from error
     except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
         raise SettingsError('not YAML', where=where) from error
 

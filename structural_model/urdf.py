@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 import math
 from pathlib import Path
+import re
 from xml.etree.ElementTree import Element, ParseError, tostring
 
 from defusedxml.common import DefusedXmlException
@@ -16,7 +17,15 @@ from modal_core.small_file import read_bytes
 LARGEST_FILE_BYTES = 5_000_000
 DEEPEST, MOST_LINKS = 16, 1000
 """Elements inside one another (a URDF needs five) and bodies: beyond, reading takes minutes."""
+LARGEST = 1e15
+"""Of a place [m], an angle [rad], a mass [kg] and a moment of inertia [kg m²], whose squares and
+products must stay numbers."""
 MOVING = ('revolute', 'continuous', 'prismatic')
+NEEDED = {'link': ('inertial',), 'joint': ('origin', 'parent', 'child', 'axis', 'limit')}
+"""What pinocchio reads of a robot; its parser tells of the rest in lines of its own, or leaves out
+what it is part of."""
+TENSOR = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
+NUMBER = re.compile(r'[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?')
 Vector = tuple[float, float, float]
 
 
@@ -149,6 +158,7 @@ def parse_urdf(text: bytes, where: str) -> RigidRobot:
     joints = _joints(root, where)
     _check_tree(root, where)
     _check_inertias(root, where)
+    _check_places(root, where)
     shapes = _shapes(root, where)
     model = _pinocchio_model(root, where)
     names = list(model.names)[1:]
@@ -165,15 +175,26 @@ def parse_urdf(text: bytes, where: str) -> RigidRobot:
     )
 
 
-def numbers(text: str | None, count: int, default: tuple[float, ...], where: str) -> np.ndarray:
-    """Return ``count`` finite numbers of an attribute, or the default when it is absent."""
+def numbers(
+    text: str | None,
+    count: int,
+    default: tuple[float, ...],
+    where: str,
+    largest: float = np.finfo(float).max,
+) -> np.ndarray:
+    """Return ``count`` numbers of an attribute, or the default when it is absent.
+
+    Raises
+    ------
+    ModelError
+        Another count, a magnitude above the largest, or what only Python takes for a number.
+    """
     if text is None:
         return np.array(default)
-    try:
-        values = np.array([float(word) for word in text.split()])
-    except ValueError:
-        values = np.array([])
-    if len(values) != count or not np.isfinite(values).all():
+    words = text.split()
+    values = np.array([float(word) if NUMBER.fullmatch(word) else math.nan for word in words])
+    # Written so that NaN is refused too.
+    if len(values) != count or not (np.abs(values) <= largest).all():
         raise ModelError('bad numbers', where=where, found=text[:80], expected=f'{count} numbers')
     return values
 
@@ -301,12 +322,12 @@ def _check_inertia(inertial: Element, where: str) -> None:
     mass_element, tensor = inertial.find('mass'), inertial.find('inertia')
     if mass_element is None or tensor is None:
         raise ModelError('inertial without mass or inertia', where=where)
-    mass = float(numbers(mass_element.get('value'), 1, (0.0,), f'{where}: mass')[0])
+    mass = float(numbers(mass_element.get('value'), 1, (0.0,), f'{where}: mass', LARGEST)[0])
     if mass <= 0.0:
         raise ModelError('mass is not positive', where=where, found=f'{mass} kg')
     entry = {
-        key: float(numbers(tensor.get(key), 1, (0.0,), f'{where}: {key}')[0])
-        for key in ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
+        key: float(numbers(tensor.get(key), 1, (0.0,), f'{where}: {key}', LARGEST)[0])
+        for key in TENSOR
     }
     matrix = np.array(
         [
@@ -325,6 +346,16 @@ def _check_inertia(inertial: Element, where: str) -> None:
         )
 
 
+def _check_places(root: Element, where: str) -> None:
+    """Refuse malformed places: pinocchio's parser leaves out an inertia whose place is none."""
+    for kind, path in (('joint', 'origin'), ('link', 'inertial/origin')):
+        for element in root.findall(kind):
+            for origin in element.findall(path):
+                place = f'{where}: {path} of {kind} {element.get("name")}'
+                for key in ('xyz', 'rpy'):
+                    numbers(origin.get(key), 3, (0.0, 0.0, 0.0), f'{place}: {key}', LARGEST)
+
+
 def _pinocchio_model(root: Element, where: str) -> pin.Model:
     for joint in root.findall('joint'):
         if joint.get('type') == 'continuous':  # pinocchio would use cos, sin as two coordinates
@@ -336,14 +367,29 @@ def _pinocchio_model(root: Element, where: str) -> pin.Model:
             limit.attrib.update({'lower': '-1e6', 'upper': '1e6'})
             limit.attrib.setdefault('effort', '1e12')
             limit.attrib.setdefault('velocity', '1e12')
-    for link in root.findall('link'):  # read already, and nothing pinocchio needs
-        for part in ('visual', 'collision'):
-            for element in link.findall(part):
-                link.remove(element)
+    for element in list(root):
+        for part in list(element):
+            if part.tag not in NEEDED.get(element.tag, ()):
+                element.remove(part)
+        if element.tag not in NEEDED:
+            root.remove(element)
+    for tensor in root.findall('link/inertial/inertia'):
+        for key in TENSOR:  # an inertia with one of them missing would be left out
+            tensor.attrib.setdefault(key, '0')
     try:
-        return pin.buildModelFromXML(tostring(root, encoding='unicode'))
+        model = pin.buildModelFromXML(tostring(root, encoding='unicode'))
     except (ValueError, RuntimeError) as error:
         raise ModelError(f'URDF refused: {error}', where=where) from error
+    masses = [float(mass.get('value', 0.0)) for mass in root.findall('link/inertial/mass')]
+    found_kg, stated_kg = sum(body.mass for body in model.inertias), sum(masses)
+    if not math.isclose(found_kg, stated_kg, rel_tol=1e-6):
+        raise ModelError(
+            'URDF has a link whose inertia cannot be read',
+            where=where,
+            found=f'{found_kg:g} kg in all',
+            expected=f'{stated_kg:g} kg',
+        )
+    return model
 
 
 def _shapes(root: Element, where: str) -> tuple[Shape, ...]:

@@ -283,8 +283,7 @@ def _check_acceleration_known(setting: Setting) -> None:
             'moves need the acceleration of every axis that moves',
             where=setting.model.robot_name,
             found=f'none of {named(names)}',
-            advice='state acceleration_deg_s2, and jerk_deg_s3, under limits in its'
-            ' model.yaml',
+            advice='state acceleration_deg_s2, and jerk_deg_s3, under limits in its model.yaml',
         )
 
 

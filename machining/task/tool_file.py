@@ -116,6 +116,8 @@ def _shape(item: Mapping[str, Any], frequency_hz: float, where: str) -> tuple[Re
         return _vector(item['shape'], 'shape', where, needed=True), 0.0
     size = _number(item, way, where, 0.0, 1e12)
     direction = _vector(item.get('direction', ()), 'direction', where, needed=True)
+    # Before the norm, whose squares may leave what numbers hold.
+    direction = direction / np.max(np.abs(direction))
     mass = size if way == 'modal_mass_kg' else size / (2.0 * math.pi * frequency_hz) ** 2
     share = _std(item, 'modal_mass_std_kg', where) / mass
     return direction / np.linalg.norm(direction) / math.sqrt(mass), share

@@ -226,8 +226,9 @@ def _is_bag(item: Path) -> bool:
 
 
 def _inside(folder: Path, name: str, where: str) -> Path:
-    path = (folder / name).resolve()
-    if not path.exists():
+    path = Path(os.path.realpath(folder / name.replace('\0', '')))
+    # What is too long for a name, or leads in a circle, is not there either.
+    if '\0' in name or not os.path.exists(path):  # noqa: PTH110
         raise SettingsError('file missing', where=where, found=name)
     return path
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import autonomous_modal_analysis as ama
+from machining.task import read_tool_modes
 from modal_core.tool_modes import ToolModes
 
 WECK = """modes:
@@ -105,6 +106,17 @@ def test_modes_of_a_tap_test_need_the_channels_of_the_tool(tmp_path, files):
     file.write_text(json.dumps({'shape_channels': ['tip.x', 'tip.y'], 'modes': [mode]}))
     refused = run('lobes', file, '--cut', cut, '--tool-channels', 'tip.x,tip.y,-')
     assert refused.returncode == 2 and 'without modal mass' in refused.stderr
+
+
+@pytest.mark.parametrize('size', ['1.0e-320', '1.0e+308'])
+def test_a_direction_has_no_size(tmp_path, size):
+    mode = '- {{frequency_hz: 603, damping_ratio: 0.03, modal_mass_kg: 1, direction: [{}, {}, 0]}}'
+    shapes = []
+    for each in ('1.0', size):
+        file = tmp_path / 'tool.yaml'
+        file.write_text('modes:\n' + mode.format(each, each))
+        shapes.append(read_tool_modes(file).shape)
+    assert np.isfinite(shapes[1]).all() and np.allclose(*shapes)
 
 
 ROW = '- {frequency_hz: 603, damping_ratio: 0.03, shape: [1, 0, 0]'

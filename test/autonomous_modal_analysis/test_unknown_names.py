@@ -87,6 +87,7 @@ def test_values_have_the_node_s_type_and_range():
         ('oma_identifier: {ros__parameters: {windows_s: 30.0}}', 'unknown parameter.*window_s'),
         ('cell: {oma_identifier: {ros__parameters: {hops: 3.0}}}', 'unknown parameter.*hop_s'),
         ('oma_identifer: {ros__parameters: {window_s: 30.0}}', 'unknown node.*oma_identifier'),
+        ('/**: {ros__parameters: [window_s, 30.0]}', 'no parameters of a node'),
         ('/**: {ros__parameter: {window_s: 30.0}}', 'no parameters of a node'),
     ],
 )

@@ -83,6 +83,7 @@ def test_shipped_files_are_found():
         ('rate: 1\nrate: 2\n', 'key given twice'),
         ('? [a]\n: b\n', 'not YAML'),
         ('a: ' + '9' * 10_000, 'not YAML'),
+        ('a: [1, -' + '9' * 400 + ']', 'line 1, column 8: number too large'),
         ('password: "secret\\q"', 'not YAML'),
     ],
 )
@@ -112,6 +113,9 @@ def test_json_is_read_or_refused_in_one_line(tmp_path):
         with pytest.raises(SettingsError, match=re.escape(str(path))) as caught:
             load_json(path, 1_000_000)
         assert ':x:0' not in str(caught.value)
+    path.write_text('{"a": [1' + '0' * 400 + ']}')
+    with pytest.raises(SettingsError, match='number too large'):
+        load_json(path, 1000)
     path.write_text('{"a": [1]}')
     assert load_json(path, 100) == {'a': [1]}
 

@@ -140,6 +140,40 @@ def test_bad_urdf(arms, fault):
     assert fault in one_line(error)
 
 
+HEAVY = (
+    '<inertial><origin xyz="{}" rpy="{}"/><mass value="5"/>'
+    '<inertia ixx="1" iyy="1" izz="1"/></inertial>'
+)
+
+
+@pytest.mark.parametrize('which', ['xyz', 'rpy'])
+@pytest.mark.parametrize(
+    'text',
+    ['0,1 0 0', '', 'nan 0 0', '1 2', '1_0 0 0', '\u0661 0 0', '1e308 0 0', '0x1 0 0'],
+)
+def test_a_place_that_cannot_be_read_costs_no_link_its_mass(arms, capfd, which, text):
+    """Pinocchio's parser drops such an inertia, and shows its text to the terminal as it is."""
+    good = {'xyz': '0 0 0', 'rpy': '0 0 0'}
+    tool = '<link name="tool">{}</link><joint name="f" type="fixed"><parent link="rod"/>'
+    tool += '<child link="tool"/></joint>'
+    body = '<link name="base"/>' + arms.link('rod', 1.0) + arms.joint('j', 'base', 'rod')
+    whole = arms.load(body + tool.format(HEAVY.format(*good.values())))
+    assert sum(part.mass for part in whole.robot.model.inertias) == pytest.approx(6.0)
+    bad = {**good, which: text}
+    with pytest.raises(ModelError, match='bad numbers') as error:
+        arms.load(body + tool.format(HEAVY.format(*bad.values())))
+    assert 'tool' in one_line(error)
+    assert capfd.readouterr() == ('', '')
+
+
+def test_what_no_model_needs_of_a_urdf_is_not_read(arms, capfd):
+    body = '<link name="base"/>' + arms.link('rod', 1.0) + arms.joint('j', 'base', 'rod')
+    odd = '<dynamics damping="x"/><safety_controller k_velocity="x"/></joint>'
+    model = arms.load(body.replace('</joint>', odd) + '<material name="m"/><material name="m"/>')
+    assert model.joint_names == ('j',)
+    assert capfd.readouterr() == ('', '')
+
+
 @pytest.mark.parametrize(
     ('old', 'new', 'fault'),
     [

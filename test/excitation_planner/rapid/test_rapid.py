@@ -167,8 +167,8 @@ def test_other_robot_and_bad_name_are_refused(robot, pulses):
 
 
 NAMES = (
-    'evil\n  LOCAL CONST num nNear:=9E9;\n  !', 'a\r  EXIT;', 'b\x85c\u2028d\x0ce', 'Ümläut 腕', '\x1b[2J',
-    'x' * 5000, 'quote"s', '\\',
+    'evil\n  LOCAL CONST num nNear:=9E9;\n  !', 'a\r  EXIT;', 'b\x85c\u2028d\x0ce', 'Ümläut 腕',
+    '\x1b[2J', 'x' * 5000, 'quote"s', '\\',
 )  # fmt: skip
 
 
