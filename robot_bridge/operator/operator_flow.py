@@ -40,7 +40,7 @@ class OperatorFlow(FlowBase):
     def __init__(self, settings: FlowSettings) -> None:
         super().__init__(settings)
         self._longest_arm_s = LONGEST_ARM_S
-        self._n_pulls = 0
+        self._n_pulls, self._strays = 0, False
         self._following: FollowingCheck | None = None
         self._pace = PaceCheck(settings.cycle_s)
         self._lateness = Lateness(settings.cycle_s, settings.link_timeout_s)
@@ -188,7 +188,7 @@ class OperatorFlow(FlowBase):
                 if not self.settings.dry_run or self._player is None:
                     self._player = None
                 self._hold = np.array(feedback.planned_deg)
-                if self._n_pulls > 1 or not self._agrees(feedback):
+                if self._strays or not self._agrees(feedback):
                     if not self.settings.dry_run:
                         self._hold = None  # nor is it asked for in the next cycle
                     return None
@@ -296,14 +296,20 @@ class OperatorFlow(FlowBase):
     ) -> bool:
         """Tell whether the controller does not stand where it was asked to last.
 
-        What it held while it was not guided counts until the first packet that says it is.  Away
-        again from where it was then asked to stay, it would be chased: asking is what moves it.
+        What it held while it was not guided counts until the first packet that says it is.  A
+        guided controller that leaves where it is asked to stay would be chased: asking is what
+        moves it.  In motion it is asked once to stay where it is, since the last reference, which
+        goes on without an answer, holds a speed.
         """
         fresh = before is None or judgement.verdict == Verdict.NEW_SESSION
-        pulled = self._pulled_away(feedback)
+        stays, pulled = not self.moving, self._pulled_away(feedback)
         guided = before is not None and {before.mci_state, feedback.mci_state} == {MCI_RUNNING}
-        self._n_pulls = 0 if fresh or not guided else self._n_pulls + pulled
-        if pulled and self._n_pulls > 1:
+        if fresh or not guided:
+            self._n_pulls, self._strays = 0, False
+        elif pulled:
+            self._n_pulls += 1
+            self._strays = stays or self._n_pulls > 1
+        if pulled and self._strays:
             self.abort(STRAYS)
             self.note(STRAYS)
         return fresh or pulled or not guided or self._hold is None

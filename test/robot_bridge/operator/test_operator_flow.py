@@ -509,13 +509,37 @@ def test_a_controller_that_is_always_elsewhere_is_not_chased(part, released):
             asked = np.array(reference.position_deg)
             rig.feedback = replace(said, joints_deg=tuple(asked.tolist()))
             references.append(asked)
-    # Where the arm stands too, it is asked for once.
-    assert (len(references) > 0) == (len(part) == 2)
+    # In motion, where the arm stands too, it is asked once to stay there: its last reference has
+    # a speed, which would go on.  At rest no answer leaves it where it is.
+    assert (len(references) > 0) == (released and len(part) == 2)
     for position in references:
         np.testing.assert_allclose(position, np.array(rig.positions[-1]) + 5.0)
-    assert rig.flow.state == FlowState.ABORTED or len(part) == 1
+    assert rig.flow.state == FlowState.ABORTED
     with pytest.raises(BridgeError):
         rig.flow.start(rig.now, rig.token)
+
+
+@pytest.mark.parametrize('gain', [5.0, 20.0])
+@pytest.mark.parametrize('offset_deg', [2.5, 5.0, 20.0])
+@pytest.mark.parametrize('comm_timeout_s', [0.1, 1.0])
+def test_an_arm_at_rest_whose_angles_are_told_anew_is_moved_nowhere(
+    gain, offset_deg, comm_timeout_s
+):
+    """EGM's law, speed = gain times (reference - place), in angles of the arm's own."""
+    rig, arm, reference, silent_s = Rig().run(5), 10.0, 10.0, 0.0
+    while silent_s <= comm_timeout_s:
+        rig.now += CYCLE_S
+        told = (arm + offset_deg,) * 6
+        rig.feedback = replace(
+            rig.feedback, seqno=rig.feedback.seqno + 1, planned_deg=told, joints_deg=told
+        )
+        answer = rig.flow.on_feedback(rig.feedback, Judgement(Verdict.ACCEPT), rig.now)
+        silent_s += CYCLE_S
+        if answer is not None:
+            reference, silent_s = float(answer.position_deg[0]), 0.0
+        arm += CYCLE_S * gain * (reference - arm)
+    assert arm == 10.0, 'nobody released anything'
+    assert rig.flow.state == FlowState.ABORTED
 
 
 def test_what_is_held_is_where_guidance_began_not_where_one_packet_said_before():
