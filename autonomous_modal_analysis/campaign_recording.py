@@ -93,7 +93,7 @@ def record_campaign(
     ModalAnalysisError
         A plan or recording cannot be made; what was recorded before is kept.
     """
-    _check_folder(folder)
+    before = _check_folder(folder)
     folder.path.mkdir(parents=True, exist_ok=True)
     write_text(folder.path / LAYOUT_FILE, layout_text(folder.layout))
     entries: list[dict[str, Any]] = []
@@ -110,7 +110,9 @@ def record_campaign(
             tell(f'{item.file}: {number + 1} of {len(planned)}')
             play(plan, path, part)
         entries.append(_entry(item, plan, folder.model))
-        _write_campaign(folder, entries)
+        # What is not reached yet stays in the list: whoever stops here has what was there before.
+        later = [before[other.file] for other in planned[number + 1 :] if other.file in before]
+        _write_campaign(folder, [*entries, *later])
         part(1.0)
     return folder.path / CAMPAIGN
 
@@ -130,17 +132,23 @@ def is_whole(path: Path, plan: ExcitationPlan) -> bool:
         return False
 
 
-def _check_folder(folder: CampaignFolder) -> None:
+def _check_folder(folder: CampaignFolder) -> dict[str, dict[str, Any]]:
+    """Return the recordings of the folder's campaign by file, none where there is none."""
     path = folder.path / CAMPAIGN
     if not path.exists():
-        return
-    found = load_yaml(path).get('conditions')
-    if found != folder.conditions_hash:
+        return {}
+    content = load_yaml(path)
+    if content.get('conditions') != folder.conditions_hash:
         raise SettingsError(
             'the folder holds a campaign made under other conditions',
             where=path,
             advice='choose another --out, or remove the folder',
         )
+    listed = content.get('recordings')
+    entries = (
+        [item for item in listed if isinstance(item, dict)] if isinstance(listed, list) else []
+    )
+    return {str(item['file']): item for item in entries if 'file' in item}
 
 
 def _entry(

@@ -14,12 +14,21 @@ def atomic_path(path: Path) -> Iterator[Path]:
     ----------
     path : Path
         Where the file shall end up; its folder is made when missing.
+
+    Raises
+    ------
+    OSError
+        It cannot be written; names the file, which a full disk does not.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f'.{path.name}.{os.getpid()}.part')
     try:
         yield temporary
         os.replace(temporary, path)
+    except OSError as error:
+        if error.errno is None or error.filename not in (None, str(temporary)):
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
 

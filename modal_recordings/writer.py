@@ -33,7 +33,7 @@ class RecordingWriter:
     Chunks are small, so that a crash costs little, and :meth:`flush` ends one at once; the file is
     ``<name>.unfinished.mcap`` beside its own name until it is closed, and never replaces one that
     a crash has left.  When the disk is full the recording ends with the last whole chunk and
-    is still readable.
+    is still readable; a file that has its name already stays, and it keeps the other one.
 
     Parameters
     ----------
@@ -67,19 +67,25 @@ class RecordingWriter:
             raise RecordingError(
                 'unknown compression', found=compression, expected=', '.join(kinds)
             )
+        if self.path.is_dir():
+            raise RecordingError('cannot be written: a folder has its name', where=path)
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = _new_file(self.path)
-            self.temporary = Path(self._file.name)
-            self._stream = WholeWrites(self._file)
-            self._writer = Writer(
-                self._stream,
-                chunk_size=CHUNK_BYTES,
-                compression=kinds[compression],
-            )
+        except OSError as error:
+            raise RecordingError(f'cannot be written: {error.strerror}', where=path) from error
+        self.temporary = Path(self._file.name)
+        self._stream = WholeWrites(self._file)
+        self._writer = Writer(
+            self._stream,
+            chunk_size=CHUNK_BYTES,
+            compression=kinds[compression],
+        )
+        try:
             self._writer.start(profile='ros2', library='autonomous_modal_analysis')
             self._attach({**(attached or {}), SOFTWARE: f'{software()}\n'.encode()})
         except OSError as error:
+            self.discard()
             raise RecordingError(f'cannot be written: {error.strerror}', where=path) from error
         self._good_ends = [self._stream.position, self._stream.position]
 
@@ -180,7 +186,7 @@ class RecordingWriter:
             self._writer.finish()
         except (OSError, McapError) as error:
             self._stop_early(error)
-        self._rename()
+        self._finish()
         return self.path
 
     def discard(self) -> None:
@@ -213,21 +219,31 @@ class RecordingWriter:
                 break
             except OSError:
                 continue
-        self._rename()
+        # Half a recording is no reason to lose a whole one.
+        asked = self.path
+        self.path = self.temporary if asked.exists() else asked
+        self._finish()
         raise RecordingError(
             f'recording stopped: {reason}',
-            where=self.path,
-            advice='what was recorded before is kept',
+            where=asked,
+            advice=f'what was recorded before is kept in {self.path.name}',
         ) from error
 
-    def _rename(self) -> None:
+    def _finish(self) -> None:
         try:
             os.fsync(self._file.fileno())
         except OSError as error:
             if error.errno not in (errno.EINVAL, errno.ENOSPC):
                 raise RecordingError(f'cannot be written: {error}', where=self.path) from error
         self._file.close()
-        os.replace(self.temporary, self.path)
+        try:
+            os.replace(self.temporary, self.path)
+        except OSError as error:
+            raise RecordingError(
+                f'cannot get its name: {error.strerror}',
+                where=self.path,
+                advice=f'the recording is kept in {self.temporary.name}',
+            ) from error
 
     def __enter__(self) -> Self:
         """Return the writer."""

@@ -115,6 +115,23 @@ def test_a_campaign_goes_on_where_it_stopped(robot, sensors, tmp_path):
         record_campaign(other, planned, play)
 
 
+def test_a_campaign_that_is_stopped_again_lists_what_it_had(robot, sensors, tmp_path):
+    wish = CampaignWish(n_poses=1, levels=(1.0, 0.5, 0.25), request=SHORT)
+    planned = planned_recordings(robot, sensors, wish)
+    folder = CampaignFolder(tmp_path, robot, sensors)
+    record_campaign(folder, planned, lambda plan, path, progress: path.touch())
+    before = yaml.safe_load((tmp_path / 'campaign.yaml').read_text())
+    assert len(before['recordings']) == 3
+
+    def stopped(plan, path, progress):
+        if path.name == planned[1].file:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        record_campaign(folder, planned, stopped)
+    assert yaml.safe_load((tmp_path / 'campaign.yaml').read_text()) == before
+
+
 def test_what_is_hidden_in_the_arm_stays_hidden(robot, sensors, tmp_path):
     wish = CampaignWish(n_poses=1, levels=(1.0,), request=SHORT)
     hidden = [{'type': 'backlash', 'joint': 'joint_2', 'half_gap': 1e-4}]

@@ -1,5 +1,7 @@
 import os
 import re
+import resource
+import signal
 
 import pytest
 
@@ -34,6 +36,24 @@ def test_a_failed_write_leaves_the_old_file_and_no_remains(tmp_path):
         write_half()
     assert path.read_text() == 'old'
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path):
+    """The system names no file where the disk is full, and the temporary one elsewhere."""
+    (tmp_path / 'folder').mkdir()
+    with pytest.raises(IsADirectoryError) as caught:
+        write_text(tmp_path / 'folder', 'x')
+    assert caught.value.filename == str(tmp_path / 'folder') and '.part' not in str(caught.value)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(OSError, match='too large') as caught:
+            write_text(tmp_path / 'full', 'x' * 2000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert caught.value.filename == str(tmp_path / 'full')
+    assert [path.name for path in tmp_path.iterdir()] == ['folder']
 
 
 @pytest.mark.parametrize(

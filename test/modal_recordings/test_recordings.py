@@ -366,6 +366,59 @@ def test_disk_full_keeps_what_was_written(tmp_path):
         writer.write('/imu/elbow', IMU, 1, b'')
 
 
+def test_half_a_recording_replaces_no_whole_one(tmp_path):
+    resource = pytest.importorskip('resource')
+    import signal
+
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    path = tmp_path / 'full.mcap'
+    with RecordingWriter(path) as first:
+        for m in messages(100):
+            first.write(m.topic, m.message_type, m.log_time_ns, m.data)
+    whole = path.read_bytes()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    writer = RecordingWriter(path)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, before[1]))
+    try:
+        with pytest.raises(RecordingError, match=r'kept in full\.unfinished\.mcap'):
+            for m in messages(20000):
+                writer.write(m.topic, m.message_type, m.log_time_ns, m.data)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert path.read_bytes() == whole
+    with AnyReader([tmp_path / 'full.unfinished.mcap']) as reader:
+        assert sum(1 for _ in reader.messages()) > 1000
+
+
+def test_a_recording_that_cannot_begin_leaves_nothing(tmp_path):
+    resource = pytest.importorskip('resource')
+    import signal
+
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(RecordingError, match='cannot be written'):
+            RecordingWriter(tmp_path / 'x.mcap', attached={'robot.urdf': bytes(5000)})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_in_the_place_of_a_recording_is_told_before_anything_is_recorded(tmp_path):
+    path = tmp_path / 'x.mcap'
+    path.mkdir()
+    with pytest.raises(RecordingError, match='folder'):
+        RecordingWriter(path)
+    path.rmdir()
+    writer = RecordingWriter(path)
+    writer.write('/imu/elbow', IMU, 1, messages(1)[0].data)
+    path.mkdir()
+    with pytest.raises(RecordingError, match=r'kept in x\.unfinished\.mcap'):
+        writer.close()
+    assert (tmp_path / 'x.unfinished.mcap').stat().st_size > 100
+
+
 def test_a_failure_while_writing_leaves_nothing(tmp_path):
     with pytest.raises(ValueError), RecordingWriter(tmp_path / 'x.mcap') as writer:
         writer.add_topic('/imu/elbow', IMU)
