@@ -1,5 +1,6 @@
 """The life of a node's process: start, spin, stop quietly, say in one line what is wrong."""
 
+import _thread
 import atexit
 from collections.abc import Callable, Sequence
 import contextlib
@@ -8,6 +9,8 @@ import gc
 import os
 import signal
 import sys
+import threading
+import time
 from typing import TypeVar
 
 import rclpy
@@ -27,6 +30,8 @@ UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 EXIT_WELL, EXIT_FAULT, EXIT_BAD_SETTINGS = 0, 1, 2
 # Fast DDS now and then waits for itself for ever when taken down (its issues 4026, 6193).
 ENDING_S = 20
+AGAIN_S = 0.01
+"""Until a signal that Python dropped is raised once more."""
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 
@@ -64,6 +69,7 @@ def run_node(
     atexit.register(signal.alarm, ENDING_S)
     # As Ctrl-C does, so that long work before the node spins ends too; rclpy calls both.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    sys.unraisablehook = _raised_in_vain
     node = None
     try:
         end_with_starter()
@@ -87,6 +93,7 @@ def run_node(
         status = EXIT_BAD_SETTINGS
         raise SystemExit(status) from error
     finally:
+        _be_deaf()
         # Not a thread: what is stuck may hold the interpreter's lock.
         faulthandler.dump_traceback_later(ENDING_S, exit=True)
         if node is not None:
@@ -94,6 +101,33 @@ def run_node(
         rclpy.try_shutdown()
         # And once more for its threads, which the interpreter waits for before all else.
         faulthandler.dump_traceback_later(ENDING_S, exit=True)
+
+
+def _raised_in_vain(dropped: 'sys.UnraisableHookArgs') -> None:
+    """Raise a signal again that Python drops, in a weak reference's last call or ``__del__``."""
+    if isinstance(dropped.exc_value, KeyboardInterrupt):
+        # Not threading, whose own locks may be held here; the alarm has another use.
+        _thread.start_new_thread(_raise_again, ())
+    else:
+        sys.__unraisablehook__(dropped)
+
+
+def _raise_again() -> None:
+    time.sleep(AGAIN_S)
+    main = threading.main_thread().ident
+    if main is not None:
+        signal.pthread_kill(main, signal.SIGINT)
+
+
+def _be_deaf() -> None:
+    """Take no more signals: what is being taken down is not left half way."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        done = False
+        while not done:
+            # A signal that has come meanwhile is answered here first.
+            with contextlib.suppress(KeyboardInterrupt):
+                signal.signal(number, lambda *_: None)
+                done = True
 
 
 def _leave(status: int) -> None:

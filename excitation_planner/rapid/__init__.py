@@ -5,6 +5,7 @@ Moves are told to the controller such that it makes the planned ones of its own 
 
 from excitation_planner.rapid.programmed_move import MOST_OFF, programmed_moves
 from excitation_planner.rapid.rapid import (
+    HASH_DIGITS,
     module_name,
     rapid_module,
     session_s,
@@ -12,6 +13,7 @@ from excitation_planner.rapid.rapid import (
 )
 
 __all__ = [
+    'HASH_DIGITS',
     'MOST_OFF',
     'module_name',
     'programmed_moves',

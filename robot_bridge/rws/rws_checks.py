@@ -3,8 +3,10 @@
 Every check refuses in one line; what the controller does not tell counts as not so.
 """
 
+import re
 from urllib.parse import unquote
 
+from excitation_planner.rapid import HASH_DIGITS
 from modal_core.errors import BridgeError
 from robot_bridge.rws.released_program import ReleasedProgram
 from robot_bridge.rws.web_services import WebServices
@@ -89,15 +91,14 @@ def check_once(web: WebServices) -> None:
 
 
 def names_like(web: WebServices, name: str) -> list[str]:
-    """Return the other loaded modules that carry another plan's hash."""
-    stem = name.rpartition('_')[0].casefold()
+    """Return the other loaded modules that carry another plan's hash; others are somebody's."""
+    stem = name.rpartition('_')[0]
+    of_a_plan = re.compile(rf'{re.escape(stem)}_[0-9a-f]{{{HASH_DIGITS}}}', re.IGNORECASE)
     loaded = [state.get('name', '') for state in web.states('modules')]
     return [
         other
         for other in loaded
-        if stem
-        and other.casefold() != name.casefold()
-        and other.rpartition('_')[0].casefold() == stem
+        if stem and other.casefold() != name.casefold() and of_a_plan.fullmatch(other)
     ]
 
 

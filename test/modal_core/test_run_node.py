@@ -140,6 +140,39 @@ run_node('some', make, work)
     assert 'Traceback' not in errors
 
 
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_that_python_drops_ends_a_node_all_the_same(number):
+    code = f"""
+import signal, time
+class Last:
+    def __del__(self):
+        signal.raise_signal({number:d})
+def make():
+    Last()
+    for _ in range(60_000):
+        time.sleep(0.01)
+run_node('some', make)
+"""
+    found = run(code)
+    assert (found.returncode, found.stderr) == (0, '')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_leaves_no_node_half_taken_down(number):
+    code = f"""
+import signal, rclpy
+from rclpy.node import Node
+class Some(Node):
+    def destroy_node(self):
+        signal.raise_signal({number:d})
+        super().destroy_node()
+        print('taken down', flush=True)
+run_node('some', lambda: Some('some'), lambda node: signal.raise_signal({number:d}))
+"""
+    found = run(code)
+    assert (found.returncode, found.stdout, found.stderr) == (0, 'taken down\n', '')
+
+
 @pytest.mark.parametrize('stuck', ['taking_down', 'a_thread', 'the_last'])
 def test_nothing_stuck_keeps_a_process(stuck):
     # In C and with the interpreter's lock held, as a destructor of the middleware would.

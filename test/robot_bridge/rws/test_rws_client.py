@@ -284,6 +284,14 @@ def test_modules_of_other_plans_go_and_other_programs_stay_in_the_way(model, rel
         cell.server.close()
 
 
+def test_only_modules_with_the_hash_of_a_plan_are_unloaded(web):
+    others = ('AmaExcitation_spare', 'AmaExcitation_0123abcdX', 'Other_01234567', 'AmaExcitation_')
+    for names, n_unloaded in ((others, 0), ((*others, 'AMAEXCITATION_0123ABCD'), 1)):
+        controller = web(states={'/rw/rapid/modules': [{'name': name} for name in names]})
+        client_of(controller.address).load(PROGRAM)
+        assert controller.posts().count('unloadmod') == n_unloaded
+
+
 @pytest.mark.parametrize(
     ('status', 'headers'),
     [

@@ -55,10 +55,12 @@ def run_program(cell, client, program):
 
 def test_a_program_is_loaded_started_and_stopped(cell, program):
     run_program(cell, RwsClient(access(cell)), program)
-    older = replace(program, name='AmaExcitation_2', text=MODULE.replace('on_1', 'on_2'))
+    older = replace(
+        program, name='AmaExcitation_00000002', text=MODULE.replace('on_1', 'on_00000002')
+    )
     client = RwsClient(access(cell, certificate=cell.servers[2].fingerprint.upper()))
     client.load(older)
-    assert list(cell.task.texts) == ['AmaExcitation_2']
+    assert list(cell.task.texts) == ['AmaExcitation_00000002']
     longer = replace(program, text=MODULE + '! and more\n' * 3000)
     client.load(longer)
     with pytest.raises(BridgeError, match='not the one that was released'):
