@@ -44,6 +44,9 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path):
     with pytest.raises(IsADirectoryError) as caught:
         write_text(tmp_path / 'folder', 'x')
     assert caught.value.filename == str(tmp_path / 'folder') and '.part' not in str(caught.value)
+    with pytest.raises(OSError, match='too long') as caught:
+        write_text(tmp_path / ('n' * 250), 'x')
+    assert caught.value.filename == str(tmp_path / ('n' * 250))
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
