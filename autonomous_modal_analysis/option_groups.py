@@ -29,6 +29,7 @@ from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError
+from modal_core.real_path import real_path
 from modal_core.schema import parameter_values, read_values, SettingField, settings_of
 from modal_core.yaml_file import load_yaml
 from oma_identifier.settings import IdentificationSettings
@@ -104,7 +105,7 @@ class Source(Reading):
         if self.spindle:
             raise SettingsError('responses and joints alone are played', where='--spindle')
         return {
-            'recording': str(self.recording.resolve()),
+            'recording': str(real_path(self.recording)),
             'topics': self.topic or [''],
             'sample_rate_hz': self.sample_rate_hz or 0.0,
             'unit': self.unit or '',
@@ -162,7 +163,7 @@ class Identifier:
         from modal_core.channel import LAYOUT_FILE
         from structural_model.robot_files import robot_folder
 
-        layout = self.layout.resolve() if self.layout else ''
+        layout = real_path(self.layout) if self.layout else ''
         if self.robot and not layout:
             layout = robot_folder(self.robot) / LAYOUT_FILE
         return {

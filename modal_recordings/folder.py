@@ -5,6 +5,7 @@ from pathlib import Path
 import re
 
 from modal_core.errors import RecordingError, SettingsError
+from modal_core.real_path import real_path
 from modal_core.small_file import read_text
 from modal_core.yaml_file import parse_yaml
 from modal_recordings.attachment import Attachment
@@ -117,7 +118,7 @@ def _open_parts(parts: Sequence[Path], kind: type[McapFile] | type[BagFile]) -> 
 
 def _inside(part: Path, folder: Path) -> bool:
     """Refuse links that lead out of the folder."""
-    return part.resolve().is_relative_to(folder.resolve())
+    return real_path(part).is_relative_to(real_path(folder))
 
 
 def _natural_order(path: Path) -> tuple[object, ...]:

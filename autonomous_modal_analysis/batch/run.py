@@ -16,6 +16,7 @@ from autonomous_modal_analysis.keeping import Keeping
 from autonomous_modal_analysis.option_groups import Identifier, Reading
 from autonomous_modal_analysis.terminal import ProgressCallback
 from modal_core.errors import SettingsError
+from modal_core.real_path import real_path
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,13 +75,13 @@ class BatchRequest:
 
     def jobs(self, done: dict[str, Row]) -> list[BatchJob]:
         """Return one job per recording, each with a folder of its own."""
-        paths = list(dict.fromkeys(path.resolve() for path in self.recordings))
+        paths = list(dict.fromkeys(map(real_path, self.recordings)))
         stems = [path.stem for path in paths]
         taken = {row.folder: row.recording for row in done.values()}
         return [
             BatchJob(
                 recording=path,
-                folder=(self.out / _folder(path, stems, done, taken)).resolve(),
+                folder=real_path(self.out / _folder(path, stems, done, taken)),
                 reading=self.reading,
                 identifier=self.identifier,
                 keeping=self.keeping,

@@ -116,9 +116,10 @@ def _tell_twice(recordings: Sequence[Path]) -> None:
     from rich.markup import escape
 
     from autonomous_modal_analysis.terminal import MESSAGES
+    from modal_core.real_path import real_path
 
-    places = [path.resolve() for path in recordings]
-    for path in dict.fromkeys(path for path in recordings if places.count(path.resolve()) > 1):
+    places = [real_path(path) for path in recordings]
+    for path in dict.fromkeys(path for path in recordings if places.count(real_path(path)) > 1):
         MESSAGES.print(f'note: the same recording twice: {escape(str(path))}', soft_wrap=True)
 
 

@@ -12,6 +12,7 @@ from autonomous_modal_analysis.options import check_namespace, Namespace
 from autonomous_modal_analysis.processes import all_is_stopped, NodeProcesses, stop_event
 from autonomous_modal_analysis.terminal import MESSAGES
 from modal_core.errors import SettingsError
+from modal_core.real_path import real_path
 
 
 def register(app: typer.Typer) -> None:
@@ -80,12 +81,12 @@ def up(
     check_namespace(namespace)
     overrides = _overrides(robot, egm_port, parameter or ())
     if history is not None:
-        overrides.setdefault('modal_history', {})['history'] = str(history.resolve())
+        overrides.setdefault('modal_history', {})['history'] = str(real_path(history))
     if cut is not None and map_path is None:
         raise SettingsError('a cut without a map', where='--cut', advice='add --map FILE')
     for name, path in (('map', map_path), ('cut', cut)):
         if path is not None:
-            overrides.setdefault('modal_map', {})[name] = str(path.resolve())
+            overrides.setdefault('modal_map', {})[name] = str(real_path(path))
     commands = cell_commands(config, tuple(without or ()), overrides)
     with NodeProcesses(commands, log_folder=log_folder, namespace=namespace) as nodes:
         MESSAGES.print(f'running: {", ".join(command.name for command in commands)}')

@@ -11,6 +11,7 @@ import numpy as np
 from modal_core.channel import LAYOUT_FILE
 from modal_core.errors import SettingsError
 from modal_core.near_names import misspelt, refuse_unknown
+from modal_core.real_path import real_path
 from modal_core.yaml_file import load_yaml
 from modal_recordings.array_options import FIELDS
 from modal_recordings.joint_table import is_table, TABLES
@@ -226,11 +227,10 @@ def _is_bag(item: Path) -> bool:
 
 
 def _inside(folder: Path, name: str, where: str) -> Path:
-    path = Path(os.path.realpath(folder / name.replace('\0', '')))
     # What is too long for a name, or leads in a circle, is not there either.
-    if '\0' in name or not os.path.exists(path):  # noqa: PTH110
+    if '\0' in name or not os.path.exists(folder / name):  # noqa: PTH110
         raise SettingsError('file missing', where=where, found=name)
-    return path
+    return real_path(folder / name)
 
 
 def _name(folder: Path, name: str) -> str:

@@ -9,6 +9,7 @@ from modal_core.atomic_file import atomic_path, write_text
 from modal_core.errors import ModalAnalysisError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.printable import printable
+from modal_core.real_path import real_path
 from modal_core.share import share_path
 from modal_core.yaml_file import LARGEST_FILE_BYTES, load_yaml
 from test.support.work import counted_calls
@@ -127,6 +128,17 @@ def test_pipes_devices_and_folders_are_not_waited_for(tmp_path):
     for name in ('pipe', 'zero', 'folder'):
         with pytest.raises(SettingsError, match='not a regular file'):
             load_yaml(tmp_path / f'{name}.yaml')
+
+
+def test_links_that_lead_in_a_circle_are_a_path_that_cannot_be_opened(tmp_path):
+    (tmp_path / 'one').symlink_to('two')
+    (tmp_path / 'two').symlink_to('one')
+    (tmp_path / 'x').symlink_to(tmp_path / 'nothing' / '..' / 'y')
+    assert real_path(tmp_path / 'x') == tmp_path.resolve() / 'y'
+    with pytest.raises(OSError, match='symbolic links'):
+        real_path(tmp_path / 'one').open()
+    with pytest.raises(SettingsError, match='symbolic links'):
+        load_yaml(tmp_path / 'one')
 
 
 def test_json_is_read_or_refused_in_one_line(tmp_path):
