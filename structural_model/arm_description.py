@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import LayoutError, ModelError
+from structural_model.assembly import correctable_links
 from structural_model.coupling import AxisMap
 from structural_model.limits import check_length, RobotLimits
 from structural_model.parameters import read_parameters, write_parameters
@@ -70,6 +71,11 @@ class ArmDescription:
     def link_names(self) -> tuple[str, ...]:
         """Links a sensor can sit on."""
         return self.robot.link_names
+
+    @property
+    def body_links(self) -> tuple[str, ...]:
+        """Moving links whose masses a model may correct: not frames fixed to them elsewhere."""
+        return correctable_links(self.robot)
 
     @property
     def axis_names(self) -> tuple[str, ...]:

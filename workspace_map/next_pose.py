@@ -15,7 +15,7 @@ import scipy.linalg
 from workspace_map.arm import frequency_slopes, local_modes, LocalModes
 from workspace_map.prior import FREQUENCY, SHAPE, structure_parts
 from workspace_map.regression import Rows
-from workspace_map.rows import principal_rows
+from workspace_map.rows import flat, principal_rows
 from workspace_map.workspace_map import WorkspaceMap
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def candidates(known: WorkspaceMap, q: Array, of_interest: Array, duration_s: fl
     for modes in there:
         shapes = principal_rows(known.arm, modes)
         each = zip(_frequency_parts(known, modes), shapes.parts, strict=True)
-        both.append(tuple(np.vstack([a, b.reshape(-1, b.shape[-1])]) for a, b in each))
+        both.append(tuple(np.vstack([a, flat(b)]) for a, b in each))
         kind = np.repeat([FREQUENCY, SHAPE], [modes.n, modes.n * shapes.turn.shape[1]])
         std = np.full(len(kind), SHAPE_STD)
         std[: modes.n] = frequency_bound(modes, duration_s)

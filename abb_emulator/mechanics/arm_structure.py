@@ -68,7 +68,7 @@ def with_tolerances(
     if size == 0.0:
         return model
     known = {link.name for link in model.spec.links}
-    moving = [name for name in model.link_names[1:] if name not in known]
+    moving = [name for name in model.body_links if name not in known]
     added = tuple(LinkSpec(name) for name in moving if name.startswith('link'))
     spec = dataclasses.replace(model.spec, links=(*model.spec.links, *added))
     model = model.replace(spec)

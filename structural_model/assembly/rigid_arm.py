@@ -19,6 +19,18 @@ def links_of(robot: RigidRobot) -> Links:
     return links
 
 
+def correctable_links(robot: RigidRobot) -> tuple[str, ...]:
+    """Return the links whose masses may be corrected: they lie in the frame of a moving body."""
+    links = links_of(robot)
+    return tuple(
+        name for name in robot.link_names if links[name][0] > 0 and _is_of_body(links[name][1])
+    )
+
+
+def _is_of_body(placement: pin.SE3) -> bool:
+    return bool(abs(placement.translation).max() == 0.0 or placement.isApprox(pin.SE3.Identity()))
+
+
 def check_names(robot: RigidRobot, spec: ModelSpec) -> None:
     """Raise `ModelError` where a spec names a joint or link that the robot does not have."""
     joints, links = set(robot.joint_names), set(robot.link_names)
@@ -42,13 +54,10 @@ def check_names(robot: RigidRobot, spec: ModelSpec) -> None:
 def corrected_inertias(robot: RigidRobot, spec: ModelSpec, links: Links) -> list[pin.Inertia]:
     """Return the inertia of every moving body, with the spec's corrections."""
     inertias = [pin.Inertia(inertia) for inertia in robot.model.inertias]
-    own_frames = {
-        name for name, (_, placement) in links.items() if placement.isApprox(pin.SE3.Identity())
-    }
     for item in spec.links:
         index, placement = links[item.name]
         found = inertias[index]
-        if abs(placement.translation).max() > 0.0 and item.name not in own_frames:
+        if not _is_of_body(placement):
             raise ModelError(
                 'corrections belong to the moving link',
                 where=f'{robot.name}: {item.name}',

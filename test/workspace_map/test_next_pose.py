@@ -3,8 +3,9 @@
 import numpy as np
 
 from benchmarks.hidden_arms import known_arm
+from structural_model import load_layout, load_robot
 from structural_model.scan import random_poses
-from workspace_map import candidates, choose_series, WorkspaceMap
+from workspace_map import Arm, candidates, choose_series, ToolPoint, WorkspaceMap
 from workspace_map.regression import posterior, Rows
 
 SEED = 5
@@ -48,3 +49,15 @@ def test_a_pose_that_takes_long_to_reach_is_taken_later():
     others = choose_series(known, choice, 3, lambda here, q: far)
     assert best not in others
     assert len(set(others)) == 3
+
+
+def test_an_arm_without_base_springs_and_with_a_tool_frame_has_next_poses():
+    """No link may be corrected that is only fixed to a moving one, as a tool's frame is."""
+    model = load_robot('generic_arm_6')
+    assert 'tool0' in model.link_names and 'tool0' not in model.body_links
+    layout = load_layout('generic_arm_6')
+    known = WorkspaceMap(Arm(model, layout.channels, ToolPoint('tool0')), 60.0)
+    assert len(known.arm.heavier) == len(model.body_links)
+    poses = random_poses(model.limits, 5, np.random.default_rng(SEED))
+    choice = candidates(known, poses[:3], poses[3:], 60.0)
+    assert len(choose_series(known, choice, 2, lambda here, q: np.ones(len(q)))) == 2

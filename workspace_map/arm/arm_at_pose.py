@@ -152,7 +152,7 @@ class Arm:
         spec, found = self.model.spec, []
         here = np.zeros(self.model.n_joints)
         nominal = self.model.mass_matrix(here)
-        for name in self.model.link_names[1:]:
+        for name in self.model.body_links:
             known = next((link for link in spec.links if link.name == name), LinkSpec(name))
             others = tuple(link for link in spec.links if link.name != name)
             twice = replace(known, mass_factor=2.0 * known.mass_factor)

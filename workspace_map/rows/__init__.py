@@ -13,7 +13,7 @@ from workspace_map.rows.linearised import (
     stacked_slopes,
     structure_block,
 )
-from workspace_map.rows.principal_rows import principal_rows, PrincipalRows, ROWS
+from workspace_map.rows.principal_rows import flat, principal_rows, PrincipalRows, ROWS
 from workspace_map.rows.subspace import Aligned, aligned, nearest_rotation, subspaces
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     'aligned',
     'damping_block',
     'damping_structure',
+    'flat',
     'nearest_rotation',
     'principal_rows',
     'stacked',

@@ -17,7 +17,7 @@ from workspace_map.arm import (
 from workspace_map.measured_pose import MeasuredPose
 from workspace_map.prior import damping_parts, FREQUENCY, SHAPE, structure_parts
 from workspace_map.regression import Rows
-from workspace_map.rows.principal_rows import principal_rows
+from workspace_map.rows.principal_rows import flat, principal_rows
 from workspace_map.rows.subspace import aligned
 
 Array = NDArray[np.float64]
@@ -95,18 +95,13 @@ def structure_block(arm: Arm, modes: LocalModes, measured: MeasuredPose, pairs: 
     known = np.isfinite(std)
     own = structure_parts(arm, frequency_slopes(modes))
     each = zip(own, principal.parts, strict=True)
-    parts = (np.vstack([a[expected], _flat(b[expected])]) for a, b in each)
+    parts = (np.vstack([a[expected], flat(b[expected])]) for a, b in each)
     return Block(
         parts=tuple(part[known] for part in parts),
         residual=np.concatenate([higher, off.ravel()])[known],
         std=std[known],
         kind=np.repeat([FREQUENCY, SHAPE], [len(found), off.size])[known],
     )
-
-
-def _flat(rows: Array) -> Array:
-    """Return the rows of all modes, one after the other."""
-    return rows.reshape(-1, rows.shape[-1])
 
 
 def damping_block(arm: Arm, modes: LocalModes, measured: MeasuredPose, pairs: Pairs) -> Block:

@@ -35,6 +35,15 @@ class PrincipalRows:
     parts: tuple[Array, ...]
 
 
+def flat(part: Array) -> Array:
+    """Return the rows of all modes one after the other, (n_modes n_rows, n_members).
+
+    An arm may have no members of a part: springs of the base, of bearings.
+    """
+    n_modes, n_rows, n_members = part.shape
+    return part.reshape(n_modes * n_rows, n_members)
+
+
 def principal_rows(arm: Arm, modes: LocalModes) -> PrincipalRows:
     """Return the rows of the modes of interest."""
     n, count = modes.n, len(modes.arm.channels)
