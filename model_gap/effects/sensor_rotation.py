@@ -1,6 +1,7 @@
 """A sensor is mounted askew."""
 
 from collections.abc import Mapping, Sequence
+import dataclasses
 from typing import ClassVar
 
 import numpy as np
@@ -8,11 +9,14 @@ from numpy.typing import NDArray
 
 from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from model_gap.effects.sensor_effect import mixing_step, SensorEffect
+from model_gap.effects.sensor_effect import SensorEffect
 
 
 class SensorRotation(SensorEffect):
-    """y_s → R(r) y_s with a rotation vector r in the sensor's axes."""
+    """y_s → R(r) y_s with a rotation vector r in the sensor's axes.
+
+    The axes are turned, not the readings: gains are those of the turned axes.
+    """
 
     type = 'sensor_rotation'
     equation = 'y_s -> R(r) y_s'
@@ -43,9 +47,13 @@ class SensorRotation(SensorEffect):
         return f'{place} is mounted turned by {angle:.3g}°'
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
-        """Mix the three channels."""
-        rows = list(self.rows(cell).values())
-        return cell.then_output(mixing_step(rows, rotation_matrix(np.array(values))))
+        """Turn the three channels."""
+        rows, channels = list(self.rows(cell).values()), list(cell.channels)
+        directions = np.array([channels[row].direction for row in rows])
+        turned = rotation_matrix(np.array(values)) @ directions
+        for row, (x, y, z) in zip(rows, turned.tolist(), strict=True):
+            channels[row] = dataclasses.replace(channels[row], direction=(x, y, z))
+        return dataclasses.replace(cell, channels=tuple(channels))
 
     def instead_of(
         self, tolerance: Nuisance, deviations: float, scene: Scene

@@ -53,13 +53,24 @@ def test_gain_polarity_swap_and_rotation_become_sensitivities(layout, scene):
 
 
 def test_corrected_layout_reads_what_the_effect_did(robot, layout, scene):
-    """The model with the corrected layout predicts what the effect made of the old one."""
-    fitted = hypothesis(scene, 'sensor_rotation', 'sensor:elbow', (0.3, -0.1, 0.5))
-    new = corrected_layout(layout, fitted)
+    """The model with the corrected layout predicts what the effect made of the old one.
+
+    The gain is that of the axis as it is mounted, whichever of the two was found first.
+    """
+    turn, gain = ('sensor_rotation', '', (0.3, -0.1, 0.5)), ('sensor_gain', 'y', (1.3,))
     q = robot.pose('P1')
-    before = robot.rigid_jacobian(q, layout.channels).astype(complex)
-    expected = fitted.cell().outputs[0](np.zeros(6), before)
-    np.testing.assert_allclose(robot.rigid_jacobian(q, new.channels), expected.real, atol=1e-12)
+    expected = robot.rigid_jacobian(q, layout.channels)
+    expected[6:9] = np.diag([1.0, 1.3, 1.0]) @ rotation_matrix(np.array(turn[2])) @ expected[6:9]
+    for effects in ((turn, gain), (gain, turn)):
+        fitted = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0))
+        for kind, variant, values in effects:
+            fitted = fitted.with_effect(TYPES[kind]('sensor:elbow', variant), values)
+        new = corrected_layout(layout, fitted)
+        np.testing.assert_allclose(robot.rigid_jacobian(q, new.channels), expected, atol=1e-12)
+        cell = fitted.cell()
+        bare = robot.rigid_jacobian(q, cell.channels).astype(complex)
+        seen = cell.seen(np.zeros(bare.shape[1]), bare)
+        np.testing.assert_allclose(seen.real, expected, atol=1e-12)
 
 
 def test_delay_is_kept_in_the_layout_and_applied_again(robot, layout, scene):
