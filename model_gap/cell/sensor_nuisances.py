@@ -5,8 +5,7 @@ import dataclasses
 import math
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
+import pinocchio as pin
 
 from modal_core.channel import AXES, Channel
 from model_gap.cell.cell_model import CellModel
@@ -48,11 +47,12 @@ def _turned(channel: Channel, axis: str) -> bool:
 
 
 def _of_sensor(
-    sensor: str, change: Callable[[Channel, float], Channel]
+    sensor: str, change_by: Callable[[float], Callable[[Channel], Channel]]
 ) -> Callable[[CellModel, float], CellModel]:
     def apply(cell: CellModel, amount: float) -> CellModel:
+        change = change_by(amount)
         channels = tuple(
-            change(channel, amount) if sensor_of(channel) == sensor else channel
+            change(channel) if sensor_of(channel) == sensor else channel
             for channel in cell.channels
         )
         return dataclasses.replace(cell, channels=channels)
@@ -61,28 +61,35 @@ def _of_sensor(
 
 
 def _position(sensor: str, axis: int, sigma_m: float) -> Nuisance:
-    def change(channel: Channel, amount: float) -> Channel:
-        place = list(channel.position_m)
-        place[axis] += amount
-        return dataclasses.replace(channel, position_m=(place[0], place[1], place[2]))
+    def change_by(amount: float) -> Callable[[Channel], Channel]:
+        def change(channel: Channel) -> Channel:
+            place = list(channel.position_m)
+            place[axis] += amount
+            return dataclasses.replace(channel, position_m=(place[0], place[1], place[2]))
+
+        return change
 
     name = f'position of {sensor} ({"xyz"[axis]})'
-    moved = _of_sensor(sensor, change)
+    moved = _of_sensor(sensor, change_by)
     return Nuisance(name, 'sensor', moved, sigma_m, 'm', 'position', sensor=sensor)
 
 
 def _rotation(sensor: str, axis: str, sigma_deg: float) -> Nuisance:
     about = np.array(AXES[axis])
 
-    def change(channel: Channel, amount: float) -> Channel:
-        turned: NDArray[np.float64] = Rotation.from_rotvec(amount * about).apply(channel.direction)
-        direction = (float(turned[0]), float(turned[1]), float(turned[2]))
-        return dataclasses.replace(channel, direction=direction)
+    def change_by(amount: float) -> Callable[[Channel], Channel]:
+        turn = pin.exp3(amount * about)
+
+        def change(channel: Channel) -> Channel:
+            x, y, z = (turn @ channel.direction).tolist()
+            return dataclasses.replace(channel, direction=(x, y, z))
+
+        return change
 
     return Nuisance(
         f'rotation of {sensor} ({axis})',
         'sensor',
-        _of_sensor(sensor, change),
+        _of_sensor(sensor, change_by),
         float(np.deg2rad(sigma_deg)),
         'rad',
         'rotation',

@@ -115,7 +115,7 @@ class Predictor:
 
     def sensors_moved(self, cell: CellModel, systems: Sequence[PoseSystem]) -> list[PoseSystem]:
         """Return the systems with the channels of a cell, dynamics unchanged."""
-        model = dataclasses.replace(self.model, spec=cell.spec)
+        model = self.arm(cell.spec)
         return [
             with_channels(system, model, pose, cell.channels, self.hanging)
             for system, pose in zip(systems, self.poses, strict=True)
