@@ -70,9 +70,9 @@ class RecordSpectra:
         Expected |noise|² of ``measured`` less a right prediction: noise of the sensors, what the
         noise of the known motion makes of the prediction, and what a linear model misses.  Without
         bound for channels that the record does not have: they weigh nothing.
-    tail : (BLOCK, n_blocks, n_joints) array [rad/s²]
-        Motor acceleration in time, for what rings on after the record; the last sample first,
-        running down the blocks.
+    tail : (BLOCK, n_blocks, 2 n_joints) array [rad/s²], [rad]
+        Motor accelerations, then shifts from the start, in time, for what rings on after the
+        record; the last sample first, running down the blocks.
     end_scale : float
         From a modal state to its spectrum.
     """
@@ -206,19 +206,20 @@ def record_spectra(
         motor_shift=transform(record.motor_shift).T[:, triples],
         measured=hann(response.T[:, triples]),
         noise_power=noise,
-        tail=tail_of(record.motor_acceleration, record.sample_rate_hz),
+        tail=tail_of(record.motor_acceleration, record.motor_shift, record.sample_rate_hz),
         end_scale=record.sample_rate_hz * scale,
     )
 
 
-def tail_of(acceleration: Array, rate_hz: float) -> Array:
-    """Return what ``RecordSpectra.tail`` holds of an acceleration (n_samples, n_joints).
+def tail_of(acceleration: Array, shift: Array, rate_hz: float) -> Array:
+    """Return what ``RecordSpectra.tail`` holds of a motion, (n_samples, n_joints) each.
 
     Every sample: sums of fewer end elsewhere than those of the spectra.
     """
-    newest_first = acceleration[::-1][: int(CAMPAIGN.tail_s * rate_hz)]
+    motion = np.hstack([acceleration, shift - shift[0]])
+    newest_first = motion[::-1][: int(CAMPAIGN.tail_s * rate_hz)]
     blocks = -(-len(newest_first) // BLOCK)
-    padded = np.zeros((blocks * BLOCK, acceleration.shape[1]))
+    padded = np.zeros((blocks * BLOCK, motion.shape[1]))
     padded[: len(newest_first)] = newest_first
     return np.ascontiguousarray(padded.reshape(blocks, BLOCK, -1).transpose(1, 0, 2))
 

@@ -22,11 +22,32 @@ RINGING_1_S = 2.0 * np.pi * 60.0
 
 
 @dataclass(frozen=True)
+class PoseArm:
+    """The arm at a pose before its modes are known: M x'' + C x' + K x = B a + P q.
+
+    Parameters
+    ----------
+    M, C, K : (n, n) array
+        Mass, damping and stiffness.
+    inertia_input, shift_input : (n, n_joints) array
+        B and P: force per motor acceleration, and per motor shift (gravity).
+    """
+
+    M: Array
+    C: Array
+    K: Array
+    inertia_input: Array
+    shift_input: Array
+
+
+@dataclass(frozen=True)
 class PoseSystem:
     """M x'' + C x' + K x = B a + P q, y = Ja x'' + Jg x + Ra a + Rg q at one pose.
 
     Parameters
     ----------
+    arm : PoseArm
+        Its matrices.
     poles : (n_poles,) complex array [1/s]
         Of the damped arm, up to well above the band.
     shapes : (n, n_poles) complex array
@@ -35,10 +56,6 @@ class PoseSystem:
         Modal force per force on a degree of freedom.
     instant : (n, n) array
         Compliance of the faster modes, which follow a force at once.
-    mass, damping : (n, n) array
-        M and C.
-    inertia_input, shift_input : (n, n_joints) array
-        B and P: force per motor acceleration, and per motor shift (gravity).
     flexible, gravity : (n_channels, n) array
         Ja and Jg.
     rigid, rigid_gravity : (n_channels, n_joints) array
@@ -47,14 +64,11 @@ class PoseSystem:
         Rows.
     """
 
+    arm: PoseArm
     poles: Complex
     shapes: Complex
     drives: Complex
     instant: Array
-    mass: Array
-    damping: Array
-    inertia_input: Array
-    shift_input: Array
     flexible: Array
     gravity: Array
     rigid: Array
@@ -92,19 +106,20 @@ class PoseSystem:
 
         Parameters
         ----------
-        tail : (n_block, n_blocks, n_joints) array [rad/s²]
-            Of the motors, newest first; the first row is one period before the end.
+        tail : (n_block, n_blocks, 2 n_joints) array [rad/s²], [rad]
+            Accelerations of the motors, then their shifts, newest first; the first row is one
+            period before the end.
         period_s : float [s]
             Between samples.
         """
         state = np.zeros(len(self.poles), dtype=complex)
         slow = np.flatnonzero((self.poles.imag > 0.0) & (self.poles.imag < RINGING_1_S))
-        length, blocks, joints = tail.shape
+        length, blocks, inputs = tail.shape
         step = self.poles[slow, None] * period_s
         inside = np.exp(step * np.arange(1, length + 1))
         ahead = np.exp(step * length * np.arange(blocks))
-        sums = (inside @ tail.reshape(length, -1)).reshape(len(slow), blocks, joints)
-        pull = self.drives[slow] @ self.inertia_input
+        sums = (inside @ tail.reshape(length, -1)).reshape(len(slow), blocks, inputs)
+        pull = self.drives[slow] @ np.hstack([self.arm.inertia_input, self.arm.shift_input])
         state[slow] = np.einsum('mb,mbj,mj->m', ahead, sums, pull) * period_s
         for place in slow:
             twin = np.argmin(np.abs(self.poles - self.poles[place].conj()))
@@ -113,7 +128,7 @@ class PoseSystem:
 
     def force(self, acceleration: Complex, shift: Complex) -> Complex:
         """Return the force of the motor motion on the degrees of freedom, (n, n_bins)."""
-        return np.asarray(self.inertia_input @ acceleration + self.shift_input @ shift)
+        return np.asarray(self.arm.inertia_input @ acceleration + self.arm.shift_input @ shift)
 
     def response(self, omega: Array, force: Array) -> Complex:
         """Return readings per constant force spectrum (n,), (n_channels, n_bins)."""
@@ -142,25 +157,6 @@ class PoseSystem:
             + self.rigid @ acceleration
             + self.rigid_gravity @ shift
         )
-
-
-@dataclass(frozen=True)
-class PoseArm:
-    """The arm at a pose before its modes are known: M x'' + C x' + K x = B a + P q.
-
-    Parameters
-    ----------
-    M, C, K : (n, n) array
-        Mass, damping and stiffness.
-    inertia_input, shift_input : (n, n_joints) array
-        B and P.
-    """
-
-    M: Array
-    C: Array
-    K: Array
-    inertia_input: Array
-    shift_input: Array
 
 
 def sag(model: FlexibleJointModel, pose: Array, hanging: bool) -> Array:
@@ -200,9 +196,9 @@ def pose_system(
         The pose or a channel does not fit the model.
     """
     rest = sag(model, pose, hanging)
-    matrices = _arm_about(model, pose, rest)
+    arm = _arm_about(model, pose, rest)
     try:
-        squared, basis = scipy.linalg.eigh(matrices.K, matrices.M, check_finite=False)
+        squared, basis = scipy.linalg.eigh(arm.K, arm.M, check_finite=False)
     except np.linalg.LinAlgError as error:
         raise ModelError('mass matrix is not positive definite') from error
     if squared[0] <= 0.0:
@@ -214,19 +210,16 @@ def pose_system(
     state = np.zeros((2 * size, 2 * size))
     state[:size, size:] = np.eye(size)
     state[size:, :size] = -np.diag(squared[~fast])
-    state[size:, size:] = -(kept.T @ matrices.C @ kept)
+    state[size:, size:] = -(kept.T @ arm.C @ kept)
     poles, right = np.linalg.eig(state)
     left = np.linalg.inv(right)
     rows = _channel_rows(model, pose, channels, rest)
     return PoseSystem(
+        arm=arm,
         poles=poles,
         shapes=kept @ right[:size],
         drives=left[:, size:] @ kept.T,
         instant=instant,
-        mass=matrices.M,
-        damping=matrices.C,
-        inertia_input=matrices.inertia_input,
-        shift_input=matrices.shift_input,
         **rows,
         dof_names=model.dof_names,
     )

@@ -137,7 +137,7 @@ class _ArmDerivative:
     def __init__(self, cell: CellModel, predictor: Predictor) -> None:
         self.predictor = predictor
         self.solved = predictor.solved(cell)
-        self.base = predictor.arms(cell.spec)
+        self.base = [system.arm for system in self.solved.systems]
         systems, local = self.solved.systems, predictor.local_torques
         self.following = local.following(cell, self.solved.torques, systems)
         self.at_rest = self._twists_at_rest(cell)

@@ -20,7 +20,7 @@ class DrivenMotion:
     ----------
     acceleration, shift : (n_joints, 3 n_bins) complex array
         On the record's flattened triples.
-    tail : (n_block, n_blocks, n_joints) array [rad/s²]
+    tail : (n_block, n_blocks, 2 n_joints) array [rad/s²], [rad]
         As ``RecordSpectra.tail``.
     """
 
@@ -51,5 +51,5 @@ def driven_motion(item: RecordSpectra, cell: CellModel) -> DrivenMotion:
     return DrivenMotion(
         np.array([transform_at(row, item) for row in acceleration]),
         np.array([transform_at(row, item) for row in shift]),
-        tail_of(acceleration.T, record.sample_rate_hz),
+        tail_of(acceleration.T, shift.T, record.sample_rate_hz),
     )

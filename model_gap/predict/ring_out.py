@@ -40,8 +40,8 @@ def end_force(
     state *= count * (system.drives[ringing] @ place)
     shapes = system.shapes[:, ringing]
     shift, speed = (shapes @ state).real, (shapes @ (poles * state)).real
-    still = system.mass @ speed + system.damping @ shift
-    turning = np.outer(system.mass @ shift, 1j * item.omega.ravel())
+    still = system.arm.M @ speed + system.arm.C @ shift
+    turning = np.outer(system.arm.M @ shift, 1j * item.omega.ravel())
     return np.asarray(-item.end_scale * (still[:, None] + turning))
 
 
