@@ -6,6 +6,7 @@ from typing import TypeGuard
 
 import numpy as np
 
+from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Band, Campaign
 from model_gap.cell import CellModel
 from model_gap.decide import adequacy, Decision, LIMITS, objections, Verdict
@@ -83,7 +84,7 @@ def without_travelled(
     Where that were all, all stay: how far they are off is told.
     """
     cell = CellModel(model.spec, campaign.layout.channels)
-    found = [changing(record, model, cell, band) for record in campaign.records]
+    found = side_by_side(lambda record: changing(record, model, cell, band), campaign.records)
     far = [item.misfit > MOST or item.worst_misfit > MOST_IN_A_BAND for item in found]
     if not any(far):
         return campaign, None

@@ -18,6 +18,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Band, GapRecord, record_spectra
 from model_gap.cell import CellModel, joint_vector, pose_system, PoseSystem, sag
 from model_gap.laws import Follow
@@ -46,12 +47,15 @@ def linearised(
         Slower motion counts; products of two such that fall below are right.
     """
     arm = dataclasses.replace(model, spec=cell.spec)
-    found = []
-    for record in records:
+
+    def beyond(record: GapRecord) -> Array:
         system = pose_system(arm, record.pose, cell.channels)
-        extra = second_order(record, arm, cell, system, high_hz)
-        found.append(dataclasses.replace(record, acceleration=record.acceleration - extra))
-    return found
+        return second_order(record, arm, cell, system, high_hz)
+
+    return [
+        dataclasses.replace(record, acceleration=record.acceleration - extra)
+        for record, extra in zip(records, side_by_side(beyond, records), strict=True)
+    ]
 
 
 def second_order(

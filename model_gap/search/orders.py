@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from modal_core.side_by_side import side_by_side
 from model_gap.campaign import hann, RecordSpectra
 from model_gap.cell import axis_row, joint_spring, joint_vector, Ripple
 from model_gap.fit import FIT
@@ -80,8 +81,8 @@ def orders_left(
         float(np.sum(item.squares(rest)))
         for rest, item in zip(rests, predictor.records, strict=True)
     )
-    found = []
-    for joint in joints:
+
+    def strongest(joint: str) -> list[Ripple]:
         place = joint_vector(predictor.model, joint, systems[0].dof_names)
         spring = joint_spring(cell.spec, joint)
         tracks = []
@@ -93,8 +94,9 @@ def orders_left(
             angle = (item.record.pose + item.record.motor_shift) @ axis_row(predictor.model, joint)
             tracks.append(_Track(item, error, weight, angle))
         ratio = next(j.drive.gear_ratio for j in cell.spec.joints if j.name == joint)
-        found += _strongest(joint, tracks, total, ratio)
-    return tuple(found)
+        return _strongest(joint, tracks, total, ratio)
+
+    return tuple(ripple for found in side_by_side(strongest, joints) for ripple in found)
 
 
 @dataclass(frozen=True)
