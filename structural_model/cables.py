@@ -8,10 +8,25 @@ from structural_model.assembly import Assembly
 from structural_model.joint_jacobian import joint_jacobian
 from structural_model.spec import CableSpec
 
+Array = NDArray[np.float64]
+STEP = 1e-6
 
-def cable_row(
-    assembly: Assembly, cable: CableSpec, full: NDArray[np.float64]
-) -> NDArray[np.float64]:
+
+def cable_stiffness(assembly: Assembly, cable: CableSpec, full: Array) -> Array:
+    """Return the load of a cable against unit motions of pinocchio's coordinates, (n_v, n_v).
+
+    k rᵀr - T ∂r/∂q, r how it shortens and T its pull: what pulls resists turning.
+    """
+    row = cable_row(assembly, cable, full)
+    stiffness = cable.stiffness_n_m * np.outer(row, row)
+    if cable.pull_n:
+        for number, step in enumerate(STEP * np.eye(len(full))):
+            beyond, before = (cable_row(assembly, cable, full + way * step) for way in (1, -1))
+            stiffness[:, number] -= cable.pull_n * (beyond - before) / (2.0 * STEP)
+    return stiffness
+
+
+def cable_row(assembly: Assembly, cable: CableSpec, full: Array) -> Array:
     """Return by how much a cable shortens per unit of pinocchio's coordinates, (n_v,).
 
     Parameters

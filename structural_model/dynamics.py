@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from modal_core.errors import ModelError
 from structural_model.assembly import Assembly
-from structural_model.cables import cable_row
+from structural_model.cables import cable_row, cable_stiffness
 from structural_model.coupling import AxisMap
 from structural_model.limits import check_length
 from structural_model.matrices import StructuralMatrices
@@ -95,8 +95,8 @@ class Dynamics:
             if row is not None:
                 stiffness[row, row] += item.strength_nm * np.cos(self._turn(item, full))
         for cable in self.spec.cables:
-            along = cable_row(assembly, cable, full)[assembly.flexible]
-            stiffness[:count, :count] += cable.stiffness_n_m * np.outer(along, along)
+            whole = cable_stiffness(assembly, cable, full)
+            stiffness[:count, :count] += whole[assembly.flexible[:, None], assembly.flexible]
         return stiffness
 
     def input_matrix(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
@@ -119,9 +119,10 @@ class Dynamics:
             if row is not None:
                 coupling[row, column] += item.strength_nm * np.cos(self._turn(item, full))
         for cable in self.spec.cables:
-            whole = cable_row(assembly, cable, full)
-            own, motors = whole[assembly.flexible], whole[assembly.drives]
-            coupling[: len(own)] += cable.stiffness_n_m * np.outer(own, motors)
+            whole = cable_stiffness(assembly, cable, full)
+            coupling[: len(assembly.flexible)] += whole[
+                assembly.flexible[:, None], assembly.drives
+            ]
         return coupling
 
     def rigid_force(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
@@ -184,7 +185,7 @@ class Dynamics:
         full = self.position(q, deflection)
         gravity = pin.computeGeneralizedGravity(assembly.model, assembly.data, full)
         load = np.zeros(self.n_dof)
-        load[: len(assembly.flexible)] = -gravity[assembly.flexible]
+        load[: len(assembly.flexible)] = (self._pulls(full) - gravity)[assembly.flexible]
         for item in self.spec.compensators:
             row = self._row(item)
             if row is not None:
@@ -199,8 +200,16 @@ class Dynamics:
         for sample, (angle, speed, acceleration) in enumerate(zip(*rows, strict=True)):
             full[assembly.drives] = angle
             rate[assembly.drives], rise[assembly.drives] = speed, acceleration
-            torque[sample] = pin.rnea(model, data, full, rate, rise)
+            torque[sample] = pin.rnea(model, data, full, rate, rise) - self._pulls(full)
         return torque
+
+    def _pulls(self, full: Array) -> Array:
+        """Return what cables pull at pinocchio's coordinates, (n_v,)."""
+        pulls = np.zeros(self.assembly.model.nv)
+        for cable in self.spec.cables:
+            if cable.pull_n:
+                pulls += cable.pull_n * cable_row(self.assembly, cable, full)
+        return pulls
 
     def _gravity_slope(self, full: Array) -> Array:
         if not any(self.spec.gravity_m_s2):

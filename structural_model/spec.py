@@ -128,8 +128,8 @@ class FoundationSpec:
 class CableSpec:
     """A hose or cable that pulls a point of a link towards a point of the ground.
 
-    It follows the arm from pose to pose without pulling; about a pose it is a spring along its own
-    direction.
+    About a pose it is a spring along its own direction, whatever its length; a steady pull besides
+    loads the arm and resists what turns its direction.
 
     Parameters
     ----------
@@ -143,6 +143,8 @@ class CableSpec:
         Its other end, in the base frame.
     stiffness_n_m : float [N/m]
         Along it.
+    pull_n : float [N]
+        The same in every pose.
     """
 
     name: str
@@ -150,6 +152,7 @@ class CableSpec:
     position_m: Vector
     anchor_m: Vector
     stiffness_n_m: float
+    pull_n: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

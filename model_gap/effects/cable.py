@@ -33,14 +33,15 @@ LEAST_NEARNESS = 1e-4
 
 
 class Cable(DetailedEffect):
-    """K += k rᵀr, r how the distance from a point of the link to one of the ground changes.
+    """K += k rᵀr - T ∂r/∂q, r how it shortens between a point of the link and one of the ground.
 
     In one pose an anchor and its mirror image beyond the link pull alike.  What tells them apart
     is how the line turns from pose to pose, and that goes with 1 / distance, through nought to
     the other side.  So an anchor is sought by direction and signed nearness: one optimum, where
     one sought as a point has two with infinity between them.
 
-    It is fixed at the link's centre of mass until a good fit frees where.
+    It is fixed at the link's centre of mass, and does not pull at rest, until a good fit frees
+    where it is and its steady pull T.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ class Cable(DetailedEffect):
     variant : str
         None.
     details : bool
-        Whether where on the link it is fixed is free.
+        Whether where on the link it is fixed, and its pull, are free.
     along : str
         Axis of the base that its direction is turned from.
 
@@ -59,7 +60,9 @@ class Cable(DetailedEffect):
     """
 
     type = 'cable'
-    equation = 'force on a link k (δ·n) n; n towards the anchor, δ all motion, the motors too'
+    equation = (
+        'force on a link k (δ·n) n - T δ⊥ / L; n towards the anchor, δ all motion, motors too'
+    )
     source = 'straight spring between two points; Irvine (1981), Cable Structures, ch. 1'
     signature = 'stiffer in some poses: also slow motion of the motors is held back at one link'
     on_links = True
@@ -89,7 +92,7 @@ class Cable(DetailedEffect):
         return [cls(link, along=axis) for link in moving_links(scene) for axis in AXES]
 
     def detailed(self) -> Effect | None:
-        """Return it with where on the link it is fixed free, None when that is."""
+        """Return it with its pull and where on the link it is fixed free, None when they are."""
         if self.details:
             return None
         return Cable(self.location, self.variant, details=True, along=self.along)
@@ -111,6 +114,7 @@ class Cable(DetailedEffect):
                 EffectParameter(f'at_{axis}', 'm', 0.2, place - 0.8, place + 0.8, neutral=place)
                 for axis, place in zip('xyz', centre(scene, str(self.location)), strict=True)
             ),
+            EffectParameter('pull', 'N', 100.0, 0.0, 3000.0),
         )
 
     def anchor(self, values: Sequence[float], scene: Scene) -> Place:
@@ -129,13 +133,14 @@ class Cable(DetailedEffect):
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Add the cable."""
-        at = values[4:] if self.details else centre(scene, str(self.location))
+        at = values[4:7] if self.details else centre(scene, str(self.location))
         cable = CableSpec(
             name=unused_name(f'gap_cable_{self.location}', cell.spec.cables),
             link=str(self.location),
             position_m=(at[0], at[1], at[2]),
             anchor_m=self.anchor(values, scene),
             stiffness_n_m=values[0],
+            pull_n=values[7] if self.details else 0.0,
         )
         return cell.with_spec(dataclasses.replace(cell.spec, cables=(*cell.spec.cables, cable)))
 

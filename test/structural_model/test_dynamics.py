@@ -310,7 +310,8 @@ def test_a_joint_that_stands_further_than_its_encoder_says(shipped, poses):
             np.testing.assert_allclose(one, other, atol=1e-9 * np.abs(other).max())
 
 
-def test_a_cable_resists_as_its_length_changes(shipped, poses):
+@pytest.mark.parametrize('pull', [0.0, 900.0])
+def test_a_cable_resists_as_its_length_changes(shipped, poses, pull):
     """Against the length itself, worked out by rigid kinematics of a sensor at its end."""
     model, _ = shipped
     link, place, anchor, stiffness = (
@@ -319,24 +320,29 @@ def test_a_cable_resists_as_its_length_changes(shipped, poses):
         (0.5, 1.0, 3.0),
         4e4,
     )
-    cable = CableSpec('hose', link, place, anchor, stiffness)
+    cable = CableSpec('hose', link, place, anchor, stiffness, pull)
     held = dataclasses.replace(model, spec=dataclasses.replace(model.spec, cables=(cable,)))
+    still = np.zeros(len(model.joint_names))
     for q in poses(model, 3, SEED):
         change = held.gravity_coupling(q) - model.gravity_coupling(q)
         own = held.matrices(q).K - model.matrices(q).K
-        # rᵀr k: one direction, the same that the motors' motion takes.
-        slope = length_slope(model, link, place, anchor, q)
+        # k rᵀr: one direction, the same that the motors' motion takes; what pulls resists turning.
+        slope, bend = length_slopes(model, link, place, anchor, q)
         drives = [f'{joint}/drive' for joint in model.joint_names]
         rows = [model.dof_names.index(name) for name in drives if name in model.dof_names]
         seen = [number for number, name in enumerate(drives) if name in model.dof_names]
         scale = stiffness * np.abs(np.outer(slope, slope)).max()
-        expected = stiffness * np.outer(slope[seen], slope)
+        expected = (stiffness * np.outer(slope, slope) + pull * bend)[seen]
         np.testing.assert_allclose(change[rows], expected, atol=1e-5 * scale)
         np.testing.assert_allclose(own[np.ix_(rows, rows)], expected[:, seen], atol=1e-5 * scale)
-        assert np.linalg.matrix_rank(own, tol=1e-9 * np.abs(own).max()) == 1
+        if not pull:
+            assert np.linalg.matrix_rank(own, tol=1e-9 * np.abs(own).max()) == 1
+        lifted = held.torque(q, still, still) - model.torque(q, still, still)
+        np.testing.assert_allclose(lifted, pull * slope, atol=1e-6 * max(pull, 1.0))
 
 
-def length_slope(model, link, place, anchor, q):
+def length_slopes(model, link, place, anchor, q):
+    """First and second derivatives of the length by the joints."""
     frame = model.robot.model.getFrameId(link)
     data = model.robot.model.createData()
 
@@ -344,10 +350,13 @@ def length_slope(model, link, place, anchor, q):
         pin.framesForwardKinematics(model.robot.model, data, angles)
         return np.linalg.norm(np.array(anchor) - data.oMf[frame].act(np.array(place)))
 
-    step = 1e-6
-    return np.array(
-        [(length(q + step * e) - length(q - step * e)) / (2 * step) for e in np.eye(len(q))]
-    )
+    def slope(angles, step=1e-6):
+        moves = step * np.eye(len(q))
+        return np.array([length(angles + e) - length(angles - e) for e in moves]) / (2 * step)
+
+    moves = 1e-3 * np.eye(len(q))
+    bend = np.array([slope(q + e) - slope(q - e) for e in moves]) / 2e-3
+    return slope(q), bend
 
 
 def test_a_foundation_of_nothing_is_a_spring_in_series_and_a_heavy_one_stands_still(

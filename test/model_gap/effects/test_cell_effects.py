@@ -77,7 +77,7 @@ CASES = {
     'cable': (
         {'kind': 'cable', 'link': 'link_4', 'at': HUNG, 'anchor': ANCHOR, 'k': 6e4},
         Cable('link_4', details=True),
-        (6e4, *from_afar(ANCHOR), *HUNG),
+        (6e4, *from_afar(ANCHOR), *HUNG, 0.0),
     ),
     'sensor_unit': (UNIT, SensorUnit('sensor:elbow'), ()),
     'gravity_compensator': (
