@@ -61,7 +61,7 @@ class Cable(DetailedEffect):
 
     type = 'cable'
     equation = (
-        'force on a link k (δ·n) n - T δ⊥ / L; n towards the anchor, δ all motion, motors too'
+        'force on a link -k (δ·n) n - T δ⊥ / L; n towards the anchor, δ all motion, motors too'
     )
     source = 'straight spring between two points; Irvine (1981), Cable Structures, ch. 1'
     signature = 'stiffer in some poses: also slow motion of the motors is held back at one link'
