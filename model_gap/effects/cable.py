@@ -98,10 +98,14 @@ class Cable(DetailedEffect):
         return Cable(self.location, self.variant, details=True, along=self.along)
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return the stiffness, which way it goes and how near its end is; below 0: behind."""
+        """Return the stiffness, which way it goes and how near its end is; below 0: behind.
+
+        Priors as wide as what is plausible: stiffness and lever are told by their product first,
+        and a narrow prior pulls along that line: stiffness by up to seven deviations.
+        """
         unit, near = 0.01 * stiffest(scene), 2.0 / reach(scene)
         first = (
-            EffectParameter('stiffness', 'N/m', unit, 0.0, 200.0 * unit),
+            EffectParameter('stiffness', 'N/m', 20.0 * unit, 0.0, 200.0 * unit),
             EffectParameter('turn_1', 'rad', 0.5, -1.2, 1.2),
             EffectParameter('turn_2', 'rad', 0.5, -1.2, 1.2),
             EffectParameter('nearness', '1/m', near, -5.0 * near, 5.0 * near),
@@ -114,7 +118,7 @@ class Cable(DetailedEffect):
                 EffectParameter(f'at_{axis}', 'm', 0.2, place - 0.8, place + 0.8, neutral=place)
                 for axis, place in zip('xyz', centre(scene, str(self.location)), strict=True)
             ),
-            EffectParameter('pull', 'N', 100.0, 0.0, 3000.0),
+            EffectParameter('pull', 'N', 300.0, 0.0, 3000.0),
         )
 
     def anchor(self, values: Sequence[float], scene: Scene) -> Place:

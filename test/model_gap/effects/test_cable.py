@@ -48,3 +48,13 @@ def test_both_ends_are_told_in_metres_with_deviations(scene):
     # 2 m away: 0.01/m of nearness are 4 cm along, 0.01 rad of turn about 2 cm across.
     whole = np.sqrt(sum(item.sigma**2 for item in ends))
     assert 0.04 < whole < 0.06
+
+
+def test_no_prior_pulls_at_a_plausible_cable(scene):
+    """What it costs to be there is less than what earns a place."""
+    cable = Cable('link_4', details=True)
+    most = 0.5 * max(joint.drive.spring.stiffness for joint in scene.model.spec.joints)
+    values = {'stiffness': most, 'pull': 600.0}
+    for item in cable.parameters(scene):
+        if item.name in values:
+            assert 0.5 * (item.inner(values[item.name]) / item.scale) ** 2 < 4.0
