@@ -22,6 +22,7 @@ FLAG_WORDS = {
     'clipped_seldom': 'a few samples clipped at the sensor range',
     'coarse_stamps': 'stamps coarser than the samples',
     'rate_unconfirmed': 'too short to confirm the sample rate',
+    'phases_turned': 'phases that no delay explains: across a turning shaft, or another quantity',
     'no_response': 'shows nothing of what the other sensors show',
     'unit_g_suspicion': 'gravity reads 1: perhaps in g instead of m/s²',
     'gravity_suspicion': 'gravity has the wrong length: check gain and unit',

@@ -55,14 +55,16 @@ def _same_mode(first: SelectedPole, second: SelectedPole) -> bool:
 def beside_others(poles: list[SelectedPole]) -> list[SelectedPole]:
     """Return the poles that make sense beside the others.
 
-    A complex shape needs a neighbour that it is mixed with.  And the peak that speaks for a
-    doubtful pole must be its own, not that of a narrower mode inside it that moves alike.
+    A doubtful pole of a complex shape needs a neighbour that it is mixed with; shafts that turn
+    have such shapes by nature.  And the peak that speaks for a doubtful pole must be its own, not
+    that of a narrower mode inside it that moves alike.
     """
     kept = []
     for pole in poles:
-        if pole.has_complex_shape and not _near(pole, poles, SELECTION.close):
+        doubtful = pole.from_limit >= SELECTION.doubtful
+        if doubtful and pole.has_complex_shape and not _near(pole, poles, SELECTION.close):
             log.debug('%.4g Hz: a complex shape, and no neighbour to mix with', pole.frequency_hz)
-        elif pole.from_limit >= SELECTION.doubtful and _near(pole, _inside(pole, poles), 1.0):
+        elif doubtful and _near(pole, _inside(pole, poles), 1.0):
             log.debug('%.4g Hz: doubtful, around a narrower mode', pole.frequency_hz)
         else:
             kept.append(pole)

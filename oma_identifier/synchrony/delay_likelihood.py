@@ -98,12 +98,23 @@ class DelayLikelihood:
         return np.asarray(bound)
 
     def any_phases(self) -> Real:
-        """Return the same for phases that have nothing to do with each other, (n_sensors,)."""
+        """Return that of phases that have nothing to do with each other, beside beats in step.
+
+        Of each sensor, (n_sensors,).
+        """
         every = np.arange(len(self._views[0].phase_std))
-        beats = np.prod(
-            [beats.density(every, np.zeros(len(every))) for beats in self._beats], axis=0
-        )
-        return np.asarray(beats / math.pi ** np.sum([v.is_seen for v in self._views], axis=0))
+        beats = [beats.density(every, np.zeros(len(every))) for beats in self._beats]
+        return np.asarray(np.prod(beats, axis=0) * self._of_any_phase)
+
+    def anything(self) -> Real:
+        """Return that of phases and beats that have nothing to do with each other."""
+        beats = [beats.anywhere for beats in self._beats]
+        return np.asarray(np.prod(beats, axis=0) * self._of_any_phase)
+
+    @property
+    def _of_any_phase(self) -> Real:
+        n_seen = np.sum([view.is_seen for view in self._views], axis=0)
+        return np.asarray(math.pi ** -n_seen.astype(float))
 
 
 def _sharpness(view: PeakView) -> float:
@@ -155,7 +166,8 @@ class _Beats:
         self._beat_s = view.beat_s
         tells = view.is_seen & (view.width_hz > 0.0)
         self._turns = np.where(tells, 2.0 * math.pi * view.width_hz, 0.0)
-        self._floor = np.where(tells, ODD / (2.0 * SYNCHRONY.latest_s), 1.0)
+        self.anywhere = np.where(tells, 1.0 / (2.0 * SYNCHRONY.latest_s), 1.0)
+        self._floor = np.where(tells, ODD * self.anywhere, 1.0)
         self._bend, self._height = [], []
         for share, factor, bend in BENDS:
             std = np.hypot(factor * np.where(tells, view.phase_std, 1.0), bend)

@@ -3,9 +3,11 @@
 A delay turns the phase of a cross spectrum by frequency times delay, the same delay at all modes,
 and moves the beat of each narrow band by itself.  Shapes that are complex turn phases as well, but
 each by its own angle, and move no beat.  So much may they be complex as ``COMPLEX`` says, each as
-likely: what the phases scatter by is part of the evidence.  The odds of a delay against none are
-taken over all delays there might be (a Bayes factor): as far as healthy shapes are like that, odds
-of one to ``delay_odds`` come up in less than one of ``delay_odds`` synchronous sensors (Markov's
+likely: what the phases scatter by is part of the evidence.  One structure in a hundred has phases
+of any kind: a shaft that turns moves round and not to and fro.  The odds of a delay against none
+are taken over all delays there might be (a Bayes factor), and those beyond the ones that are
+looked for, whose phases and beats may be anything: as far as healthy shapes are like that, odds of
+one to ``delay_odds`` come up in less than one of ``delay_odds`` synchronous sensors (Markov's
 inequality).
 
 References
@@ -14,7 +16,7 @@ Kass and Raftery (1995), doi:10.1080/01621459.1995.10476572 (Bayes factors).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -39,6 +41,8 @@ DEEP = 1e-26
 """How likely the best may be, against what is likeliest at each peak, to be found at once."""
 CELL = 16
 """Delays that are ruled out together."""
+ROUND = 0.01
+"""Share of structures whose sensors differ by phases of any kind, none of them being late."""
 
 Real = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -58,6 +62,9 @@ class SensorDelay:
         Of what speaks against none, what speaks for this delay.
     highest_hz : float
         Highest peak it was compared at.
+    turned_odds : float
+        Natural logarithm of the odds of phases of any kind without a delay, against those of most
+        structures.
     """
 
     seconds: float = 0.0
@@ -65,11 +72,17 @@ class SensorDelay:
     log_odds: float = 0.0
     share: float = 0.0
     highest_hz: float = 0.0
+    turned_odds: float = -math.inf
 
     @property
     def is_odd(self) -> bool:
         """Whether its phases are not those of a synchronous sensor."""
         return self.log_odds > math.log(SYNCHRONY.delay_odds)
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether its phases are those of no delay, nor of a structure that moves to and fro."""
+        return not self.is_odd and self.turned_odds > math.log(SYNCHRONY.delay_odds)
 
     @property
     def is_undecided(self) -> bool:
@@ -127,11 +140,16 @@ class _Search:
         this = near.sum(axis=1)
         far = np.abs(tried_s - best_s[sensor]) > reach_s[sensor]
         others = np.bincount(sensor[far], chance[far], len(self._all))
-        any_delay = this + others + self._likelihood.any_phases()
-        share, log_odds = this / any_delay, np.log(any_delay / self._none)
+        turned, beyond = self._likelihood.any_phases(), self._likelihood.anything()
+        delayed, none = this + others + beyond, self._none + ROUND * turned
+        share, log_odds = this / (delayed + turned), np.log(delayed / none)
+        turned_odds = np.log(ROUND * turned / self._none)
         found = [
             SensorDelay(
-                0.0, math.inf, float(log_odds[k]), float(share[k]), float(self._highest_hz[k])
+                log_odds=float(log_odds[k]),
+                share=float(share[k]),
+                highest_hz=float(self._highest_hz[k]),
+                turned_odds=float(turned_odds[k]),
             )
             for k in self._all
         ]
@@ -184,7 +202,7 @@ def _with_delay(found: SensorDelay, near_s: Real, chance: Real) -> SensorDelay:
         return found
     mean = float(chance @ near_s)
     std_s = math.sqrt(float(chance @ (near_s - mean) ** 2))
-    return SensorDelay(mean, std_s, found.log_odds, found.share, found.highest_hz)
+    return replace(found, seconds=mean, std_s=std_s)
 
 
 def _prior(delay_s: Real) -> Real:

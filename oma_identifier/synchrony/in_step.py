@@ -25,6 +25,7 @@ from oma_identifier.synchrony.sensor_peaks import Columns, Peak, sensor_peaks
 from oma_identifier.synchrony.thresholds import SYNCHRONY
 from oma_identifier.time_axis import HALF_WIDTH, interpolate
 
+TURNED = 'phases_turned'
 UNKNOWN = Lag(math.nan, math.nan)
 
 Real = NDArray[np.float64]
@@ -61,7 +62,8 @@ class Synchroniser:
         late = {s: d for s, d in self._held.items() if d.is_odd}
         delay_s = np.array([self._delay_s(c, cleaned.lags) for c in channels])
         kept = np.array([self._is_kept(channel) for channel in channels])
-        apart = self._coherence.flags
+        turned = {c.name: TURNED for c in channels if self._is_turned(c.sensor)}
+        apart = {**turned, **self._coherence.flags}
         if not delay_s.any() and kept.all():
             flags = {**apart, **cleaned.channel_flags}
             return replace(cleaned, channel_flags=flags) if apart else cleaned
@@ -85,6 +87,10 @@ class Synchroniser:
         """
         peaks, self._peaks = self._peaks, []
         return peaks
+
+    def _is_turned(self, sensor: str) -> bool:
+        held = self._held.get(sensor)
+        return held is not None and held.is_turned
 
     def _is_kept(self, channel: Channel) -> bool:
         sensor = channel.sensor

@@ -38,7 +38,14 @@ def record(rng, shapes, delay_s, duration_s=130.0, names=NAMES, **changes):
     force = rng.standard_normal((len(omega), len(line), 2)) @ (1.0, 1j)
     zeta = known['damping'][:, None]
     modal = s**2 / (s**2 + 2.0 * zeta * omega * s + omega**2) * force * np.sqrt(zeta)
-    response = shapes @ modal * (line < 0.45 * rate_hz)
+    response = shapes @ modal
+    if 'beat_s' in changes:
+        # Each mode comes to one sensor with a delay of its beat alone.
+        away_hz = line - known['frequency_hz'][:, None]
+        own = [name.startswith(LATE_SENSOR) for name in names]
+        turn = np.exp(-2j * np.pi * away_hz * changes['beat_s'][:, None])
+        response[own] = shapes[own] @ (modal * turn)
+    response = response * (line < 0.45 * rate_hz)
     response *= np.exp(-np.outer(delay_s, s))
     first = round(SETTLE_S * rate_hz)
     data = np.fft.irfft(response, n, axis=1).T[first : first + round(duration_s * rate_hz)]
@@ -125,17 +132,40 @@ def test_every_sensor_with_a_delay_of_its_own():
 
 
 def test_a_sensor_that_no_delay_puts_in_step_is_left_out_and_named():
-    """Its filter turns every mode by an angle of its own."""
+    """Its filter turns every mode by an angle of its own, and delays its beat."""
     rng = np.random.default_rng(SEED)
     shapes = rng.standard_normal((len(NAMES), len(FREQUENCY_HZ)))
     turn = np.exp(1j * np.array([1.3, -1.2, 1.5, 0.9, -1.4, 1.1]))
     turned = np.where(late(1.0)[:, None] > 0.0, shapes * turn, shapes)
-    for result in identified(one_recorder(record(rng, turned, late(0.0)))):
+    beat_s = np.array([0.3, -0.2, 0.25, -0.35, 0.15, -0.1])
+    for result in identified(one_recorder(record(rng, turned, late(0.0), beat_s=beat_s))):
         assert LATE_SENSOR not in ' '.join(result.modes.channel_names)
         assert_true_shapes(result, shapes)
         for channel in result.quality.channels:
             is_late = channel.name.startswith(LATE_SENSOR)
             assert channel.excluded == ('not_synchronous' in channel.flags) == is_late
+
+
+@pytest.mark.parametrize('seed', [21, 22])
+def test_sensors_across_a_turning_shaft_are_not_late(seed):
+    """Each mode is a circle: forward or backward, a quarter of a turn between x and y."""
+    rng = np.random.default_rng(seed)
+    size = rng.uniform(0.3, 1.0, (len(NAMES) // 2, len(FREQUENCY_HZ)))
+    size *= rng.choice([-1.0, 1.0], size.shape)
+    shapes = np.empty((len(NAMES), len(FREQUENCY_HZ)), dtype=complex)
+    shapes[::2] = size
+    shapes[1::2] = 1j * rng.choice([-1.0, 1.0], len(FREQUENCY_HZ)) * size
+    # Each axis is a sensor of its own.
+    names = tuple(name.replace('.', '_') for name in NAMES)
+    samples = record(rng, shapes, np.zeros(len(NAMES)), names=names)
+    for result in identified(one_recorder(samples)):
+        assert result.modes.channel_names == names, f'seed {seed}'
+        found = result.modes.frequency_hz
+        assert len(found) == len(FREQUENCY_HZ), f'seed {seed}: {found}'
+        for mode, shape in zip(result.modes, shapes.T, strict=True):
+            assert float(mac(mode.shape, shape)[0, 0]) > 0.98, f'seed {seed}: {mode.frequency_hz}'
+        flags = [channel.flags for channel in result.quality.channels]
+        assert any('phases_turned' in each for each in flags), f'seed {seed}: {flags}'
 
 
 def test_a_clock_that_steps_between_windows_is_followed():
