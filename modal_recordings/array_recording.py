@@ -79,7 +79,9 @@ class ArrayRecording:
         self.units = columns.units
         self.channel_names = columns.names
         left_out = (*notes, *table.notes, *columns.notes, *clock.notes)
-        self.left_out = (*left_out, *_lost(table.values, columns))
+        n_lost = _n_lost(table.values, columns)
+        self._is_empty = bool((n_lost == len(table.values)).all())
+        self.left_out = (*left_out, *_told(n_lost, columns))
         self.notes = (*columns.assumed, *self.left_out)
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
@@ -113,26 +115,30 @@ class ArrayRecording:
             piece = np.asarray(self._values[first : first + step], dtype=np.float64)
             rows = np.ascontiguousarray(piece[:, self._columns]) * self._scale
             pages.read(piece.nbytes)
-            if self.stamp_ns is None:
-                offset = round(first * NANOSECONDS_PER_SECOND / self.sample_rate_hz)
-                yield SampleBlock(
-                    source=self.source,
-                    stamp_ns=self.start_ns + offset,
-                    first_index=first,
-                    sample_rate_hz=self.sample_rate_hz,
-                    channel_names=self.channel_names,
-                    acceleration=rows,  # type: ignore[arg-type]
-                    units=self.units,
-                )
-            else:
-                yield StampedSamples(
-                    source=self.source,
-                    frame_id='',
-                    stamp_ns=self.stamp_ns[first : first + step],
-                    acceleration=rows,
-                    channel_names=self.channel_names,
-                    units=self.units,
-                )
+            # Where nothing at all was recorded its channels are told, and no pause.
+            for part in [slice(0, len(rows))] if self._is_empty else _recorded(rows):
+                yield self._block(first + part.start, rows[part])
+
+    def _block(self, first: int, rows: NDArray[np.float64]) -> Measurement:
+        if self.stamp_ns is None:
+            offset = round(first * NANOSECONDS_PER_SECOND / self.sample_rate_hz)
+            return SampleBlock(
+                source=self.source,
+                stamp_ns=self.start_ns + offset,
+                first_index=first,
+                sample_rate_hz=self.sample_rate_hz,
+                channel_names=self.channel_names,
+                acceleration=rows,  # type: ignore[arg-type]
+                units=self.units,
+            )
+        return StampedSamples(
+            source=self.source,
+            frame_id='',
+            stamp_ns=self.stamp_ns[first : first + len(rows)],
+            acceleration=rows,
+            channel_names=self.channel_names,
+            units=self.units,
+        )
 
     def row_stamps_ns(self) -> NDArray[np.int64]:
         """Return the time of every row, (n_rows,) [ns]."""
@@ -149,16 +155,30 @@ class ArrayRecording:
         return ()
 
 
-def _lost(values: NDArray[np.generic], columns: ArrayColumns) -> tuple[str, ...]:
-    """Say how many values are no numbers, as loggers write what they did not get."""
-    if values.dtype.kind != 'f':
-        return ()
+def _recorded(rows: NDArray[np.float64]) -> list[slice]:
+    """Return the stretches of rows with any number: where a recorder paused there is none."""
+    paused = np.isnan(rows).all(axis=1)
+    if not paused.any():
+        return [slice(0, len(rows))]
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], paused, [True]])))
+    return [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _n_lost(values: NDArray[np.generic], columns: ArrayColumns) -> NDArray[np.int64]:
+    """Return how many values of each channel are no numbers."""
     lost = np.zeros(len(columns.channels), dtype=np.int64)
+    if values.dtype.kind != 'f':
+        return lost
     pages = ReadPages.behind(values)
     for first in range(0, len(values), ROWS_AT_ONCE):
         part = values[first : first + ROWS_AT_ONCE]
         pages.read(part.nbytes)
         lost += np.sum(~np.isfinite(part[:, columns.channels]), axis=0)
-    found = [f'{n} of {name}' for n, name in zip(lost, columns.names, strict=True) if n]
+    return lost
+
+
+def _told(n_lost: NDArray[np.int64], columns: ArrayColumns) -> tuple[str, ...]:
+    """Say how many values are no numbers, as loggers write what they did not get."""
+    found = [f'{n} of {name}' for n, name in zip(n_lost, columns.names, strict=True) if n]
     said = ', '.join(found[:MOST_NAMED]) + ', ...' * (len(found) > MOST_NAMED)
     return (f'values that are no numbers, taken as lost: {said}',) if found else ()

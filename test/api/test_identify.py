@@ -72,6 +72,18 @@ def test_values_that_are_no_numbers_are_samples_lost(frame, identified):
         ama.identify(np.full_like(frame.acceleration, np.nan), RATE_HZ)
 
 
+def test_rows_without_a_number_are_pauses_of_the_recorder(frame, identified):
+    """Four pauses of half a second to seven seconds."""
+    paused = frame.acceleration.copy()
+    for share, pause_s in ((0.1, 0.5), (0.3, 7.0), (0.6, 2.5), (0.8, 4.0)):
+        first = round(share * len(paused))
+        paused[first : first + round(pause_s * RATE_HZ)] = np.nan
+    found = ama.identify(paused, RATE_HZ)
+    assert found.shapes.shape == (3, 3)
+    off = np.abs(found.frequencies_hz - identified.frequencies_hz)
+    assert (off < 3.0 * identified.frequencies_std_hz).all()
+
+
 def test_a_copied_column_is_left_out_and_a_flat_one_is_flat(frame):
     flat = np.zeros(len(frame.acceleration))
     columns = (*frame.acceleration.T, frame.acceleration[:, 1], flat, flat)
