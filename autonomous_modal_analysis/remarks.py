@@ -13,7 +13,6 @@ from autonomous_modal_analysis.results import IdentifiedWindow
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_reports import count, listed, poor_channels
-from oma_identifier.covariance import COVARIANCE
 from oma_identifier.moving_lines import MOVING
 from oma_identifier.record import needed_window_s, SHORT_WINDOWS, too_slow
 from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
@@ -158,11 +157,9 @@ def _odd_rate(whole: WindowResult, sample_rate_hz: float, settings: Identificati
     known = [*whole.modes.frequency_hz, *whole.harmonics.frequency_hz]
     ends_hz = max([_end_of_response_hz(spectrum), *known])
     if 0.0 < ends_hz < FAR_BELOW * half_hz:
-        low_hz = settings.min_frequency_hz or sample_rate_hz / COVARIANCE.rate_ratio
         return (
             f'the response ends at {ends_hz:.3g} Hz, far below half the sample rate of'
-            f' {sample_rate_hz:.4g} Hz: is that rate right? If so, modes below {low_hz:.3g} Hz are'
-            ' looked for with a lower --min-frequency-hz only'
+            f' {sample_rate_hz:.4g} Hz: is that rate right?'
         )
     power = spectrum.singular_value.sum(axis=1)
     largest_hz = spectrum.frequency_hz[int(np.argmax(power))]

@@ -61,8 +61,6 @@ def plan_bands(
     """
     low = settings.min_frequency_hz or 0.0
     low = max(low, COVARIANCE.periods / duration_s)
-    if settings.min_frequency_hz is None:
-        low = max(low, sample_rate_hz / COVARIANCE.rate_ratio)
     high = COVARIANCE.upper_undecimated * sample_rate_hz
     if settings.max_frequency_hz is not None:
         high = min(high, settings.max_frequency_hz)

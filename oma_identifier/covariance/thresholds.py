@@ -10,8 +10,6 @@ class CovarianceLimits:
     # The band that is analysed.
     periods: float = 30.0
     """Least number of periods in the record for a frequency to be identified."""
-    rate_ratio: float = 1000.0
-    """Largest ratio of sample rate to identified frequency without an explicit setting."""
     upper_undecimated: float = 0.45
     """Accepted poles lie below this fraction of the sample rate of the record."""
     below_edge: float = 0.95

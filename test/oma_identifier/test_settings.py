@@ -51,6 +51,13 @@ def test_bands_leave_no_hole(rate_hz, duration_s, highest):
         assert band.high_pass_hz < band.low_hz
 
 
+def test_how_slow_a_mode_may_be_follows_from_the_length_whatever_the_rate():
+    """A pendulum in a record that was sampled for what sings beside it."""
+    for rate_hz in (4.0, 100.0, 20_000.0):
+        bands = plan_bands(rate_hz, 600.0, IdentificationSettings())
+        assert bands[-1].low_hz == pytest.approx(30.0 / 600.0)
+
+
 def test_too_short_a_record_says_so():
     with pytest.raises(IdentificationError, match='too short'):
         plan_bands(100.0, 0.5, IdentificationSettings())
