@@ -5,6 +5,7 @@ moves each mode.
 """
 
 from oma_identifier.known_force.known_force import KnownForce
+from oma_identifier.known_force.lines_apart import lines_apart
 from oma_identifier.known_force.modal_scaling import modal_scaling, ModalScaling
 
-__all__ = ['KnownForce', 'ModalScaling', 'modal_scaling']
+__all__ = ['KnownForce', 'ModalScaling', 'lines_apart', 'modal_scaling']

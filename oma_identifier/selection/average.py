@@ -35,7 +35,8 @@ def trials_of(band: IdentifiedBand, clusters: Sequence[Cluster]) -> list[Trials]
     """Return the trials of all clusters, whose gradients are cheaper together."""
     if not clusters:
         return []
-    rows = [cluster.members[_places(len(cluster))] for cluster in clusters]
+    shares = SELECTION.trials if band.is_blind else SELECTION.trials_informed
+    rows = [cluster.members[_places(len(cluster), shares)] for cluster in clusters]
     together = np.concatenate(rows)
     series = band.influence(together)
     # The variance of a complex pole is that of frequency and damping together.
@@ -46,8 +47,8 @@ def trials_of(band: IdentifiedBand, clusters: Sequence[Cluster]) -> list[Trials]
     return [Trials(each, own, float(least.min())) for each, own, least in parts]
 
 
-def _places(n_members: int) -> list[int]:
-    return sorted({round(share * (n_members - 1)) for share in SELECTION.trials})
+def _places(n_members: int, shares: Sequence[float]) -> list[int]:
+    return sorted({round(share * (n_members - 1)) for share in shares})
 
 
 def average(band: IdentifiedBand, cluster: Cluster, trials: Trials) -> SelectedPole:
