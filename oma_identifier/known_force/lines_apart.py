@@ -26,10 +26,12 @@ Real = NDArray[np.float64]
 LONGEST_S, SHARE = 8.0, 0.15
 """Length of the filter [s], and of the record: both ends lose half of it."""
 OVER = 10.0
-"""Power of a line over what is around it.  Of twelve or more half overlapping segments chance
-gives that at fewer than one of 1e15 frequencies."""
+"""Power of a line over what is around it, to either side.  Of twelve or more half overlapping
+segments chance gives that at fewer than one of 1e15 frequencies."""
+LEAST = 1e-3
+"""Of the mean power: below, side lobes of filters rise over what is around them."""
 AROUND_HZ, LOWER = 3.0, 25
-"""Half-width of what is around, and the percentile of it that lines do not reach [%]."""
+"""Width of what is around to either side, and the percentile of it that lines do not reach [%]."""
 
 
 def lines_apart(force: Real, rate_hz: float) -> tuple[Real, slice]:
@@ -63,8 +65,13 @@ def lines_apart(force: Real, rate_hz: float) -> tuple[Real, slice]:
 def _on_lines(force: Real, rate_hz: float, size: int) -> NDArray[np.bool_]:
     """Return which of the frequencies of a segment lie on a line or beside it."""
     power = welch(force, rate_hz, 'hann', size)[1]
-    around = max(3, round(2.0 * AROUND_HZ * size / rate_hz))
-    return np.asarray(maximum_filter1d(power > OVER * percentile_filter(power, LOWER, around), 3))
+    half = max(1, round(0.5 * AROUND_HZ * size / rate_hz))
+    # Both sides: beside the end of a band one of them is high.
+    below, above = (
+        percentile_filter(power, LOWER, 2 * half + 1, origin=side * half) for side in (1, -1)
+    )
+    around = np.maximum(np.maximum(below, above), LEAST * power.mean())
+    return np.asarray(maximum_filter1d(power > OVER * around, 3))
 
 
 def _kernel(passed: NDArray[np.bool_]) -> Real:

@@ -9,7 +9,9 @@ whose largest entry is one, moved by ψ_p at the force, has the modal mass
 m_r = λ_r² ψ_rp / (j ω_dr Q_r) with R_ro = Q_r ψ_ro.  For each mode the channels are summed along
 its shape, and that sum is regressed on the u of all modes and on the force, line by line of the
 spectrum.  What else shakes the structure is noise, and resonates as well: lines are weighted by
-what a first fit leaves around them, which also tells the standard deviations.
+what a first fit leaves around them, which also tells the standard deviations.  Where the force has
+lines, as those of teeth, its scale is that of the lines; what lies between them has one of its own
+(:mod:`oma_identifier.known_force.lines_apart`).
 
 References
 ----------
@@ -29,6 +31,7 @@ from scipy.ndimage import uniform_filter1d
 from modal_core.errors import IdentificationError
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from oma_identifier.known_force.lines_apart import lines_apart
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -107,24 +110,27 @@ def modal_scaling(
         )  # fmt: skip
     if not len(modes):
         return ()
-    rows = samples.select(modes.channel_names).widened()
-    force = np.asarray(samples.known[:, column], dtype=float)
     rate = samples.sample_rate_hz
-    columns = _columns(force - force.mean(), tuple(modes), rate)
+    # Lines come first: noise of the force's sensor is next to nothing beside them.
+    parts, known = lines_apart(np.asarray(samples.known[:, [column]], dtype=float), rate)
+    rows = samples.select(modes.channel_names).widened()[known]
+    columns = [_columns(part, tuple(modes), rate)[known] for part in parts.T]
     hz = np.fft.rfftfreq(len(rows), 1.0 / rate)
     own = modes.frequency_hz
     kept = (hz > LOWEST * own.min()) & (hz < min(HIGHEST * own.max(), 0.45 * rate))
     taper = np.hanning(len(rows))[:, None]
-    lines = np.fft.rfft(columns * taper, axis=0)[kept]
+    lines = np.fft.rfft(np.hstack(columns) * taper, axis=0)[kept]
     motion = np.fft.rfft((rows - rows.mean(axis=0)) * taper, axis=0)[kept]
     weight = 1.0 / np.maximum(rows.var(axis=0), 1e-300)
     index = modes.channel_names.index(point) if point else None
 
     def moved(number: int, pole_of: Mode) -> Complex:
         """Return the lines with one mode at another pole."""
-        own = _columns(force - force.mean(), (pole_of,), rate)[:, :2]
         changed = lines.copy()
-        changed[:, 2 * number : 2 * number + 2] = np.fft.rfft(own * taper, axis=0)[kept]
+        for part, first in zip(parts.T, range(0, lines.shape[1], 2 * len(modes) + 1), strict=True):
+            own = _columns(part, (pole_of,), rate)[known, :2]
+            pair = slice(first + 2 * number, first + 2 * number + 2)
+            changed[:, pair] = np.fft.rfft(own * taper, axis=0)[kept]
         return np.asarray(changed)
 
     return tuple(
