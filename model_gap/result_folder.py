@@ -1,6 +1,7 @@
 """The folder of results: what was found at once, the comparison and the report when they are done.
 
-Whatever ends the work, the files of a folder are of one search.
+Whatever ends the work, gap.json and the report are of one search; a corrected model stays until
+there is another, since it may be the one that is searched with.
 """
 
 from dataclasses import dataclass
