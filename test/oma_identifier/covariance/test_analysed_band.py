@@ -33,8 +33,8 @@ def test_the_band_ends_below_the_edge_unless_the_settings_say_where():
 
 def test_the_band_says_what_chose_its_edges():
     limited = below_edge(FREE, 60.0)
-    assert analysed_band(1000.0, 300.0, FREE, FREE) == AnalysedBand(1.0, 450.0)
-    assert analysed_band(1000.0, 300.0, FREE, limited) == AnalysedBand(1.0, 57.0, 'data', 'plan')
+    assert analysed_band(1000.0, 300.0, FREE, FREE) == AnalysedBand(0.1, 450.0)
+    assert analysed_band(1000.0, 300.0, FREE, limited) == AnalysedBand(0.1, 57.0, 'data', 'plan')
     stated = IdentificationSettings(min_frequency_hz=2.0, max_frequency_hz=80.0)
     expected = AnalysedBand(2.0, 80.0, 'settings', 'settings')
     assert analysed_band(1000.0, 300.0, stated, stated) == expected

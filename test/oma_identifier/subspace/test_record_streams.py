@@ -92,7 +92,7 @@ def test_gap_starts_the_window_anew(record):
 def test_a_shared_decimation_makes_what_each_band_would_make():
     rows = np.random.default_rng(14).standard_normal((6000, 3))
     chunks = np.split(rows, [1500, 1501, 4000])
-    bands = plan_bands(64.0, 1e9, IdentificationSettings())
+    bands = plan_bands(64.0, 1e9, IdentificationSettings(min_frequency_hz=0.064))
     assert [len(band.factors) for band in bands] == [0, 1, 2, 3, 4]
     shared, alone = Decimation(), Decimation()
     for chunk in chunks:
