@@ -12,6 +12,8 @@ import sys
 import threading
 from typing import Any, TypeVar
 
+from threadpoolctl import threadpool_limits
+
 from modal_core.errors import ModalAnalysisError
 
 Item = TypeVar('Item')
@@ -100,8 +102,9 @@ def begin() -> None:
     """End with the parent, which alone answers Ctrl-C and alone writes to the terminal's display.
 
     A display may have been refreshed at the moment of forking: whoever writes through it would
-    wait for ever.
+    wait for ever.  Processes share the processors: their matrices have one thread each.
     """
+    threadpool_limits(limits=1, user_api='blas')
     ctypes.CDLL(None).prctl(SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -41,8 +41,9 @@ def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode
     record : DrivenResponse
         Response and motion.
     starts : sequence of (n_poles,) complex array [rad/s]
-        Where to begin, upper half planes: the poles of models.  What explains most counts; modes
-        that no start has are added where most is left over.
+        Where to begin, upper half planes: the poles of models.  The first of which each pole
+        is told counts, else what explains most; modes that no start has are looked for where most
+        is left over.
 
     Returns
     -------
@@ -58,14 +59,17 @@ def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode
     """
     highest = LIMITS.beyond * float(record.omega.max())
     problem = Projection(record)
-    found = [
-        _fitted(problem, start[np.abs(start) < highest])
-        for start in starts
-        if 0 < problem.columns(int(np.sum(np.abs(start) < highest))) < len(record.omega)
-    ]
+    found: list[_Judged] = []
+    for start in starts:
+        known = start[np.abs(start) < highest]
+        if not 0 < problem.columns(len(known)) < len(record.omega):
+            continue
+        found.append(_judged(problem, _fitted(problem, known).x))
+        if found[-1].is_once and found[-1].told.all():
+            break
     if not found:
         return []
-    fit = _judged(problem, min(found, key=lambda item: float(item.cost)).x)
+    fit = min(found, key=lambda each: float(np.sum(problem.at(each.numbers).residual ** 2)))
     kept = fit
     for _ in range(LIMITS.most_tried):
         known = fit.once()

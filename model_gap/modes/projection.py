@@ -88,16 +88,18 @@ class Projection:
         solved = scipy.linalg.solve_triangular(triangle, inside)
         parts = (solved / scale[:, None])[n_fixed:].reshape(len(poles), 2, n_force, -1)
         residues = parts[:, 0] + 1j * parts[:, 1]
-        changes = []
-        for slope in slopes:
-            for number, pole in enumerate(poles):
-                moved = slope[number] * self._rung(pole, 2) @ residues[number]
-                moved += (
-                    slope[number].conj() * self._rung(pole.conj(), 2) @ residues[number].conj()
-                )
-                change = _real(moved)
-                changes.append(basis @ (basis.T @ change) - change)
-        jacobian = np.stack(changes, axis=2)
+        ringing = [
+            (self._rung(pole, 2) @ own, self._rung(pole.conj(), 2) @ own.conj())
+            for pole, own in zip(poles, residues, strict=True)
+        ]
+        changes = [
+            _real(slope * up + slope.conj() * down)
+            for row in slopes
+            for slope, (up, down) in zip(row, ringing, strict=True)
+        ]
+        moved = np.concatenate(changes, axis=1)
+        moved = basis @ (basis.T @ moved) - moved
+        jacobian = np.stack(np.split(moved, len(changes), axis=1), axis=2)
         return LeftOver(residual, jacobian, basis, triangle, solved, residues)
 
     def _rung(self, pole: complex, power: int) -> Complex:
