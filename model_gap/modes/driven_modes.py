@@ -57,15 +57,15 @@ def driven_modes(record: DrivenResponse, starts: Sequence[Complex]) -> list[Mode
     as Kaufman (1975), BIT 15, doi:10.1007/BF01932995.
     Pintelon and Schoukens (2012), System Identification: A Frequency Domain Approach, sec. 6.3.
     """
-    highest = LIMITS.beyond * float(record.omega.max())
+    highest = float(record.omega.max())
     problem = Projection(record)
     found: list[_Judged] = []
     for start in starts:
-        known = start[np.abs(start) < highest]
-        if not 0 < problem.columns(len(known)) < len(record.omega):
+        poles = start[np.abs(start) < LIMITS.beyond * highest]
+        if not 0 < problem.columns(len(poles)) < len(record.omega):
             continue
-        found.append(_judged(problem, _fitted(problem, known).x))
-        if found[-1].is_once and found[-1].told.all():
+        found.append(_judged(problem, _fitted(problem, poles).x))
+        if found[-1].is_once and found[-1].told[found[-1].omega < highest].all():
             break
     if not found:
         return []
@@ -91,6 +91,11 @@ class _Judged:
     numbers: Array
     sigma: Array
     sure: NDArray[np.bool_]
+
+    @property
+    def omega(self) -> Array:
+        """Natural frequencies [rad/s]."""
+        return np.asarray(np.exp(self.numbers.reshape(2, -1)[0]))
 
     @property
     def told(self) -> NDArray[np.bool_]:
