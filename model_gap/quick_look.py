@@ -216,7 +216,7 @@ def _stretched(search: Search) -> tuple[str, ...]:
 def _modes(search: Search) -> tuple[str, ...]:
     """Return the modes of one recording that the model has elsewhere, or not at all."""
     band = min(search.settings.band.high_hz, search.campaign.motion_band_hz)
-    pairs = mode_pairs(search, search.fitted.hypothesis, band, poses=1)
+    pairs = mode_pairs(search, search.fitted, band, poses=1)
     one = [pair for pair in pairs if pair.record == pairs[0].record]
     far = sorted(one, key=lambda pair: -abs(pair.deviations(pair.before)))
     moved = tuple(

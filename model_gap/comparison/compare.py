@@ -57,7 +57,9 @@ def compare_model(
     pairs = spectra_pairs(search, result.final)
     known = excitation(search.campaign, pairs)
     progress(0.2)
-    modes = mode_pairs(search, result.final, min(search.settings.band.high_hz, known.highest_hz))
+    modes = mode_pairs(
+        search, result.calibrated, min(search.settings.band.high_hz, known.highest_hz)
+    )
     progress(1.0)
     return ModelComparison(
         excitation=known,

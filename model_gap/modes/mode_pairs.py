@@ -14,9 +14,8 @@ from modal_core.indicators import mac
 from modal_core.mode import Mode
 from modal_core.side_by_side import side_by_side
 from model_gap.campaign import Band, GapRecord
-from model_gap.cell import CellModel, Nuisance
-from model_gap.fit import pose_groups
-from model_gap.hypothesis import Hypothesis
+from model_gap.cell import CellModel
+from model_gap.fit import Fit, pose_groups
 from model_gap.modes.driven_modes import driven_modes
 from model_gap.modes.driven_response import driven_response
 from model_gap.modes.thresholds import LIMITS
@@ -24,6 +23,10 @@ from model_gap.search import Search
 from structural_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
+MOVING = ('spring', 'spec', 'pose')
+"""Kinds of tolerances that move modes; those of sensors do not."""
+STEP = 0.1
+"""Of a number, in its prior's standard deviation, for its slope."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class ModelMode:
     frequency_hz, damping_ratio : float [Hz], [-]
         Of the model.
     frequency_sigma_hz, damping_ratio_sigma : float
-        What the model's ordinary tolerances make of them; 0 where they were fitted.
+        What the model's tolerances make of them, and after a fit what it leaves of these.
     mac : float
         With the identified shape.
     """
@@ -92,7 +95,7 @@ class _Modes:
 
 
 def mode_pairs(
-    search: Search, after: Hypothesis, highest_hz: float, poses: int = LIMITS.most_poses
+    search: Search, after: Fit | None, highest_hz: float, poses: int = LIMITS.most_poses
 ) -> tuple[ModePair, ...]:
     """Fit modes to some recordings and put the model's modes beside what was found.
 
@@ -100,8 +103,8 @@ def mode_pairs(
     ----------
     search : Search
         Data and the model as it was given.
-    after : Hypothesis
-        The model as it is now.
+    after : Fit or None
+        The model as it is now; None: as it was given.
     highest_hz : float [Hz]
         Up to where the arm was excited.
     poses : int
@@ -110,24 +113,21 @@ def mode_pairs(
     campaign = search.campaign
     groups = pose_groups(campaign)
     band = Band(LIMITS.lowest_hz, min(highest_hz, LIMITS.highest_hz))
-    cell = after.cell()
+    given, now = _given(search), _given(search) if after is None else _fitted(after)
     asked: list[tuple[int, GapRecord, tuple[_Modes, _Modes]]] = []
     for pose, records in _chosen(campaign.records, groups)[:poses]:
         q = records[0].pose
-        sides = (
-            _model_modes(search, search.nominal.cell(), q, search.tolerances),
-            _model_modes(search, cell, q, ()),
-        )
+        sides = (_model_modes(search, given, q), _model_modes(search, now, q))
         asked += [(pose, record, sides) for record in records]
 
     def measured(each: tuple[int, GapRecord, tuple[_Modes, _Modes]]) -> list[ModePair]:
         pose, record, sides = each
-        response = driven_response(record, band, cell, search.scene.lines_hz)
+        response = driven_response(record, band, now.cell, search.scene.lines_hz)
         modes = driven_modes(response, [side.poles for side in sides])
-        before, now = (_matched(modes, side, response.channels) for side in sides)
+        pairs = (_matched(modes, side, response.channels) for side in sides)
         return [
             ModePair(record.name, record.level, pose, bool(record.heldout), *pair)
-            for pair in zip(modes, before, now, strict=True)
+            for pair in zip(modes, *pairs, strict=True)
         ]
 
     return tuple(chain.from_iterable(side_by_side(measured, asked)))
@@ -144,21 +144,40 @@ def _chosen(
     return order
 
 
-def _model_modes(
-    search: Search, cell: CellModel, q: Array, tolerances: Sequence[Nuisance]
-) -> _Modes:
-    model = search.model.replace(cell.spec)
-    modes = model.damped_modes(q, cell.channels)
-    shapes = np.asarray(modes.channel_shapes)
+@dataclass(frozen=True)
+class _Uncertain:
+    """A model, steps of its numbers as far as they move modes, and the covariance of these."""
+
+    cell: CellModel
+    steps: Sequence[CellModel]
+    covariance: Array
+
+
+def _given(search: Search) -> _Uncertain:
+    cell = search.nominal.cell()
+    moving = [item for item in search.tolerances if item.kind in MOVING]
+    return _Uncertain(cell, [item.apply(cell, 1.0) for item in moving], np.eye(len(moving)))
+
+
+def _fitted(fit: Fit) -> _Uncertain:
+    hypothesis, size = fit.hypothesis, len(fit.precision)
+    kinds = [item.kind for item in hypothesis.tolerances]
+    moving = [n for n in range(size) if n >= len(kinds) or kinds[n] in MOVING]
+    covariance = np.asarray(np.linalg.inv(fit.precision)[np.ix_(moving, moving)] / STEP**2)
+    steps = [hypothesis.stepped(STEP * np.eye(size)[n]).cell() for n in moving]
+    return _Uncertain(hypothesis.cell(), steps, covariance)
+
+
+def _model_modes(search: Search, uncertain: _Uncertain, q: Array) -> _Modes:
+    cell = uncertain.cell
+    modes = search.model.replace(cell.spec).damped_modes(q, cell.channels)
     omega = 2.0 * np.pi * modes.frequency_hz
-    shapes = cell.seen(omega, shapes)
-    changes = [
-        _change(search.model, item.apply(cell, 1.0), q, modes.frequency_hz, modes.damping_ratio)
-        for item in tolerances
-        if item.kind in ('spring', 'spec', 'pose')
-    ]
-    none = np.zeros((1, 2, len(omega)))
-    sigma = np.sqrt(np.sum(np.array(changes or none) ** 2, axis=0))
+    shapes = cell.seen(omega, np.asarray(modes.channel_shapes))
+    changes = np.zeros((len(uncertain.steps), 2, len(omega)))
+    for row, step in zip(changes, uncertain.steps, strict=True):
+        row[:] = _change(search.model, step, q, modes.frequency_hz, modes.damping_ratio)
+    variance = np.einsum('ikm,ij,jkm->km', changes, uncertain.covariance, changes)
+    sigma = np.sqrt(np.maximum(variance, 0.0))
     return _Modes(
         modes.poles_1_s, modes.frequency_hz, modes.damping_ratio, shapes, sigma[0], sigma[1]
     )
