@@ -20,6 +20,7 @@ from oma_identifier.moving_lines.removal import (
     without_moving,
 )
 from oma_identifier.moving_lines.thresholds import MOVING
+from oma_identifier.moving_lines.wavering import wavering_course
 
 __all__ = [
     'MOVING',
@@ -31,6 +32,7 @@ __all__ = [
     'find_course',
     'known_course',
     'measured_course',
+    'wavering_course',
     'with_moving',
     'without_moving',
 ]

@@ -12,6 +12,7 @@ Vold and Leuridan (1993), SAE Technical Paper 931288, doi:10.4271/931288 (order 
 Forney (1973), doi:10.1109/PROC.1973.9030 (best path).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import logging
 from typing import Any
@@ -37,6 +38,8 @@ MEASURED_FRAME_S = 4.0
 """A measured speed is right to 4 / this [Hz] at the line that corrects it."""
 MEASURED_LEAST = 1e-5
 """Share of the speed that no tachometer tells better."""
+LEAST_VALUES = 2
+"""Of a measured speed per knot of its course."""
 CLIP = (-3.0, 6.0)
 """Of the logarithm of power: no frame decides alone."""
 
@@ -53,11 +56,17 @@ class Course:
         Mean frequencies of lines that stand still in it.
     moved : float
         From the lowest to the highest speed over the mean.
+    least_lines : float
+        Spectral lines that an order must move to be one of its orders.
+    base_hz : float [Hz]
+        Mean speed of the shaft where it is measured, 0: it is not known.
     """
 
     own_time_s: Real
     orders_hz: tuple[float, ...]
     moved: float
+    least_lines: float = MOVING.moved
+    base_hz: float = 0.0
 
     def with_orders_of(self, samples: Samples) -> 'Course':
         """Return the course with the orders that samples show, the strongest first."""
@@ -69,15 +78,27 @@ class Course:
 
     def least_hz(self, duration_s: float) -> float:
         """Return the mean frequency from where on an order moves enough to be told [Hz]."""
-        return MOVING.moved / (self.moved * duration_s)
+        return self.least_lines / (self.moved * duration_s)
 
     def has_lines_of(self, samples: Samples) -> bool:
         """Tell whether an order keeps its phase as a line does, and modes that drift do not."""
+        return any(self.is_line(samples, hz) for hz in self.orders_hz)
+
+    def is_line(self, samples: Samples, hz: float) -> bool:
+        """Tell whether samples have a line at a mean frequency in the shaft's own time."""
+        line = line_at(self._standing_still(samples), hz)
+        return line.stands_out(SPECTRA.line_chance, SPECTRA.sure_line)
+
+    def gains(self, samples: Samples, orders_hz: Sequence[float]) -> bool:
+        """Tell whether more of a line is coherent in the shaft's own time than in the samples."""
         still = self._standing_still(samples)
-        return any(
-            line_at(still, hz).stands_out(SPECTRA.line_chance, SPECTRA.sure_line)
-            for hz in self.orders_hz
-        )
+        for hz in orders_hz:
+            own = line_at(still, hz)
+            if own.stands_out(SPECTRA.line_chance, SPECTRA.sure_line):
+                powers = [np.sum(np.abs(line.shape) ** 2) for line in (own, line_at(samples, hz))]
+                if powers[0] > MOVING.coherent * powers[1]:
+                    return True
+        return False
 
     def _standing_still(self, samples: Samples) -> Samples:
         even = np.arange(len(self.own_time_s)) / samples.sample_rate_hz
@@ -98,7 +119,7 @@ def find_course(samples: Samples) -> Course | None:
     Course or None
         None: no line moves, as far as can be told.
     """
-    rows, rate_hz = _scaled(samples), samples.sample_rate_hz
+    rows, rate_hz = scaled(samples), samples.sample_rate_hz
     if not rows.size or len(rows) < LEAST_FRAME * FEWEST_FRAMES:
         return None
     time, path_hz, frame_s, clear = _ridge(rows, rate_hz)
@@ -133,24 +154,30 @@ def measured_course(samples: Samples) -> Course | None:
     if speed_hz is None:
         return None
     speed_hz, n_knots = _plain_course(speed_hz, rate_hz, len(samples.speed.stamp_ns))
-    # A line at half the sample rate would have to move far enough.
-    if not np.ptp(speed_hz) * n_rows > 2.0 * MOVING.moved * speed_hz.mean():
+    # A line at half the sample rate would have to move by one spectral line.
+    if not np.ptp(speed_hz) * n_rows > 2.0 * speed_hz.mean():
         return None
-    course = known_course(samples, speed_hz)
-    if not course.orders_hz:
+    mean_hz = float(speed_hz.mean())
+    course = known_course(samples, speed_hz, 1.0)
+    if course.orders_hz:
+        line_hz = speed_hz * course.orders_hz[0] / mean_hz
+        knots = min(n_knots, MOVING.steps[-1])
+        turning = _corrected(scaled(samples), rate_hz, line_hz, MEASURED_FRAME_S, knots)
+        finer = known_course(samples, turning, 1.0)
+        course = finer if len(finer.orders_hz) > len(course.orders_hz) else course
+    # Of a steady shaft a tachometer tells its own noise: no line is the better for it.
+    if not course.gains(samples, course.orders_hz):
         return None
-    line_hz = speed_hz * course.orders_hz[0] / speed_hz.mean()
-    finer = known_course(
-        samples, _corrected(_scaled(samples), rate_hz, line_hz, MEASURED_FRAME_S, n_knots)
-    )
-    course = finer if len(finer.orders_hz) >= len(course.orders_hz) else course
-    return course if course.has_lines_of(samples) else None
+    return replace(course, base_hz=mean_hz)
 
 
 def _plain_course(speed_hz: Real, rate_hz: float, n_values: int) -> tuple[Real, int]:
     """Return a measured speed without its noise, and the knots of that course (Schwarz)."""
     time, every = np.arange(len(speed_hz)) / rate_hz, []
-    for n_knots in MOVING.steps:
+    steps = [*MOVING.steps]
+    while 2 * LEAST_VALUES * steps[-1] <= n_values:
+        steps.append(2 * steps[-1])
+    for n_knots in steps:
         course = smooth(time, speed_hz, np.ones(len(time)), (0.0, time[-1]), n_knots)(time)
         left = np.mean((speed_hz - course) ** 2) + (MEASURED_LEAST * speed_hz.mean()) ** 2
         price = n_values * np.log(left) + n_knots * np.log(n_values)
@@ -159,7 +186,7 @@ def _plain_course(speed_hz: Real, rate_hz: float, n_values: int) -> tuple[Real, 
     return course, n_knots
 
 
-def known_course(samples: Samples, speed_hz: Real) -> Course:
+def known_course(samples: Samples, speed_hz: Real, least_lines: float = MOVING.moved) -> Course:
     """Return the course of a known speed, and the orders that are seen.
 
     Parameters
@@ -168,15 +195,17 @@ def known_course(samples: Samples, speed_hz: Real) -> Course:
         Responses.
     speed_hz : (n_samples,) array [Hz]
         Above zero; any multiple of the speed does.
+    least_lines : float
+        As for :class:`Course`.
     """
     rate_hz, n_rows = samples.sample_rate_hz, len(speed_hz)
     turned = np.concatenate([[0.0], np.cumsum(0.5 * (speed_hz[1:] + speed_hz[:-1]))])
     own = turned * (n_rows - 1) / rate_hz / turned[-1]
-    course = Course(own, (), float(np.ptp(speed_hz) / speed_hz.mean()))
+    course = Course(own, (), float(np.ptp(speed_hz) / speed_hz.mean()), least_lines)
     return course.with_orders_of(samples)
 
 
-def _scaled(samples: Samples) -> Real:
+def scaled(samples: Samples) -> Real:
     """Return a few channels that move, without offset and of unit root mean square."""
     n_channels = len(samples.channels)
     chosen = np.linspace(0, n_channels - 1, min(n_channels, MOST_CHANNELS)).round().astype(int)

@@ -38,9 +38,12 @@ from oma_identifier.moving_lines.course import (
     measured_course,
 )
 from oma_identifier.moving_lines.thresholds import MOVING
+from oma_identifier.moving_lines.wavering import wavering_course
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+LEAST_SHARE = 0.2
+"""Of response that is taken with a line, from where on it biases a mode."""
 Gain = Callable[[int, int], Real]
 """Coefficients that a line has, and all that it may have, to the share of each that is taken."""
 N_CENTRED, N_FLOOR = 2, 3
@@ -60,11 +63,24 @@ class MovingLine:
         From lowest to highest over the mean.
     shape : (n_channels,) complex array [m/s²]
         Direction in which it moves the channels most, with its root mean square.
+    reach_hz : float [Hz]
+        Up to where beside it response was taken with it: its amplitude is not constant.
     """
 
     frequency_hz: float
     moved: float
     shape: Complex
+    reach_hz: float = 0.0
+
+    @property
+    def wavers(self) -> bool:
+        """Whether its speed was meant to be constant."""
+        return self.moved < MOVING.widest_waver
+
+    @property
+    def band_hz(self) -> float:
+        """Half the band in which it was, and what was taken with it [Hz]."""
+        return 0.5 * self.moved * self.frequency_hz + self.reach_hz
 
     @property
     def mode(self) -> Mode:
@@ -97,7 +113,7 @@ def without_moving(
     Notes
     -----
     Where the speed of a spindle is known its orders are taken out first; other lines are then
-    looked for as without it.
+    looked for as without it, those that waver last.
     """
     lines: list[MovingLine] = []
     course = measured_course(samples)
@@ -108,6 +124,10 @@ def without_moving(
         course = find_course(samples)
         if course is None:
             break
+        samples, found = _without_orders(samples, course, gain)
+        lines += found
+    course = wavering_course(samples)
+    if course is not None:
         samples, found = _without_orders(samples, course, gain)
         lines += found
     return samples, tuple(lines)
@@ -132,17 +152,36 @@ def _without_orders(
 def _multiples(course: Course, taken: list[MovingLine], samples: Samples) -> list[float]:
     """Return the multiples of the lowest order, where all others are some.
 
-    An order that crosses a mode grows and falls too much to be narrow in any time.
+    Where the speed is measured it is the lowest order.  An order that crosses a mode grows and
+    falls too much to be narrow in any time.
     """
     found_hz = np.array([line.frequency_hz for line in taken])
-    base_hz = found_hz.min(initial=np.inf)
-    if base_hz < course.least_hz(samples.duration_s):
+    least_hz = course.least_hz(samples.duration_s)
+    highest_hz = MOVING.highest * samples.sample_rate_hz
+    base_hz = course.base_hz or _base_hz(found_hz, samples.duration_s)
+    if not base_hz > 0.0:
         return []
-    off_hz = np.abs(found_hz - base_hz * np.round(found_hz / base_hz))
-    if not len(taken) or off_hz.max() * samples.duration_s > MOVING.most_knots:
-        return []
-    n_multiples = int(MOVING.highest * samples.sample_rate_hz / base_hz)
-    return [base_hz * number for number in range(1, n_multiples + 1)]
+    every_hz = base_hz * np.arange(1, int(highest_hz / base_hz) + 1)
+    return [float(hz) for hz in every_hz[every_hz >= least_hz]]
+
+
+def _base_hz(found_hz: Real, duration_s: float) -> float:
+    """Return of what frequency all others are multiples, 0: of none [Hz].
+
+    It is the lowest one or, where that stands still or hides, a fraction of it; then the others
+    must fit too well for chance.
+    """
+    lowest_hz = found_hz.min(initial=np.inf)
+    if not len(found_hz):
+        return 0.0
+    for part in range(1, MOVING.lowest_order + 1):
+        base_hz = lowest_hz / part
+        off_hz = np.abs(found_hz - base_hz * np.round(found_hz / base_hz))
+        within_hz = (MOVING.most_knots if part == 1 else MOVING.same_order) / duration_s
+        chance = part * (2.0 * within_hz / base_hz) ** (len(found_hz) - 1)
+        if off_hz.max() <= within_hz and (part == 1 or chance < MOVING.base_by_chance):
+            return float(base_hz)
+    return 0.0
 
 
 def _is_known(hz: float, taken: list[MovingLine], duration_s: float) -> bool:
@@ -165,11 +204,12 @@ def _without_order(
     turn = np.exp(2j * np.pi * hz * course.own_time_s)
     level = _coefficients(rows, turn, N_FLOOR * n_most)
     share = gain(max(1, _extent(level, n_most)), n_most)
+    reach_hz = 0.5 * float(np.count_nonzero(share > LEAST_SHARE)) / samples.duration_s
     amplitude = _in_time(level[:n_most], share, len(rows))
     left = rows - 2.0 * (amplitude * turn[:, None]).real
     values, vectors = np.linalg.eigh(amplitude.T @ amplitude.conj() / len(rows))
     shape = vectors[:, -1] * np.sqrt(max(values[-1], 1e-300))
-    return replace(samples, acceleration=left), MovingLine(hz, course.moved, shape)
+    return replace(samples, acceleration=left), MovingLine(hz, course.moved, shape, reach_hz)
 
 
 def _coefficients(rows: Real, turn: Complex, n_kept: int) -> Complex:

@@ -23,11 +23,32 @@ class MovingThresholds:
     steps: tuple[int, ...] = (4, 8, 16, 24)
     """Knots of the course of the speed: as few as make its lines stand still."""
     moved: float = 12.0
-    """Spectral lines that an order must move: below, it may be narrow as it is."""
+    """Spectral lines that an order must move to prove a course by being narrow in its time alone:
+    below, it may be narrow as it is.  Where the course is known otherwise one line does."""
     far: float = 8.0
     """The same over the number of knots where one order is all there is: a course could follow the
     random phase of a light mode of ζfT up to the number of knots, which moves by some
     half-widths."""
+    narrowest_waver: int = 4
+    """Half-width in spectral lines of the narrowest peak whose envelope is looked at."""
+    widest_waver: float = 0.03
+    """Share of its frequency up to which a speed wavers; more is a change of speed."""
+    waver_stands_out: float = 10.0
+    """Power of a peak over what is usual within eight widths: that of a mode, or a line.  Only
+    spares time, as the next two: the proof decides."""
+    wavers_tried: int = 4
+    """Peaks of every width."""
+    even_by_chance: float = 0.3
+    """Chance of so even an envelope of a mode."""
+    coherent: float = 1.3
+    """Power of an order that is coherent in the shaft's time over that in the samples, from where
+    on it proves a course: a line that stands still has 1 at most."""
+    lowest_order: int = 8
+    """Of which the base is looked for where all orders are multiples of a lower one."""
+    same_order: float = 2.0
+    """Spectral lines within which they then must be multiples."""
+    base_by_chance: float = 1e-3
+    """Chance that they are, of lines anywhere."""
     most_shafts: int = 3
     """Courses that are looked for in turn."""
     most_orders: int = 32

@@ -81,15 +81,16 @@ def without_explained(
     for index, mode in enumerate(found.modes):
         if index not in kept:
             log.debug('%.4g Hz: lines explain it', mode.frequency_hz)
-    return _kept(found, kept)
+    return only(found, kept)
 
 
 def without_modes(found: Identified) -> Identified:
     """Return what was found as if lines explained all of its modes."""
-    return _kept(found, [])
+    return only(found, [])
 
 
-def _kept(found: Identified, kept: Sequence[int]) -> Identified:
+def only(found: Identified, kept: Sequence[int]) -> Identified:
+    """Return what was found with some of its modes; the poles of the others are of lines."""
     modes = replace(found.modes, modes=tuple(found.modes.modes[index] for index in kept))
     poles = renumbered(found.poles, kept)
     status = poles.status.copy()
