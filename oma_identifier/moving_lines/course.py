@@ -165,20 +165,25 @@ def measured_course(samples: Samples) -> Course | None:
         turning = _corrected(scaled(samples), rate_hz, line_hz, MEASURED_FRAME_S, knots)
         finer = known_course(samples, turning, 1.0)
         course = finer if len(finer.orders_hz) > len(course.orders_hz) else course
-    # Of a steady shaft a tachometer tells its own noise: no line is the better for it.
-    if not course.gains(samples, course.orders_hz):
+    if not course.has_lines_of(samples):
         return None
     return replace(course, base_hz=mean_hz)
 
 
 def _plain_course(speed_hz: Real, rate_hz: float, n_values: int) -> tuple[Real, int]:
-    """Return a measured speed without its noise, and the knots of that course (Schwarz)."""
+    """Return a measured speed without its noise, and the knots of that course (Schwarz).
+
+    Of a steady shaft it is constant, without knots.
+    """
     time, every = np.arange(len(speed_hz)) / rate_hz, []
     steps = [*MOVING.steps]
     while 2 * LEAST_VALUES * steps[-1] <= n_values:
         steps.append(2 * steps[-1])
-    for n_knots in steps:
-        course = smooth(time, speed_hz, np.ones(len(time)), (0.0, time[-1]), n_knots)(time)
+    for n_knots in (0, *steps):
+        course = np.full(len(time), speed_hz.mean())
+        if n_knots:
+            ones = np.ones(len(time))
+            course = smooth(time, speed_hz, ones, (0.0, time[-1]), n_knots)(time)
         left = np.mean((speed_hz - course) ** 2) + (MEASURED_LEAST * speed_hz.mean()) ** 2
         price = n_values * np.log(left) + n_knots * np.log(n_values)
         every.append((price, n_knots, course))

@@ -22,22 +22,25 @@ def with_moving(found: Identified, lines: Sequence[MovingLine]) -> Identified:
     10 of 31 modes were more than 3 deviations off before this and the removal of such lines, and
     none of 22 after; by 0.05 % 5 of 27 and 2 of 25.
     """
-    if not lines:
-        return found
-    unseen = [line for line in lines if any(_is_hidden(mode, line) for mode in found.modes)]
-    kept = [
-        index
+    hidden = {
+        index: line
         for index, mode in enumerate(found.modes)
-        if not any(_is_hidden(mode, line) for line in unseen)
+        for line in lines
+        if _is_hidden(mode, line)
+    }
+    taken = [line for line in lines if line.taken]
+    told = [
+        line.mode if line.taken else replace(line, shape=found.modes.modes[index].shape).mode
+        for index, line in hidden.items()
     ]
-    if unseen:
-        found = only(found, kept)
-    modes = tuple(_uncertain(mode) if _is_crossed(mode, lines) else mode for mode in found.modes)
-    doubtful_hz = (*found.doubtful_hz, *(line.frequency_hz for line in unseen))
-    found = replace(
-        found, modes=replace(found.modes, modes=modes), doubtful_hz=tuple(sorted(doubtful_hz))
-    )
-    return with_lines(found, [line.mode for line in lines])
+    new = [line for line, by in zip(told, hidden.values(), strict=True) if not by.taken]
+    if hidden:
+        found = only(found, [i for i in range(len(found.modes)) if i not in hidden])
+        doubtful_hz = {*found.doubtful_hz, *(line.frequency_hz for line in told)}
+        found = replace(found, doubtful_hz=tuple(sorted(doubtful_hz)))
+    modes = tuple(_uncertain(mode) if _is_crossed(mode, taken) else mode for mode in found.modes)
+    found = replace(found, modes=replace(found.modes, modes=modes))
+    return with_lines(found, [*(line.mode for line in taken), *new])
 
 
 def _is_hidden(mode: Mode, line: MovingLine) -> bool:

@@ -63,6 +63,8 @@ class MovingLine:
         From lowest to highest over the mean.
     shape : (n_channels,) complex array [m/s²]
         Direction in which it moves the channels most, with its root mean square.
+    taken : bool
+        False: it must be there, as a multiple, but does not stand out enough to be taken.
     reach_hz : float [Hz]
         Up to where beside it response was taken with it: its amplitude is not constant.
     """
@@ -71,6 +73,7 @@ class MovingLine:
     moved: float
     shape: Complex
     reach_hz: float = 0.0
+    taken: bool = True
 
     @property
     def wavers(self) -> bool:
@@ -101,7 +104,7 @@ def by_modes(n_line: int, n_most: int) -> Real:
 def without_moving(
     samples: Samples, gain: Gain = by_modes
 ) -> tuple[Samples, tuple[MovingLine, ...]]:
-    """Return samples without the lines that move, and what was taken out.
+    """Return samples without the lines that move, and what was taken out or must be there.
 
     Parameters
     ----------
@@ -146,7 +149,18 @@ def _without_orders(
         again = [*course.with_orders_of(samples).orders_hz, *_multiples(course, taken, samples)]
         new = [hz for hz in again if not _is_known(hz, taken, samples.duration_s)]
         wanted = new if len(taken) < MOVING.most_orders and new != wanted else []
-    return samples, taken
+    return samples, [*taken, *_not_taken(course, taken, samples)]
+
+
+def _not_taken(course: Course, taken: list[MovingLine], samples: Samples) -> list[MovingLine]:
+    """Return the multiples of a speed that wavers which do not stand out enough to be taken."""
+    nothing = np.zeros(len(samples.channels), dtype=complex)
+    hidden = [
+        MovingLine(hz, course.moved, nothing, taken=False)
+        for hz in _multiples(course, taken, samples)
+        if not _is_known(hz, taken, samples.duration_s)
+    ]
+    return [line for line in hidden if line.wavers]
 
 
 def _multiples(course: Course, taken: list[MovingLine], samples: Samples) -> list[float]:
