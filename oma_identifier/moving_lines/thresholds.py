@@ -40,9 +40,10 @@ class MovingThresholds:
     """Peaks of every width."""
     even_by_chance: float = 0.3
     """Chance of so even an envelope of a mode."""
-    coherent: float = 1.3
+    coherent: float = 1.1
     """Power of an order that is coherent in the shaft's time over that in the samples, from where
-    on it proves a course: a line that stands still has 1 at most."""
+    on it proves a course: in 40 milled records with steady lines it was 1.011 at most, with 0.05 %
+    of wander 1.04 to 1.8."""
     lowest_order: int = 8
     """Of which the base is looked for where all orders are multiples of a lower one."""
     same_order: float = 2.0
