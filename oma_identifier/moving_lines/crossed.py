@@ -18,9 +18,9 @@ def with_moving(found: Identified, lines: Sequence[MovingLine]) -> Identified:
     is gone.  What is narrower than the band in which a line wavers, and in it, may be the rest of
     the line: it is no mode, and the line is in doubt.
 
-    In 8 milled records of 60 s whose speed wavered by 0.3 % (simulated, not those of the design)
-    10 of 31 modes were more than 3 deviations off before this and the removal of such lines, and
-    none of 22 after; by 0.05 % 5 of 27 and 2 of 25.
+    In 8 milled records of 60 s whose speed wavered by 0.3 % (simulated, other than those it was
+    made on) 5 of 28 frequencies were more than 3 deviations off before this and the removal of
+    such lines, and none of 22 after.
     """
     hidden = {
         index: line
