@@ -156,9 +156,12 @@ class ArrayRecording:
 
 
 def _recorded(rows: NDArray[np.float64]) -> list[slice]:
-    """Return the stretches of rows with any number: where a recorder paused there is none."""
+    """Return the stretches of rows with any number: where a recorder paused there is none.
+
+    Of one channel alone a value that is lost and a pause look alike: it is lost.
+    """
     paused = np.isnan(rows).all(axis=1)
-    if not paused.any():
+    if rows.shape[1] == 1 or not paused.any():
         return [slice(0, len(rows))]
     edges = np.flatnonzero(np.diff(np.concatenate([[True], paused, [True]])))
     return [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

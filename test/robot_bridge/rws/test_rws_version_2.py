@@ -15,7 +15,7 @@ from robot_bridge.rws.rws_client import RwsClient
 from robot_bridge.rws.web_services import RwsAccess, WebServices
 from test.support.rws_cell import PASSWORD, RwsCell, USER
 
-MODULE = """MODULE AmaExcitation_1
+MODULE = """MODULE AmaExcitation_00000001
   PROC main()
     WaitTime 0.5;
   ENDPROC
@@ -32,7 +32,7 @@ def cell(model, start_deg):
 
 @pytest.fixture
 def program(start_deg):
-    return ReleasedProgram('AmaExcitation_1', MODULE, tuple(start_deg.tolist()), 0.05)
+    return ReleasedProgram('AmaExcitation_00000001', MODULE, tuple(start_deg.tolist()), 0.05)
 
 
 def access(cell, **options):
@@ -56,7 +56,7 @@ def run_program(cell, client, program):
 def test_a_program_is_loaded_started_and_stopped(cell, program):
     run_program(cell, RwsClient(access(cell)), program)
     older = replace(
-        program, name='AmaExcitation_00000002', text=MODULE.replace('on_1', 'on_00000002')
+        program, name='AmaExcitation_00000002', text=MODULE.replace('on_00000001', 'on_00000002')
     )
     client = RwsClient(access(cell, certificate=cell.servers[2].fingerprint.upper()))
     client.load(older)
