@@ -7,6 +7,7 @@ from modal_core.errors import PlanError
 from modal_core.schema import check_settings, setting
 
 LONGEST_NAME = 32
+"""Letters of an identifier (ABB, Technical reference manual, RAPID kernel: identifiers)."""
 _NAME = re.compile(rf'[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}', re.ASCII)
 _DEVICE = re.compile(r'[A-Za-z0-9_.-]{1,32}', re.ASCII)
 

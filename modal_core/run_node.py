@@ -31,7 +31,7 @@ EXIT_WELL, EXIT_FAULT, EXIT_BAD_SETTINGS = 0, 1, 2
 # Fast DDS now and then waits for itself for ever when taken down (its issues 4026, 6193).
 ENDING_S = 20
 AGAIN_S = 0.01
-"""Until a signal that Python dropped is raised once more."""
+"""Until a signal that Python dropped is raised once more; chosen: dropped again it comes again."""
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 

@@ -18,6 +18,7 @@ SWITCH = {'auto': None, 'always': True, 'never': False}
 """What a node calls a switch that may be left to the program: its parameters know no None."""
 KINDS: dict[type, Any] = {float: Real, int: Integral, bool: bool, str: (str, Path)}
 BEYOND_FLOAT = 2**1024
+"""The least whole number that float64 does not hold (IEEE 754)."""
 
 
 @dataclass(frozen=True, slots=True)

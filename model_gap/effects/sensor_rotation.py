@@ -5,7 +5,7 @@ import dataclasses
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+import pinocchio as pin
 
 from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import Effect, EffectParameter, Scene
@@ -50,7 +50,7 @@ class SensorRotation(SensorEffect):
         """Turn the three channels."""
         rows, channels = list(self.rows(cell).values()), list(cell.channels)
         directions = np.array([channels[row].direction for row in rows])
-        turned = rotation_matrix(np.array(values)) @ directions
+        turned = pin.exp3(np.array(values)) @ directions
         for row, (x, y, z) in zip(rows, turned.tolist(), strict=True):
             channels[row] = dataclasses.replace(channels[row], direction=(x, y, z))
         return dataclasses.replace(cell, channels=tuple(channels))
@@ -73,13 +73,3 @@ class SensorRotation(SensorEffect):
             for axis in range(3)
             for angle in (-2.2, -1.2, -0.4, 0.4, 1.2, 2.2)
         ]
-
-
-def rotation_matrix(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation of a rotation vector (Rodrigues)."""
-    angle = float(np.linalg.norm(vector))
-    if angle < 1e-12:
-        return np.eye(3)
-    x, y, z = vector / angle
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * skew @ skew)

@@ -172,8 +172,8 @@ def _modes(problem: Projection, fit: _Judged) -> list[Mode]:
     """Return the modes in order of frequency."""
     residues = problem.at(fit.numbers).residues
     omega, ratio = np.exp(fit.numbers.reshape(2, -1))
-    modes = []
-    for number in np.argsort(omega)[fit.told[np.argsort(omega)]]:
+    order, modes = np.argsort(omega), []
+    for number in order[fit.told[order]]:
         shape = np.linalg.svd((residues[number, :-1] * problem.size).T)[0][:, 0]
         shape = shape / shape[np.argmax(np.abs(shape))]
         frequency_hz = float(omega[number] / (2.0 * np.pi))

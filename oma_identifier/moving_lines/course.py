@@ -24,7 +24,7 @@ from scipy.interpolate import BSpline, CubicSpline, make_lsq_spline
 
 from modal_core.samples import Samples
 from oma_identifier.moving_lines.thresholds import MOVING
-from oma_identifier.spectra import line_at, narrow_peaks_hz, SPECTRA
+from oma_identifier.spectra import Line, line_at, narrow_peaks_hz, SPECTRA
 
 log = logging.getLogger(__name__)
 Real = NDArray[np.float64]
@@ -39,7 +39,7 @@ MEASURED_FRAME_S = 4.0
 MEASURED_LEAST = 1e-5
 """Share of the speed that no tachometer tells better."""
 LEAST_VALUES = 2
-"""Of a measured speed per knot of its course."""
+"""Of a measured speed per knot of its course: with fewer a knot is not told."""
 CLIP = (-3.0, 6.0)
 """Of the logarithm of power: no frame decides alone."""
 
@@ -82,28 +82,30 @@ class Course:
 
     def has_lines_of(self, samples: Samples) -> bool:
         """Tell whether an order keeps its phase as a line does, and modes that drift do not."""
-        return any(self.is_line(samples, hz) for hz in self.orders_hz)
-
-    def is_line(self, samples: Samples, hz: float) -> bool:
-        """Tell whether samples have a line at a mean frequency in the shaft's own time."""
-        line = line_at(self._standing_still(samples), hz)
-        return line.stands_out(SPECTRA.line_chance, SPECTRA.sure_line)
+        still = self._standing_still(samples)
+        return any(_stands_out(line_at(still, hz)) for hz in self.orders_hz)
 
     def gains(self, samples: Samples, orders_hz: Sequence[float]) -> bool:
         """Tell whether more of a line is coherent in the shaft's own time than in the samples."""
         still = self._standing_still(samples)
-        for hz in orders_hz:
-            own = line_at(still, hz)
-            if own.stands_out(SPECTRA.line_chance, SPECTRA.sure_line):
-                powers = [np.sum(np.abs(line.shape) ** 2) for line in (own, line_at(samples, hz))]
-                if powers[0] > MOVING.coherent * powers[1]:
-                    return True
-        return False
+        return any(
+            _stands_out(own := line_at(still, hz))
+            and _power(own) > MOVING.coherent * _power(line_at(samples, hz))
+            for hz in orders_hz
+        )
 
     def _standing_still(self, samples: Samples) -> Samples:
         even = np.arange(len(self.own_time_s)) / samples.sample_rate_hz
         when = np.interp(even, self.own_time_s, even)
         return replace(samples, acceleration=CubicSpline(even, samples.widened())(when))
+
+
+def _stands_out(line: Line) -> bool:
+    return line.stands_out(SPECTRA.line_chance, SPECTRA.sure_line)
+
+
+def _power(line: Line) -> float:
+    return float(np.sum(np.abs(line.shape) ** 2))
 
 
 def find_course(samples: Samples) -> Course | None:
@@ -210,11 +212,15 @@ def known_course(samples: Samples, speed_hz: Real, least_lines: float = MOVING.m
     return course.with_orders_of(samples)
 
 
+def few_channels(samples: Samples) -> NDArray[np.intp]:
+    """Return which channels tell, spread over all."""
+    n_channels = len(samples.channels)
+    return np.linspace(0, n_channels - 1, min(n_channels, MOST_CHANNELS)).round().astype(np.intp)
+
+
 def scaled(samples: Samples) -> Real:
     """Return a few channels that move, without offset and of unit root mean square."""
-    n_channels = len(samples.channels)
-    chosen = np.linspace(0, n_channels - 1, min(n_channels, MOST_CHANNELS)).round().astype(int)
-    rows = samples.widened(columns=chosen)
+    rows = samples.widened(columns=few_channels(samples))
     rows = rows - rows.mean(axis=0)
     size = rows.std(axis=0)
     return np.asarray(rows[:, size > 0.0] / size[size > 0.0])

@@ -29,14 +29,14 @@ def with_moving(found: Identified, lines: Sequence[MovingLine]) -> Identified:
         if _is_hidden(mode, line)
     }
     taken = [line for line in lines if line.taken]
-    told = [
-        line.mode if line.taken else replace(line, shape=found.modes.modes[index].shape).mode
+    new = [
+        replace(line, shape=found.modes.modes[index].shape).mode
         for index, line in hidden.items()
+        if not line.taken
     ]
-    new = [line for line, by in zip(told, hidden.values(), strict=True) if not by.taken]
     if hidden:
         found = only(found, [i for i in range(len(found.modes)) if i not in hidden])
-        doubtful_hz = {*found.doubtful_hz, *(line.frequency_hz for line in told)}
+        doubtful_hz = {*found.doubtful_hz, *(line.frequency_hz for line in hidden.values())}
         found = replace(found, doubtful_hz=tuple(sorted(doubtful_hz)))
     modes = tuple(_uncertain(mode) if _is_crossed(mode, taken) else mode for mode in found.modes)
     found = replace(found, modes=replace(found.modes, modes=modes))

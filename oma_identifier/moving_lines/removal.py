@@ -43,7 +43,7 @@ from oma_identifier.moving_lines.wavering import wavering_course
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 LEAST_SHARE = 0.2
-"""Of response that is taken with a line, from where on it biases a mode."""
+"""Of response that is taken with a line, from where on it may bias a mode; chosen."""
 Gain = Callable[[int, int], Real]
 """Coefficients that a line has, and all that it may have, to the share of each that is taken."""
 N_CENTRED, N_FLOOR = 2, 3

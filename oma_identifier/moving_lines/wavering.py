@@ -22,15 +22,22 @@ from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import gammainc
 
 from modal_core.samples import Samples
-from oma_identifier.moving_lines.course import baseband, Course, known_course, scaled
+from oma_identifier.moving_lines.course import (
+    baseband,
+    Course,
+    few_channels,
+    known_course,
+    scaled,
+)
 from oma_identifier.moving_lines.thresholds import MOVING
 from oma_identifier.spectra import spectral_power
 
 Real = NDArray[np.float64]
 AROUND = 8
-"""Widths of a peak to both sides that tell what is usual there."""
-MOST_CHANNELS, MOST_TRIED = 6, 4
-"""That tell; courses, and orders of each, of which the proof is asked."""
+"""Widths of a peak to both sides that tell what is usual there.  Spares time only: the proof
+decides."""
+MOST_TRIED = 4
+"""Courses, and orders of each, of which the proof is asked."""
 
 
 def wavering_course(samples: Samples) -> Course | None:
@@ -41,10 +48,11 @@ def wavering_course(samples: Samples) -> Course | None:
     Course or None
         None: there are none, as far as can be told.
     """
-    rows, rate_hz = scaled(samples), samples.sample_rate_hz
+    few = _few(samples)
+    rows, rate_hz = scaled(few), samples.sample_rate_hz
     if not rows.size:
         return None
-    few, possible = _few(samples), []
+    possible = []
     for hz, reach_hz in _wide_peaks(rows, rate_hz):
         speed_hz = _steady_envelope(rows, rate_hz, hz, reach_hz)
         if speed_hz is None:
@@ -60,8 +68,7 @@ def wavering_course(samples: Samples) -> Course | None:
 
 
 def _few(samples: Samples) -> Samples:
-    n_channels = len(samples.channels)
-    chosen = np.linspace(0, n_channels - 1, min(n_channels, MOST_CHANNELS)).round().astype(int)
+    chosen = few_channels(samples)
     return replace(
         samples,
         acceleration=samples.widened(columns=chosen),

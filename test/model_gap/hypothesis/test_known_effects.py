@@ -4,13 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 import yaml
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import LayoutError, ModelError
 from model_gap.cell.cell_model import CellModel
 from model_gap.effects import CATALOGUE, Scene
-from model_gap.effects.sensor_rotation import rotation_matrix
 from model_gap.hypothesis.hypothesis import Hypothesis
 from model_gap.hypothesis.known_effects import corrected_layout, known_effects, with_known_effects
 from structural_model import load_robot, save_robot
@@ -49,7 +49,7 @@ def test_gain_polarity_swap_and_rotation_become_sensitivities(layout, scene):
     np.testing.assert_allclose(new, old[[2, 1, 0]])
     vector = (0.3, -0.1, 0.5)
     new, old = turned_by(layout, scene, 'sensor_rotation', vector)
-    np.testing.assert_allclose(new, rotation_matrix(np.array(vector)) @ old, atol=1e-12)
+    np.testing.assert_allclose(new, Rotation.from_rotvec(vector).as_matrix() @ old, atol=1e-12)
 
 
 def test_corrected_layout_reads_what_the_effect_did(robot, layout, scene):
@@ -60,7 +60,9 @@ def test_corrected_layout_reads_what_the_effect_did(robot, layout, scene):
     turn, gain = ('sensor_rotation', '', (0.3, -0.1, 0.5)), ('sensor_gain', 'y', (1.3,))
     q = robot.pose('P1')
     expected = robot.rigid_jacobian(q, layout.channels)
-    expected[6:9] = np.diag([1.0, 1.3, 1.0]) @ rotation_matrix(np.array(turn[2])) @ expected[6:9]
+    expected[6:9] = (
+        np.diag([1.0, 1.3, 1.0]) @ Rotation.from_rotvec(turn[2]).as_matrix() @ expected[6:9]
+    )
     for effects in ((turn, gain), (gain, turn)):
         fitted = Hypothesis(scene, (), (), np.zeros(0), np.zeros(0))
         for kind, variant, values in effects:
