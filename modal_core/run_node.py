@@ -98,7 +98,9 @@ def run_node(
         faulthandler.dump_traceback_later(ENDING_S, exit=True)
         if node is not None:
             node.destroy_node()
-        rclpy.try_shutdown()
+        with contextlib.suppress(RCLError):
+            # A signal's own thread may have done so since it asked.
+            rclpy.try_shutdown()
         # And once more for its threads, which the interpreter waits for before all else.
         faulthandler.dump_traceback_later(ENDING_S, exit=True)
 

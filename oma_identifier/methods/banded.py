@@ -20,6 +20,7 @@ from oma_identifier.selection import (
     join_bands,
     line_evidence,
     select_in_band,
+    SELECTION,
     without_explained,
 )
 from oma_identifier.settings import IdentificationSettings
@@ -71,19 +72,23 @@ class JackknifedBand:
         Solves it at some orders, without a stretch.
     poles : BandPoles
         All orders.
+    trials : sequence of float
+        Which members of a cluster are compared, as shares of it by model order.
     """
 
     problem: Problem
     solve: Solve
     poles: BandPoles
+    trials: Sequence[float]
 
     @classmethod
-    def of(cls, problem: Problem, solve: Solve) -> 'JackknifedBand':
+    def of(cls, problem: Problem, solve: Solve, trials: Sequence[float]) -> 'JackknifedBand':
         """Solve all orders."""
         raw = solve(problem.orders, None)
         rate_hz = problem.band.sample_rate_hz
         pole = np.asarray(np.log(raw.eigenvalue) * rate_hz, dtype=complex)
-        return cls(problem, solve, BandPoles(raw.model_order, raw.eigenvalue, pole, raw.shape))
+        poles = BandPoles(raw.model_order, raw.eigenvalue, pole, raw.shape)
+        return cls(problem, solve, poles, trials)
 
     @property
     def band(self) -> Band:
@@ -143,6 +148,7 @@ class BandedMethod(ABC):
 
     name: str
     needs_inputs = False
+    trials: Sequence[float] = SELECTION.trials
 
     @abstractmethod
     def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
@@ -173,7 +179,9 @@ class BandedMethod(ABC):
         )
         selections = [
             select_in_band(
-                JackknifedBand.of(problem, self.prepare(problem, settings)), settings, peaks
+                JackknifedBand.of(problem, self.prepare(problem, settings), self.trials),
+                settings,
+                peaks,
             )
             for problem in problems
         ]

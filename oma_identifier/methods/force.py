@@ -19,7 +19,7 @@ from modal_core.samples import Samples
 from oma_identifier.known_force import lines_apart
 from oma_identifier.methods.csi import Csi
 from oma_identifier.motion import never, PeakTest
-from oma_identifier.selection import Identified
+from oma_identifier.selection import Identified, SELECTION
 from oma_identifier.settings import IdentificationSettings
 
 
@@ -27,6 +27,7 @@ class Force(Csi):
     """A force is measured; deviations by the jackknife of blocks."""
 
     name = 'force'
+    trials = SELECTION.trials_measured
 
     def identify(
         self,

@@ -35,8 +35,7 @@ def trials_of(band: IdentifiedBand, clusters: Sequence[Cluster]) -> list[Trials]
     """Return the trials of all clusters, whose gradients are cheaper together."""
     if not clusters:
         return []
-    shares = SELECTION.trials if band.is_blind else SELECTION.trials_informed
-    rows = [cluster.members[_places(len(cluster), shares)] for cluster in clusters]
+    rows = [cluster.members[_places(len(cluster), band.trials)] for cluster in clusters]
     together = np.concatenate(rows)
     series = band.influence(together)
     # The variance of a complex pole is that of frequency and damping together.

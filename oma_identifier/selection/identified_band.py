@@ -1,5 +1,6 @@
 """What the selection asks of the poles of a band, whatever method they come from."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -40,6 +41,10 @@ class IdentifiedBand(Protocol):
     @property
     def is_blind(self) -> bool:
         """Whether no force is known, so that the limit of scatter under random forces holds."""
+
+    @property
+    def trials(self) -> Sequence[float]:
+        """Which members of a cluster are compared, as shares of it by model order."""
 
     def influence(self, rows: NDArray[np.int64]) -> NDArray[np.complex128]:
         """Return what each block of time does to the poles in these rows.

@@ -1,6 +1,6 @@
 """Poles of one band, with what their uncertainty needs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 import logging
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from oma_identifier.covariance import Band, COVARIANCE
 from oma_identifier.selection.stabilise import BandPoles
+from oma_identifier.selection.thresholds import SELECTION
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import (
     BandCovariance,
@@ -83,6 +84,11 @@ class BandIdentification:
     def is_blind(self) -> bool:
         """No force is known."""
         return True
+
+    @property
+    def trials(self) -> Sequence[float]:
+        """The member of lowest order too."""
+        return SELECTION.trials
 
     def deviation(self, series: NDArray[np.complex128], pole: complex) -> PoleDeviation:
         """Return the standard deviations of a pole; neighbouring blocks are correlated."""
