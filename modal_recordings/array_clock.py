@@ -49,11 +49,11 @@ class ArrayClock:
     start_ns: int
     notes: tuple[str, ...] = ()
 
-    def row_stamps_ns(self, n_rows: int) -> NDArray[np.int64]:
-        """Return the time of every row, (n_rows,) [ns]."""
+    def row_stamps_ns(self, n_rows: int, first: int = 0) -> NDArray[np.int64]:
+        """Return the times of rows from ``first`` on, (n_rows,) [ns]."""
         if self.stamp_ns is not None:
-            return self.stamp_ns
-        steps = np.arange(n_rows) * (NANOSECONDS_PER_SECOND / self.sample_rate_hz)
+            return self.stamp_ns[first : first + n_rows]
+        steps = np.arange(first, first + n_rows) * (NANOSECONDS_PER_SECOND / self.sample_rate_hz)
         return np.asarray(self.start_ns + np.round(steps).astype(np.int64))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
+from modal_core.named import named
 from modal_core.units import (
     ACCELERATION,
     ANGULAR_VELOCITY,
@@ -21,6 +22,7 @@ from modal_recordings.array_options import ArrayOptions
 from modal_recordings.array_table import ArrayTable
 from modal_recordings.counting import counts_up
 from modal_recordings.heading import Heading, heading_of
+from modal_recordings.joint_headings import is_of_joints
 
 LEAVE_OUT = '-'
 LAST_G = re.compile(r'\w[\s_]g$')
@@ -90,6 +92,7 @@ def array_columns(
     """
     headings = table_headings(path, table, options)
     beside = () if options.channels or options.gyroscopes else _turns_beside(headings)
+    of_joints = {} if options.channels else _joints_beside(headings)
     has_time = bool(table.dated) or any(heading and heading.is_time for heading in headings)
     times, counters, channels, notes = [], [], [], []
     for column, heading in enumerate(headings):
@@ -99,6 +102,8 @@ def array_columns(
             times.append(column)
         elif heading.is_other and (heading.unit is not None):
             notes.append(f'{_called(heading, column)} left out: {heading.unit_text}, no response')
+        elif column in of_joints:
+            notes += of_joints[column]
         elif column in beside:
             notes.append(
                 f'{_called(heading, column)} left out: {heading.unit_text} beside accelerations;'
@@ -124,8 +129,8 @@ def array_columns(
             found=units or None,
             advice=options.advice.columns,
         )
-    named = _named(path, [known[column] for column in channels], options, len(headings))
-    is_told = options.unit is not None or any(heading.unit for heading in named)
+    responses = _named(path, [known[column] for column in channels], options, len(headings))
+    is_told = options.unit is not None or any(heading.unit for heading in responses)
     if channels and not table.calibrated and not is_told:
         raise RecordingError(
             'not calibrated: values are shares of full scale',
@@ -133,10 +138,10 @@ def array_columns(
             found=_size(table, len(channels)),
             expected=f"what full scale is: {options.advice.unit} '50 m/s^2'",
         )
-    measured_in, assumed = _units(path, named, options) if named else ([], ())
+    measured_in, assumed = _units(path, responses, options) if responses else ([], ())
     return ArrayColumns(
         channels=tuple(channels),
-        names=tuple(heading.name for heading in named),
+        names=tuple(heading.name for heading in responses),
         scale=np.array([unit.factor for unit in measured_in], dtype=float),
         units=tuple(unit.si for unit in measured_in),
         times=tuple(times),
@@ -166,6 +171,21 @@ def _turns_beside(headings: Sequence[Heading | None]) -> tuple[int, ...]:
     if ACCELERATION not in measured:
         return ()
     return tuple(column for column, si in enumerate(measured) if si == ANGULAR_VELOCITY)
+
+
+def _joints_beside(headings: Sequence[Heading | None]) -> dict[int, tuple[str, ...]]:
+    """Return the columns without a unit called as what joints do; the first has a note of all."""
+    others = [heading for heading in headings if heading is not None and not heading.is_time]
+    found = {
+        column: heading.name
+        for column, heading in enumerate(headings)
+        if heading is not None and heading.unit is None and is_of_joints(heading.name)
+    }
+    if not 0 < len(found) < len(others):
+        return {}
+    called = named(list(found.values()))
+    note = f'{called} left out: what joints do, used where the robot is named'
+    return dict.fromkeys(found, ()) | {next(iter(found)): (note,)}
 
 
 def _time_factor(heading: Heading, dated: bool) -> float | None:

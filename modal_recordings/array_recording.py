@@ -1,8 +1,9 @@
 """A plain array as a recording."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from modal_recordings.array_options import ArrayOptions
 from modal_recordings.array_table import ArrayTable
 from modal_recordings.attachment import Attachment
 from modal_recordings.info import RecordingInfo
+from modal_recordings.joint_rows import JointRows
 from modal_recordings.read_pages import ReadPages
 from modal_recordings.summary import summarise
 
@@ -29,13 +31,12 @@ ROWS_AT_ONCE = 1 << 13
 MOST_NAMED = 4
 
 
-class ArrayRecording:
-    """Samples from a .npy or .csv file, or from an array in memory.
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadFrom:
+    """What a recording of columns was made from.
 
     Parameters
     ----------
-    path : Path
-        The file, or the name of what is in memory.
     table : ArrayTable
         Its content.
     options : ArrayOptions
@@ -44,6 +45,29 @@ class ArrayRecording:
         What was done before.
     speed_hz : (n_rows,) array or None [Hz]
         Speed of the spindle.
+    joints : JointRows or None
+        Joint states of the same rows, from columns that are not in the table.
+    names : tuple of str
+        Of the channels; empty: as in the file.
+    """
+
+    table: ArrayTable
+    options: ArrayOptions
+    notes: tuple[str, ...] = ()
+    speed_hz: NDArray[np.float64] | None = None
+    joints: JointRows | None = None
+    names: tuple[str, ...] = ()
+
+
+class ArrayRecording:
+    """Samples from a .npy or .csv file, or from an array in memory.
+
+    Parameters
+    ----------
+    path : Path
+        The file, or the name of what is in memory.
+    table, options, notes, speed_hz, joints, names
+        See :class:`ReadFrom`.
 
     Raises
     ------
@@ -67,17 +91,19 @@ class ArrayRecording:
         options: ArrayOptions,
         notes: tuple[str, ...] = (),
         speed_hz: NDArray[np.float64] | None = None,
+        joints: JointRows | None = None,
+        names: tuple[str, ...] = (),
     ) -> None:
         self.path = path
         self.kind = path.suffix.lstrip('.').lower() or 'array'
         self.source = path.stem
         self.fraction_read = 0.0
-        self._read_from = table, options, notes, speed_hz
+        self.read_from = ReadFrom(table, options, notes, speed_hz, joints, names)
         columns = array_columns(path, table, options)
         clock = array_clock(path, table, columns, options)
         self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
         self.units = columns.units
-        self.channel_names = columns.names
+        self.channel_names = names or columns.names
         left_out = (*notes, *table.notes, *columns.notes, *clock.notes)
         n_lost = _n_lost(table.values, columns)
         self._is_empty = bool((n_lost == len(table.values)).all())
@@ -85,16 +111,19 @@ class ArrayRecording:
         self.notes = (*columns.assumed, *self.left_out)
         self.stamp_ns, self.sample_rate_hz = clock.stamp_ns, clock.sample_rate_hz
         self.start_ns = clock.start_ns
-        self._speed_hz = speed_hz
+        self._speed_hz, self._joints = speed_hz, joints
         self._clock, self._has_gyroscopes = clock, bool(columns.gyroscopes)
 
     def with_gyroscopes(self) -> 'ArrayRecording':
         """Return the same recording; angular velocities beside accelerations take part."""
         if not self._has_gyroscopes:
             return self
-        table, options, notes, speed_hz = self._read_from
-        options = replace(options, gyroscopes=True)
-        return ArrayRecording(self.path, table, options, notes, speed_hz)
+        return self.again(options=replace(self.read_from.options, gyroscopes=True))
+
+    def again(self, **changes: Any) -> 'ArrayRecording':
+        """Return the same recording with some of what it was made from replaced."""
+        source = replace(self.read_from, **changes)
+        return ArrayRecording(self.path, *(getattr(source, it.name) for it in fields(source)))
 
     def attachments(self) -> tuple[Attachment, ...]:
         """Return none: arrays carry no files."""
@@ -107,7 +136,7 @@ class ArrayRecording:
         )
 
     def measurements(self) -> Iterator[Measurement]:
-        """Yield the samples in stretches of a quarter of a second."""
+        """Yield the samples in stretches of a quarter of a second, joint states behind them."""
         step = max(FEWEST_ROWS, round(BLOCK_S * self.sample_rate_hz))
         pages = ReadPages.behind(self._values)
         for first in range(0, len(self._values), step):
@@ -118,6 +147,9 @@ class ArrayRecording:
             # Where nothing at all was recorded its channels are told, and no pause.
             for part in [slice(0, len(rows))] if self._is_empty else _recorded(rows):
                 yield self._block(first + part.start, rows[part])
+            if self._joints is not None:
+                stamps = self._clock.row_stamps_ns(len(rows), first)
+                yield self._joints.samples(stamps, slice(first, first + len(rows)))
 
     def _block(self, first: int, rows: NDArray[np.float64]) -> Measurement:
         if self.stamp_ns is None:

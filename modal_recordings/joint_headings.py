@@ -26,6 +26,8 @@ WORDS = {
 }
 NEUTRAL = frozenset('joint joints j axis axes motor actual measured state states'.split())
 """Words beside those: what they are of, and how they came to be known."""
+OF_JOINTS = frozenset('q qd qdot dq tau theta dtheta angle angles joint joints'.split())
+"""Words that a response is not called by."""
 OF_SUFFIX = {'rad': 'rad', 'deg': 'deg', 'nm': 'nm', 'm': 'm', 'mm': 'mm'}
 """Units that may end a name without brackets, as in ``q1_deg``."""
 TO_SI = {
@@ -141,6 +143,16 @@ def joint_columns_of(
     return JointColumns(
         chosen[Told.POSITION], chosen.get(Told.VELOCITY, empty), chosen.get(Told.EFFORT, empty)
     )
+
+
+def is_of_joints(name: str) -> bool:
+    """Tell whether a column or array is called as angles, speeds or torques of joints are.
+
+    ``q``, ``q1``, ``joint_positions``; a joint's own name does not tell without its robot.
+    """
+    words = {word for word in _split_name(name) if not word.isdigit()}
+    known = NEUTRAL.union(OF_SUFFIX, *WORDS.values())
+    return bool(words & OF_JOINTS) and words <= known and words != {'joint'}
 
 
 def _only(

@@ -5,21 +5,16 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from modal_core.measurements import JointSamples, Measurement
 from modal_recordings.array_clock import array_clock
-from modal_recordings.array_columns import array_columns, table_headings, without_columns
+from modal_recordings.array_columns import array_columns
 from modal_recordings.array_options import ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.array_table import ArrayTable
 from modal_recordings.formats import read_arrays, READERS, tables_of
-from modal_recordings.heading import Heading
-from modal_recordings.joint_headings import joint_columns_of, JointColumn, JointColumns
+from modal_recordings.joint_rows import joints_apart
 from modal_recordings.open_recording import ARRAY_READERS, check_place, kind_of
 
-Array = NDArray[np.float64]
 TABLES = (*ARRAY_READERS, *READERS)
 """Endings of files of columns."""
 
@@ -95,27 +90,12 @@ def _parted(
     path: Path, table: ArrayTable, joint_names: Sequence[str], options: ArrayOptions
 ) -> tuple[ArrayRecording | None, JointSamples | None]:
     """Return the responses of a table, and its joint states."""
-    known = [it or Heading('') for it in table_headings(path, table, options)]
-    joints = joint_columns_of(path, known, joint_names)
+    rest, options, joints = joints_apart(path, table, options, joint_names)
     if joints is None:
         return ArrayRecording(path, table, options), None
-    rest, options = without_columns(table, options, {it.column for it in joints.all})
     columns = array_columns(path, rest, options, may_have_none=True)
     if not columns.channels:
         clock = array_clock(path, rest, columns, options)
-        return None, _samples(table, joint_names, joints, clock.row_stamps_ns(len(table.values)))
+        return None, joints.samples(clock.row_stamps_ns(len(table.values)))
     responses = ArrayRecording(path, rest, options)
-    stamps = responses.row_stamps_ns()
-    return responses, _samples(table, joint_names, joints, stamps)
-
-
-def _samples(
-    table: ArrayTable, names: Sequence[str], joints: JointColumns, stamps: NDArray[np.int64]
-) -> JointSamples:
-    def values(columns: tuple[JointColumn, ...]) -> Array:
-        if not columns:
-            return np.full((len(stamps), len(names)), np.nan)
-        return np.column_stack([table.column(it.column) * it.factor for it in columns])
-
-    position, velocity, effort = map(values, (joints.position, joints.velocity, joints.effort))
-    return JointSamples(stamps, tuple(names), position, velocity, effort)
+    return responses, joints.samples(responses.row_stamps_ns())

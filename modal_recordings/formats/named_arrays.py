@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from modal_core.errors import RecordingError
 from modal_recordings.array_table import array_table, ArrayTable, MOST_COLUMNS
 from modal_recordings.heading import Heading, heading_of
+from modal_recordings.joint_headings import is_of_joints
 from modal_recordings.spooled import spooled
 
 RATES = frozenset(
@@ -151,7 +152,9 @@ def table_of(
     arrays = _chosen(path, [_with_unit(path, each, found.texts) for each in records], chosen)
     times = [each for each in arrays if _is_time(each, path)]
     data = [each for each in arrays if each not in times]
-    if with_force and len(data) > 1:
+    joints = [each for each in data if is_of_joints(each.last_name)]
+    # What stands beside joint angles was recorded with them, and what was chosen is wanted.
+    if len(data) > 1 and (with_force or chosen or 0 < len(joints) < len(data)):
         data = [column for each in data for column in _columns(each)]
     times = _one_of_alike(times)
     lengths = {each.n_samples for each in arrays}

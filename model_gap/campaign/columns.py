@@ -6,13 +6,13 @@ from itertools import chain
 from pathlib import Path
 
 from modal_core.channel import SensorLayout
+from modal_core.channel_match import named_as_in
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement
 from modal_core.named import named
 from modal_recordings.array_options import Advice, array_options
 from modal_recordings.joint_table import open_with_joints, TableWithJoints
 from model_gap.campaign.campaign_file import CampaignEntry
-from model_gap.campaign.series import match_channel
 
 ADVICE = Advice(
     rate='a time column, or sample_rate_hz in campaign.yaml or the sidecar',
@@ -73,17 +73,13 @@ def in_order_of(
     Columns none of which is called as a channel are those of the layout, in its order, if they
     are as many.
     """
-    names = [name for each in found.responses for name in each.channel_names]
-    channels = [channel.name for channel in layout.channels]
-    known = any(match_channel(name, layout) for name in names)
-    if known or len(found.responses) != 1 or len(names) != len(channels):
+    if len(found.responses) != 1:
+        return found.measurements(), ()
+    names, assumed = named_as_in(layout, found.responses[0].channel_names)
+    if not assumed:
         return found.measurements(), ()
     renamed = (
-        item if isinstance(item, JointSamples) else replace(item, channel_names=tuple(channels))
+        item if isinstance(item, JointSamples) else replace(item, channel_names=names)
         for item in found.responses[0].measurements()
     )
-    note = (
-        f'columns {names[0]} to {names[-1]} are not called as the layout calls its channels: taken'
-        f' in its order, {channels[0]} to {channels[-1]}'
-    )
-    return chain(renamed, found.joints), (note,)
+    return chain(renamed, found.joints), (assumed,)

@@ -1,7 +1,7 @@
 """Uniform series out of the measurements of one recording."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import itertools
 
 import numpy as np
@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from modal_core.channel import Channel, SensorLayout
+from modal_core.channel_match import match_channel, plain_name
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
 from modal_core.named import named
-from modal_core.units import ACCELERATION, named_unit, Unit
+from modal_core.units import ACCELERATION
 from model_gap.campaign.thresholds import CAMPAIGN
 
 Array = NDArray[np.float64]
@@ -149,34 +150,6 @@ def joint_columns(names: tuple[str, ...], wanted: tuple[str, ...]) -> list[int] 
     return columns
 
 
-def match_channel(name: str, layout: SensorLayout) -> Channel | None:
-    """Return the layout's accelerometer of a recorded name, tolerant of separators and case.
-
-    A unit that ends the name, ``elbow.x [g]``, goes before the layout's.
-    """
-    bare, unit = named_unit(name)
-    plain = _plain(bare)
-    for channel in layout.channels:
-        if channel.name in (name, bare) or _plain(channel.name) == plain:
-            if unit is not None:
-                channel = replace(channel, unit=unit.si, scale=unit.factor)
-            return channel if channel.unit == ACCELERATION else None
-    return _counted(bare, unit, layout)
-
-
-def _counted(name: str, unit: Unit | None, layout: SensorLayout) -> Channel | None:
-    """Return the axis of a sensor by its number: ``elbow1`` is its first."""
-    for sensor in layout:
-        if len(sensor.axes) == 1:
-            continue
-        for number, channel in enumerate(sensor.channels(), 1):
-            if _plain(f'{sensor.name}{number}') == _plain(name) and channel.unit == ACCELERATION:
-                return (
-                    channel if unit is None else replace(channel, unit=unit.si, scale=unit.factor)
-                )
-    return None
-
-
 def _names(item: SampleBlock | StampedSamples) -> tuple[str, ...]:
     """Return the names of channels, each with the unit that the recording states."""
     if not item.units:
@@ -184,13 +157,6 @@ def _names(item: SampleBlock | StampedSamples) -> tuple[str, ...]:
     return tuple(
         f'{name} [{unit}]' for name, unit in zip(item.channel_names, item.units, strict=True)
     )
-
-
-def _plain(name: str) -> str:
-    text = name.lower().strip('/')
-    for mark in '/_- :':
-        text = text.replace(mark, '.')
-    return text
 
 
 def _from_blocks(
@@ -255,9 +221,9 @@ def _stamped_channels(item: StampedSamples, layout: SensorLayout) -> tuple[Chann
     topic = item.source.strip('/')
     for test in (
         lambda sensor: sensor.topic.strip('/') == topic,
-        lambda sensor: _plain(sensor.name) == _plain(topic),
-        lambda sensor: _plain(sensor.name) in _plain(topic).split('.'),
-        lambda sensor: _plain(topic).endswith(_plain(sensor.name)),
+        lambda sensor: plain_name(sensor.name) == plain_name(topic),
+        lambda sensor: plain_name(sensor.name) in plain_name(topic).split('.'),
+        lambda sensor: plain_name(topic).endswith(plain_name(sensor.name)),
         lambda sensor: sensor.frame_id == item.frame_id,
     ):
         fitting = [sensor for sensor in layout if test(sensor)]

@@ -1,0 +1,37 @@
+"""A recording of columns, as the robot it was made on has it."""
+
+from collections.abc import Sequence
+
+from modal_core.channel import SensorLayout
+from modal_core.channel_match import named_as_in
+from modal_recordings.array_recording import ArrayRecording
+from modal_recordings.joint_rows import joints_apart
+
+
+def of_robot(recording: ArrayRecording, joint_names: Sequence[str]) -> ArrayRecording:
+    """Return a recording whose columns of angles, speeds and torques are joint states.
+
+    Parameters
+    ----------
+    recording : ArrayRecording
+        As it was opened.
+    joint_names : sequence of str
+        Of the robot, in its order.
+
+    Raises
+    ------
+    RecordingError
+        Two sets of columns tell the same of the joints.
+    """
+    source = recording.read_from
+    table, options, joints = joints_apart(
+        recording.path, source.table, source.options, joint_names
+    )
+    return recording.again(table=table, options=options, joints=joints) if joints else recording
+
+
+def called_as_in(layout: SensorLayout, recording: ArrayRecording) -> ArrayRecording:
+    """Return a recording whose channels are called as a layout calls them."""
+    names, assumed = named_as_in(layout, recording.channel_names)
+    notes = (*recording.read_from.notes, assumed) if assumed else recording.read_from.notes
+    return recording.again(names=names, notes=notes)
