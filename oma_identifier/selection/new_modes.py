@@ -82,6 +82,8 @@ def _stands_out(mode: Mode, peaks: SpectralPeaks) -> bool:
     width_hz = _half_width_hz(mode)
     if mode.damping_ratio > SELECTION.broad and peaks.is_edge(mode.frequency_hz, width_hz):
         return False
+    if peaks.is_by_end(mode.frequency_hz, width_hz):
+        return False
     chance = peaks.chance(mode.frequency_hz, width_hz)
     return chance is None or chance < SELECTION.peak_chance
 

@@ -185,6 +185,8 @@ def _undetermined(pole: SelectedPole, peaks: SpectralPeaks | None) -> str:
         return 'its flank lies where filters against aliasing fall'
     if peaks is not None and pole.damping_ratio > SELECTION.broad and _is_edge(pole, peaks):
         return f'the edge of an excited band, damped by {pole.damping_ratio:.2g} of critical'
+    if peaks is not None and peaks.is_by_end(pole.frequency_hz, pole.half_width_hz):
+        return 'the response ends beside it'
     return ''
 
 

@@ -16,11 +16,12 @@ from scipy.linalg import eigh
 
 from modal_core.chance import fisher_tail
 from modal_core.samples import Samples
+from oma_identifier.spectra.band_edges import band_edges
 from oma_identifier.spectra.thresholds import SPECTRA
 
 FLANK = (2.0, 4.0)
 """Reach of a flank in half-power half-widths; there a resonance has lost 5 to 12 dB and more."""
-MOST_CHANNELS = 12
+MOST_CHANNELS, CHANNELS_THAT_END = 12, 4
 
 
 class SpectralPeaks:
@@ -38,11 +39,14 @@ class SpectralPeaks:
     @cached_property
     def _lines(self) -> NDArray[np.complex64]:
         """Return the discrete Fourier transform, (n_lines, n_channels), of the liveliest."""
+        return self._transformed(MOST_CHANNELS)
+
+    def _transformed(self, most_channels: int) -> NDArray[np.complex64]:
         n_rows, n_channels = self._samples.acceleration.shape
         length = next_fast_len(n_rows - n_rows // 100, real=True)
         chosen: slice | NDArray[np.intp] = slice(None)
-        if n_channels > MOST_CHANNELS:
-            chosen = np.linspace(0, n_channels - 1, MOST_CHANNELS).round().astype(int)
+        if n_channels > most_channels:
+            chosen = np.linspace(0, n_channels - 1, most_channels).round().astype(int)
         data = self._samples.widened(slice(length if length <= n_rows else n_rows), chosen)
         rows = np.ascontiguousarray(data.T)
         rows = rows - rows.mean(axis=1, keepdims=True)
@@ -87,6 +91,26 @@ class SpectralPeaks:
         powers = [float(np.mean(np.abs(flank) ** 2)) for flank in (low, high)]
         steep = max(powers) > SPECTRA.edge * min(powers)
         return steep and self._chance(peak, low, high) > SPECTRA.no_peak
+
+    def is_by_end(self, frequency_hz: float, half_width_hz: float) -> bool:
+        """Tell whether the response ends so near that a pole here may be the end's.
+
+        Parameters
+        ----------
+        frequency_hz, half_width_hz : float [Hz]
+            Natural frequency and half-power half-width of the supposed resonance.
+        """
+        distance = np.abs(self._ends_hz - frequency_hz)
+        return bool(np.any(distance < SPECTRA.edge_reach * half_width_hz))
+
+    @cached_property
+    def _ends_hz(self) -> NDArray[np.float64]:
+        """Return where the response ends [Hz]: in all channels at once, so that a few tell."""
+        lines = self._transformed(CHANNELS_THAT_END)
+        tapered = lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])
+        power = np.einsum('lc,lc->l', tapered, tapered.conj()).real.astype(np.float64)
+        spacing = self._samples.sample_rate_hz / 2.0 / (len(lines) - 1)
+        return (band_edges(power) + 1.0) * spacing
 
     def _parts(self, at: float, width: float) -> tuple[NDArray[np.complex64], ...]:
         """Return the lines of the peak and of the flanks below and above."""
