@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+import logging
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -26,7 +27,10 @@ from model_gap.predict import compile_laws
 from model_gap.quick_look import look_at, QuickLook
 from model_gap.search import run_search, Search, SearchSettings, tolerances_only
 from model_gap.travelled import compares_none, Travelled, with_travel, without_travelled
+from model_gap.weighed_again import same_put_right, standing_as, weighed_again
 from structural_model import FlexibleJointModel
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -117,43 +121,101 @@ def find_gap(
     compile_laws()
     rest = rest_of(model, campaign)
     faults = weigh(rest, settings.tolerances)
+    told = encoders_told(rest, settings.tolerances)
+    with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait
+        found = _searched(model, campaign, settings, faults, seed, progress, first)
+        if not found.settled:
+            log.debug('gravity weighed anew: %s', [fault.words() for fault in found.faults])
+            other = _searched(model, campaign, settings, found.faults, seed, progress)
+            found = other if other.settled else found
+        return _result(found, told, model, seed)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What a search found, gravity as it was understood before, and as it is now."""
+
+    search: Search
+    at_first: tuple[Fault, ...]
+    decision: Decision
+    calibrated: Fit | None
+    travelled: Travelled | None
+    faults: tuple[Fault, ...]
+
+    @property
+    def known(self) -> bool:
+        """Whether the arm is understood."""
+        explained = self.decision.verdict is not Verdict.UNEXPLAINED
+        return self.calibrated is not None and explained
+
+    @property
+    def settled(self) -> bool:
+        """Whether what was put right is wrong with the arm as it is known now, too."""
+        return same_put_right(self.at_first, self.faults)
+
+    @property
+    def decided(self) -> Decision:
+        """The verdict: what gravity contradicts is not certain."""
+        if self.settled or self.decision.verdict is not Verdict.NAMED:
+            return self.decision
+        now = '; '.join(fault.words() for fault in self.faults) or 'nothing is wrong'
+        reason = f'gravity, weighed again with what was found, says otherwise: {now}'
+        reasons = (*self.decision.reasons, reason)
+        return replace(self.decision, verdict=Verdict.AMBIGUOUS, reasons=reasons)
+
+    @property
+    def final(self) -> Hypothesis:
+        """Effects and tolerances of the corrected model."""
+        return self.calibrated.hypothesis if self.calibrated else self.search.nominal
+
+
+def _searched(
+    model: FlexibleJointModel,
+    campaign: Campaign,
+    settings: SearchSettings,
+    faults: tuple[Fault, ...],
+    seed: int,
+    progress: Callable[[float], None],
+    first: Callable[[QuickLook], None] = lambda _: None,
+) -> _Found:
+    """Search with model and campaign put right."""
     standing, right = as_it_stands(model, faults), put_right(campaign, faults)
     open_ = replace(settings, tolerances=left_open(settings.tolerances, faults))
-    with threadpool_limits(limits=1, user_api='blas'):  # small matrices: threads only wait
-        compared, travelled = without_travelled(standing, right, settings.band)
-        divided = split(compared, np.random.default_rng(seed))
-        search = Search.begin(standing, divided, open_)
+    compared, travelled = without_travelled(standing, right, settings.band)
+    divided = split(compared, np.random.default_rng(seed))
+    search = Search.begin(standing, divided, open_)
 
-        def tell(begun: Search) -> None:
-            first(look_at(begun, faults, travelled))
+    def tell(begun: Search) -> None:
+        first(look_at(begun, faults, travelled))
 
-        if compares_none(travelled):
-            found = tolerances_only(search, tell)
-            progress(1.0)
-        else:
-            found = run_search(search, progress, tell)
-        told = encoders_told(rest, settings.tolerances)
-        return _result(found, faults, told, model, seed, travelled)
+    if compares_none(travelled):
+        search = tolerances_only(search, tell)
+        progress(1.0)
+    else:
+        search = run_search(search, progress, tell)
+    decision = with_travel(decide(search), search, travelled)
+    unread = compares_none(travelled) and decision.verdict is Verdict.UNEXPLAINED
+    calibrated = None if unread else _calibrated(search, decision)
+    found = _Found(search, faults, decision, calibrated, travelled, faults)
+    if not found.known:
+        return found
+    again = weighed_again(faults, found.final, model, campaign, settings.tolerances)
+    return replace(found, faults=again)
 
 
 def _result(
-    search: Search,
-    faults: tuple[Fault, ...],
+    found: _Found,
     told: Mapping[str, float],
     given: FlexibleJointModel,
     seed: int,
-    travelled: Travelled | None,
 ) -> GapResult:
-    decision = with_travel(decide(search), search, travelled)
+    search, final, calibrated = found.search, found.final, found.calibrated
+    faults = found.faults if found.settled else found.at_first
     before = _as_given(search, given)
-    unread = compares_none(travelled) and decision.verdict is Verdict.UNEXPLAINED
-    calibrated = None if unread else _calibrated(search, decision)
-    known = calibrated is not None and decision.verdict is not Verdict.UNEXPLAINED
-    final = calibrated.hypothesis if calibrated else search.nominal
     heldout = search.data.heldout if search.data.heldout.records else search.data.fitting
     return GapResult(
         search=search,
-        decision=with_faults(decision, faults, calibrated),
+        decision=with_faults(found.decided, faults, calibrated),
         calibrated=calibrated,
         where=locate(search, final),
         gap_before=gap_fraction(search.data.fitting, before),
@@ -165,9 +227,11 @@ def _result(
         encoders_told=told,
         given=given,
         seed=seed,
-        travelled=travelled,
+        travelled=found.travelled,
         other_encoders=(
-            other_encoders(calibrated, search.data.fitting, told) if calibrated and known else None
+            other_encoders(calibrated, search.data.fitting, told)
+            if calibrated and found.known
+            else None
         ),
     )
 
@@ -175,13 +239,7 @@ def _result(
 def _as_given(search: Search, given: FlexibleJointModel) -> Hypothesis:
     """Return the model as it was given: joints and base where its file has them."""
     nominal = search.nominal
-    spec = nominal.scene.cell.spec
-    joints = zip(spec.joints, given.spec.joints, strict=True)
-    spec = replace(
-        spec,
-        joints=tuple(replace(one, offset_rad=other.offset_rad) for one, other in joints),
-        gravity_m_s2=given.spec.gravity_m_s2,
-    )
+    spec = standing_as(nominal.scene.cell.spec, given)
     scene = replace(nominal.scene, cell=nominal.scene.cell.with_spec(spec))
     return replace(nominal, scene=scene)
 

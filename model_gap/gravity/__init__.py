@@ -5,11 +5,12 @@ turned sensors, a robot off level and encoders that read wrong, and model and ca
 """
 
 from model_gap.gravity.at_rest import AtRest, rest_of
-from model_gap.gravity.faults import Fault, Kind
+from model_gap.gravity.faults import Fault, Kind, PUT_RIGHT
 from model_gap.gravity.put_right import as_it_stands, left_open, put_right, right_units
 from model_gap.gravity.weigh import encoders_told, weigh
 
 __all__ = [
+    'PUT_RIGHT',
     'AtRest',
     'Fault',
     'Kind',

@@ -27,6 +27,9 @@ class Kind(Enum):
     UNTOLD = 'untold'
 
 
+# Kinds that model and campaign are put right of before the dynamics.
+PUT_RIGHT = frozenset({Kind.ENCODER, Kind.TILT, Kind.UNIT, Kind.SENSORS, Kind.JOINTS})
+
 # What a fault costs in log evidence for each number that it frees: the logarithm of how much
 # narrower the means make it than what is possible (10 deg or 1 g, down to some hundredths of it).
 COST = {
