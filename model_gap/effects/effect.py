@@ -25,7 +25,7 @@ class EffectParameter:
     name, unit : str
         As reported.
     scale : float
-        Prior standard deviation on the inner scale: what is plausible.
+        Of the prior on the inner scale, what is plausible: its standard deviation were it normal.
     low, high : float
         Plausible range of the value.
     neutral : float

@@ -15,6 +15,7 @@ from modal_core.errors import ModelError
 from model_gap.campaign import Rows
 from model_gap.effects import Effect
 from model_gap.fit.linearise import effect_columns, tolerance_columns
+from model_gap.fit.plausible import cost, weight
 from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
@@ -130,9 +131,8 @@ class Stride:
 
 def objective(misfit_value: float, hypothesis: Hypothesis) -> float:
     """Return minus the log posterior density, up to a constant."""
-    scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
-    prior = float(hypothesis.tolerance_values @ hypothesis.tolerance_values + scaled @ scaled)
-    return float(FIT.effective_data * np.log(misfit_value) + 0.5 * prior)
+    tolerances = 0.5 * float(hypothesis.tolerance_values @ hypothesis.tolerance_values)
+    return float(FIT.effective_data * np.log(misfit_value) + tolerances + cost(hypothesis.scaled))
 
 
 def free_numbers_cost(effects: Sequence[Effect], records: int) -> float:
@@ -249,20 +249,29 @@ def _step(
     """Return the Gauss-Newton step in prior standard deviations, tolerances first."""
     extra = effect_columns(hypothesis, predictor, rows)
     residual = predictor.weighting.measured - rows
-    hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count)
-    weight = FIT.effective_data / (predictor.weighting.count * chi) * 2.0
-    pull = np.r_[columns @ residual, extra @ residual].astype(float) * weight
-    scaled = hypothesis.inner / hypothesis.prior_scale if len(hypothesis.inner) else np.zeros(0)
-    return np.asarray(np.linalg.solve(hessian, pull - np.r_[hypothesis.tolerance_values, scaled]))
+    prior = prior_precision(hypothesis)
+    hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count, prior)
+    data = FIT.effective_data / (predictor.weighting.count * chi) * 2.0
+    pull = np.r_[columns @ residual, extra @ residual].astype(float) * data
+    here = np.r_[hypothesis.tolerance_values, hypothesis.scaled]
+    return np.asarray(np.linalg.solve(hessian, pull - prior * here))
 
 
-def posterior_hessian(columns: Rows, gram: Array, extra: Rows, chi: float, count: int) -> Array:
+def prior_precision(hypothesis: Hypothesis) -> Array:
+    """Return the prior's curvature for all numbers, tolerances first: these are normal."""
+    own = np.ones(len(hypothesis.tolerance_values))
+    return np.asarray(np.r_[own, weight(hypothesis.scaled)])
+
+
+def posterior_hessian(
+    columns: Rows, gram: Array, extra: Rows, chi: float, count: int, prior: Array
+) -> Array:
     """Return minus the second derivative of the log posterior in prior standard deviations."""
-    weight = FIT.effective_data / (count * chi) * 2.0
+    data = FIT.effective_data / (count * chi) * 2.0
     cross = np.asarray(columns @ extra.T, dtype=float)
     own = np.asarray(extra @ extra.T, dtype=float)
-    hessian = weight * np.block([[gram, cross], [cross.T, own]])
-    hessian[np.diag_indices_from(hessian)] += 1.0
+    hessian = data * np.block([[gram, cross], [cross.T, own]])
+    hessian[np.diag_indices_from(hessian)] += prior
     return hessian
 
 
@@ -272,7 +281,8 @@ def _summary(down: Descent, predictor: Predictor, linearised: Linearised, near: 
     at = linearised.at if near else hypothesis
     extra = effect_columns(at, predictor, predictor.rows(at.cell()))
     gram = np.asarray(columns @ columns.T, dtype=float)
-    hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count)
+    prior = prior_precision(hypothesis)
+    hessian = posterior_hessian(columns, gram, extra, chi, predictor.weighting.count, prior)
     covariance = np.linalg.inv(hessian)[len(columns) :, len(columns) :]
     scale = hypothesis.prior_scale
     evidence = -down.objective - 0.5 * float(np.linalg.slogdet(hessian)[1])

@@ -52,6 +52,11 @@ class Hypothesis:
         """Prior standard deviation of every inner parameter."""
         return np.array([item.scale for item in self.parameters])
 
+    @property
+    def scaled(self) -> Array:
+        """Inner parameters in their prior scales."""
+        return self.inner / self.prior_scale if len(self.inner) else np.zeros(0)
+
     def values(self) -> list[tuple[float, ...]]:
         """Return the physical values, one tuple per effect."""
         found, place = [], 0
