@@ -12,7 +12,7 @@ from rosbags.rosbag2 import ReaderError as Rosbag2Error
 
 from modal_core.errors import RecordingError
 from modal_recordings.attachment import Attachment
-from modal_recordings.raw_message import RawMessage, TopicEntry
+from modal_recordings.raw_message import bunched, Kept, RawMessage, TopicEntry
 from modal_recordings.unreadable import unreadable_bag, unreadable_database
 from modal_recordings.zstd_file import check_unpacked_size
 
@@ -102,6 +102,10 @@ class BagFile:
         if n_read < expected:
             share = 100.0 * (expected - n_read) / expected
             self._damage = (f'{n_read} of {expected} messages read, {share:.1f} % lost',)
+
+    def bunches(self, topics: frozenset[str] | None = None) -> Iterator[list[Kept]]:
+        """Yield the same, many at once."""
+        return bunched(self.messages(topics))
 
     def attachments(self) -> tuple[Attachment, ...]:
         """Return none: bags of this kind carry no files."""

@@ -1,5 +1,6 @@
 """What one look at a batch of raw messages gives: measurements, and what was refused and why."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from modal_core.errors import MessageError
@@ -20,3 +21,15 @@ class DecodedBatch:
 
     measurements: tuple[Measurement, ...] = ()
     refused: tuple[MessageError, ...] = ()
+
+
+def one_by_one(raws: Sequence[bytes], decode_one: Callable[[bytes], Measurement]) -> DecodedBatch:
+    """Decode messages one after the other; those that break their contract are refused."""
+    measurements: list[Measurement] = []
+    refused: list[MessageError] = []
+    for raw in raws:
+        try:
+            measurements.append(decode_one(raw))
+        except MessageError as error:
+            refused.append(error)
+    return DecodedBatch(tuple(measurements), tuple(refused))

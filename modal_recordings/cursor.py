@@ -32,12 +32,18 @@ class Cursor:
     ------
     MessageError
         From every method: the message ends early or is not little-endian CDR.
+
+    Attributes
+    ----------
+    places : list of slice
+        Bytes of the sequences of numbers read so far.
     """
 
     def __init__(self, data: bytes, where: str, *, ros1: bool = False) -> None:
         self.data = data
         self.where = where
         self.ros1 = ros1
+        self.places: list[slice] = []
         self.position = 0 if ros1 else 4
         if not ros1 and data[:2] != b'\x00\x01':
             raise MessageError(
@@ -103,6 +109,7 @@ class Cursor:
         # CDR aligns the elements only when there are any.
         if count:
             self._align(size)
+        self.places.append(slice(self.position, self.position + count * size))
         return np.frombuffer(self._take(count * size), dtype=dtype)
 
     def _number(self, code: str, size: int) -> float:

@@ -11,7 +11,7 @@ from modal_core.yaml_file import parse_yaml
 from modal_recordings.attachment import Attachment
 from modal_recordings.bag_file import BagFile
 from modal_recordings.mcap_file import McapFile
-from modal_recordings.raw_message import MessageFile, RawMessage, TopicEntry
+from modal_recordings.raw_message import Kept, MessageFile, one_by_one, RawMessage, TopicEntry
 
 LARGEST_METADATA_BYTES = 4_000_000
 """A thousand topics, or ten thousand files."""
@@ -49,8 +49,12 @@ class FileSequence:
 
     def messages(self, topics: frozenset[str] | None = None) -> Iterator[RawMessage]:
         """Yield the messages of all files."""
+        return one_by_one(self.bunches(topics))
+
+    def bunches(self, topics: frozenset[str] | None = None) -> Iterator[list[Kept]]:
+        """Yield the same, many at once."""
         for file in self.files:
-            yield from file.messages(topics)
+            yield from file.bunches(topics)
 
     def attachments(self) -> tuple[Attachment, ...]:
         """Return the files that the first file with any carries."""

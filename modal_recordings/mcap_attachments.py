@@ -31,9 +31,9 @@ def indexed_places(summary: bytes) -> list[int]:
         The index is damaged.
     """
     return [
-        SIZE.unpack_from(record.data)[0]
-        for record in records_of(summary)
-        if record.opcode == ATTACHMENT_INDEX and len(record.data) >= SIZE.size
+        SIZE.unpack_from(content)[0]
+        for opcode, _, _, content in records_of(summary)
+        if opcode == ATTACHMENT_INDEX and len(content) >= SIZE.size
     ]
 
 

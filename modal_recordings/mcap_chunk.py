@@ -14,7 +14,8 @@ import zstandard
 from modal_core.errors import RecordingError
 
 RECORD = struct.Struct('<BQ')
-MESSAGE = struct.Struct('<HIQQ')
+# Of a message: opcode, length, channel, sequence, log time, publish time.
+MESSAGE = struct.Struct('<BQHIQQ')
 # Of a chunk: first and last log time, uncompressed size, checksum, length of a compression name.
 HEAD = struct.Struct('<QQQII')
 SIZE = struct.Struct('<Q')
@@ -26,27 +27,6 @@ CHUNK_START = re.compile(
     re.DOTALL,
 )
 LARGEST_CHUNK_BYTES = 512_000_000
-
-
-class ChunkRecord(NamedTuple):
-    """A record of a chunk.
-
-    Parameters
-    ----------
-    opcode : int
-        Kind of the record.
-    channel_id : int
-        Of a message, else 0.
-    log_time_ns : int [ns]
-        Of a message, else 0.
-    data : bytes
-        Payload of a message, content of another record.
-    """
-
-    opcode: int
-    channel_id: int
-    log_time_ns: int
-    data: bytes
 
 
 class ChunkHead(NamedTuple):
@@ -154,28 +134,36 @@ def uncompress(chunk: Chunk) -> bytes:
     return data
 
 
-def records_of(data: bytes) -> Iterator[ChunkRecord]:
-    """Yield the records in uncompressed chunk data.
+def records_of(data: bytes) -> Iterator[tuple[int, int, int, bytes]]:
+    """Yield the records in uncompressed chunk data: opcode, channel, log time [ns], data.
+
+    The data are the payload of a message, and the content of another record, whose channel and
+    time are 0.  A recording has millions of them: nothing is made of any that is not needed.
 
     Raises
     ------
     RecordingError
         A record runs past the end.
     """
-    position, end = 0, len(data)
+    position, end, unpack = 0, len(data), MESSAGE.unpack_from
+    # No record of any kind reaches past the end of a message that begins here.
+    last = end - MESSAGE.size
     while position < end:
+        if position <= last and data[position] == MESSAGE_OPCODE:
+            opcode, length, channel_id, _, log_time, _ = unpack(data, position)
+            start, position = position + MESSAGE.size, position + RECORD.size + length
+            if position > end or position < start:
+                raise RecordingError('record cut short in a chunk', found=f'{length} bytes')
+            yield opcode, channel_id, log_time, data[start:position]
+            continue
         if position + RECORD.size > end:
             raise RecordingError('record cut short in a chunk', found=f'{end - position} bytes')
         opcode, length = RECORD.unpack_from(data, position)
         start = position + RECORD.size
         position = start + length
-        if position > end or (opcode == MESSAGE_OPCODE and length < MESSAGE.size):
+        if position > end or opcode == MESSAGE_OPCODE:
             raise RecordingError('record cut short in a chunk', found=f'{length} bytes')
-        if opcode == MESSAGE_OPCODE:
-            channel_id, _, log_time, _ = MESSAGE.unpack_from(data, start)
-            yield ChunkRecord(opcode, channel_id, log_time, data[start + MESSAGE.size : position])
-        else:
-            yield ChunkRecord(opcode, 0, 0, data[start:position])
+        yield opcode, 0, 0, data[start:position]
 
 
 def _expanded(compression: str, stored: bytes, size: int) -> bytes:

@@ -9,9 +9,10 @@ References
 .. [1] MCAP file format specification, https://mcap.dev/spec
 """
 
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from io import BytesIO
 import mmap
+from operator import itemgetter
 from pathlib import Path
 import struct
 from typing import Any
@@ -37,7 +38,7 @@ from modal_recordings.mcap_chunk import (
     SCHEMA,
     uncompress,
 )
-from modal_recordings.raw_message import RawMessage, TopicEntry
+from modal_recordings.raw_message import Kept, one_by_one, RawMessage, TopicEntry
 from modal_recordings.read_pages import ReadPages
 
 MAGIC = b'\x89MCAP0\r\n'
@@ -84,7 +85,7 @@ class McapFile:
         if not self._known:
             self._known = self._read_index()
         if not self._known:
-            for _ in self.messages(frozenset()):
+            for _ in self.bunches(frozenset()):
                 pass
         entries: dict[str, TopicEntry] = {}
         for key, channel in sorted(self._channels.items(), key=lambda item: item[1].topic):
@@ -102,6 +103,10 @@ class McapFile:
 
     def messages(self, topics: frozenset[str] | None = None) -> Iterator[RawMessage]:
         """Yield messages chunk by chunk, sorted by log time within a chunk."""
+        return one_by_one(self.bunches(topics))
+
+    def bunches(self, topics: frozenset[str] | None = None) -> Iterator[list[Kept]]:
+        """Yield the messages of each chunk, sorted by log time."""
         self._n_messages = {}
         self._n_bytes = 0
         self._damage = []
@@ -151,10 +156,10 @@ class McapFile:
         if summary is None:
             return False
         try:
-            for record in records_of(summary):
-                self._describe(record.opcode, record.data)
-                if record.opcode == STATISTICS:
-                    self._indexed = _parse(Statistics, record.data)
+            for opcode, _, _, content in records_of(summary):
+                self._describe(opcode, content)
+                if opcode == STATISTICS:
+                    self._indexed = _parse(Statistics, content)
         except RecordingError:
             return False
         if self._indexed is None or self._indexed.channel_count > len(self._channels):
@@ -194,7 +199,7 @@ class McapFile:
                 'wrong MCAP profile', where=self.path, found=repr(header.profile), expected='ros2'
             )
 
-    def _walk(self, data: mmap.mmap, topics: frozenset[str] | None) -> Iterator[RawMessage]:
+    def _walk(self, data: mmap.mmap, topics: frozenset[str] | None) -> Iterator[list[Kept]]:
         position, size, rest = len(MAGIC), len(data), 'what followed is unknown'
         pages = ReadPages(data)
         while position + RECORD.size <= size:
@@ -204,7 +209,7 @@ class McapFile:
             if opcode not in KNOWN_OPCODES or stop > size:
                 head = chunk_head(data, start) if opcode == CHUNK else None
                 if head is not None and head.length == length:
-                    yield from self._cut_chunk(data, head, topics)
+                    yield self._cut_chunk(data, head, topics)
                     return
                 resumed = next_chunk(data, position + 1)
                 if resumed is None and opcode in KNOWN_OPCODES and data[-len(MAGIC) :] != MAGIC:
@@ -220,19 +225,22 @@ class McapFile:
             if opcode == DATA_END:
                 rest = 'no message lost'
             try:
-                yield from self._record(opcode, data[start:stop], topics)
+                found = self._record(opcode, data[start:stop], topics)
             except RecordingError as error:
                 self._lost(str(error), start - RECORD.size, stop)
+            else:
+                if found:
+                    yield found
             pages.read(length)
         where = 'without an end mark' if position == size else 'inside a record'
         self._end = f'file ends at byte {size} {where}, {rest}'
 
     def _cut_chunk(
         self, data: mmap.mmap, head: ChunkHead, topics: frozenset[str] | None
-    ) -> Iterator[RawMessage]:
-        """Yield what can be read of the chunk that the file ends in, and state the loss."""
+    ) -> list[Kept]:
+        """Return what can be read of the chunk that the file ends in, and state the loss."""
         records = cut_records(data, head)
-        last_ns = yield from self._sorted(records, topics, cut=True)
+        found, last_ns = self._sorted(records, topics, cut=True)
         lost_s = max(0, head.end_ns - max(last_ns, head.start_ns)) / NANOSECONDS_PER_SECOND
         n_lost = 'an unknown number of'
         n_read = sum(self._n_messages.values())
@@ -243,55 +251,57 @@ class McapFile:
             f'file ends at byte {len(data)} inside a chunk, about {lost_s:.3g} s / {n_lost} '
             'messages of it lost, what followed is unknown'
         )
+        return found
 
-    def _record(
-        self, opcode: int, content: bytes, topics: frozenset[str] | None
-    ) -> Iterator[RawMessage]:
+    def _record(self, opcode: int, content: bytes, topics: frozenset[str] | None) -> list[Kept]:
         if opcode == CHUNK:
-            yield from self._chunk(content, topics)
-        elif opcode in (SCHEMA, CHANNEL):
+            return self._sorted(uncompress(_parse(Chunk, content)), topics)[0]
+        if opcode == MESSAGE_OPCODE:
+            return self._sorted(RECORD.pack(opcode, len(content)) + content, topics)[0]
+        if opcode in (SCHEMA, CHANNEL):
             self._describe(opcode, content)
         elif opcode == STATISTICS:
             self._indexed = _parse(Statistics, content)
-        elif opcode == MESSAGE_OPCODE:
-            yield from self._sorted(RECORD.pack(opcode, len(content)) + content, topics)
-
-    def _chunk(self, content: bytes, topics: frozenset[str] | None) -> Iterator[RawMessage]:
-        chunk = _parse(Chunk, content)
-        yield from self._sorted(uncompress(chunk), topics)
+        return []
 
     def _sorted(
         self, data: bytes, topics: frozenset[str] | None, *, cut: bool = False
-    ) -> Generator[RawMessage, None, int]:
-        """Yield the messages among records by log time; return the last log time of any topic."""
-        found: list[RawMessage] = []
+    ) -> tuple[list[Kept], int]:
+        """Return the messages among records by log time, and the last log time of any topic."""
+        found: list[Kept] = []
+        kinds: dict[int, tuple[str, str] | None] = {}
         counts: dict[int, int] = {}
         last_ns = 0
         try:
-            for record in records_of(data):
-                if record.opcode != MESSAGE_OPCODE:
-                    self._describe(record.opcode, record.data)
+            for opcode, key, log_ns, content in records_of(data):
+                if opcode != MESSAGE_OPCODE:
+                    self._describe(opcode, content)
                     continue
-                channel = self._channels.get(record.channel_id)
-                if channel is None:
-                    raise RecordingError(
-                        'message of an undeclared channel', found=record.channel_id
-                    )
-                counts[channel.id] = counts.get(channel.id, 0) + 1
-                last_ns = max(last_ns, record.log_time_ns)
-                if topics is None or channel.topic in topics:
-                    schema = self._schemas.get(channel.schema_id)
-                    name = schema.name if schema else ''
-                    found.append(RawMessage(channel.topic, name, record.log_time_ns, record.data))
+                if key not in kinds:
+                    kinds[key], counts[key] = self._kind_of(key, topics), 0
+                counts[key] += 1
+                last_ns = max(last_ns, log_ns)
+                kind = kinds[key]
+                if kind is not None:
+                    found.append((log_ns, kind, content))
         except RecordingError:
             if not cut:
                 raise
         for key, count in counts.items():
             self._n_messages[key] = self._n_messages.get(key, 0) + count
         self._n_bytes += len(data)
-        found.sort(key=lambda message: message.log_time_ns)
-        yield from found
-        return last_ns
+        found.sort(key=itemgetter(0))
+        return found, last_ns
+
+    def _kind_of(self, key: int, topics: frozenset[str] | None) -> tuple[str, str] | None:
+        """Return topic and type of a channel's messages; None where they are not asked for."""
+        channel = self._channels.get(key)
+        if channel is None:
+            raise RecordingError('message of an undeclared channel', found=key)
+        if topics is not None and channel.topic not in topics:
+            return None
+        schema = self._schemas.get(channel.schema_id)
+        return channel.topic, schema.name if schema else ''
 
     def _describe(self, opcode: int, content: bytes) -> None:
         if opcode == SCHEMA:

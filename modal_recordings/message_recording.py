@@ -170,16 +170,21 @@ class MessageRecording:
         end_ns = n_bytes = n_read = 0
         selected = (entry for entry in self.entries if entry.name in self.selected)
         n_expected = max(1, sum(entry.n_messages or 0 for entry in selected))
-        for message in self.file.messages(self.selected):
-            if message.log_time_ns >= end_ns or n_bytes > LARGEST_BATCH_BYTES:
-                if batch:
-                    yield batch
-                batch, n_bytes = {}, 0
-                end_ns = message.log_time_ns + BATCH_NS
-            batch.setdefault((message.topic, message.message_type), []).append(message.data)
-            n_read += 1
-            self.fraction_read = min(1.0, n_read / n_expected)
-            n_bytes += len(message.data)
+        for bunch in self.file.bunches(self.selected):
+            for log_time_ns, kind, data in bunch:
+                if log_time_ns >= end_ns or n_bytes > LARGEST_BATCH_BYTES:
+                    self.fraction_read = min(1.0, n_read / n_expected)
+                    if batch:
+                        yield batch
+                    batch, n_bytes = {}, 0
+                    end_ns = log_time_ns + BATCH_NS
+                if kind in batch:
+                    batch[kind].append(data)
+                else:
+                    batch[kind] = [data]
+                n_bytes += len(data)
+            n_read += len(bunch)
+        self.fraction_read = min(1.0, n_read / n_expected)
         if batch:
             yield batch
 

@@ -1,7 +1,8 @@
 """What every recording of messages yields before decoding."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import NamedTuple, Protocol
 
 from modal_recordings.attachment import Attachment
@@ -49,6 +50,26 @@ class TopicEntry:
     encoding: str = ''
 
 
+Kept = tuple[int, tuple[str, str], bytes]
+"""Log time [ns], topic and type, and data of a message: less to make than a ``RawMessage``."""
+# Of files that are read message by message.
+AT_ONCE = 1000
+
+
+def one_by_one(bunches: Iterable[list[Kept]]) -> Iterator[RawMessage]:
+    """Yield the messages of bunches."""
+    for bunch in bunches:
+        for log_time_ns, (topic, message_type), data in bunch:
+            yield RawMessage(topic, message_type, log_time_ns, data)
+
+
+def bunched(messages: Iterable[RawMessage]) -> Iterator[list[Kept]]:
+    """Yield messages in bunches."""
+    kept = ((log_ns, (topic, kind), data) for topic, kind, log_ns, data in messages)
+    while bunch := list(islice(kept, AT_ONCE)):
+        yield bunch
+
+
 class MessageFile(Protocol):
     """A file or folder of serialised messages."""
 
@@ -60,6 +81,9 @@ class MessageFile(Protocol):
 
     def messages(self, topics: frozenset[str] | None = None) -> Iterator[RawMessage]:
         """Yield the messages of these topics (None: all) in log order."""
+
+    def bunches(self, topics: frozenset[str] | None = None) -> Iterator[list[Kept]]:
+        """Yield the same, many at once."""
 
     def attachments(self) -> tuple[Attachment, ...]:
         """Return the files it carries."""
