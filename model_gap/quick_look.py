@@ -216,8 +216,7 @@ def _stretched(search: Search) -> tuple[str, ...]:
 def _modes(search: Search) -> tuple[str, ...]:
     """Return the modes of one recording that the model has elsewhere, or not at all."""
     band = min(search.settings.band.high_hz, search.campaign.motion_band_hz)
-    pairs = mode_pairs(search, search.fitted, band, poses=1)
-    one = [pair for pair in pairs if pair.record == pairs[0].record]
+    one = mode_pairs(search, search.fitted, band, poses=1, levels=1)
     far = sorted(one, key=lambda pair: -abs(pair.deviations(pair.before)))
     moved = tuple(
         f'the mode of {FREQUENCY.text(pair.before.frequency_hz, pair.before.frequency_sigma_hz)}'

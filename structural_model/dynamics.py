@@ -19,6 +19,20 @@ LARGEST_STEP_RAD = 1e-12
 
 
 @dataclass(frozen=True)
+class Inputs:
+    """How the motor side acts on the deflections at a pose.
+
+    Parameters
+    ----------
+    inertia, gravity : (n_dof, n_joints) array
+        Force per unit motor-side acceleration, and change of gravity's load per unit motion.
+    """
+
+    inertia: Array
+    gravity: Array
+
+
+@dataclass(frozen=True)
 class Dynamics:
     """Dynamics of one expanded arm; every q is (n_joints,) serial joint angles [rad].
 
@@ -63,32 +77,48 @@ class Dynamics:
 
     def matrices(self, q: ArrayLike, deflection: ArrayLike | None = None) -> StructuralMatrices:
         """Return M, C and K, gravity and compensator stiffness included."""
+        full = self.position(q, deflection)
+        return self._matrices(full, self.mass(full), self._gravity_slope(full))
+
+    def equations(
+        self, q: ArrayLike, deflection: ArrayLike | None = None
+    ) -> tuple[StructuralMatrices, Inputs]:
+        """Return ``matrices``, and what ``input_matrix`` and ``gravity_coupling`` are, at once."""
+        full = self.position(q, deflection)
+        mass, slope = self.mass(full), self._gravity_slope(full)
+        inputs = Inputs(self._input_matrix(mass), self._gravity_coupling(full, slope))
+        return self._matrices(full, mass, slope), inputs
+
+    def _matrices(self, full: Array, whole: Array, slope: Array) -> StructuralMatrices:
         assembly, damping = self.assembly, self.spec.damping
-        mass = self.mass_matrix(q, deflection)
+        mass = self._mass_matrix(whole)
         return StructuralMatrices(
             M=mass,
             C=assembly.damping
             + damping.mass_proportional_1_s * mass
             + damping.stiffness_proportional_s * assembly.stiffness,
-            K=self._stiffness(self.position(q, deflection)),
+            K=self._stiffness(full, slope),
             dof_names=assembly.dof_names,
         )
 
     def mass_matrix(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
         """Return M alone, (n_dof, n_dof)."""
+        return self._mass_matrix(self.mass(self.position(q, deflection)))
+
+    def _mass_matrix(self, whole: Array) -> Array:
         assembly = self.assembly
         places, count = assembly.flexible, len(assembly.flexible)
         mass = np.zeros((self.n_dof, self.n_dof))
-        mass[:count, :count] = self.mass(self.position(q, deflection))[places[:, None], places]
+        mass[:count, :count] = whole[places[:, None], places]
         motors = np.arange(count, self.n_dof)
         mass[motors, motors] = assembly.motor_inertia
         return mass
 
-    def _stiffness(self, full: Array) -> Array:
+    def _stiffness(self, full: Array, slope: Array) -> Array:
         """Return K, gravity and compensators included."""
         assembly, count = self.assembly, len(self.assembly.flexible)
         stiffness = assembly.stiffness.copy()
-        gravity = self._gravity_slope(full)[assembly.flexible[:, None], assembly.flexible]
+        gravity = slope[assembly.flexible[:, None], assembly.flexible]
         stiffness[:count, :count] += 0.5 * (gravity + gravity.T)
         for item in self.spec.compensators:
             row = self._row(item)
@@ -101,18 +131,22 @@ class Dynamics:
 
     def input_matrix(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
         """Return -M_r, (n_dof, n_joints)."""
+        return self._input_matrix(self.mass(self.position(q, deflection)))
+
+    def _input_matrix(self, whole: Array) -> Array:
         assembly = self.assembly
         matrix = np.zeros((self.n_dof, len(self.joint_names)))
-        mass = self.mass(self.position(q, deflection))
-        matrix[: len(assembly.flexible)] = -mass[assembly.flexible[:, None], assembly.drives]
+        matrix[: len(assembly.flexible)] = -whole[assembly.flexible[:, None], assembly.drives]
         return matrix
 
     def gravity_coupling(self, q: ArrayLike, deflection: ArrayLike | None = None) -> Array:
         """Return the change of the gravity load on x per unit motor-side motion."""
-        assembly = self.assembly
         full = self.position(q, deflection)
+        return self._gravity_coupling(full, self._gravity_slope(full))
+
+    def _gravity_coupling(self, full: Array, slope: Array) -> Array:
+        assembly = self.assembly
         coupling = np.zeros((self.n_dof, len(self.joint_names)))
-        slope = self._gravity_slope(full)
         coupling[: len(assembly.flexible)] = slope[assembly.flexible[:, None], assembly.drives]
         for item in self.spec.compensators:
             row, column = self._row(item), self.joint_names.index(item.joint)
@@ -168,7 +202,10 @@ class Dynamics:
         """
         deflection = np.zeros(self.n_dof)
         for _ in range(30):
-            load = self._static_load(q, deflection) - self.assembly.stiffness @ deflection
+            load = (
+                self._static_load(self.position(q, deflection))
+                - self.assembly.stiffness @ deflection
+            )
             step = np.linalg.solve(self.matrices(q, deflection).K, load)
             deflection = deflection + step
             if np.abs(step).max(initial=0.0) < LARGEST_STEP_RAD:
@@ -177,12 +214,12 @@ class Dynamics:
 
     def sag(self, q: ArrayLike) -> Array:
         """Return the static deflection but for its square (one Newton step), (n_dof,)."""
-        load = self._static_load(q, np.zeros(self.n_dof))
-        return np.asarray(np.linalg.solve(self._stiffness(self.position(q)), load))
+        full = self.position(q)
+        stiffness = self._stiffness(full, self._gravity_slope(full))
+        return np.asarray(np.linalg.solve(stiffness, self._static_load(full)))
 
-    def _static_load(self, q: ArrayLike, deflection: Array) -> Array:
+    def _static_load(self, full: Array) -> Array:
         assembly = self.assembly
-        full = self.position(q, deflection)
         gravity = pin.computeGeneralizedGravity(assembly.model, assembly.data, full)
         load = np.zeros(self.n_dof)
         load[: len(assembly.flexible)] = (self._pulls(full) - gravity)[assembly.flexible]

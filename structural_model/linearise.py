@@ -45,6 +45,17 @@ def gravity_rows(
     return _rows(dynamics, q, channels, sensing.gravity_rows, deflection)
 
 
+def reading_rows(
+    dynamics: Dynamics,
+    q: ArrayLike,
+    channels: Sequence[Channel],
+    deflection: ArrayLike | None = None,
+) -> tuple[Array, Array]:
+    """Return ``sensor_rows`` and ``gravity_rows`` at once."""
+    motion = sensor_rows(dynamics, q, channels, deflection)
+    return motion, _rows_there(dynamics, channels, sensing.gravity_rows)
+
+
 def rest_readings(
     dynamics: Dynamics,
     q: ArrayLike,
@@ -127,11 +138,20 @@ def _rows(
     deflection: ArrayLike | None,
 ) -> Array:
     assembly = dynamics.assembly
+    if channels:
+        full = dynamics.position(q, deflection)
+        pin.computeJointJacobians(assembly.model, assembly.data, full)
+    return _rows_there(dynamics, channels, kind)
+
+
+def _rows_there(
+    dynamics: Dynamics, channels: Sequence[Channel], kind: sensing.RowFunction
+) -> Array:
+    """Return rows at the pose whose Jacobians were computed last."""
+    assembly = dynamics.assembly
     count = len(assembly.flexible)
     if not channels:
         return np.zeros((0, dynamics.n_dof + len(dynamics.joint_names)))
-    full = dynamics.position(q, deflection)
-    pin.computeJointJacobians(assembly.model, assembly.data, full)
     columns = np.concatenate([assembly.flexible, assembly.drives])
     found = kind(assembly, assembly.data, channels, columns)
     motors = np.zeros((len(channels), dynamics.n_dof - count))

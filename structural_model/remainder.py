@@ -9,7 +9,7 @@ import pinocchio as pin
 from modal_core.channel import Channel
 from structural_model import sensing
 from structural_model.dynamics import Dynamics
-from structural_model.linearise import gravity_rows, sensor_rows
+from structural_model.linearise import reading_rows
 
 Array = NDArray[np.float64]
 _States = tuple[Array, Array, Array]
@@ -66,8 +66,7 @@ def remainder(
             turn, move = full[place] - dynamics.neutral(item), moves[0][:, place]
             bend = np.sin(turn) + np.cos(turn) * move - np.sin(turn + move)
             force[:, assembly.dof_names.index(name)] += item.strength_nm * bend
-    rows = sensor_rows(dynamics, q, channels, deflection)
-    tilt = gravity_rows(dynamics, q, channels, deflection)
+    rows, tilt = reading_rows(dynamics, q, channels, deflection)
     rise, shift = (np.hstack([flexible[order], motors[order]]) for order in (2, 0))
     return force, seen - reading - rise @ rows.T - shift @ tilt.T
 

@@ -11,7 +11,7 @@ import scipy.linalg
 from modal_core.channel import Channel
 from modal_core.errors import ModelError
 from structural_model import FlexibleJointModel
-from structural_model.linearise import gravity_rows, sensor_rows
+from structural_model.linearise import reading_rows
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -99,7 +99,7 @@ class PoseSystem:
         if end_state is not None:
             modal -= end_state[:, None]
         modal /= 1j * omega - self.poles[:, None]
-        return np.asarray(self.shapes @ modal + self.instant @ force)
+        return np.asarray(self.shapes @ modal + _real_times(self.instant, force))
 
     def end_state(self, tail: Array, period_s: float) -> Complex:
         """Return the modes' state at the end of a motion that starts at rest, (n_poles,).
@@ -118,17 +118,21 @@ class PoseSystem:
         step = self.poles[slow, None] * period_s
         inside = np.exp(step * np.arange(1, length + 1))
         ahead = np.exp(step * length * np.arange(blocks))
-        sums = (inside @ tail.reshape(length, -1)).reshape(len(slow), blocks, inputs)
+        # The motion is real: no complex copy of it is made.
+        parts = np.concatenate([inside.real, inside.imag]) @ tail.reshape(length, -1)
+        sums = (parts[: len(slow)] + 1j * parts[len(slow) :]).reshape(len(slow), blocks, inputs)
         pull = self.drives[slow] @ np.hstack([self.arm.inertia_input, self.arm.shift_input])
-        state[slow] = np.einsum('mb,mbj,mj->m', ahead, sums, pull) * period_s
-        for place in slow:
-            twin = np.argmin(np.abs(self.poles - self.poles[place].conj()))
-            state[twin] = state[place].conj()
+        whole = np.matmul(ahead[:, None], sums)[:, 0]
+        state[slow] = np.sum(whole * pull, axis=1) * period_s
+        twins = np.argmin(np.abs(self.poles - self.poles[slow, None].conj()), axis=1)
+        state[twins] = state[slow].conj()
         return state
 
     def force(self, acceleration: Complex, shift: Complex) -> Complex:
         """Return the force of the motor motion on the degrees of freedom, (n, n_bins)."""
-        return np.asarray(self.arm.inertia_input @ acceleration + self.arm.shift_input @ shift)
+        return _real_times(self.arm.inertia_input, acceleration) + _real_times(
+            self.arm.shift_input, shift
+        )
 
     def response(self, omega: Array, force: Array) -> Complex:
         """Return readings per constant force spectrum (n,), (n_channels, n_bins)."""
@@ -151,12 +155,18 @@ class PoseSystem:
         self, omega: Array, deflection: Complex, acceleration: Complex, shift: Complex
     ) -> Complex:
         """Return what the channels read, (n_channels, n_bins)."""
-        return np.asarray(
-            self.flexible @ (-(omega**2) * deflection)
-            + self.gravity @ deflection
-            + self.rigid @ acceleration
-            + self.rigid_gravity @ shift
+        return (
+            _real_times(self.flexible, -(omega**2) * deflection)
+            + _real_times(self.gravity, deflection)
+            + _real_times(self.rigid, acceleration)
+            + _real_times(self.rigid_gravity, shift)
         )
+
+
+def _real_times(matrix: Array, spectra: Complex) -> Complex:
+    """Return a real matrix times complex spectra: half the work of a complex product."""
+    parts = np.ascontiguousarray(spectra, dtype=complex).view(float)
+    return np.asarray((matrix @ parts).view(complex))
 
 
 def sag(model: FlexibleJointModel, pose: Array, hanging: bool) -> Array:
@@ -174,15 +184,8 @@ def pose_arm(model: FlexibleJointModel, pose: Array, hanging: bool = True) -> Po
 
 
 def _arm_about(model: FlexibleJointModel, pose: Array, rest: Array) -> PoseArm:
-    dynamics = model.dynamics
-    matrices = dynamics.matrices(pose, rest)
-    return PoseArm(
-        matrices.M,
-        matrices.C,
-        matrices.K,
-        dynamics.input_matrix(pose, rest),
-        -dynamics.gravity_coupling(pose, rest),
-    )
+    matrices, inputs = model.dynamics.equations(pose, rest)
+    return PoseArm(matrices.M, matrices.C, matrices.K, inputs.inertia, -inputs.gravity)
 
 
 def pose_system(
@@ -240,8 +243,7 @@ def with_channels(
 def _channel_rows(
     model: FlexibleJointModel, pose: Array, channels: tuple[Channel, ...], rest: Array
 ) -> dict[str, Array]:
-    motion = sensor_rows(model.dynamics, pose, channels, rest)
-    tilt = gravity_rows(model.dynamics, pose, channels, rest)
+    motion, tilt = reading_rows(model.dynamics, pose, channels, rest)
     return {
         'flexible': motion[:, : model.n_dof],
         'rigid': motion[:, model.n_dof :],

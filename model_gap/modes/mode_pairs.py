@@ -96,7 +96,11 @@ class _Modes:
 
 
 def mode_pairs(
-    search: Search, after: Fit | None, highest_hz: float, poses: int = LIMITS.most_poses
+    search: Search,
+    after: Fit | None,
+    highest_hz: float,
+    poses: int = LIMITS.most_poses,
+    levels: int | None = None,
 ) -> tuple[ModePair, ...]:
     """Fit modes to some recordings and put the model's modes beside what was found.
 
@@ -110,6 +114,8 @@ def mode_pairs(
         Up to where the arm was excited.
     poses : int
         In at most so many.
+    levels : int or None
+        The first so many recordings of each pose; None: all.
     """
     campaign = search.campaign
     groups = pose_groups(campaign)
@@ -120,7 +126,7 @@ def mode_pairs(
     for pose, records in _chosen(campaign.records, groups)[:poses]:
         q = records[0].pose
         sides = (_model_modes(search, given, q), _model_modes(search, now, q))
-        asked += [(pose, record, sides) for record in records]
+        asked += [(pose, record, sides) for record in records[:levels]]
 
     def measured(each: tuple[int, GapRecord, tuple[_Modes, _Modes]]) -> list[ModePair]:
         pose, record, sides = each

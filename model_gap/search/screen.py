@@ -7,6 +7,7 @@ exact for small effects and finds large ones on a grid of starting values.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 import logging
 
 import numpy as np
@@ -92,42 +93,74 @@ class Projection:
             predictor.weighting.count,
         )
 
+    @cached_property
+    def axes(self) -> tuple[Array, Array]:
+        """Eigenvalues of the gram matrix, and its eigenvectors as columns."""
+        values, vectors = np.linalg.eigh(self.gram)
+        return values, vectors
+
     def value(self, direction: Rows | None) -> tuple[float, float]:
         """Return the best objective with a direction of free amplitude, and that amplitude."""
-        size = len(self.columns)
-        gram, pull = self.gram, self.pull
-        square = float(self.residual.astype(float) @ self.residual)
+        values, vectors = self.axes
+        pull, centre = vectors.T @ self.pull, vectors.T @ self.base.tolerance_values
+        cross, own, along = np.zeros(len(values)), 0.0, 0.0
         if direction is not None:
-            cross = np.asarray(self.columns @ direction, dtype=float)
-            own = float(direction.astype(float) @ direction)
-            gram = np.block([[gram, cross[:, None]], [cross[None, :], np.array([[own]])]])
-            pull = np.r_[pull, float(direction.astype(float) @ self.residual)]
-        prior = np.r_[np.ones(size), np.zeros(len(gram) - size)]
-        centre = np.r_[self.base.tolerance_values, np.zeros(len(gram) - size)]
+            cross = vectors.T @ np.asarray(self.columns @ direction, dtype=float)
+            wide = direction.astype(float)
+            own, along = float(wide @ direction), float(wide @ self.residual)
+        square = self.square
         chi = square / self.count
         best = (np.inf, 0.0)
         for _ in range(4):
             weight = 2.0 * FIT.effective_data / (self.count * chi)
-            step = _clipped(weight * gram, prior, weight * pull - prior * centre, size)
-            left = square - 2.0 * step @ pull + step @ gram @ step
+            step, amplitude = _clipped(weight, values, pull, centre, cross, (own, along))
+            left = square - 2.0 * (step @ pull + amplitude * along)
+            left += step @ (values * step) + amplitude * (2.0 * (step @ cross) + amplitude * own)
             chi = max(float(left) / self.count, 0.3)
-            moved = (centre + step)[:size]
+            moved = centre + step
             value = FIT.effective_data * np.log(chi) + 0.5 * float(moved @ moved)
             if value < best[0]:
-                best = (float(value), float(step[size]) if len(step) > size else 0.0)
+                best = float(value), amplitude
         return best
 
+    @cached_property
+    def square(self) -> float:
+        """Sum of the squared residual."""
+        return float(self.residual.astype(float) @ self.residual)
 
-def _clipped(gram: Array, prior: Array, pull: Array, size: int) -> Array:
-    """Solve for the step; the amplitude, last, is held inside its range."""
-    hessian = gram + np.diag(prior)
-    hessian[np.diag_indices_from(hessian)] += 1e-12 * np.trace(hessian)
-    step = np.linalg.solve(hessian, pull)
-    if len(step) == size or 0.0 <= step[size] <= SEARCH.largest_amplitude:
-        return np.asarray(step)
-    amplitude = float(np.clip(step[size], 0.0, SEARCH.largest_amplitude))
-    rest = np.linalg.solve(hessian[:size, :size], pull[:size] - hessian[:size, size] * amplitude)
-    return np.asarray(np.r_[rest, amplitude])
+
+def _clipped(
+    weight: float,
+    values: Array,
+    pull: Array,
+    centre: Array,
+    cross: Array,
+    direction: tuple[float, float],
+) -> tuple[Array, float]:
+    """Solve for the step along the axes of the tolerances, and for the amplitude in its range.
+
+    Parameters
+    ----------
+    weight : float
+        Of the data against the prior.
+    values, pull, centre, cross : (n_tolerances,) array
+        Eigenvalues of the gram matrix; along its axes, products of the derivatives with the
+        residual, where the tolerances are, and products with the direction.
+    direction : (float, float)
+        Its products with itself and with the residual; both 0 without any.
+    """
+    own, along = direction
+    size = len(values)
+    ridge = 1e-12 * (weight * (float(values.sum()) + own) + size)
+    soft = 1.0 / (weight * values + 1.0 + ridge)
+    rest = soft * (weight * pull - centre)
+    if not own:
+        return rest, 0.0
+    follows = soft * weight * cross
+    stiff = weight * own + ridge - weight * float(cross @ follows)
+    amplitude = weight * (along - float(cross @ rest)) / stiff
+    amplitude = float(np.clip(amplitude, 0.0, SEARCH.largest_amplitude))
+    return rest - amplitude * follows, amplitude
 
 
 def screen(

@@ -173,7 +173,7 @@ class _Assembler:
         size = len(names)
         stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
         for dofs, k_block, c_block in self.arm.springs:
-            at = np.ix_(rank[dofs], rank[dofs])
+            at = rank[dofs][:, None], rank[dofs]
             stiffness[at] += k_block
             damping[at] += c_block
         add_drive_springs(stiffness, damping, names, self.robot, self.spec, self.axes)

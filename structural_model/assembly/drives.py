@@ -84,9 +84,12 @@ def _add(
     spring: Spring,
     where: str,
 ) -> None:
-    vector = np.array([weights.get(name, 0.0) for name in dof_names])
     check_spring(spring, where)
     if spring.rigid:
         raise ModelError('spring without a finite stiffness', where=where)
-    stiffness += spring.stiffness * np.outer(vector, vector)
-    damping += spring.damping * np.outer(vector, vector)
+    places = [dof_names.index(name) for name in weights if name in dof_names]
+    vector = np.array([weights[dof_names[place]] for place in places])
+    at = np.array(places, dtype=np.intp)[:, None], places
+    whole = np.outer(vector, vector)
+    stiffness[at] += spring.stiffness * whole
+    damping[at] += spring.damping * whole
