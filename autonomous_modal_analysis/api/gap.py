@@ -188,8 +188,9 @@ def campaign_of(
     layout: Layout | None = None,
     progress: ProgressCallback = no_progress,
     most: int | None = None,
+    seconds: float = np.inf,
 ) -> Campaign:
-    """Read the recordings of a campaign, at most so many; parameters and raises as :func:`gap`."""
+    """Read a campaign, at most so many recordings and seconds of each; the rest as :func:`gap`."""
     robot, place = read_robot(model), Path(folder)
     if is_encoder_campaign(place):
         raise SettingsError(
@@ -200,7 +201,7 @@ def campaign_of(
     sensors = read_layout(layout)
     if sensors is None:
         sensors = campaign_layout(place, str(model) if isinstance(model, str | Path) else None)
-    return read_campaign(place, robot, sensors, progress, most)
+    return read_campaign(place, robot, sensors, progress, most, seconds)
 
 
 def gap(

@@ -145,14 +145,14 @@ def _quick_look(
     """Say whether there is a gap, and where, from the beginning of the first recordings."""
     from autonomous_modal_analysis.api.gap import campaign_of
     from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
-    from model_gap.quick_look import quick_look, READ
+    from model_gap.quick_look import LIMITS, quick_look, READ
     from model_gap.report import look_lines
     from model_gap.stated import stated_settings
     from structural_model import load_robot
 
     robot = load_robot(model)
     with progress_bar(f'reading {campaign.name}') as progress:
-        data = campaign_of(campaign, model, layout, progress, most=READ)
+        data = campaign_of(campaign, model, layout, progress, READ, LIMITS.seconds)
     settings = stated_settings(robot, data, None, effects, sizes)
     with progress_bar('looking') as progress:
         look = quick_look(robot, data, settings, seed, progress)

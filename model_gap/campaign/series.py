@@ -1,7 +1,7 @@
 """Uniform series out of the measurements of one recording."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 import itertools
 
 import numpy as np
@@ -11,7 +11,13 @@ from scipy.interpolate import CubicSpline
 from modal_core.channel import Channel, SensorLayout
 from modal_core.channel_match import match_channel, plain_name
 from modal_core.errors import RecordingError
-from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
+from modal_core.measurements import (
+    JointSamples,
+    Measurement,
+    NANOSECONDS_PER_SECOND,
+    SampleBlock,
+    StampedSamples,
+)
 from modal_core.named import named
 from modal_core.units import ACCELERATION
 from model_gap.campaign.thresholds import CAMPAIGN
@@ -120,6 +126,22 @@ def gather(
         )
     position, velocity, effort = _joints(joints, joint_names, notes)
     return RawRecording(series, position, velocity, effort, tuple(unknown), tuple(notes))
+
+
+def beginning(measurements: Iterable[Measurement], seconds: float) -> Iterator[Measurement]:
+    """Yield what was measured in the first seconds, and what comes in one piece with it.
+
+    A topic may be stamped later than others: ``CAMPAIGN.reserve_s`` more are read.
+    """
+    last_ns: float | None = None
+    for item in measurements:
+        first_ns = int(np.min(item.stamp_ns)) if np.size(item.stamp_ns) else None
+        if first_ns is not None:
+            if last_ns is None:
+                last_ns = first_ns + (seconds + CAMPAIGN.reserve_s) * NANOSECONDS_PER_SECOND
+            if first_ns > last_ns:
+                return
+        yield item
 
 
 def joint_columns(names: tuple[str, ...], wanted: tuple[str, ...]) -> list[int] | None:

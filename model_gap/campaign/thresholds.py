@@ -34,6 +34,9 @@ class CampaignThresholds:
     # Recordings.
     longest_s: float = 60.0
     """Of a recording is used at most [s]: chosen, for its cost."""
+    reserve_s: float = 3.0
+    """Read beyond what is asked for [s]: sensors that begin later, and a second to interpolate
+    from. Chosen, not measured."""
     shortest_s: float = 4.0
     """Of sensors and joint states together, at least [s]: a dozen periods of 3 Hz."""
     highest_rate_hz: float = 640.0
