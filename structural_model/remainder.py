@@ -90,11 +90,13 @@ def _exact(
     torque = np.empty((len(motion[0]), model.nv))
     joints = [joint for joint, _ in places.groups]
     twists = np.empty((len(motion[0]), len(joints), 2, 6))
-    for sample, (shift, rate, rise) in enumerate(zip(*motion, strict=True)):
-        torque[sample] = pin.rnea(model, data, full + shift, rate, rise)
-        for number, joint in enumerate(joints):
-            twists[sample, number, 0] = data.v[joint].vector
-            twists[sample, number, 1] = data.a_gf[joint].vector
+    # Asked for once: they are what the last call of ``rnea`` has left.
+    kept = [(data.v[joint], data.a_gf[joint]) for joint in joints]
+    for sample, (place, rate, rise) in enumerate(
+        zip(full + motion[0], motion[1], motion[2], strict=True)
+    ):
+        torque[sample] = pin.rnea(model, data, place, rate, rise)
+        twists[sample] = [(speed.vector, change.vector) for speed, change in kept]
     reading = np.empty((len(torque), len(channels)))
     for number, (_, members) in enumerate(places.groups):
         speed, change = twists[:, number, 0], twists[:, number, 1]
