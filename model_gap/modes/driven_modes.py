@@ -144,9 +144,9 @@ def _fitted(problem: Projection, start: Complex) -> OptimizeResult:
         [begun[: len(start)] + near, np.full(len(start), np.log(LIMITS.most_damping))]
     )
     return least_squares(
-        lambda x: problem.at(x).residual.ravel(),
+        lambda x: problem.at(x).reduced[0],
         np.clip(begun, low + 1e-6, high - 1e-6),
-        lambda x: problem.at(x).jacobian.reshape(-1, len(x)),
+        lambda x: problem.at(x).reduced[1],
         bounds=(low, high),
         x_scale=0.1,
         ftol=1e-6,

@@ -1,6 +1,7 @@
 """What poles leave over of a response to a known motion, whatever its linear numbers are."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,8 @@ from model_gap.campaign import Complex, hann
 from model_gap.modes.driven_response import DrivenResponse
 
 Array = NDArray[np.float64]
+# Of squares, relative.
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -20,8 +23,8 @@ class LeftOver:
     ----------
     residual : (n_rows, n_channels) array
         Real parts of all bins, then imaginary parts, over the noise.
-    jacobian : (n_rows, n_channels, n_numbers) array
-        Its derivatives by the numbers of the poles.
+    moved : (n_rows, n_numbers, n_channels) array
+        What the numbers of the poles change with all that is linear held.
     basis, triangle : (n_rows, n_columns), (n_columns, n_columns) array
         QR of the columns of unit length; the last ones are those of the poles.
     solved : (n_columns, n_channels) array
@@ -31,11 +34,50 @@ class LeftOver:
     """
 
     residual: Array
-    jacobian: Array
+    moved: Array
     basis: Array
     triangle: Array
     solved: Array
     residues: Complex
+
+    @cached_property
+    def _inside(self) -> Array:
+        """What is linear makes up for of ``moved``, (n_columns, n_numbers n_channels)."""
+        return np.asarray(self.basis.T @ self.moved.reshape(len(self.moved), -1))
+
+    @property
+    def jacobian(self) -> Array:
+        """Derivatives of the residual by the numbers, (n_rows, n_channels, n_numbers)."""
+        left = self.basis @ self._inside - self.moved.reshape(len(self.moved), -1)
+        return left.reshape(self.moved.shape).transpose(0, 2, 1)
+
+    @cached_property
+    def reduced(self) -> tuple[Array, Array]:
+        """Residual (n_numbers + 1,) and Jacobian with the products of the whole ones.
+
+        No step of least squares depends on more of them than these.
+        """
+        n_numbers = self.moved.shape[1]
+        whole, inside = (
+            part.reshape(len(part), n_numbers, -1).transpose(0, 2, 1).reshape(-1, n_numbers)
+            for part in (self.moved, self._inside)
+        )
+        slope = -whole.T @ self.residual.ravel()
+        whole_gram = whole.T @ whole
+        gram = whole_gram - inside.T @ inside
+        # A pole that explains nothing moves nothing but rounding.
+        moves = np.diag(gram) > ROUNDING * np.diag(whole_gram)
+        size = np.sqrt(np.where(moves, np.diag(gram), 1.0))
+        gram = np.where(np.outer(moves, moves), gram, 0.0) / np.outer(size, size)
+        squares, axes = np.linalg.eigh(gram)
+        seen = squares > ROUNDING
+        scale = np.sqrt(np.where(seen, squares, 0.0))
+        first = axes.T @ (slope / size) / np.where(seen, scale, np.inf)
+        rest = float(np.sum(self.residual**2) - first @ first)
+        return (
+            np.append(first, np.sqrt(max(rest, 0.0))),
+            np.vstack([scale[:, None] * axes.T * size, np.zeros((1, n_numbers))]),
+        )
 
 
 class Projection:
@@ -97,10 +139,8 @@ class Projection:
             for row in slopes
             for slope, (up, down) in zip(row, ringing, strict=True)
         ]
-        moved = np.concatenate(changes, axis=1)
-        moved = basis @ (basis.T @ moved) - moved
-        jacobian = np.stack(np.split(moved, len(changes), axis=1), axis=2)
-        return LeftOver(residual, jacobian, basis, triangle, solved, residues)
+        moved = np.stack(changes, axis=1)
+        return LeftOver(residual, moved, basis, triangle, solved, residues)
 
     def _rung(self, pole: complex, power: int) -> Complex:
         """Return what each force rings at a pole, (n_bins, n_forces)."""
