@@ -151,10 +151,16 @@ class _ArmDerivative:
             )
             for state in self.solved.states
         ]
-        self.transfers: list[Complex64] = [
-            systems[group].transfer(state.omega).astype(np.complex64)
+        # Records of one pose that last as long share theirs.
+        shared: dict[tuple[int, bytes], Complex64] = {}
+        keys = [
+            (group, state.omega.tobytes())
             for state, group in zip(self.solved.states, predictor.groups, strict=True)
         ]
+        for key, state in zip(keys, self.solved.states, strict=True):
+            if key not in shared:
+                shared[key] = systems[key[0]].transfer(state.omega).astype(np.complex64)
+        self.transfers = [shared[key] for key in keys]
 
     def changes(self, moved: CellModel, step: float, springs_only: bool = False) -> list[Complex]:
         """Return the change of the readings per prior standard deviation, one per record.
