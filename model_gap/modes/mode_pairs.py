@@ -193,8 +193,20 @@ def _model_modes(search: Search, uncertain: _Uncertain, q: Array) -> _Modes:
 def _change(
     model: FlexibleJointModel, cell: CellModel, q: Array, frequency_hz: Array, damping_ratio: Array
 ) -> Array:
+    """Return how frequencies and damping ratios change; where springs give way that did not, too.
+
+    Such a step has more modes: each mode's own is the nearest of them.
+    """
     modes = dataclasses.replace(model, spec=cell.spec).damped_modes(q, ())
-    return np.array([modes.frequency_hz - frequency_hz, modes.damping_ratio - damping_ratio])
+    change = np.zeros((2, len(frequency_hz)))
+    own = np.arange(len(frequency_hz))
+    there = own
+    if len(modes.frequency_hz) != len(frequency_hz):
+        off = np.abs(np.log(modes.frequency_hz / frequency_hz[:, None]))
+        own, there = linear_sum_assignment(off)
+    change[0, own] = modes.frequency_hz[there] - frequency_hz[own]
+    change[1, own] = modes.damping_ratio[there] - damping_ratio[own]
+    return change
 
 
 def _matched(
