@@ -1,7 +1,7 @@
 """Uniform series out of the measurements of one recording."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import itertools
 
 import numpy as np
