@@ -70,9 +70,11 @@ class Course:
 
     def with_orders_of(self, samples: Samples) -> 'Course':
         """Return the course with the orders that samples show, the strongest first."""
-        still = self._standing_still(samples)
         least_hz = self.least_hz(samples.duration_s)
         highest_hz = MOVING.highest * samples.sample_rate_hz
+        if not least_hz < highest_hz:
+            return replace(self, orders_hz=())
+        still = self.standing_still(samples)
         seen = tuple(hz for hz in narrow_peaks_hz(still) if least_hz < hz < highest_hz)
         return replace(self, orders_hz=seen)
 
@@ -82,19 +84,20 @@ class Course:
 
     def has_lines_of(self, samples: Samples) -> bool:
         """Tell whether an order keeps its phase as a line does, and modes that drift do not."""
-        still = self._standing_still(samples)
+        still = self.standing_still(samples)
         return any(_stands_out(line_at(still, hz)) for hz in self.orders_hz)
 
     def gains(self, samples: Samples, orders_hz: Sequence[float]) -> bool:
         """Tell whether more of a line is coherent in the shaft's own time than in the samples."""
-        still = self._standing_still(samples)
+        still = self.standing_still(samples)
         return any(
             _stands_out(own := line_at(still, hz))
             and _power(own) > MOVING.coherent * _power(line_at(samples, hz))
             for hz in orders_hz
         )
 
-    def _standing_still(self, samples: Samples) -> Samples:
+    def standing_still(self, samples: Samples) -> Samples:
+        """Return samples at equal steps of the shaft's own time."""
         even = np.arange(len(self.own_time_s)) / samples.sample_rate_hz
         when = np.interp(even, self.own_time_s, even)
         return replace(samples, acceleration=CubicSpline(even, samples.widened())(when))
@@ -308,13 +311,15 @@ def smooth(
     return make_lsq_spline(time, values, np.r_[[first] * 4, inner, [last] * 4], 3, w=weight)
 
 
-def baseband(rows: Real, turn: Real, rate_hz: float, reach_hz: float) -> tuple[Complex, Real]:
+def baseband(
+    rows: Real | Complex, turn: Real, rate_hz: float, reach_hz: float
+) -> tuple[Complex, Real]:
     """Return rows turned back by a phase, of frequencies within a reach, and its times [s].
 
     Parameters
     ----------
     rows : (n_samples, n_channels) array
-        Real.
+        Real or complex.
     turn : (n_samples,) array [rad]
         Phase.
     rate_hz, reach_hz : float [Hz]

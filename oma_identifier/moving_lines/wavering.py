@@ -12,23 +12,23 @@ Bartlett (1937), doi:10.1098/rspa.1937.0109 (test whether variances are equal);
 Jacobsen, Andersen and Brincker (2007), harmonic detection by kurtosis, IOMAC (envelopes).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import gammainc
 
 from modal_core.samples import Samples
 from oma_identifier.moving_lines.course import (
-    baseband,
     Course,
     few_channels,
     known_course,
     scaled,
 )
+from oma_identifier.moving_lines.near_band import NearBand
 from oma_identifier.moving_lines.thresholds import MOVING
 from oma_identifier.spectra import spectral_power
 
@@ -38,6 +38,8 @@ AROUND = 8
 decides."""
 MOST_TRIED = 4
 """Courses, and orders of each, of which the proof is asked."""
+SAME_PLACE = 3
+"""Spectral lines within which an order is the same in another course's time."""
 
 
 def wavering_course(samples: Samples) -> Course | None:
@@ -52,19 +54,43 @@ def wavering_course(samples: Samples) -> Course | None:
     rows, rate_hz = scaled(few), samples.sample_rate_hz
     if not rows.size:
         return None
+    lines, every = NearBand.of(rows, rate_hz), np.arange(len(rows)) / rate_hz
     possible = []
     for hz, reach_hz in _wide_peaks(rows, rate_hz):
-        speed_hz = _steady_envelope(rows, rate_hz, hz, reach_hz)
+        speed_hz = _steady_envelope(lines, every, hz, reach_hz)
         if speed_hz is None:
             continue
         course = known_course(few, speed_hz, 1.0)
         others = _others(course, float(speed_hz.mean()), samples.duration_s)
-        possible += [(-len(others), course.moved, others, course)] if others else []
-    possible.sort(key=lambda each: each[:2])
-    for _, _, others, course in possible[:MOST_TRIED]:
+        possible += [(course, others)] if others else []
+    for course, others in _most_coherent_first(possible, few):
         if course.gains(few, others[:MOST_TRIED]):
             return course.with_orders_of(samples)
     return None
+
+
+def _most_coherent_first(
+    possible: list[tuple[Course, list[float]]], few: Samples
+) -> list[tuple[Course, list[float]]]:
+    """Return the courses to try: first those in whose time orders of any of them are narrow.
+
+    A course in too narrow a band does not follow its line, one in too wide a band follows noise:
+    all orders but the followed one tell.
+    """
+    every_hz: list[float] = []
+    for course, _ in possible:
+        every_hz += [hz for hz in course.orders_hz if not _is_near(hz, every_hz, few.duration_s)]
+    worth = [_coherent(course, few, every_hz) for course, _ in possible]
+    return [possible[index] for index in np.argsort(worth)[::-1][:MOST_TRIED]]
+
+
+def _coherent(course: Course, few: Samples, orders_hz: Sequence[float]) -> float:
+    """Return the logarithm of the power at the tops of orders in a shaft's own time, summed."""
+    rows = scaled(course.standing_still(few))
+    power = spectral_power(rows).sum(axis=1)
+    places = np.round(np.array(orders_hz) * len(rows) / few.sample_rate_hz).astype(int)
+    near = places[:, None] + np.arange(-SAME_PLACE, SAME_PLACE + 1)
+    return float(np.sum(np.log(power[near.clip(0, len(power) - 1)].max(axis=1))))
 
 
 def _few(samples: Samples) -> Samples:
@@ -99,19 +125,12 @@ def _wide_peaks(rows: Real, rate_hz: float) -> list[tuple[float, float]]:
     return found
 
 
-def _steady_envelope(rows: Real, rate_hz: float, hz: float, reach_hz: float) -> Real | None:
-    """Return the frequency of a line at every sample [Hz]; None: its envelope is a mode's."""
-    every = np.arange(len(rows)) / rate_hz
-    # Lengths that are no products of small primes take many times as long.
-    length = next_fast_len(len(rows) - len(rows) // 100, real=True)
-    length = length if length <= len(rows) else len(rows)
-    turn = 2.0 * np.pi * hz * every[:length]
-    slow, time = baseband(rows[:length], turn, rate_hz, reach_hz)
-    _, vectors = np.linalg.eigh(slow.T @ slow.conj())
-    phasor = slow @ vectors[:, -1].conj()
+def _steady_envelope(lines: NearBand, every: Real, hz: float, reach_hz: float) -> Real | None:
+    """Return the frequency of a line at every time [Hz]; None: its envelope is a mode's."""
+    phasor, time = lines.phasor(hz, reach_hz)
     power = np.maximum(np.abs(phasor) ** 2, 1e-30)
-    lines = np.abs(np.fft.fft(phasor)) ** 2
-    n_free = float(lines.sum() ** 2 / np.sum(lines**2))
+    spectrum = np.abs(np.fft.fft(phasor)) ** 2
+    n_free = float(spectrum.sum() ** 2 / np.sum(spectrum**2))
     uneven = float(np.log(power.mean()) - np.log(power).mean())
     degrees = n_free - 1.0
     fit = 2.0 * n_free * uneven / (1.0 + (n_free + 1.0) / (6.0 * n_free))
@@ -125,5 +144,8 @@ def _steady_envelope(rows: Real, rate_hz: float, hz: float, reach_hz: float) -> 
 
 def _others(course: Course, followed_hz: float, duration_s: float) -> list[float]:
     """Return the orders that were not followed [Hz], the strongest first."""
-    reach_hz = MOVING.most_knots / duration_s
-    return [hz for hz in course.orders_hz if abs(hz - followed_hz) > reach_hz]
+    return [hz for hz in course.orders_hz if not _is_near(hz, [followed_hz], duration_s)]
+
+
+def _is_near(hz: float, others_hz: Sequence[float], duration_s: float) -> bool:
+    return any(abs(hz - other) * duration_s <= MOVING.most_knots for other in others_hz)

@@ -10,6 +10,8 @@ from modal_core.channel import Channel
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.moving_lines import MovingLine, wavering_course, with_moving, without_moving
+from oma_identifier.moving_lines.course import baseband
+from oma_identifier.moving_lines.near_band import NearBand
 from oma_identifier.selection import Identified, nothing_in
 
 RATE_HZ, DURATION_S, TIME_CONSTANT_S = 256.0, 60.0, 3.0
@@ -53,6 +55,21 @@ def test_steady_lines_and_modes_do_not_waver(seed):
     assert wavering_course(orders_in_noise(seed, 0.0)) is None
     for cut in (Cut(), Cut(turns=False)):
         assert wavering_course(milled(seed, cut).samples) is None
+
+
+def test_a_narrow_band_of_the_transform_is_that_of_the_samples():
+    """At a frequency between spectral lines, of a line that wavers, in an awkward length."""
+    rows = orders_in_noise(700_520, 0.002).widened()[:15_013]
+    own, time = NearBand.of(rows, RATE_HZ).phasor(39.007, 0.8)
+    turn = 2.0 * np.pi * 39.007 * np.arange(len(rows)) / RATE_HZ
+    slow, when = baseband(rows, turn, RATE_HZ, 0.8)
+    vector = np.linalg.eigh(slow.T @ slow.conj())[1][:, -1]
+    expected = slow @ vector.conj()
+    expected = np.interp(time, when, expected.real) + 1j * np.interp(time, when, expected.imag)
+    expected *= np.exp(1j * np.angle(np.vdot(expected, own)))
+    inner = slice(len(time) // 20, -len(time) // 20)
+    off = np.sqrt(np.mean(np.abs(own - expected)[inner] ** 2))
+    assert off < 0.05 * np.sqrt(np.mean(np.abs(expected) ** 2))
 
 
 def found_with(*modes: Mode) -> Identified:
