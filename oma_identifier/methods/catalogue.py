@@ -21,17 +21,19 @@ from oma_identifier.methods.ssi_cov import SsiCov
 from oma_identifier.methods.ssi_data import SsiData
 from oma_identifier.methods.var import Var
 from oma_identifier.methods.vmd import VMD
+from oma_identifier.methods.without_lines import WithoutLines
 from oma_identifier.motion import never, PeakTest
+from oma_identifier.moving_lines import by_notch
 from oma_identifier.one_thread import one_thread
 from oma_identifier.selection import Identified
 from oma_identifier.settings import IdentificationSettings
 
 CATALOGUE: tuple[Method, ...] = (
     SsiCov(),
-    SsiData(),
+    WithoutLines('ssi_data', SsiData(), by_notch),
     Plscf(),
-    Var(),
-    RecursiveVar(),
+    WithoutLines('var', Var(), by_notch),
+    WithoutLines('rvar', RecursiveVar(), by_notch),
     NOTCH,
     VMD,
     Psdtm(),
