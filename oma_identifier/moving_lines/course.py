@@ -74,7 +74,7 @@ class Course:
         highest_hz = MOVING.highest * samples.sample_rate_hz
         if not least_hz < highest_hz:
             return replace(self, orders_hz=())
-        still = self.standing_still(samples)
+        still = self._standing_still(samples)
         seen = tuple(hz for hz in narrow_peaks_hz(still) if least_hz < hz < highest_hz)
         return replace(self, orders_hz=seen)
 
@@ -84,20 +84,19 @@ class Course:
 
     def has_lines_of(self, samples: Samples) -> bool:
         """Tell whether an order keeps its phase as a line does, and modes that drift do not."""
-        still = self.standing_still(samples)
+        still = self._standing_still(samples)
         return any(_stands_out(line_at(still, hz)) for hz in self.orders_hz)
 
     def gains(self, samples: Samples, orders_hz: Sequence[float]) -> bool:
         """Tell whether more of a line is coherent in the shaft's own time than in the samples."""
-        still = self.standing_still(samples)
+        still = self._standing_still(samples)
         return any(
             _stands_out(own := line_at(still, hz))
             and _power(own) > MOVING.coherent * _power(line_at(samples, hz))
             for hz in orders_hz
         )
 
-    def standing_still(self, samples: Samples) -> Samples:
-        """Return samples at equal steps of the shaft's own time."""
+    def _standing_still(self, samples: Samples) -> Samples:
         even = np.arange(len(self.own_time_s)) / samples.sample_rate_hz
         when = np.interp(even, self.own_time_s, even)
         return replace(samples, acceleration=CubicSpline(even, samples.widened())(when))

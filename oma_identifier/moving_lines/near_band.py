@@ -10,9 +10,10 @@ from oma_identifier.moving_lines.course import baseband
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-SEEN_AROUND = 6.0
+SEEN_AROUND = 24.0
 """Reaches within which rows are seen before what is beyond one is left out: in the transform the
-ends of a record meet, and so are told apart but for a sixth of the time of a change."""
+ends of a record meet, and so are told apart but for a 24th of the time of a
+change."""
 
 
 @dataclass(frozen=True, slots=True)

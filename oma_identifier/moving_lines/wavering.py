@@ -38,8 +38,6 @@ AROUND = 8
 decides."""
 MOST_TRIED = 4
 """Courses, and orders of each, of which the proof is asked."""
-SAME_PLACE = 3
-"""Spectral lines within which an order is the same in another course's time."""
 
 
 def wavering_course(samples: Samples) -> Course | None:
@@ -63,34 +61,11 @@ def wavering_course(samples: Samples) -> Course | None:
         course = known_course(few, speed_hz, 1.0)
         others = _others(course, float(speed_hz.mean()), samples.duration_s)
         possible += [(course, others)] if others else []
-    for course, others in _most_coherent_first(possible, few):
+    possible.sort(key=lambda each: (-len(each[1]), each[0].moved))
+    for course, others in possible[:MOST_TRIED]:
         if course.gains(few, others[:MOST_TRIED]):
             return course.with_orders_of(samples)
     return None
-
-
-def _most_coherent_first(
-    possible: list[tuple[Course, list[float]]], few: Samples
-) -> list[tuple[Course, list[float]]]:
-    """Return the courses to try: first those in whose time orders of any of them are narrow.
-
-    A course in too narrow a band does not follow its line, one in too wide a band follows noise:
-    all orders but the followed one tell.
-    """
-    every_hz: list[float] = []
-    for course, _ in possible:
-        every_hz += [hz for hz in course.orders_hz if not _is_near(hz, every_hz, few.duration_s)]
-    worth = [_coherent(course, few, every_hz) for course, _ in possible]
-    return [possible[index] for index in np.argsort(worth)[::-1][:MOST_TRIED]]
-
-
-def _coherent(course: Course, few: Samples, orders_hz: Sequence[float]) -> float:
-    """Return the logarithm of the power at the tops of orders in a shaft's own time, summed."""
-    rows = scaled(course.standing_still(few))
-    power = spectral_power(rows).sum(axis=1)
-    places = np.round(np.array(orders_hz) * len(rows) / few.sample_rate_hz).astype(int)
-    near = places[:, None] + np.arange(-SAME_PLACE, SAME_PLACE + 1)
-    return float(np.sum(np.log(power[near.clip(0, len(power) - 1)].max(axis=1))))
 
 
 def _few(samples: Samples) -> Samples:
