@@ -24,7 +24,7 @@ from oma_identifier.selection import (
     without_explained,
 )
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.spectra import narrow_peaks_hz, singular_value_spectrum, SpectralPeaks
+from oma_identifier.spectra import peaks_hz, singular_value_spectrum, SpectralPeaks
 
 FIRST_ROWS = 1000
 SEEN_BEYOND = 2.0
@@ -113,7 +113,7 @@ def identify_parts(
             explains,
             peaks,
             selector,
-            narrow_peaks_hz(longest),
+            peaks_hz(longest),
         )
         # Where there is no line for sure there is nothing to explain a mode by.
         evidence = line_evidence(longest, found) if len(found.sure_lines_hz) else None

@@ -24,7 +24,7 @@ from oma_identifier.selection import (
     without_explained,
 )
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.spectra import line_at, narrow_peaks_hz, SpectralPeaks
+from oma_identifier.spectra import line_at, peaks_hz, SpectralPeaks
 from oma_identifier.subspace import deviation_from, PoleDeviation, RawPoles
 
 Real = NDArray[np.float64]
@@ -191,7 +191,7 @@ class BandedMethod(ABC):
             self.name,
             partial(line_at, samples),
             explains,
-            narrow_peaks_hz(samples),
+            peaks_hz(samples),
         )
         return without_explained(found, line_evidence(samples, found))
 

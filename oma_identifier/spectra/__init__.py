@@ -5,7 +5,7 @@ lines of machines, told from modes by an F test (Thomson 1982, doi:10.1109/PROC.
 """
 
 from oma_identifier.spectra.harmonics import Line, line_at
-from oma_identifier.spectra.line_evidence import LineEvidence, narrow_peaks_hz
+from oma_identifier.spectra.line_evidence import LineEvidence, narrow_peaks_hz, peaks_hz
 from oma_identifier.spectra.line_removal import without_lines
 from oma_identifier.spectra.line_search import power as spectral_power
 from oma_identifier.spectra.peaks import SpectralPeaks
@@ -29,6 +29,7 @@ __all__ = [
     'empty_spectrum',
     'line_at',
     'narrow_peaks_hz',
+    'peaks_hz',
     'singular_value_spectrum',
     'spectral_power',
     'without_lines',

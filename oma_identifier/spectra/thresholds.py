@@ -18,6 +18,8 @@ class SpectraThresholds:
     """The same where a pole without any damping repeats over the model orders, itself rare."""
     line_stands_out: float = 50.0
     """Peak over the median around it: of 10⁶ powers of noise one is above 20."""
+    line_over_bell: float = 20.0
+    """The same over the median close by, from where on it is asked whether a peak is a line."""
     line_fall: float = 1e-2
     """Power of a line within six spectral lines to both sides, over that at its peak, with a
     taper."""
