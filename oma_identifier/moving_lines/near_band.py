@@ -12,8 +12,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 SEEN_AROUND = 24.0
 """Reaches within which rows are seen before what is beyond one is left out: in the transform the
-ends of a record meet, and so are told apart but for a 24th of the time of a
-change."""
+ends of a record meet, and so are told apart but for a 24th of the time of a change."""
 
 
 @dataclass(frozen=True, slots=True)

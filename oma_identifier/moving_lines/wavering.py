@@ -12,7 +12,6 @@ Bartlett (1937), doi:10.1098/rspa.1937.0109 (test whether variances are equal);
 Jacobsen, Andersen and Brincker (2007), harmonic detection by kurtosis, IOMAC (envelopes).
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -119,8 +118,5 @@ def _steady_envelope(lines: NearBand, every: Real, hz: float, reach_hz: float) -
 
 def _others(course: Course, followed_hz: float, duration_s: float) -> list[float]:
     """Return the orders that were not followed [Hz], the strongest first."""
-    return [hz for hz in course.orders_hz if not _is_near(hz, [followed_hz], duration_s)]
-
-
-def _is_near(hz: float, others_hz: Sequence[float], duration_s: float) -> bool:
-    return any(abs(hz - other) * duration_s <= MOVING.most_knots for other in others_hz)
+    reach_hz = MOVING.most_knots / duration_s
+    return [hz for hz in course.orders_hz if abs(hz - followed_hz) > reach_hz]
