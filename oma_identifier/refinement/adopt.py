@@ -189,6 +189,8 @@ def _is_better(index: int, modes: ModeSet, found: Refinement, end_hz: float) -> 
     bias = REFINEMENT.pair_bias if beside else 0.0
     alike = beside or is_alike(plain, refined)
     agree = _agree(plain, refined, bias + _beside_end(plain, end_hz))
+    if len(modes.channel_names) == 1:
+        agree = agree or _is_within(plain, refined)
     if outcome is Outcome.SPLIT or (agree and alike):
         return True
     log.debug(
@@ -205,6 +207,16 @@ def _is_beside(mode: Mode, other: Mode) -> bool:
     apart = abs(mode.frequency_hz - other.frequency_hz)
     width = mode.damping_ratio * mode.frequency_hz + other.damping_ratio * other.frequency_hz
     return other is not mode and apart < width
+
+
+def _is_within(plain: Mode, refined: Mode) -> bool:
+    """Tell whether a refined mode lies within the half-width of the plain one.
+
+    In one channel the plain estimate is the wrong one where they differ there: mostly it is damped
+    too little, by more than its deviation.  Farther apart they may be two maxima.
+    """
+    apart = abs(refined.frequency_hz - plain.frequency_hz)
+    return apart < REFINEMENT.same_of_one_channel * plain.damping_ratio * plain.frequency_hz
 
 
 def _beside_end(mode: Mode, end_hz: float) -> float:

@@ -219,6 +219,21 @@ def test_a_mode_far_from_the_truth_is_not_refined():
     assert found.modes.modes[found.origin.index(2)] is wrong
 
 
+@pytest.mark.parametrize('away', [0.5, 1.5])
+def test_one_channel_is_refined_within_the_half_width_of_what_came(away):
+    plant = Plant(np.array([21.0]), np.array([0.02]), np.ones((1, 1)), np.ones((1, 1)))
+    samples = simulate(plant, np.random.default_rng(8), 3.0 * DURATION_S, RATE_HZ)
+    beside_hz = 21.0 + away * 0.01 * 21.0
+    wrong = Mode(beside_hz, 0.01, np.ones(1, dtype=complex), 0.01, 0.001)
+    listed = ModeSet((wrong,), samples.channel_names)
+    (found,) = adopt.adopt_refined(samples, listed, ModeSet((), samples.channel_names)).modes
+    if away > 1.0:
+        assert found is wrong
+    else:
+        assert abs(found.frequency_hz - 21.0) < 2.0 * found.frequency_std_hz
+        assert abs(found.damping_ratio - 0.02) < 2.0 * found.damping_ratio_std
+
+
 def test_a_harmonic_beside_a_mode_does_not_bias_it():
     plant = small_plant()
     without, with_line = [], []
