@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import SensorLayout
+from model_gap.campaign.thresholds import CAMPAIGN
 
 Array = NDArray[np.float64]
 
@@ -107,7 +108,8 @@ class Campaign:
     effort_recorded : bool
         Joint efforts are there in every recording.
     motion_rate_hz, motion_band_hz : float [Hz]
-        Rate of the joint states, and up to where the motion is known from them.
+        Rate of the joint states, and up to where the motion is known from them; 0: what the
+        slowest recording tells, whose motion is at its own rate.
     notes : tuple of str
         What was assumed, left out or limits the comparison.
     remarks : tuple of str
@@ -132,6 +134,14 @@ class Campaign:
     given_layout: SensorLayout | None = None
     effects: tuple[Path, ...] = ()
     tolerances: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Take from the recordings what is not said of the motion."""
+        slowest_hz = min((record.sample_rate_hz for record in self.records), default=0.0)
+        if not self.motion_rate_hz:
+            object.__setattr__(self, 'motion_rate_hz', slowest_hz)
+        if not self.motion_band_hz:
+            object.__setattr__(self, 'motion_band_hz', CAMPAIGN.usable_share * slowest_hz)
 
     @property
     def whole_layout(self) -> SensorLayout:

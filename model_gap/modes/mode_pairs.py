@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from modal_core.indicators import mac
 from modal_core.mode import Mode
 from modal_core.side_by_side import side_by_side
-from model_gap.campaign import Band, GapRecord
+from model_gap.campaign import Band, CAMPAIGN, GapRecord
 from model_gap.cell import CellModel
 from model_gap.fit import Fit, pose_groups
 from model_gap.modes.driven_modes import driven_modes
@@ -120,6 +120,8 @@ def mode_pairs(
     campaign = search.campaign
     groups = pose_groups(campaign)
     band = Band(LIMITS.lowest_hz, min(highest_hz, LIMITS.highest_hz))
+    if band.high_hz < CAMPAIGN.least_width * band.low_hz:
+        return ()
     given = _given(search)
     now = given if after is None else _fitted(after)
     asked: list[tuple[int, GapRecord, tuple[_Modes, _Modes]]] = []

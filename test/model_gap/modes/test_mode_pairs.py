@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from model_gap.campaign import Campaign, CAMPAIGN
 from model_gap.effects.base_compliance import BaseCompliance
 from model_gap.fit import Fit
 from model_gap.modes import mode_pairs
@@ -27,6 +28,16 @@ def test_the_modes_of_a_recording_are_those_of_the_arm_it_was_made_with(campaign
     assert np.median([pair.before.mac for pair in matched]) > 0.98, f'seed {SEED}'
     off = [pair.deviations(pair.before) for pair in matched]
     assert np.sqrt(np.mean(np.square(off))) < 2.0, f'seed {SEED}: {off}'
+    # A band of less than an octave tells of none.
+    assert mode_pairs(search, None, 5.0) == ()
+
+
+def test_a_campaign_without_a_word_of_its_motion_knows_it_as_fast_as_its_recordings(campaign_of):
+    campaign = campaign_of((), SEED, n_fit=1, n_held=0)
+    plain = Campaign(campaign.records, campaign.layout, campaign.joint_names)
+    rate_hz = campaign.records[0].sample_rate_hz
+    assert plain.motion_rate_hz == rate_hz
+    assert plain.motion_band_hz == CAMPAIGN.usable_share * rate_hz
 
 
 @pytest.mark.slow
