@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from model_gap.campaign import Campaign, CAMPAIGN
+from model_gap.campaign import CAMPAIGN, Campaign
 from model_gap.effects.base_compliance import BaseCompliance
 from model_gap.fit import Fit
 from model_gap.modes import mode_pairs
