@@ -18,7 +18,10 @@ from model_gap.gravity import (
     left_open,
     put_right,
     rest_of,
+    same_put_right,
+    standing_as,
     weigh,
+    weighed_again,
 )
 from model_gap.hypothesis import Hypothesis, stretch, STRETCHED
 from model_gap.named_at_rest import with_faults
@@ -27,7 +30,6 @@ from model_gap.predict import compile_laws
 from model_gap.quick_look import look_at, QuickLook
 from model_gap.search import run_search, Search, SearchSettings, tolerances_only
 from model_gap.travelled import compares_none, Travelled, with_travel, without_travelled
-from model_gap.weighed_again import same_put_right, standing_as, weighed_again
 from structural_model import FlexibleJointModel
 
 log = logging.getLogger(__name__)

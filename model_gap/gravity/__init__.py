@@ -5,12 +5,12 @@ turned sensors, a robot off level and encoders that read wrong, and model and ca
 """
 
 from model_gap.gravity.at_rest import AtRest, rest_of
-from model_gap.gravity.faults import Fault, Kind, PUT_RIGHT
+from model_gap.gravity.faults import Fault, Kind
 from model_gap.gravity.put_right import as_it_stands, left_open, put_right, right_units
 from model_gap.gravity.weigh import encoders_told, weigh
+from model_gap.gravity.weighed_again import same_put_right, standing_as, weighed_again
 
 __all__ = [
-    'PUT_RIGHT',
     'AtRest',
     'Fault',
     'Kind',
@@ -20,5 +20,8 @@ __all__ = [
     'put_right',
     'rest_of',
     'right_units',
+    'same_put_right',
+    'standing_as',
     'weigh',
+    'weighed_again',
 ]

@@ -9,7 +9,9 @@ import dataclasses
 
 from model_gap.campaign import Campaign
 from model_gap.cell import Tolerances
-from model_gap.gravity import Fault, PUT_RIGHT, rest_of, weigh
+from model_gap.gravity.at_rest import rest_of
+from model_gap.gravity.faults import Fault, PUT_RIGHT
+from model_gap.gravity.weigh import weigh
 from model_gap.hypothesis import Hypothesis
 from structural_model import FlexibleJointModel, ModelSpec
 

@@ -8,9 +8,8 @@ import pytest
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.cell.tolerances import Tolerances
 from model_gap.effects.gravity_compensator import GravityCompensator
-from model_gap.gravity import Fault, Kind, rest_of, weigh
+from model_gap.gravity import Fault, Kind, rest_of, same_put_right, weigh, weighed_again
 from model_gap.search.search import Search
-from model_gap.weighed_again import same_put_right, weighed_again
 from test.model_gap.conftest import ROBOT
 from test.support.hidden_campaign import poses, SENSORS
 from test.support.independent_arm import Chain, read_arm
