@@ -31,7 +31,13 @@ def of_robot(recording: ArrayRecording, joint_names: Sequence[str]) -> ArrayReco
 
 
 def called_as_in(layout: SensorLayout, recording: ArrayRecording) -> ArrayRecording:
-    """Return a recording whose channels are called as a layout calls them."""
+    """Return a recording whose channels are called as a layout calls them.
+
+    Names that mean no channel are taken in the layout's order beside joint states only: there the
+    layout is that of the arm.  Elsewhere it may be of something else.
+    """
     names, assumed = named_as_in(layout, recording.channel_names)
+    if assumed and recording.read_from.joints is None:
+        return recording
     notes = (*recording.read_from.notes, assumed) if assumed else recording.read_from.notes
     return recording.again(names=names, notes=notes)

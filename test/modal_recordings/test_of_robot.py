@@ -87,3 +87,9 @@ def test_columns_of_a_robot_with_other_joints_stay_left_out(tmp_path):
 def test_a_table_of_nothing_but_joint_angles_is_one_of_responses(tmp_path):
     np.savez(tmp_path / 'q.npz', q=ANGLES, fs=RATE_HZ)
     assert len(open_recording(tmp_path / 'q.npz').channel_names) == 2
+
+
+def test_a_layout_of_other_channels_is_not_taken_in_its_order_without_joints(tmp_path):
+    np.savez(tmp_path / 'acc.npz', acc=np.hstack([ELBOW, TOOL]), fs=RATE_HZ)
+    opened = open_recording(tmp_path / 'acc.npz')
+    assert called_as_in(LAYOUT, opened).channel_names == opened.channel_names
