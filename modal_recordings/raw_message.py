@@ -50,8 +50,8 @@ class TopicEntry:
     encoding: str = ''
 
 
+# Log time [ns], topic and type, and data of a message: less to make than a ``RawMessage``.
 Kept = tuple[int, tuple[str, str], bytes]
-"""Log time [ns], topic and type, and data of a message: less to make than a ``RawMessage``."""
 # Of files that are read message by message.
 AT_ONCE = 1000
 
