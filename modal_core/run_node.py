@@ -118,7 +118,8 @@ def _raise_again() -> None:
     time.sleep(AGAIN_S)
     main = threading.main_thread().ident
     if main is not None:
-        signal.pthread_kill(main, signal.SIGINT)
+        # Not SIGINT, which what a shell starts in the background ignores.
+        signal.pthread_kill(main, signal.SIGTERM)
 
 
 def _be_deaf() -> None:
