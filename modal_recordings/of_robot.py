@@ -37,7 +37,7 @@ def called_as_in(layout: SensorLayout, recording: ArrayRecording) -> ArrayRecord
     layout is that of the arm.  Elsewhere it may be of something else.
     """
     names, assumed = named_as_in(layout, recording.channel_names)
-    if assumed and recording.read_from.joints is None:
+    if names == recording.channel_names or (assumed and recording.read_from.joints is None):
         return recording
     notes = (*recording.read_from.notes, assumed) if assumed else recording.read_from.notes
     return recording.again(names=names, notes=notes)

@@ -15,6 +15,7 @@ from modal_core.samples import Samples
 from oma_identifier.covariance import plan_bands
 from oma_identifier.motion import PeakTest
 from oma_identifier.refinement import Adopted, NEW
+from oma_identifier.selection.selection import is_edge
 from oma_identifier.selection.thresholds import SELECTION
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import line_at, SPECTRA, SpectralPeaks
@@ -79,12 +80,9 @@ def _half_width_hz(mode: Mode) -> float:
 
 
 def _stands_out(mode: Mode, peaks: SpectralPeaks) -> bool:
-    width_hz = _half_width_hz(mode)
-    if mode.damping_ratio > SELECTION.broad and peaks.is_edge(mode.frequency_hz, width_hz):
+    if is_edge(peaks, mode.frequency_hz, mode.damping_ratio):
         return False
-    if peaks.is_by_end(mode.frequency_hz, width_hz):
-        return False
-    chance = peaks.chance(mode.frequency_hz, width_hz)
+    chance = peaks.chance(mode.frequency_hz, _half_width_hz(mode))
     return chance is None or chance < SELECTION.peak_chance
 
 

@@ -183,10 +183,8 @@ def _undetermined(pole: SelectedPole, peaks: SpectralPeaks | None) -> str:
         return f'scatters by {pole.from_limit:.2g} times the least possible'
     if _cut_off(pole):
         return 'its flank lies where filters against aliasing fall'
-    if peaks is not None and pole.damping_ratio > SELECTION.broad and _is_edge(pole, peaks):
+    if peaks is not None and is_edge(peaks, pole.frequency_hz, pole.damping_ratio):
         return f'the edge of an excited band, damped by {pole.damping_ratio:.2g} of critical'
-    if peaks is not None and peaks.is_by_end(pole.frequency_hz, pole.half_width_hz):
-        return 'the response ends beside it'
     return ''
 
 
@@ -207,8 +205,12 @@ def _peaks(pole: SelectedPole, turns: bool, peaks: SpectralPeaks | None) -> bool
     return chance is None or chance < SELECTION.peak_chance
 
 
-def _is_edge(pole: SelectedPole, peaks: SpectralPeaks) -> bool:
-    return peaks.is_edge(pole.frequency_hz, pole.half_width_hz)
+def is_edge(peaks: SpectralPeaks, frequency_hz: float, damping_ratio: float) -> bool:
+    """Tell whether a pole describes where a response ends or, if broad, falls to another level."""
+    width_hz = damping_ratio * frequency_hz
+    return peaks.is_by_end(frequency_hz, width_hz) or (
+        damping_ratio > SELECTION.broad and peaks.is_edge(frequency_hz, width_hz)
+    )
 
 
 def _cut_off(pole: SelectedPole) -> bool:

@@ -42,7 +42,7 @@ def _falls(power: Array) -> list[tuple[float, int]]:
     found: list[tuple[float, int]] = []
     smallest = _medians(power, SPECTRA.edge_block)
     n_joined = 1
-    while len(blocks := _medians(smallest, n_joined)) >= SPECTRA.fewest_blocks:
+    while len(blocks := _medians(smallest, n_joined)) * SPECTRA.edge_share > 1.0:
         size = SPECTRA.edge_block * n_joined
         n_joined *= 2
         before = np.min([blocks[:-4], blocks[1:-3], blocks[2:-2]], axis=0)

@@ -18,7 +18,8 @@ SEARCHES = 4
 BACKGROUND = 64
 FAR_SIDE = 6
 CLOSE_BY = 24
-"""Spectral lines to both sides of a peak that tell the bell in which it is."""
+"""Spectral lines to both sides of a peak that tell the bell in which it is.  Chosen, not measured:
+what is found is tested."""
 COLUMNS_AT_ONCE = 4
 """A transform and its steps take several times what it is of."""
 

@@ -74,8 +74,6 @@ class SpectraThresholds:
     edge's."""
     edge_block: int = 8
     """Spectral lines in the smallest block that is compared with its neighbours."""
-    fewest_blocks: int = 32
-    """Blocks in a spectrum at least: larger ones are no edge but a slope."""
     edge_fall: float = 32.0
     """Fall from where on an edge ends the response; single resonances fall by 9 at most.  Between
     resonances and zeros of 600 random structures, 1 to 8 channels, such a fall stood near 2 of
@@ -84,7 +82,8 @@ class SpectraThresholds:
     """Largest block, as a share of the edge's frequency: the fourth power of the frequency changes
     by 1.4 over the fall, which leaves resonances below the limit."""
     edge_reach: float = 2.5
-    """Distance from such an edge, in half-widths, within which a pole may be the edge's."""
+    """Distance from such an edge, in half-widths, within which a pole may be the edge's: of 12
+    false modes in 8 records 11 lay within 1.1, one at 2.2."""
     no_peak: float = 0.2
     """Chance from where on there is no peak at all: a resonance comes there in one of a
     hundred."""
