@@ -2,7 +2,7 @@
 
 import _thread
 import atexit
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 import contextlib
 import faulthandler
 import gc
@@ -73,20 +73,16 @@ def run_node(
     node = None
     try:
         end_with_starter()
-        _init(args)
-        node = make()
-        answer_all_requests(node)
-        # Nor may a full collection hold up every thread for 60 ms while the node runs.
-        gc.collect()
-        gc.freeze()
-        spin(node)
+        with _quiet_once_stopped():
+            _init(args)
+            node = make()
+            answer_all_requests(node)
+            # Nor may a full collection hold up every thread for 60 ms while the node runs.
+            gc.collect()
+            gc.freeze()
+            spin(node)
         status = EXIT_WELL
     except (KeyboardInterrupt, ExternalShutdownException):
-        status = EXIT_WELL
-    except RCLError:
-        # Told to stop while it was still starting.
-        if rclpy.ok():
-            raise
         status = EXIT_WELL
     except (ModalAnalysisError, ParameterException, UnknownROSArgsError) as error:
         sys.stderr.write(f'{name}: {" ".join(str(error).split())}\n')
@@ -105,13 +101,33 @@ def run_node(
         faulthandler.dump_traceback_later(ENDING_S, exit=True)
 
 
+@contextlib.contextmanager
+def _quiet_once_stopped() -> Iterator[None]:
+    """Let pass what the middleware refuses once its context has ended: a signal ended it.
+
+    Of its own, so that the signal's interrupt, which may come while this is asked, is answered
+    by who answers interrupts.
+    """
+    try:
+        yield
+    except (RCLError, InvalidHandleError):
+        if rclpy.ok():
+            raise
+
+
 def _raised_in_vain(dropped: 'sys.UnraisableHookArgs') -> None:
     """Raise a signal again that Python drops, in a weak reference's last call or ``__del__``."""
     if isinstance(dropped.exc_value, KeyboardInterrupt):
         # Not threading, whose own locks may be held here; the alarm has another use.
         _thread.start_new_thread(_raise_again, ())
-    else:
+    elif not _was_half_made(dropped):
         sys.__unraisablehook__(dropped)
+
+
+def _was_half_made(dropped: 'sys.UnraisableHookArgs') -> bool:
+    """Return whether an object's end misses what its making, cut off by a signal, never set."""
+    ends = getattr(dropped.object, '__name__', '') == '__del__'
+    return ends and isinstance(dropped.exc_value, AttributeError)
 
 
 def _raise_again() -> None:

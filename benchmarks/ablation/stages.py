@@ -130,7 +130,7 @@ STAGES_OFF = (
     Stage('orders that wander', SELECTION, {'selection.selection._wanders': _no}),
     Stage('sense beside others', SELECTION, {'selection.selection.beside_others': _first}),
     Stage('many orders speak', SELECTION, {'selection.selection._widest': lambda *_: 0.0}),
-    Stage('edge of excited band', SELECTION, {'selection.selection._is_edge': _no}),
+    Stage('edge of excited band', SELECTION, {'selection.selection.is_edge': _no}),
     Stage('edge of the filter', SELECTION, {'selection.selection._cut_off': _no}),
     Stage('take turns at orders', SELECTION, {'selection.distinct._same_mode': _alike}),
     Stage(

@@ -198,4 +198,6 @@ class PageServer:
             self._viewers.discard(viewer)
             self.n_slow += viewer.was_slow
             sending.cancel()
+            # To its end: a task that outlives its loop is ended without one.
+            await asyncio.wait([sending])
         return socket

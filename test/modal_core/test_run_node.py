@@ -157,6 +157,43 @@ run_node('some', make)
     assert (found.returncode, found.stderr) == (0, '')
 
 
+@pytest.mark.parametrize('asked', ['rclpy.ok', 'interrupted'])
+def test_what_a_stopped_middleware_refuses_is_no_fault(asked):
+    # The signal's interrupt may come while it is asked whether there was a signal.
+    code = f"""
+import rclpy
+from std_msgs.msg import Empty
+def interrupted():
+    raise KeyboardInterrupt
+def spin(node):
+    publisher = node.create_publisher(Empty, 'topic', 1)
+    rclpy.shutdown()
+    rclpy.ok = {asked}
+    publisher.publish(Empty())
+run_node('some', lambda: rclpy.create_node('some'), spin)
+"""
+    found = run(code)
+    assert (found.returncode, found.stderr) == (0, '')
+
+
+def test_an_object_that_was_half_made_ends_without_a_word():
+    code = """
+class Half:
+    def __del__(self):
+        self.never_set
+class Whole:
+    def __del__(self):
+        1 / 0
+def spin(node):
+    Half()
+    Whole()
+run_node('some', lambda: __import__('rclpy').create_node('some'), spin)
+"""
+    found = run(code)
+    assert found.returncode == 0
+    assert 'ZeroDivisionError' in found.stderr and 'never_set' not in found.stderr
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_leaves_no_node_half_taken_down(number):
     code = f"""
