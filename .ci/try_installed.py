@@ -77,7 +77,7 @@ def write_blocks(path: Path) -> None:
 
     from modal_core.measurements import SampleBlock
     from modal_recordings import RecordingWriter
-    from modal_recordings.encode import encode
+    from modal_recordings.messages import encode
 
     rng = np.random.default_rng(SEED)
     n_samples = int(RATE_HZ * LENGTH_S)

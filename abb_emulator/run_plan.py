@@ -31,9 +31,8 @@ from modal_core.measurements import (
 )
 from modal_core.near_names import refuse_unknown
 from modal_core.schema import read_values, setting, settings_of
-from modal_recordings.encode import encode
-from modal_recordings.raw_message import RawMessage
-from modal_recordings.writer import RecordingWriter
+from modal_recordings.containers import RecordingWriter
+from modal_recordings.messages import encode, RawMessage
 from robot_bridge.player import PlanPath, PlanPlayer, PlayerSettings
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.robot_files import load_layout, load_robot

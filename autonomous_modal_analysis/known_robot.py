@@ -8,7 +8,7 @@ from autonomous_modal_analysis.plan_record import recorded_robot_name
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModalAnalysisError
 from modal_core.shipped_layouts import shipped_layout
-from modal_recordings.attachment import as_text, attached, attached_layout
+from modal_recordings.messages import as_text, attached, attached_layout
 from modal_recordings.open_recording import Recording
 from structural_model.robot_files import load_robot, MODEL_FILE, robot_of_files, URDF_FILE
 

@@ -26,9 +26,9 @@ from autonomous_modal_analysis.terminal import OUTPUT, ProgressCallback, StageCa
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import ModeSet
 from modal_dashboard.arm_drawing import draw_arm
-from modal_recordings.encode import encode
+from modal_recordings.containers import RecordingWriter
+from modal_recordings.messages import encode
 from modal_recordings.open_recording import open_recording
-from modal_recordings.writer import RecordingWriter
 from modal_reports import DAMPING, FREQUENCY
 from oma_identifier.settings import IdentificationSettings
 from structural_model import DampedModes

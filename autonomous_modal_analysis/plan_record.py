@@ -7,9 +7,8 @@ import numpy as np
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_recordings.message_recording import MessageRecording
+from modal_recordings.messages import differing_field, RawMessage, typestore
 from modal_recordings.open_recording import Recording
-from modal_recordings.raw_message import RawMessage
-from modal_recordings.schemas import differing_field, typestore
 from oma_identifier.covariance import sharp_edge_hz
 
 if TYPE_CHECKING:

@@ -84,7 +84,7 @@ def read_result(path: Path, identifier: 'Identifier', reading: 'Reading') -> Rea
         It cannot be read or identified.
     """
     if path.suffix.lower() in UNIVERSAL and _has_shapes(path):
-        from modal_recordings.formats.universal_shapes import read_shapes
+        from modal_recordings.universal import read_shapes
 
         return ReadResult(read_shapes(path))
     found = result_of(path, identifier, reading)
@@ -135,7 +135,7 @@ def _kept_spectrum(path: Path) -> Spectrum | None:
 
 def _has_shapes(path: Path) -> bool:
     """Return whether a universal file holds modes; where it holds records too, those count."""
-    from modal_recordings.formats.universal_blocks import blocks_of
+    from modal_recordings.universal import blocks_of
 
     kinds = {block.kind for block in blocks_of(path)}
     return 55 in kinds and 58 not in kinds

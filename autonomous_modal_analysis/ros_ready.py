@@ -3,7 +3,7 @@
 from importlib import import_module
 
 from autonomous_modal_analysis.missing import explain, INSTALL_MESSAGES, MESSAGES, MissingError
-from modal_recordings.schemas import message_fields
+from modal_recordings.messages import message_fields
 
 
 def require_ros() -> None:

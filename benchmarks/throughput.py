@@ -13,11 +13,9 @@ from autonomous_modal_analysis.identification import identify_recording
 from benchmarks.plant import chain_plant, simulate
 from benchmarks.table import Line
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
-from modal_recordings.cdr import IMU
-from modal_recordings.decode import BLOCK
-from modal_recordings.encode import encode
+from modal_recordings.containers import RecordingWriter
+from modal_recordings.messages import BLOCK, encode, IMU
 from modal_recordings.open_recording import open_recording
-from modal_recordings.writer import RecordingWriter
 from oma_identifier.intake import SampleBuffer, TopicIntake
 from oma_identifier.settings import IdentificationSettings
 

@@ -6,13 +6,12 @@
 
 from modal_recordings.array_in_memory import array_recording
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.attachment import Attachment
+from modal_recordings.containers import RecordingWriter
+from modal_recordings.contents import Gap, RecordingInfo, TopicSummary
 from modal_recordings.convert import to_mcap
-from modal_recordings.decode import decode, USABLE_TYPES
-from modal_recordings.info import Gap, RecordingInfo, TopicSummary
 from modal_recordings.message_recording import MessageRecording
+from modal_recordings.messages import Attachment, decode, USABLE_TYPES
 from modal_recordings.open_recording import open_recording, Recording
-from modal_recordings.writer import RecordingWriter
 
 __all__ = [
     'USABLE_TYPES',

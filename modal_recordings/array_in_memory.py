@@ -7,9 +7,15 @@ from typing import Any
 import numpy as np
 
 from modal_core.errors import RecordingError
-from modal_recordings.array_options import Advice, ArrayOptions, checked_names, checked_rate
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.array_table import array_table, ArrayTable
+from modal_recordings.tables import (
+    Advice,
+    array_table,
+    ArrayOptions,
+    ArrayTable,
+    checked_names,
+    checked_rate,
+)
 
 ADVICE = Advice(
     rate='sample_rate_hz=..., or a column named "time [s]"',

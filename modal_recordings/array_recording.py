@@ -15,15 +15,17 @@ from modal_core.measurements import (
     StampedSamples,
 )
 from modal_core.spindle_speed import SpindleSpeed
-from modal_recordings.array_clock import array_clock
-from modal_recordings.array_columns import array_columns, ArrayColumns
-from modal_recordings.array_options import ArrayOptions
-from modal_recordings.array_table import ArrayTable
-from modal_recordings.attachment import Attachment
-from modal_recordings.info import RecordingInfo
-from modal_recordings.joint_rows import JointRows
-from modal_recordings.read_pages import ReadPages
-from modal_recordings.summary import summarise
+from modal_recordings.contents import RecordingInfo, summarise
+from modal_recordings.disk import ReadPages
+from modal_recordings.messages import Attachment
+from modal_recordings.tables import (
+    array_clock,
+    array_columns,
+    ArrayColumns,
+    ArrayOptions,
+    ArrayTable,
+    JointRows,
+)
 
 BLOCK_S = 0.25
 FEWEST_ROWS = 128

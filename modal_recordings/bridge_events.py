@@ -3,8 +3,8 @@
 from collections import deque
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_recordings.encode import ENCAPSULATION
 from modal_recordings.message_recording import MessageRecording
+from modal_recordings.messages import ENCAPSULATION
 
 EVENT_TOPIC, EVENT_TYPE = 'robot_bridge/events', 'std_msgs/msg/String'
 LAST_EVENTS = 5

@@ -10,10 +10,9 @@ from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
 from modal_core.units import ACCELERATION
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.encode import encode
+from modal_recordings.containers import RecordingWriter
+from modal_recordings.messages import encode, RawMessage
 from modal_recordings.open_recording import Recording
-from modal_recordings.raw_message import RawMessage
-from modal_recordings.writer import RecordingWriter
 
 BLOCK_TOPIC = '/acceleration_block'
 JOINT_TOPIC = '/joint_states'

@@ -9,13 +9,17 @@ from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
 from modal_core.units import STANDARD_GRAVITY, WITH_UNIT
-from modal_recordings.array_columns import without_columns
-from modal_recordings.array_options import array_options, ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.array_table import ArrayTable
 from modal_recordings.formats import read_arrays, READERS, table_of
-from modal_recordings.heading import Heading, heading_of
 from modal_recordings.open_recording import ARRAY_READERS
+from modal_recordings.tables import (
+    array_options,
+    ArrayOptions,
+    ArrayTable,
+    Heading,
+    heading_of,
+    without_columns,
+)
 
 NEWTONS = {
     'N': 1.0,

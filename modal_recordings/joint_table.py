@@ -6,14 +6,16 @@ from itertools import chain
 from pathlib import Path
 
 from modal_core.measurements import JointSamples, Measurement
-from modal_recordings.array_clock import array_clock
-from modal_recordings.array_columns import array_columns
-from modal_recordings.array_options import ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.array_table import ArrayTable
 from modal_recordings.formats import read_arrays, READERS, tables_of
-from modal_recordings.joint_rows import joints_apart
 from modal_recordings.open_recording import ARRAY_READERS, check_place, kind_of
+from modal_recordings.tables import (
+    array_clock,
+    array_columns,
+    ArrayOptions,
+    ArrayTable,
+    joints_apart,
+)
 
 TABLES = (*ARRAY_READERS, *READERS)
 """Endings of files of columns."""

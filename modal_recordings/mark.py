@@ -21,7 +21,7 @@ from modal_core.measurements import (
     StampedSamples,
 )
 from modal_core.units import WITH_UNIT
-from modal_recordings.array_table import ArrayTable
+from modal_recordings.tables import ArrayTable
 
 LOW, HIGH = 0.3, 0.7
 """Of the way from the lowest to the highest value: a level is left beyond the other one."""

@@ -6,18 +6,15 @@ from pathlib import Path
 from modal_core.errors import RecordingError
 from modal_core.measurements import Measurement, NANOSECONDS_PER_SECOND
 from modal_core.spindle_speed import SpindleSpeed
-from modal_recordings.attachment import Attachment
-from modal_recordings.decode import decode, USABLE_TYPES
-from modal_recordings.info import RecordingInfo
+from modal_recordings.contents import RecordingInfo, summarise, why_unusable
 from modal_recordings.mark import cut, high_stretch, mark_pieces, Stretch
-from modal_recordings.raw_message import MessageFile, RawMessage
+from modal_recordings.messages import Attachment, decode, MessageFile, RawMessage, USABLE_TYPES
 from modal_recordings.spindle_speed import (
     speed_of_channel,
     speed_of_topic,
     speed_topic,
     without_channel,
 )
-from modal_recordings.summary import summarise, why_unusable
 
 BATCH_NS = NANOSECONDS_PER_SECOND // 4
 LARGEST_BATCH_BYTES = 16_000_000

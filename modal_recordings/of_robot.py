@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from modal_core.channel import SensorLayout
 from modal_core.channel_match import named_as_in
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.joint_rows import joints_apart
+from modal_recordings.tables import joints_apart
 
 
 def of_robot(recording: ArrayRecording, joint_names: Sequence[str]) -> ArrayRecording:

@@ -6,19 +6,14 @@ from pathlib import Path
 import stat
 
 from modal_core.errors import RecordingError
-from modal_recordings.array_columns import LEAVE_OUT
-from modal_recordings.array_options import array_options, ArrayOptions
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.array_table import ArrayTable, read_npy
-from modal_recordings.bag_file import BagFile
-from modal_recordings.folder import open_folder
-from modal_recordings.formats import read_arrays, READERS, table_of
-from modal_recordings.formats.lvm_file import is_lvm
+from modal_recordings.containers import BagFile, McapFile, open_folder
+from modal_recordings.formats import is_lvm, read_arrays, READERS, table_of
 from modal_recordings.mark import marked_table
-from modal_recordings.mcap_file import McapFile
 from modal_recordings.message_recording import MessageRecording
 from modal_recordings.spindle_speed import speed_column
-from modal_recordings.text_table import read_text_table
+from modal_recordings.tables import array_options, ArrayOptions, ArrayTable, LEAVE_OUT, read_npy
+from modal_recordings.text import read_text_table
 
 Recording = MessageRecording | ArrayRecording
 TEXTS = ('.csv', '.txt', '.tsv')

@@ -12,9 +12,9 @@ from modal_core.errors import RecordingError
 from modal_core.measurements import Measurement
 from modal_core.spindle_speed import SpindleSpeed
 from modal_core.units import WITH_UNIT
-from modal_recordings.array_table import ArrayTable
 from modal_recordings.mark import cut, mark_pieces, Stretch
-from modal_recordings.raw_message import MessageFile, TopicEntry
+from modal_recordings.messages import MessageFile, TopicEntry
+from modal_recordings.tables import ArrayTable
 
 SPEED_TOPIC = '/spindle_speed_rpm'
 """Taken where a recording has it and no other is named."""

@@ -15,7 +15,7 @@ from autonomous_modal_analysis.executables import NODES
 from autonomous_modal_analysis.missing import explain, ROS
 from modal_core.measurements import SampleBlock
 from modal_recordings import RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from test.test_package import executables, ROOMS, ROOT, setup_arguments
 
 OWN_MESSAGES = {'oma_msgs', 'tf2_msgs', 'control_msgs'}

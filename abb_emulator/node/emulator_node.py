@@ -39,7 +39,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.real_time import ask_for_real_time
 from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from oma_msgs.msg import AccelerationBlock, ModalParameters
 from oma_msgs.srv import InjectFault
 from structural_model.robot_files import load_layout, load_robot

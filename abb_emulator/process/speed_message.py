@@ -2,8 +2,7 @@
 
 import struct
 
-from modal_recordings.encode import ENCAPSULATION
-from modal_recordings.raw_message import RawMessage
+from modal_recordings.messages import ENCAPSULATION, RawMessage
 
 SPEED_TOPIC = '/spindle_speed_rpm'
 SPEED_TYPE = 'std_msgs/msg/Float64'

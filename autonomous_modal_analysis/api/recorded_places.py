@@ -8,7 +8,7 @@ import numpy as np
 
 from modal_core.errors import RecordingError
 from modal_core.mode import ModeSet
-from modal_recordings.formats.universal_names import direction_of
+from modal_recordings.universal import direction_of
 from modal_reports import Geometry, sensor_displacements
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def recorded_places(path: Path | None, modes: ModeSet) -> 'Placed | None':
     told = [direction_of(name) for name in modes.channel_names]
     if path is None or path.suffix.lower() not in UNIVERSAL or not told or None in told:
         return None
-    from modal_recordings.formats.universal_geometry import read_geometry
+    from modal_recordings.universal import read_geometry
 
     try:
         read = read_geometry(path)

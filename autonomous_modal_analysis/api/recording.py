@@ -23,7 +23,7 @@ from modal_core.units import named_unit
 from modal_core.version import software
 import modal_recordings
 from modal_recordings import Attachment, MessageRecording, RecordingInfo
-from modal_recordings.attachment import attached_software, save_attachments
+from modal_recordings.messages import attached_software, save_attachments
 
 
 @dataclass(frozen=True, eq=False, repr=False)

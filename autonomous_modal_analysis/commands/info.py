@@ -10,7 +10,7 @@ from autonomous_modal_analysis.options import ExportSamples, Json
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.recording import Recording
-    from modal_recordings.info import TopicSummary
+    from modal_recordings.contents import TopicSummary
 
 
 def register(app: typer.Typer) -> None:
@@ -79,7 +79,7 @@ def _show_attachments(recording: 'Recording') -> None:
     from rich.markup import escape
 
     from autonomous_modal_analysis.terminal import OUTPUT
-    from modal_recordings.attachment import attached_software
+    from modal_recordings.messages import attached_software
 
     for attachment in recording.attachments:
         said = f'{attachment.name}, {attachment.n_bytes} bytes'

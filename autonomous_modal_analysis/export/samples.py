@@ -15,7 +15,7 @@ from autonomous_modal_analysis.export.table import Table
 from autonomous_modal_analysis.export.table_files import write_parquet
 from autonomous_modal_analysis.export.universal import ascii_line, places_of, SI, write_sets
 from autonomous_modal_analysis.export.write_by_ending import write_by_ending
-from modal_recordings.formats.universal_file import KINDS
+from modal_recordings.universal import KINDS
 
 TIME_RESPONSE, EVEN, TIME_AXIS = 1, 1, 17
 

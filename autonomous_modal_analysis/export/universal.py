@@ -17,7 +17,7 @@ import pyuff
 
 from autonomous_modal_analysis.export.exported import Exported
 from modal_core.mode import Mode
-from modal_recordings.formats.universal_names import direction_of
+from modal_recordings.universal import direction_of
 
 LONGEST = 80
 Way = tuple[float, float, float]

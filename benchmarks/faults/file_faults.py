@@ -9,9 +9,9 @@ import numpy as np
 
 from benchmarks.faults.scene import measurements, Scene, START_NS
 from modal_core.measurements import Measurement, SampleBlock
-from modal_recordings.encode import encode
+from modal_recordings.containers import RecordingWriter
+from modal_recordings.messages import encode
 from modal_recordings.open_recording import open_recording
-from modal_recordings.writer import RecordingWriter
 from oma_identifier.intake import TopicIntake
 
 Way = Callable[[np.random.Generator, Scene, 'Notes'], Iterator[Measurement]]

@@ -11,7 +11,7 @@ from modal_core.errors import RecordingError
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays, stated_rates
 from modal_recordings.formats.optional_library import optional_library
 from modal_recordings.formats.packed import unpacked
-from modal_recordings.heading import heading_of
+from modal_recordings.tables import heading_of
 
 UNIT_NAMES = ('unit', 'units', 'Unit', 'Units')
 COLUMN_NAMES = ('channel_names', 'channels', 'columns', 'labels', 'names')

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_recordings.file_size import check_size
+from modal_recordings.disk import check_size
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
-from modal_recordings.text_encoding import encoding_of
+from modal_recordings.text import encoding_of
 
 FIRST_WORDS = 'LabVIEW Measurement'
 END = '***End_of_Header***'

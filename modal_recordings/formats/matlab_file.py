@@ -9,7 +9,7 @@ from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
 from modal_core.errors import RecordingError
-from modal_recordings.file_size import check_size
+from modal_recordings.disk import check_size
 from modal_recordings.formats import hdf_file
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
 

@@ -12,10 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_recordings.array_table import array_table, ArrayTable, MOST_COLUMNS
-from modal_recordings.heading import Heading, heading_of
-from modal_recordings.joint_headings import is_of_joints
-from modal_recordings.spooled import spooled
+from modal_recordings.disk import spooled
+from modal_recordings.tables import (
+    array_table,
+    ArrayTable,
+    Heading,
+    heading_of,
+    is_of_joints,
+    MOST_COLUMNS,
+)
 
 RATES = frozenset(
     """fs samplerate samplerateh samplingrate samplefrequency samplingfrequency samplingratehz

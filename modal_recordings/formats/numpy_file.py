@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_recordings.file_size import check_size
+from modal_recordings.disk import check_size
 from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
 
 LARGEST_BYTES = 2_000_000_000

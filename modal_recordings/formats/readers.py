@@ -1,4 +1,4 @@
-"""Which file of this folder reads which kind; each has a function ``read(path)``.
+"""Which file reads which kind of file; each has a function ``read(path)``.
 
 A reader is imported with the first file of its kind.
 """
@@ -9,18 +9,18 @@ from pathlib import Path
 from modal_recordings.formats.named_arrays import NamedArrays
 
 READERS = {
-    '.uff': 'universal_file',
-    '.unv': 'universal_file',
-    '.npz': 'numpy_file',
-    '.mat': 'matlab_file',
-    '.h5': 'hdf_file',
-    '.hdf5': 'hdf_file',
-    '.nc': 'netcdf_file',
-    '.wav': 'wav_file',
-    '.tdms': 'tdms_file',
-    '.lvm': 'lvm_file',
-    '.mf4': 'mdf_file',
-    '.mdf': 'mdf_file',
+    '.uff': 'universal.universal_file',
+    '.unv': 'universal.universal_file',
+    '.npz': 'formats.numpy_file',
+    '.mat': 'formats.matlab_file',
+    '.h5': 'formats.hdf_file',
+    '.hdf5': 'formats.hdf_file',
+    '.nc': 'formats.netcdf_file',
+    '.wav': 'formats.wav_file',
+    '.tdms': 'formats.tdms_file',
+    '.lvm': 'formats.lvm_file',
+    '.mf4': 'formats.mdf_file',
+    '.mdf': 'formats.mdf_file',
 }
 """By the ending of the file's name."""
 
@@ -33,6 +33,6 @@ def read_arrays(path: Path, suffix: str = '') -> NamedArrays:
     RecordingError
         Damaged or truncated, or the library that reads it is not installed.
     """
-    reader = import_module(f'modal_recordings.formats.{READERS[suffix or path.suffix.lower()]}')
+    reader = import_module(f'modal_recordings.{READERS[suffix or path.suffix.lower()]}')
     found: NamedArrays = reader.read(path)
     return found

@@ -10,8 +10,8 @@ from modal_core.channel_match import named_as_in
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement
 from modal_core.named import named
-from modal_recordings.array_options import Advice, array_options
 from modal_recordings.joint_table import open_with_joints, TableWithJoints
+from modal_recordings.tables import Advice, array_options
 from model_gap.campaign.campaign_file import CampaignEntry
 
 ADVICE = Advice(

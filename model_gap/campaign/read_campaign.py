@@ -16,8 +16,8 @@ from modal_core.measurements import Measurement
 from modal_core.named import named
 from modal_core.side_by_side import side_by_side
 from modal_recordings import open_recording
-from modal_recordings.attachment import attached_layout
 from modal_recordings.joint_table import is_table
+from modal_recordings.messages import attached_layout
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.campaign.campaign_file import CampaignEntry, read_campaign_file
 from model_gap.campaign.columns import in_order_of, joints_beside, read_columns

@@ -13,7 +13,7 @@ from modal_core.measurements import (
     SampleBlock,
     StampedSamples,
 )
-from modal_recordings.decode import decode
+from modal_recordings.messages import decode
 from oma_identifier.intake.thresholds import INTAKE
 
 

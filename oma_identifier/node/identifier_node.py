@@ -23,7 +23,7 @@ from modal_core.reasons import say_reasons
 from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
 from modal_core.run_node import run_node
 from modal_core.shipped_layouts import shipped_layout
-from modal_recordings.decode import BLOCK, JOINT_STATE
+from modal_recordings.messages import BLOCK, JOINT_STATE
 from oma_identifier.covariance import below_edge
 from oma_identifier.intake import in_order, TopicIntake
 from oma_identifier.methods import method_named

@@ -16,8 +16,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.ros_messages import stamp
-from modal_recordings.cdr import ACCEL, ACCEL_WITH_COVARIANCE, IMU
-from modal_recordings.decode import BLOCK, JOINT_STATE
+from modal_recordings.messages import ACCEL, ACCEL_WITH_COVARIANCE, BLOCK, IMU, JOINT_STATE
 from oma_identifier.result import WindowResult
 from oma_identifier.tracking import PredictedMode, Prediction
 from oma_msgs.msg import (

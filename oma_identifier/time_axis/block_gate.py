@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock
-from modal_recordings.decode import LOWEST_BLOCK_RATE_HZ
+from modal_recordings.messages import LOWEST_BLOCK_RATE_HZ
 from oma_identifier.time_axis.candidates import Candidates, Run
 from oma_identifier.time_axis.thresholds import TIME_AXIS
 

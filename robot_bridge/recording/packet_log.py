@@ -13,7 +13,7 @@ from google.protobuf import descriptor_pb2
 from modal_core.errors import RecordingError
 from modal_recordings import RecordingWriter
 from modal_recordings.bridge_events import EVENT_TOPIC, EVENT_TYPE
-from modal_recordings.encode import ENCAPSULATION
+from modal_recordings.messages import ENCAPSULATION
 from robot_bridge.egm import file_descriptor, PACKAGE, Packet
 
 TOPICS = {False: ('egm/robot', 'EgmRobot'), True: ('egm/sensor', 'EgmSensor')}

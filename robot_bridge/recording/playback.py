@@ -8,9 +8,8 @@ from modal_core.errors import SettingsError
 from modal_core.measurements import JointSamples, Measurement, NANOSECONDS_PER_SECOND, SampleBlock
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.convert import split_block
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode, RawMessage
 from modal_recordings.open_recording import Recording
-from modal_recordings.raw_message import RawMessage
 from robot_bridge.playback_settings import PlaybackSettings
 
 LARGEST_BLOCK_BYTES = 64_000

@@ -12,8 +12,8 @@ import autonomous_modal_analysis as ama
 from autonomous_modal_analysis.api.recorded_places import recorded_places
 from modal_core.errors import RecordingError
 from modal_core.mode import ModeSet
-from modal_recordings.formats.universal_geometry import read_geometry
-from modal_recordings.formats.universal_shapes import read_shapes
+from modal_recordings.universal.universal_geometry import read_geometry
+from modal_recordings.universal.universal_shapes import read_shapes
 from test.support.frame import shaken_frame
 
 RATE_HZ, N_NODES = 100.0, 5

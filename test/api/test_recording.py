@@ -9,7 +9,7 @@ import autonomous_modal_analysis as ama
 from modal_core.errors import RecordingError
 from modal_core.measurements import SampleBlock
 from modal_recordings import RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from test.support.frame import FLOORS
 
 START_NS, ROWS = 1_700_000_000_000_000_000, 20

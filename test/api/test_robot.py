@@ -8,8 +8,8 @@ import pytest
 import autonomous_modal_analysis as ama
 from modal_core.errors import ModelError, PlanError, RecordingError, SettingsError
 from modal_core.measurements import JointSamples
-from modal_recordings.encode import encode
-from modal_recordings.writer import RecordingWriter
+from modal_recordings.containers import RecordingWriter
+from modal_recordings.messages import encode
 from structural_model.robot_files import load_layout, load_robot
 
 ROBOT = 'irb6660_205_190'

@@ -11,7 +11,7 @@ import pytest
 from autonomous_modal_analysis import cli
 from modal_core.measurements import StampedSamples
 from modal_recordings import RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 
 RATE = ('--sample-rate-hz', '100', '--unit', 'm/s^2')
 SEED = 1

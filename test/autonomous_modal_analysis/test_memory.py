@@ -12,9 +12,8 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from scipy.signal import lfilter
 
 from modal_core.measurements import SampleBlock
-from modal_recordings.encode import encode
-from modal_recordings.schemas import definition
-from modal_recordings.writer import RecordingWriter
+from modal_recordings.containers import RecordingWriter
+from modal_recordings.messages import definition, encode
 from oma_identifier.record import whole_record
 
 RATE_HZ, N_CHANNELS = 1000, 20

@@ -9,7 +9,7 @@ import pyuff
 from autonomous_modal_analysis.export import export_modes, Exported
 from modal_core.errors import RecordingError
 from modal_core.mode import Mode, ModeSet
-from modal_recordings.formats.universal_shapes import read_shapes
+from modal_recordings.universal.universal_shapes import read_shapes
 
 
 def some_modes(seed=4):

@@ -9,7 +9,7 @@ from autonomous_modal_analysis.identification import identify_recording
 from modal_core.errors import IdentificationError
 from modal_core.measurements import JointSamples, SampleBlock
 from modal_recordings import open_recording, RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from oma_identifier.settings import IdentificationSettings
 
 START, RATE_HZ, SEED = 1_700_000_000_000_000_000, 100.0, 3

@@ -11,14 +11,14 @@ from modal_core.channel import Sensor, SensorLayout
 from modal_core.errors import LayoutError, RecordingError, SettingsError
 from modal_core.version import software
 from modal_recordings import open_recording, RecordingWriter, to_mcap
-from modal_recordings.attachment import (
+from modal_recordings.containers import McapFile
+from modal_recordings.messages import (
     attached_layout,
     attached_software,
     Attachment,
     LARGEST_BYTES,
     save_attachments,
 )
-from modal_recordings.mcap_file import McapFile
 
 pytest.importorskip('pinocchio')
 from structural_model import load_layout, load_robot

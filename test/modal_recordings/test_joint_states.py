@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from modal_core.measurements import JointSamples
-from modal_recordings.decode import decode, JOINT_STATE
-from modal_recordings.encode import encode
+from modal_recordings.messages import decode, encode, JOINT_STATE
 
 NAMES = ('joint_1', 'joint_2', 'joint_3')
 STAMPS = np.arange(8) * 4_000_000 + 1_700_000_000_999_000_000

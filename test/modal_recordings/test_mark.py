@@ -6,7 +6,7 @@ import pytest
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, SampleBlock
 from modal_recordings import open_recording, RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 
 RATE_HZ, SECOND_NS = 500.0, 1_000_000_000
 SEED = 20

@@ -11,7 +11,7 @@ import zstandard
 
 from modal_core.errors import RecordingError
 from modal_recordings import open_recording
-from modal_recordings.mcap_chunk import uncompress
+from modal_recordings.containers.mcap_chunk import uncompress
 
 BOMB = bytes(200_000_000)
 

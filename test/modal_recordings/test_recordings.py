@@ -15,10 +15,7 @@ from autonomous_modal_analysis.identification import identify_recording
 from modal_core.errors import IdentificationError, MessageError, RecordingError
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 from modal_recordings import decode, open_recording, RecordingWriter, to_mcap
-from modal_recordings.cdr import ACCEL, IMU
-from modal_recordings.decode import BLOCK, JOINT_STATE
-from modal_recordings.encode import encode
-from modal_recordings.schemas import definition, typestore
+from modal_recordings.messages import ACCEL, BLOCK, definition, encode, IMU, JOINT_STATE, typestore
 from oma_identifier.settings import IdentificationSettings
 
 START = 1_700_000_000_123_456_789

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from modal_recordings.row_period import row_period_s
+from modal_recordings.tables import row_period_s
 
 SEED = 12
 

@@ -8,8 +8,7 @@ import pytest
 from modal_core.errors import RecordingError
 from modal_core.measurements import SampleBlock
 from modal_recordings import open_recording, RecordingWriter
-from modal_recordings.encode import ENCAPSULATION, encode
-from modal_recordings.raw_message import RawMessage
+from modal_recordings.messages import ENCAPSULATION, encode, RawMessage
 from modal_recordings.spindle_speed import factor_of
 
 SECOND_NS, RATE_HZ, SEED = 1_000_000_000, 100.0, 20

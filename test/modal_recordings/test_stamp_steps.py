@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from modal_recordings.contents.stamp_steps import stamp_steps
 from modal_recordings.open_recording import open_recording
-from modal_recordings.stamp_steps import stamp_steps
 
 N_ROWS = 12_000
 

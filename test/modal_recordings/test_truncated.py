@@ -14,10 +14,8 @@ from rosbags.typesys import get_typestore, Stores
 from modal_core.errors import RecordingError
 from modal_core.measurements import StampedSamples
 from modal_recordings import open_recording, RecordingWriter
-from modal_recordings.cdr import IMU
-from modal_recordings.encode import encode
-from modal_recordings.mcap_file import McapFile
-from modal_recordings.schemas import definition, typestore
+from modal_recordings.containers import McapFile
+from modal_recordings.messages import definition, encode, IMU, typestore
 
 SEED = 5
 STEP_NS = 10_000_000

@@ -5,8 +5,8 @@ import pytest
 import zstandard
 
 from modal_core.errors import RecordingError
+from modal_recordings.disk.zstd_file import check_unpacked_size, LARGEST_BYTES
 from modal_recordings.open_recording import open_recording
-from modal_recordings.zstd_file import check_unpacked_size, LARGEST_BYTES
 
 
 def test_a_bomb_is_refused_by_name(tmp_path):
@@ -28,7 +28,7 @@ def test_several_frames_and_files_count_together(tmp_path):
 
 
 def test_the_reader_asks_first(tmp_path, monkeypatch):
-    monkeypatch.setattr('modal_recordings.zstd_file.LARGEST_BYTES', 1000)
+    monkeypatch.setattr('modal_recordings.disk.zstd_file.LARGEST_BYTES', 1000)
     noise = np.random.default_rng(1).bytes(5000)
     (tmp_path / 'x_0.db3.zstd').write_bytes(zstandard.ZstdCompressor().compress(noise))
     (tmp_path / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 5}\n')

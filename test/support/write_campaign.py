@@ -5,7 +5,7 @@ import yaml
 
 from modal_core.measurements import JointSamples, SampleBlock
 from modal_recordings import RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 
 START_NS = 1_700_000_000_000_000_000
 

@@ -18,7 +18,7 @@ from autonomous_modal_analysis.batch.run import BatchRequest
 from autonomous_modal_analysis.keeping import Keeping
 from autonomous_modal_analysis.option_groups import Identifier, Reading
 from modal_core.errors import SettingsError
-from modal_recordings.formats.universal_shapes import read_shapes
+from modal_recordings.universal.universal_shapes import read_shapes
 from oma_identifier.settings import IdentificationSettings
 from test.autonomous_modal_analysis.conftest import AMA
 

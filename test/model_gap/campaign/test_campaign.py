@@ -13,7 +13,7 @@ from modal_core.errors import ModalAnalysisError, RecordingError, SettingsError
 from modal_core.measurements import JointSamples, StampedSamples
 from modal_core.share import share_path
 from modal_recordings import RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from model_gap.campaign.campaign import GapRecord
 from model_gap.campaign.campaign_file import read_campaign_file
 from model_gap.campaign.read_campaign import campaign_layout, read_campaign

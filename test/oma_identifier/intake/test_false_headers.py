@@ -8,7 +8,7 @@ import pytest
 from autonomous_modal_analysis.identification import identify_recording
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 from modal_recordings import open_recording, RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from oma_identifier.intake.joint_track import JointTrack
 from oma_identifier.intake.sample_buffer import SampleBuffer
 from oma_identifier.intake.topic_intake import in_order

@@ -21,8 +21,7 @@ from modal_core.errors import SettingsError
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 from modal_core.samples import Samples
 from modal_recordings import open_recording, to_mcap
-from modal_recordings.decode import BLOCK
-from modal_recordings.encode import encode
+from modal_recordings.messages import BLOCK, encode
 from oma_identifier.identify import identify_samples
 from oma_identifier.node.identifier_node import IdentifierNode
 from oma_identifier.node.ros_messages import MESSAGE_CLASSES

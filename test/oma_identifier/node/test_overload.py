@@ -9,7 +9,7 @@ pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
 from modal_core.measurements import SampleBlock
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from test.support.node_driver import NodeDriver
 
 pytestmark = pytest.mark.node

@@ -11,7 +11,7 @@ pytest.importorskip('oma_msgs')
 from std_msgs.msg import Float64
 
 from modal_core.measurements import SampleBlock
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from test.support.node_driver import NodeDriver
 
 pytestmark = pytest.mark.node

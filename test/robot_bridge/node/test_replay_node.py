@@ -18,7 +18,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from modal_core.measurements import SampleBlock
 from modal_recordings import RecordingWriter
-from modal_recordings.encode import encode
+from modal_recordings.messages import encode
 from oma_msgs.msg import AccelerationBlock, BridgeState
 from test.support.domains import ros_domain
 

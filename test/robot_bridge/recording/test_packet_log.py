@@ -6,7 +6,7 @@ from pathlib import Path
 from mcap.reader import make_reader
 import pytest
 
-from modal_recordings import writer
+from modal_recordings.containers import writer
 from robot_bridge.egm.egm_link import Packet
 from robot_bridge.recording.packet_log import N_FILES, PacketLog
 

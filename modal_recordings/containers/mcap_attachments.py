@@ -11,8 +11,8 @@ import struct
 import zlib
 
 from modal_core.errors import RecordingError
-from modal_recordings.attachment import Attachment, LARGEST_BYTES
-from modal_recordings.mcap_chunk import CHUNK, MESSAGE_OPCODE, RECORD, records_of
+from modal_recordings.containers.mcap_chunk import CHUNK, MESSAGE_OPCODE, RECORD, records_of
+from modal_recordings.messages import Attachment, LARGEST_BYTES
 
 ATTACHMENT, ATTACHMENT_INDEX = 9, 10
 MOST, ALL_BYTES = 100, 20_000_000

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from modal_core.errors import MessageError
 from modal_core.measurements import Measurement, NANOSECONDS_PER_SECOND, StampedSamples
-from modal_recordings.batch import DecodedBatch
+from modal_recordings.messages.batch import DecodedBatch
 
 IMU = 'sensor_msgs/msg/Imu'
 ACCEL = 'geometry_msgs/msg/AccelStamped'

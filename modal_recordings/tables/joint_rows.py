@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.measurements import JointSamples
-from modal_recordings.array_columns import table_headings, without_columns
-from modal_recordings.array_options import ArrayOptions
-from modal_recordings.array_table import ArrayTable
-from modal_recordings.heading import Heading
-from modal_recordings.joint_headings import joint_columns_of, JointColumn, JointColumns
+from modal_recordings.tables.array_columns import table_headings, without_columns
+from modal_recordings.tables.array_options import ArrayOptions
+from modal_recordings.tables.array_table import ArrayTable
+from modal_recordings.tables.heading import Heading
+from modal_recordings.tables.joint_headings import joint_columns_of, JointColumn, JointColumns
 
 Array = NDArray[np.float64]
 

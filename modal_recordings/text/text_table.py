@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_recordings.array_table import ArrayTable, MOST_COLUMNS
-from modal_recordings.file_size import check_size
-from modal_recordings.spooled import spooled
-from modal_recordings.text_cells import is_comment, NO_VALUE, not_a_number, split
-from modal_recordings.text_layout import LONGEST_LINE, text_layout, TextLayout
-from modal_recordings.time_text import is_time_text, seconds_of
+from modal_recordings.disk import check_size, spooled
+from modal_recordings.tables import ArrayTable, is_time_text, MOST_COLUMNS, seconds_of
+from modal_recordings.text.text_cells import is_comment, NO_VALUE, not_a_number, split
+from modal_recordings.text.text_layout import LONGEST_LINE, text_layout, TextLayout
 
 LARGEST_BYTES = 4_000_000_000
 PIECE_LETTERS = 1 << 20

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from modal_core.errors import MessageError
 from modal_core.measurements import JointSamples, Measurement
-from modal_recordings.batch import DecodedBatch, one_by_one
-from modal_recordings.cdr import decode_stamps, HeaderFormat, ROS1
-from modal_recordings.cursor import Cursor
+from modal_recordings.messages.batch import DecodedBatch, one_by_one
+from modal_recordings.messages.cdr import decode_stamps, HeaderFormat, ROS1
+from modal_recordings.messages.cursor import Cursor
 
 MOST_JOINTS = 256
 

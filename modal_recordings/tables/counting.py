@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_recordings.read_pages import ReadPages
+from modal_recordings.disk import ReadPages
 
 FEWEST_COUNTED = 50
 """Vibration that rose through so many rows would have half a period of their length or more: it

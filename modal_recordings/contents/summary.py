@@ -14,11 +14,9 @@ from modal_core.measurements import (
     SampleBlock,
     StampedSamples,
 )
-from modal_recordings.decode import BLOCK, JOINT_STATE, USABLE_TYPES
-from modal_recordings.info import Gap, RecordingInfo, TopicSummary
-from modal_recordings.raw_message import TopicEntry
-from modal_recordings.schemas import differing_field
-from modal_recordings.stamp_steps import stamp_steps
+from modal_recordings.contents.info import Gap, RecordingInfo, TopicSummary
+from modal_recordings.contents.stamp_steps import stamp_steps
+from modal_recordings.messages import BLOCK, differing_field, JOINT_STATE, TopicEntry, USABLE_TYPES
 
 LISTED_GAPS = 100
 

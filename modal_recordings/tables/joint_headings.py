@@ -8,7 +8,7 @@ from pathlib import Path
 import re
 
 from modal_core.errors import RecordingError
-from modal_recordings.heading import Heading
+from modal_recordings.tables.heading import Heading
 
 
 class Told(Enum):

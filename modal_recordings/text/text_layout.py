@@ -8,11 +8,11 @@ import re
 
 from modal_core.errors import RecordingError
 from modal_core.printable import printable
-from modal_recordings.stated_rate import stated_rate_hz
-from modal_recordings.text_cells import is_comment, is_value, MISSING, NO_VALUE, split
-from modal_recordings.text_encoding import encoding_of
-from modal_recordings.text_headings import headings_above, Line, may_name, misfit
-from modal_recordings.time_text import is_time_text
+from modal_recordings.tables import is_time_text
+from modal_recordings.text.stated_rate import stated_rate_hz
+from modal_recordings.text.text_cells import is_comment, is_value, MISSING, NO_VALUE, split
+from modal_recordings.text.text_encoding import encoding_of
+from modal_recordings.text.text_headings import headings_above, Line, may_name, misfit
 
 HEAD_LINES = 500
 LONGEST_LINE = 1_000_000

@@ -11,10 +11,8 @@ from rosbags.rosbag2 import Reader as Rosbag2Reader
 from rosbags.rosbag2 import ReaderError as Rosbag2Error
 
 from modal_core.errors import RecordingError
-from modal_recordings.attachment import Attachment
-from modal_recordings.raw_message import bunched, Kept, RawMessage, TopicEntry
-from modal_recordings.unreadable import unreadable_bag, unreadable_database
-from modal_recordings.zstd_file import check_unpacked_size
+from modal_recordings.disk import check_unpacked_size, unreadable_bag, unreadable_database
+from modal_recordings.messages import Attachment, bunched, Kept, RawMessage, TopicEntry
 
 READ_ERRORS = (
     Rosbag1Error,

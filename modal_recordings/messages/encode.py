@@ -13,9 +13,9 @@ from modal_core.measurements import (
     StampedSamples,
 )
 from modal_core.units import ACCELERATION
-from modal_recordings.cdr import ACCEL, IMU
-from modal_recordings.decode import BLOCK, JOINT_STATE
-from modal_recordings.raw_message import RawMessage
+from modal_recordings.messages.cdr import ACCEL, IMU
+from modal_recordings.messages.decode import BLOCK, JOINT_STATE
+from modal_recordings.messages.raw_message import RawMessage
 
 ENCAPSULATION = b'\x00\x01\x00\x00'
 NOT_REPORTED = -1.0

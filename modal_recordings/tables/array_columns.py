@@ -18,11 +18,11 @@ from modal_core.units import (
     STANDARD_GRAVITY,
     Unit,
 )
-from modal_recordings.array_options import ArrayOptions
-from modal_recordings.array_table import ArrayTable
-from modal_recordings.counting import counts_up
-from modal_recordings.heading import Heading, heading_of
-from modal_recordings.joint_headings import is_of_joints
+from modal_recordings.tables.array_options import ArrayOptions
+from modal_recordings.tables.array_table import ArrayTable
+from modal_recordings.tables.counting import counts_up
+from modal_recordings.tables.heading import Heading, heading_of
+from modal_recordings.tables.joint_headings import is_of_joints
 
 LEAVE_OUT = '-'
 LAST_G = re.compile(r'\w[\s_]g$')

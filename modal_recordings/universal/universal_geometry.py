@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_recordings.formats.universal_blocks import blocks_of
-from modal_recordings.formats.universal_file import datasets, metres_per_length, UNITS
+from modal_recordings.universal.universal_blocks import blocks_of
+from modal_recordings.universal.universal_file import datasets, metres_per_length, UNITS
 
 NODES, LINES = (15, 2411), 82
 OWN_AXES = (18, 2420)

@@ -112,7 +112,7 @@ class RecordingInfo:
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the channels the identifier would use."""
-        from modal_recordings.decode import JOINT_STATE
+        from modal_recordings.messages import JOINT_STATE
 
         return tuple(
             name

@@ -15,10 +15,10 @@ import numpy as np
 import pyuff
 
 from modal_core.errors import RecordingError
-from modal_recordings.file_size import check_size
-from modal_recordings.formats.named_arrays import NamedArray, NamedArrays
-from modal_recordings.formats.universal_blocks import Block, blocks_of
-from modal_recordings.row_period import row_period_s
+from modal_recordings.disk import check_size
+from modal_recordings.formats import NamedArray, NamedArrays
+from modal_recordings.tables import row_period_s
+from modal_recordings.universal.universal_blocks import Block, blocks_of
 
 FUNCTION, UNITS = 58, 164
 TIME_RESPONSE = 1

@@ -8,10 +8,16 @@ from modal_core.errors import RecordingError, SettingsError
 from modal_core.real_path import real_path
 from modal_core.small_file import read_text
 from modal_core.yaml_file import parse_yaml
-from modal_recordings.attachment import Attachment
-from modal_recordings.bag_file import BagFile
-from modal_recordings.mcap_file import McapFile
-from modal_recordings.raw_message import Kept, MessageFile, one_by_one, RawMessage, TopicEntry
+from modal_recordings.containers.bag_file import BagFile
+from modal_recordings.containers.mcap_file import McapFile
+from modal_recordings.messages import (
+    Attachment,
+    Kept,
+    MessageFile,
+    one_by_one,
+    RawMessage,
+    TopicEntry,
+)
 
 LARGEST_METADATA_BYTES = 4_000_000
 """A thousand topics, or ten thousand files."""

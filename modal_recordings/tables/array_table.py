@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_recordings.read_pages import ReadPages
-from modal_recordings.unreadable import unreadable_npy
+from modal_recordings.disk import ReadPages, unreadable_npy
 
 MOST_COLUMNS = 1024
 ROWS_AT_ONCE = 1 << 12

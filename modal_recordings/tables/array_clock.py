@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_recordings.array_columns import ArrayColumns
-from modal_recordings.array_options import ArrayOptions, HIGHEST_RATE_HZ, LOWEST_RATE_HZ
-from modal_recordings.array_table import ArrayTable
-from modal_recordings.row_period import MADE_UP_ROWS, row_period_s
-from modal_recordings.time_columns import combined, past_midnight, which_time
+from modal_recordings.tables.array_columns import ArrayColumns
+from modal_recordings.tables.array_options import ArrayOptions, HIGHEST_RATE_HZ, LOWEST_RATE_HZ
+from modal_recordings.tables.array_table import ArrayTable
+from modal_recordings.tables.row_period import MADE_UP_ROWS, row_period_s
+from modal_recordings.tables.time_columns import combined, past_midnight, which_time
 
 RATE_TOLERANCE = 1e-3
 """Beyond it a stated rate and the times contradict one another: quartz clocks differ by 1e-4,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple, Protocol
 
-from modal_recordings.attachment import Attachment
+from modal_recordings.messages.attachment import Attachment
 
 
 class RawMessage(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_recordings.time_text import DAY_S, HOUR_S
+from modal_recordings.tables.time_text import DAY_S, HOUR_S
 
 
 def combined(

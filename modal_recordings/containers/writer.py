@@ -15,9 +15,8 @@ from mcap.writer import CompressionType, Writer
 
 from modal_core.errors import RecordingError
 from modal_core.version import software
-from modal_recordings.attachment import media_type, SOFTWARE
-from modal_recordings.mcap_chunk import RECORD
-from modal_recordings.schemas import definition
+from modal_recordings.containers.mcap_chunk import RECORD
+from modal_recordings.messages import definition, media_type, SOFTWARE
 
 CHUNK_BYTES = 256 * 1024
 MAGIC = b'\x89MCAP0\r\n'

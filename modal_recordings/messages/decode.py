@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 from modal_core.errors import MessageError
 from modal_core.measurements import SampleBlock
-from modal_recordings.batch import DecodedBatch, one_by_one
-from modal_recordings.cdr import BODIES, CDR, decode_vectors, ROS1
-from modal_recordings.cursor import Cursor
-from modal_recordings.joint_states import decode_joint_states
+from modal_recordings.messages.batch import DecodedBatch, one_by_one
+from modal_recordings.messages.cdr import BODIES, CDR, decode_vectors, ROS1
+from modal_recordings.messages.cursor import Cursor
+from modal_recordings.messages.joint_states import decode_joint_states
 
 BLOCK = 'oma_msgs/msg/AccelerationBlock'
 JOINT_STATE = 'sensor_msgs/msg/JointState'

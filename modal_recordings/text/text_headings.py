@@ -6,7 +6,7 @@ from pathlib import Path
 
 from modal_core.errors import RecordingError
 from modal_core.units import known_unit
-from modal_recordings.text_cells import is_value, not_a_number, NUMBER
+from modal_recordings.text.text_cells import is_value, not_a_number, NUMBER
 
 
 @dataclass(frozen=True, slots=True)

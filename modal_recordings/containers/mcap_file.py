@@ -23,9 +23,12 @@ from mcap.records import Channel, Chunk, Header, Schema, Statistics
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_recordings.attachment import Attachment
-from modal_recordings.mcap_attachments import indexed_places, leading_places, read_attachments
-from modal_recordings.mcap_chunk import (
+from modal_recordings.containers.mcap_attachments import (
+    indexed_places,
+    leading_places,
+    read_attachments,
+)
+from modal_recordings.containers.mcap_chunk import (
     CHANNEL,
     CHUNK,
     chunk_head,
@@ -38,8 +41,8 @@ from modal_recordings.mcap_chunk import (
     SCHEMA,
     uncompress,
 )
-from modal_recordings.raw_message import Kept, one_by_one, RawMessage, TopicEntry
-from modal_recordings.read_pages import ReadPages
+from modal_recordings.disk import ReadPages
+from modal_recordings.messages import Attachment, Kept, one_by_one, RawMessage, TopicEntry
 
 MAGIC = b'\x89MCAP0\r\n'
 HEADER, FOOTER, STATISTICS, DATA_END = 1, 2, 11, 15

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from modal_core.errors import RecordingError
 from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
-from modal_recordings.formats.universal_file import datasets, DIRECTIONS
+from modal_recordings.universal.universal_file import datasets, DIRECTIONS
 
 SHAPES = 55
 NORMAL_MODE, COMPLEX_MODE = 2, 3
