@@ -32,9 +32,9 @@ from autonomous_modal_analysis.commands import (
 from autonomous_modal_analysis.commands import (
     map as modal_map,
 )
-from autonomous_modal_analysis.signals import prepare_signals
-from autonomous_modal_analysis.streams import prepare_streams, silence
-from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT
+from autonomous_modal_analysis.console.signals import prepare_signals
+from autonomous_modal_analysis.console.streams import prepare_streams, silence
+from autonomous_modal_analysis.console.terminal import MESSAGES, OUTPUT
 from modal_core.errors import ModalAnalysisError
 from modal_core.reasons import say_reasons
 from modal_core.version import suite_version

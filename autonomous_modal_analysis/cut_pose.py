@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from autonomous_modal_analysis.campaign_poses import is_possible
+from autonomous_modal_analysis.campaigns.campaign_poses import is_possible
 from excitation_planner.request import PlanRequest
 from machining.cut_settings import CutSettings
 from machining.lobes import Proposal, stability_lobes

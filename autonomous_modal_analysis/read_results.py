@@ -6,10 +6,14 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from autonomous_modal_analysis.operating_state import OperatingState, state_of, UNKNOWN_STATE
-from autonomous_modal_analysis.output import show_damage
-from autonomous_modal_analysis.results import FORMAT_VERSION
-from autonomous_modal_analysis.terminal import progress_bar
+from autonomous_modal_analysis.compared.operating_state import (
+    OperatingState,
+    state_of,
+    UNKNOWN_STATE,
+)
+from autonomous_modal_analysis.console.terminal import progress_bar
+from autonomous_modal_analysis.identified.results import FORMAT_VERSION
+from autonomous_modal_analysis.views.output import show_damage
 from modal_core.errors import RecordingError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.mode import Mode, ModeSet
@@ -18,7 +22,7 @@ from modal_reports import Spectrum
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.modal_result import ModalResult
-    from autonomous_modal_analysis.option_groups import Identifier, Reading
+    from autonomous_modal_analysis.console.option_groups import Identifier, Reading
 
 RESULTS = 'modes.json'
 LARGEST_BYTES = 500_000_000

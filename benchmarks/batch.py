@@ -39,8 +39,8 @@ SINGLE = """
 import sys
 from pathlib import Path
 from autonomous_modal_analysis.batch.job import BatchJob, identify_job
-from autonomous_modal_analysis.keeping import Keeping
-from autonomous_modal_analysis.option_groups import Identifier, Reading
+from autonomous_modal_analysis.identified.keeping import Keeping
+from autonomous_modal_analysis.console.option_groups import Identifier, Reading
 rate_hz, out, *paths = sys.argv[1:]
 for path in map(Path, paths):
     reading = Reading(sample_rate_hz=float(rate_hz))

@@ -18,7 +18,12 @@ from scipy.stats import binom
 
 from abb_emulator.mechanics import ArmEffect, with_effects
 import autonomous_modal_analysis as ama
-from autonomous_modal_analysis.campaign_plan import in_state, RUNNING, STANDING, STATE_DEFAULTS
+from autonomous_modal_analysis.campaigns.campaign_plan import (
+    in_state,
+    RUNNING,
+    STANDING,
+    STATE_DEFAULTS,
+)
 from autonomous_modal_analysis.report import match_truth, TrueMode
 from benchmarks.table import Line
 from excitation_planner.request import PlanRequest

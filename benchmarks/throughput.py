@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 
-from autonomous_modal_analysis.identification import identify_recording
+from autonomous_modal_analysis.identified.identification import identify_recording
 from benchmarks.plant import chain_plant, simulate
 from benchmarks.table import Line
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples

@@ -10,8 +10,8 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from autonomous_modal_analysis.cell import NODES as CELL
 from autonomous_modal_analysis.executables import NODES
+from autonomous_modal_analysis.live.cell import NODES as CELL
 from autonomous_modal_analysis.missing import explain, ROS
 from modal_core.measurements import SampleBlock
 from modal_recordings import RecordingWriter
@@ -174,7 +174,7 @@ def test_a_missing_python_package_is_one_line(tmp_path):
 
 
 def test_code_in_the_folder_one_stands_in_is_not_run(tmp_path):
-    from autonomous_modal_analysis.processes import NodeCommand
+    from autonomous_modal_analysis.live.processes import NodeCommand
 
     (tmp_path / 'numpy.py').write_text('raise SystemExit("not numpy")\n')
     line = NodeCommand('node', 'modal_core.indicators').arguments()

@@ -80,8 +80,8 @@ def test_launch_files_name_executables_and_parameter_files_that_exist():
 
 
 def test_launch_and_command_line_start_the_same_nodes():
-    from autonomous_modal_analysis.cell import NODES
     from autonomous_modal_analysis.executables import NODES as EXECUTABLES
+    from autonomous_modal_analysis.live.cell import NODES
 
     module = ast.parse((ROOT / 'launch' / 'emulated_cell.launch.py').read_text())
     launched = next(
@@ -147,7 +147,7 @@ def test_package_xml_names_what_tests_import():
 
 
 def test_launch_and_command_line_move_the_emulated_arm_alike():
-    from autonomous_modal_analysis.cell import BESIDE_EMULATOR
+    from autonomous_modal_analysis.live.cell import BESIDE_EMULATOR
 
     module = ast.parse((ROOT / 'launch' / 'emulated_cell.launch.py').read_text())
     (value,) = [
@@ -433,7 +433,7 @@ def doors(folder: Path) -> list[str]:
     return []
 
 
-@pytest.mark.parametrize('room', FOLDED)
+@pytest.mark.parametrize('room', (*FOLDED, 'autonomous_modal_analysis'))
 def test_at_most_twelve_files_lie_flat(room):
     assert len(list((ROOT / room).glob('*.py'))) <= 12
 

@@ -154,8 +154,8 @@ def context(domain):
 
 @contextmanager
 def person(context, namespace=''):
-    from autonomous_modal_analysis.operator_node import OperatorNode
-    from autonomous_modal_analysis.spinning_node import spinning
+    from autonomous_modal_analysis.live.operator_node import OperatorNode
+    from autonomous_modal_analysis.live.spinning_node import spinning
 
     node = OperatorNode(context=context, namespace=namespace)
     seen = Seen(node)

@@ -7,7 +7,7 @@ from autonomous_modal_analysis.api.modal_result import ModalResult
 from autonomous_modal_analysis.api.recording import Recording
 from autonomous_modal_analysis.api.robot import Layout
 from autonomous_modal_analysis.api.settings import Settings
-from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
+from autonomous_modal_analysis.console.terminal import no_progress, ProgressCallback
 from modal_recordings import array_recording
 
 

@@ -10,9 +10,9 @@ from autonomous_modal_analysis.api.settings import checked_settings, Settings
 from autonomous_modal_analysis.batch.row import Row
 from autonomous_modal_analysis.batch.run import BatchRequest, run_batch
 from autonomous_modal_analysis.batch.table import headline
-from autonomous_modal_analysis.keeping import Keeping
-from autonomous_modal_analysis.option_groups import Identifier, Reading
-from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
+from autonomous_modal_analysis.console.option_groups import Identifier, Reading
+from autonomous_modal_analysis.console.terminal import no_progress, ProgressCallback
+from autonomous_modal_analysis.identified.keeping import Keeping
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,7 +10,7 @@ import numpy as np
 from autonomous_modal_analysis.api.modal_plots import new_axes
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_layout, read_robot, Robot
-from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
+from autonomous_modal_analysis.console.terminal import no_progress, ProgressCallback
 from modal_core.errors import SettingsError
 from modal_core.version import software
 from modal_reports import percent

@@ -10,7 +10,7 @@ import numpy as np
 
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import read_robot
-from autonomous_modal_analysis.results import plain
+from autonomous_modal_analysis.identified.results import plain
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_history.alarm import (
     Alarm,

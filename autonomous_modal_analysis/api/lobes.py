@@ -15,8 +15,8 @@ from modal_core.tool_modes import ToolModes
 from modal_core.yaml_file import load_yaml
 
 if TYPE_CHECKING:
+    from autonomous_modal_analysis.console.terminal import ProgressCallback
     from autonomous_modal_analysis.cut_pose import PoseChoice
-    from autonomous_modal_analysis.terminal import ProgressCallback
 
 TABLE, MAP_KIND = '.csv', 'workspace_map'
 LARGEST_BYTES = 200_000_000

@@ -8,10 +8,14 @@ from typing import Any
 from autonomous_modal_analysis.api.found_modes import FoundModes, Placed
 from autonomous_modal_analysis.api.modal_result import ModalResult
 from autonomous_modal_analysis.api.robot import Layout, read_layout
-from autonomous_modal_analysis.merging import merge_set_ups, SetUp
-from autonomous_modal_analysis.output import merged_words, write_merged
+from autonomous_modal_analysis.identified.merging import merge_set_ups, SetUp
+from autonomous_modal_analysis.identified.results import (
+    Identification,
+    identification_json,
+    SetUps,
+)
 from autonomous_modal_analysis.read_results import kept_name, read_modes, results_file
-from autonomous_modal_analysis.results import Identification, identification_json, SetUps
+from autonomous_modal_analysis.views.output import merged_words, write_merged
 from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError
 from modal_core.mode import ModeSet

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api.optional import optional
-from autonomous_modal_analysis.results import IdentifiedWindow
+from autonomous_modal_analysis.identified.results import IdentifiedWindow
 from modal_core.indicators import rotate_to_real
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import ModeSet

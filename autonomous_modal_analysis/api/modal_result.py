@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api import modal_plots
 from autonomous_modal_analysis.api.found_modes import FoundModes, Placed
-from autonomous_modal_analysis.identification import IdentifiedRecording
-from autonomous_modal_analysis.joint_sliding import JointSliding
-from autonomous_modal_analysis.output import save_results
+from autonomous_modal_analysis.identified.identification import IdentifiedRecording
+from autonomous_modal_analysis.identified.joint_sliding import JointSliding
+from autonomous_modal_analysis.identified.results import identification_json, IdentifiedWindow
 from autonomous_modal_analysis.report.words import band_words
-from autonomous_modal_analysis.results import identification_json, IdentifiedWindow
+from autonomous_modal_analysis.views.output import save_results
 from modal_core.channel import SensorLayout
 from modal_core.mode import ModeSet
 from modal_reports import count
@@ -106,7 +106,7 @@ class ModalResult(FoundModes):
         ModalAnalysisError
             It cannot be read, or its poles are of other data or other settings.
         """
-        from autonomous_modal_analysis.chosen_poles import read_poles, with_poles
+        from autonomous_modal_analysis.identified.chosen_poles import read_poles, with_poles
 
         chosen = read_poles(Path(poles))
         return replace(self, found=with_poles(self.found, chosen, poles))
@@ -155,14 +155,14 @@ class ModalResult(FoundModes):
         """
         model, layout = self.model, self.layout
         if model is None and self.source is not None:
-            from autonomous_modal_analysis.known_robot import layout_of, robot_of
+            from autonomous_modal_analysis.identified.known_robot import layout_of, robot_of
 
             model = robot_of(self.source)
             if model is not None and layout is None:
                 layout = layout_of(self.source, model.robot_name, self.modes.channel_names)
         if model is None or layout is None:
             return None
-        from autonomous_modal_analysis.arm_drawing import draw_identified
+        from autonomous_modal_analysis.views.arm_drawing import draw_identified
 
         return draw_identified(model, layout, self.found.identification, modes)
 

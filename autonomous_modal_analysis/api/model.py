@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from autonomous_modal_analysis.api.modal_plots import plot_on_geometry
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_robot, Robot, sensors_of
+from autonomous_modal_analysis.identified.results import plain
 from autonomous_modal_analysis.pose import parse_pose, PoseGiven
-from autonomous_modal_analysis.results import plain
 from excitation_planner.pose_range import sensitivity_table, SensitivityTable
 from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError

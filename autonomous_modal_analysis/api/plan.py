@@ -12,9 +12,9 @@ from autonomous_modal_analysis.api.modal_plots import new_axes
 from autonomous_modal_analysis.api.recording import open_recording, Recording
 from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_robot, Robot, sensors_of
-from autonomous_modal_analysis.plan_view import plan_json
+from autonomous_modal_analysis.console.terminal import no_progress, ProgressCallback
 from autonomous_modal_analysis.pose import parse_pose, PoseGiven
-from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
+from autonomous_modal_analysis.views.plan_view import plan_json
 from excitation_planner.forecast import ModeForecast
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
@@ -163,7 +163,7 @@ class PlannedMotion(Result):
             name or folder.
         """
         from abb_emulator.run_plan import ArmOptions
-        from autonomous_modal_analysis.emulated_player import EmulatedPlayer
+        from autonomous_modal_analysis.campaigns.emulated_player import EmulatedPlayer
 
         if not isinstance(self.robot, str | Path):
             raise ModelError(

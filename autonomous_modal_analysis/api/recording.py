@@ -15,9 +15,9 @@ from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_robot, Robot, sensors_of
 from autonomous_modal_analysis.api.settings import checked_settings, Settings
 from autonomous_modal_analysis.api.uniform_samples import uniform_samples, UniformSamples
-from autonomous_modal_analysis.identification import identify_recording
-from autonomous_modal_analysis.results import plain
-from autonomous_modal_analysis.terminal import no_progress, ProgressCallback
+from autonomous_modal_analysis.console.terminal import no_progress, ProgressCallback
+from autonomous_modal_analysis.identified.identification import identify_recording
+from autonomous_modal_analysis.identified.results import plain
 from modal_core.errors import SettingsError
 from modal_core.units import named_unit
 from modal_core.version import software

@@ -6,7 +6,7 @@ from html import escape
 from typing import Any
 
 from autonomous_modal_analysis.api.optional import optional
-from autonomous_modal_analysis.results import json_text
+from autonomous_modal_analysis.identified.results import json_text
 
 MOST_ROWS = 30
 """Rows of a result that are shown; all are in its table."""

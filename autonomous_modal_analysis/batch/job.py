@@ -8,10 +8,10 @@ import time
 from typing import TYPE_CHECKING
 
 from autonomous_modal_analysis.batch.row import Row
-from autonomous_modal_analysis.keeping import file_hash, Keeping, settings_text
-from autonomous_modal_analysis.option_groups import Identifier, Reading
-from autonomous_modal_analysis.output import JSON_NAME
-from autonomous_modal_analysis.terminal import no_progress
+from autonomous_modal_analysis.console.option_groups import Identifier, Reading
+from autonomous_modal_analysis.console.terminal import no_progress
+from autonomous_modal_analysis.identified.keeping import file_hash, Keeping, settings_text
+from autonomous_modal_analysis.views.output import JSON_NAME
 from modal_core.errors import ModalAnalysisError
 from modal_core.version import software, suite_version
 
@@ -131,7 +131,7 @@ def _identified(job: BatchJob, row: Row) -> Outcome:
     )
     if not is_kept:
         return Outcome(row)
-    from autonomous_modal_analysis.plan_record import recorded_robot_name
+    from autonomous_modal_analysis.identified.plan_record import recorded_robot_name
     from modal_history.kept import KeptWindow
 
     kept = [*map(KeptWindow.of, result.windows), KeptWindow.of(result.found.whole)]

@@ -11,10 +11,10 @@ from autonomous_modal_analysis.batch.job import BatchJob, identify_job, Outcome
 from autonomous_modal_analysis.batch.manifest import Manifest, open_manifest
 from autonomous_modal_analysis.batch.row import Row
 from autonomous_modal_analysis.batch.workers import connected
+from autonomous_modal_analysis.console.option_groups import Identifier, Reading
+from autonomous_modal_analysis.console.terminal import ProgressCallback
 from autonomous_modal_analysis.export import check_endings, ending_of, ENDINGS
-from autonomous_modal_analysis.keeping import Keeping
-from autonomous_modal_analysis.option_groups import Identifier, Reading
-from autonomous_modal_analysis.terminal import ProgressCallback
+from autonomous_modal_analysis.identified.keeping import Keeping
 from modal_core.errors import SettingsError
 from modal_core.real_path import real_path
 

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.keeping import Keeping
-from autonomous_modal_analysis.option_groups import grouped, Identifier, Reading
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.console.option_groups import grouped, Identifier, Reading
+from autonomous_modal_analysis.console.options import Json
+from autonomous_modal_analysis.identified.keeping import Keeping
 
 EXIT_SOME_FAILED = 1
 
@@ -62,8 +62,13 @@ def batch(
     from autonomous_modal_analysis.batch.manifest import NAME, TABLE
     from autonomous_modal_analysis.batch.run import BatchRequest, run_batch
     from autonomous_modal_analysis.batch.table import failures, headline
-    from autonomous_modal_analysis.output import show_written
-    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json, progress_bar
+    from autonomous_modal_analysis.console.terminal import (
+        MESSAGES,
+        OUTPUT,
+        print_json,
+        progress_bar,
+    )
+    from autonomous_modal_analysis.views.output import show_written
 
     request = BatchRequest(
         recordings=tuple(recordings),

@@ -5,8 +5,8 @@ from typing import Annotated, Any, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Wish
-from autonomous_modal_analysis.options import (
+from autonomous_modal_analysis.console.option_groups import grouped, Wish
+from autonomous_modal_analysis.console.options import (
     check_namespace,
     ExportTable,
     Namespace,
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractContextManager
 
-    from autonomous_modal_analysis.campaign_plan import CampaignWish
+    from autonomous_modal_analysis.campaigns.campaign_plan import CampaignWish
     from modal_core.channel import SensorLayout
     from structural_model.flexible_joint_model import FlexibleJointModel
 
@@ -95,7 +95,7 @@ def campaign(
     from dataclasses import replace
 
     from abb_emulator.run_plan import ArmOptions
-    from autonomous_modal_analysis.campaign_plan import (
+    from autonomous_modal_analysis.campaigns.campaign_plan import (
         CampaignWish,
         check_all,
         DEFAULTS,
@@ -103,12 +103,15 @@ def campaign(
         planned_table,
         STATE_DEFAULTS,
     )
-    from autonomous_modal_analysis.campaign_recording import CampaignFolder, record_campaign
-    from autonomous_modal_analysis.emulated_player import EmulatedPlayer
+    from autonomous_modal_analysis.campaigns.campaign_recording import (
+        CampaignFolder,
+        record_campaign,
+    )
+    from autonomous_modal_analysis.campaigns.emulated_player import EmulatedPlayer
+    from autonomous_modal_analysis.console.options import numbers
+    from autonomous_modal_analysis.console.terminal import MESSAGES, OUTPUT, progress_bar
     from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
-    from autonomous_modal_analysis.options import numbers
     from autonomous_modal_analysis.pose import parse_pose
-    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, progress_bar
     from modal_core.yaml_file import load_yaml
     from structural_model.robot_files import load_layout, load_robot
 
@@ -161,7 +164,7 @@ def campaign(
 def _export(files: 'Sequence[Path]', columns: dict[str, list[object]]) -> None:
     """Write what is recorded, a row a recording."""
     from autonomous_modal_analysis.export import export_table, Table
-    from autonomous_modal_analysis.output import export_each
+    from autonomous_modal_analysis.views.output import export_each
     from modal_core.version import software
 
     table = Table.of(columns, {'software': software()})
@@ -171,8 +174,8 @@ def _export(files: 'Sequence[Path]', columns: dict[str, list[object]]) -> None:
 def _tell_next(folder: Path, robot: str, asked: 'CampaignWish') -> None:
     """Say what recordings can tell apart, and what one more would add."""
     from autonomous_modal_analysis.api.gap import campaign_of
-    from autonomous_modal_analysis.campaign_poses import choose_poses
-    from autonomous_modal_analysis.terminal import OUTPUT, progress_bar
+    from autonomous_modal_analysis.campaigns.campaign_poses import choose_poses
+    from autonomous_modal_analysis.console.terminal import OUTPUT, progress_bar
     from model_gap.report import telling_lines
     from model_gap.stated import stated_settings
     from model_gap.telling import what_it_tells
@@ -196,8 +199,8 @@ def _at_the_robot(
     from autonomous_modal_analysis.ros_ready import require_ros
 
     require_ros()
-    from autonomous_modal_analysis.live_player_node import live_player
-    from autonomous_modal_analysis.terminal import MESSAGES
+    from autonomous_modal_analysis.console.terminal import MESSAGES
+    from autonomous_modal_analysis.live.live_player_node import live_player
 
     def tell(text: str) -> None:
         MESSAGES.print(text, soft_wrap=True, markup=False)

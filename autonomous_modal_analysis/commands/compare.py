@@ -8,13 +8,13 @@ from typing import Annotated, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Identifier, Reading
-from autonomous_modal_analysis.options import ExportTable, Json
+from autonomous_modal_analysis.console.option_groups import grouped, Identifier, Reading
+from autonomous_modal_analysis.console.options import ExportTable, Json
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.modal_result import ModalResult
-    from autonomous_modal_analysis.mode_courses import CoursePoint
-    from autonomous_modal_analysis.mode_levels import ModeLevels
+    from autonomous_modal_analysis.compared.mode_courses import CoursePoint
+    from autonomous_modal_analysis.compared.mode_levels import ModeLevels
 
 REPORT = 'comparison.html'
 
@@ -56,15 +56,19 @@ def compare(
     Modes are paired by frequency and shape; each change is told from scatter by the standard
     deviations of both.
     """
-    from autonomous_modal_analysis.change_view import changes_json, show_summary
-    from autonomous_modal_analysis.course_view import courses_json, courses_table, show_courses
+    from autonomous_modal_analysis.compared.mode_courses import mode_courses
+    from autonomous_modal_analysis.console.terminal import print_json
     from autonomous_modal_analysis.export import check_endings, export_table, TABLE_ENDINGS
-    from autonomous_modal_analysis.level_view import levels_json, show_levels
-    from autonomous_modal_analysis.mode_courses import mode_courses
-    from autonomous_modal_analysis.output import export_each, show_written
     from autonomous_modal_analysis.read_results import read_result
     from autonomous_modal_analysis.report import ComparedState, StateDrawn, write_comparison
-    from autonomous_modal_analysis.terminal import print_json
+    from autonomous_modal_analysis.views.change_view import changes_json, show_summary
+    from autonomous_modal_analysis.views.course_view import (
+        courses_json,
+        courses_table,
+        show_courses,
+    )
+    from autonomous_modal_analysis.views.level_view import levels_json, show_levels
+    from autonomous_modal_analysis.views.output import export_each, show_written
     from modal_core.errors import SettingsError
     from oma_identifier.compare import compare_modes
 
@@ -115,7 +119,7 @@ def _tell_twice(recordings: Sequence[Path]) -> None:
     """Say which recordings are given twice: from one to itself nothing changes."""
     from rich.markup import escape
 
-    from autonomous_modal_analysis.terminal import MESSAGES
+    from autonomous_modal_analysis.console.terminal import MESSAGES
     from modal_core.real_path import real_path
 
     places = [real_path(path) for path in recordings]
@@ -129,7 +133,7 @@ def _over_levels(
     courses: Sequence[tuple['CoursePoint', ...]],
 ) -> list['ModeLevels']:
     """Return modes over levels; kept results do not say how far a mode moved."""
-    from autonomous_modal_analysis.mode_levels import mode_levels
+    from autonomous_modal_analysis.compared.mode_levels import mode_levels
     from modal_core.errors import SettingsError
 
     known = [result for result in results if result is not None]
@@ -146,7 +150,7 @@ def _over_levels(
 
 def _loads(text: str | None, n_recordings: int) -> tuple[float, ...]:
     """Return the load of each recording, NaN where none is stated."""
-    from autonomous_modal_analysis.options import numbers
+    from autonomous_modal_analysis.console.options import numbers
     from modal_core.errors import SettingsError
 
     if text is None:

@@ -47,10 +47,10 @@ def demo(
         _mill(out, robot, pose, seed)
         return
     require_ros()
-    from autonomous_modal_analysis.demo_verdict import judge_demo, show_verdict
-    from autonomous_modal_analysis.demonstration import DemoSettings
-    from autonomous_modal_analysis.demonstration_node import run_demo
-    from autonomous_modal_analysis.terminal import progress_bar
+    from autonomous_modal_analysis.console.terminal import progress_bar
+    from autonomous_modal_analysis.demos.demo_verdict import judge_demo, show_verdict
+    from autonomous_modal_analysis.demos.demonstration import DemoSettings
+    from autonomous_modal_analysis.demos.demonstration_node import run_demo
 
     settings = DemoSettings(folder=out, robot=robot, pose=_chosen(robot, pose), seed=seed)
     with progress_bar('emulated arm shaking itself') as progress:
@@ -62,7 +62,7 @@ def demo(
 
 
 def _tap(out: Path, robot: str, pose: str | None, seed: int) -> None:
-    from autonomous_modal_analysis.tap_demo import show_tap_demo, tap_demo
+    from autonomous_modal_analysis.demos.tap_demo import show_tap_demo, tap_demo
 
     demo = tap_demo(out, robot, _chosen(robot, pose), seed)
     show_tap_demo(demo)
@@ -71,8 +71,8 @@ def _tap(out: Path, robot: str, pose: str | None, seed: int) -> None:
 
 
 def _mill(out: Path, robot: str, pose: str | None, seed: int) -> None:
-    from autonomous_modal_analysis.milling_demo import milling_demo, show_milling_demo
-    from autonomous_modal_analysis.terminal import stages_bar
+    from autonomous_modal_analysis.console.terminal import stages_bar
+    from autonomous_modal_analysis.demos.milling_demo import milling_demo, show_milling_demo
 
     with stages_bar('emulated arm milling') as progress:
         demo = milling_demo(out, robot, _chosen(robot, pose), seed, progress)

@@ -5,7 +5,7 @@ from typing import Annotated, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.options import ExportTable, Json, LayoutPath
+from autonomous_modal_analysis.console.options import ExportTable, Json, LayoutPath
 from modal_core.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -68,10 +68,15 @@ def gap(
 
     import autonomous_modal_analysis as ama
     from autonomous_modal_analysis.api.gap import campaign_of
+    from autonomous_modal_analysis.console.options import stated_pair
+    from autonomous_modal_analysis.console.terminal import (
+        MESSAGES,
+        OUTPUT,
+        print_json,
+        progress_bar,
+    )
     from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
-    from autonomous_modal_analysis.options import stated_pair
-    from autonomous_modal_analysis.output import export_each
-    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json, progress_bar
+    from autonomous_modal_analysis.views.output import export_each
     from modal_core.side_by_side import processor_time_s
     from model_gap.report import look_lines, summary_lines
     from model_gap.result_folder import ResultFolder
@@ -144,7 +149,7 @@ def _quick_look(
 ) -> None:
     """Say whether there is a gap, and where, from the beginning of the first recordings."""
     from autonomous_modal_analysis.api.gap import campaign_of
-    from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
+    from autonomous_modal_analysis.console.terminal import OUTPUT, print_json, progress_bar
     from model_gap.quick_look import LIMITS, quick_look, READ
     from model_gap.report import look_lines
     from model_gap.stated import stated_settings
@@ -167,7 +172,7 @@ def _encoder_gap(
     campaign: Path, model: 'FlexibleJointModel', sizes: dict[str, str], out: Path, json: bool
 ) -> None:
     """Do the same for a campaign of motor and link encoders with torques."""
-    from autonomous_modal_analysis.terminal import OUTPUT, print_json, progress_bar
+    from autonomous_modal_analysis.console.terminal import OUTPUT, print_json, progress_bar
     from model_gap.trajectory import (
         encoder_gap_mapping,
         EncoderFolder,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.console.options import Json
 
 HistoryPath = Annotated[
     Path,
@@ -41,7 +41,7 @@ def register(app: typer.Typer) -> None:
 def list_runs(history: HistoryPath, json: Json = False) -> None:
     """List what a history holds: runs of the same robot, tool, settings and recording."""
     import autonomous_modal_analysis as ama
-    from autonomous_modal_analysis.terminal import print_json
+    from autonomous_modal_analysis.console.terminal import print_json
 
     found = ama.history(history)
     if json:
@@ -66,7 +66,7 @@ def trends(
     Ids are those of the history, which last over runs; ± is the scatter of single windows.
     """
     import autonomous_modal_analysis as ama
-    from autonomous_modal_analysis.terminal import print_json
+    from autonomous_modal_analysis.console.terminal import print_json
 
     found = ama.history(history).trends(robot, mode or (), since, until, whole)
     if json:
@@ -105,7 +105,7 @@ def alarms(
     from then on.
     """
     import autonomous_modal_analysis as ama
-    from autonomous_modal_analysis.terminal import print_json
+    from autonomous_modal_analysis.console.terminal import print_json
     from modal_history.alarm import acknowledge as take_note
 
     for number in acknowledge or ():
@@ -132,7 +132,7 @@ def export(
 ) -> None:
     """Write modes with their shapes into a table for other programs."""
     import autonomous_modal_analysis as ama
-    from autonomous_modal_analysis.terminal import MESSAGES
+    from autonomous_modal_analysis.console.terminal import MESSAGES
 
     n_rows = ama.history(history).export(file, robot, since, until, whole)
     MESSAGES.print(f'written: {file}, {n_rows} rows', soft_wrap=True, markup=False)
@@ -152,7 +152,7 @@ def prune(
     ] = False,
 ) -> None:
     """Remove what is old, and give its room back to the disk; ids of modes stay."""
-    from autonomous_modal_analysis.terminal import MESSAGES
+    from autonomous_modal_analysis.console.terminal import MESSAGES
     from modal_history.pruning import prune as pruned
     from modal_history.selection import time_ns
 
@@ -167,6 +167,6 @@ def prune(
 
 
 def _show(found: object) -> None:
-    from autonomous_modal_analysis.terminal import OUTPUT
+    from autonomous_modal_analysis.console.terminal import OUTPUT
 
     OUTPUT.print(repr(found), soft_wrap=True, markup=False)

@@ -5,9 +5,9 @@ from typing import Annotated, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.keeping import Keeping
-from autonomous_modal_analysis.option_groups import grouped, Identifier, Source
-from autonomous_modal_analysis.options import Export, Json
+from autonomous_modal_analysis.console.option_groups import grouped, Identifier, Source
+from autonomous_modal_analysis.console.options import Export, Json
+from autonomous_modal_analysis.identified.keeping import Keeping
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.modal_result import ModalResult
@@ -47,17 +47,17 @@ def identify(
     No setting is required: band, model orders, references and the choice of modes follow from
     the data.
     """
+    from autonomous_modal_analysis.console.terminal import print_json, progress_bar
     from autonomous_modal_analysis.export import check_endings, ENDINGS
-    from autonomous_modal_analysis.loading_conditions import check_one, joined
-    from autonomous_modal_analysis.output import (
+    from autonomous_modal_analysis.identified.loading_conditions import check_one, joined
+    from autonomous_modal_analysis.identified.plan_record import recorded_robot_name
+    from autonomous_modal_analysis.views.output import (
         export_each,
         show_damage,
         show_identification,
         show_kept,
         show_written,
     )
-    from autonomous_modal_analysis.plan_record import recorded_robot_name
-    from autonomous_modal_analysis.terminal import print_json, progress_bar
 
     check_endings(export or (), ENDINGS)
     check_one(1 + len(others or ()), identifier.settings.method)
@@ -87,8 +87,13 @@ def identify(
 
 
 def _tell_masses(result: 'ModalResult', out: Path | None, json: bool) -> None:
-    from autonomous_modal_analysis.force_view import FILE, save_scaling, scaling_of, show_scaling
-    from autonomous_modal_analysis.output import show_written
+    from autonomous_modal_analysis.views.force_view import (
+        FILE,
+        save_scaling,
+        scaling_of,
+        show_scaling,
+    )
+    from autonomous_modal_analysis.views.output import show_written
 
     scaling = scaling_of(result)
     if not json:

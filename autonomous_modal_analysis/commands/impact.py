@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import Channels, Export, Json, SampleRate, Unit
+from autonomous_modal_analysis.console.options import Channels, Export, Json, SampleRate, Unit
 
 
 def register(app: typer.Typer) -> None:
@@ -59,11 +59,11 @@ def impact(
     Taps are found and judged: a double hit, a clipped, weak or strange tap is left out and named.
     """
     from autonomous_modal_analysis.api.impact import impact as tap_test
+    from autonomous_modal_analysis.console.options import channel_names
+    from autonomous_modal_analysis.console.terminal import print_json
     from autonomous_modal_analysis.export import check_endings, ENDINGS
-    from autonomous_modal_analysis.options import channel_names
-    from autonomous_modal_analysis.output import export_each, show_written
     from autonomous_modal_analysis.tap_report import FILES, show_tap_test
-    from autonomous_modal_analysis.terminal import print_json
+    from autonomous_modal_analysis.views.output import export_each, show_written
 
     check_endings(export or (), ENDINGS)
     result = tap_test(

@@ -5,8 +5,8 @@ from typing import Annotated, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Source
-from autonomous_modal_analysis.options import ExportSamples, Json
+from autonomous_modal_analysis.console.option_groups import grouped, Source
+from autonomous_modal_analysis.console.options import ExportSamples, Json
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.api.recording import Recording
@@ -36,8 +36,8 @@ def info(
     from rich.table import Table
 
     from autonomous_modal_analysis.api.recording import listed
-    from autonomous_modal_analysis.output import show_exported
-    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json
+    from autonomous_modal_analysis.console.terminal import MESSAGES, OUTPUT, print_json
+    from autonomous_modal_analysis.views.output import show_exported
 
     recording = source.open(to_look=True)
     for file in export or ():
@@ -78,7 +78,7 @@ def info(
 def _show_attachments(recording: 'Recording') -> None:
     from rich.markup import escape
 
-    from autonomous_modal_analysis.terminal import OUTPUT
+    from autonomous_modal_analysis.console.terminal import OUTPUT
     from modal_recordings.messages import attached_software
 
     for attachment in recording.attachments:
@@ -91,8 +91,8 @@ def _show_attachments(recording: 'Recording') -> None:
 
 
 def _save_attachments(recording: 'Recording', folder: Path) -> None:
-    from autonomous_modal_analysis.output import show_exported
-    from autonomous_modal_analysis.terminal import MESSAGES
+    from autonomous_modal_analysis.console.terminal import MESSAGES
+    from autonomous_modal_analysis.views.output import show_exported
 
     written = recording.save_attachments(folder)
     for file in written:

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped
-from autonomous_modal_analysis.options import ExportTable, Json, POSE_HELP, Serial
+from autonomous_modal_analysis.console.option_groups import grouped
+from autonomous_modal_analysis.console.options import ExportTable, Json, POSE_HELP, Serial
 from machining.cut_settings import CutSettings, KINDS
 from modal_core.errors import SettingsError
 
@@ -78,10 +78,10 @@ def lobes(
     """
     from autonomous_modal_analysis.api.lobes import lobes as stability_lobes
     from autonomous_modal_analysis.api.lobes import MapPose
+    from autonomous_modal_analysis.console.terminal import print_json, progress_bar
     from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
     from autonomous_modal_analysis.lobes_report import FILES, show_lobes
-    from autonomous_modal_analysis.output import export_each, show_written
-    from autonomous_modal_analysis.terminal import print_json, progress_bar
+    from autonomous_modal_analysis.views.output import export_each, show_written
 
     check_endings(export or (), TABLE_ENDINGS)
     if pose_deg is None and turn_deg:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.options import (
+from autonomous_modal_analysis.console.options import (
     check_namespace,
     Export,
     Json,
@@ -104,14 +104,14 @@ def measure(
     from dataclasses import replace
 
     from abb_emulator.run_plan import ArmOptions
-    from autonomous_modal_analysis.emulated_player import EmulatedPlayer
+    from autonomous_modal_analysis.campaigns.emulated_player import EmulatedPlayer
+    from autonomous_modal_analysis.console.terminal import MESSAGES, OUTPUT, progress_bar
     from autonomous_modal_analysis.mapping import (
         MappingFolder,
         MapWish,
         plan_series,
     )
     from autonomous_modal_analysis.mapping import measure as measure_series
-    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, progress_bar
     from modal_core.yaml_file import load_yaml
     from structural_model import load_layout, load_robot
     from workspace_map import Arm, load_other_map, WorkspaceMap
@@ -213,10 +213,10 @@ def predict(
     Refused where the map does not know: too far from every measured pose. --export has the
     shapes at the sensors; modal masses at the tool are in --json.
     """
+    from autonomous_modal_analysis.console.terminal import print_json
     from autonomous_modal_analysis.export import check_endings, ENDINGS, export_arm_modes
-    from autonomous_modal_analysis.output import export_each
     from autonomous_modal_analysis.pose import parse_pose
-    from autonomous_modal_analysis.terminal import print_json
+    from autonomous_modal_analysis.views.output import export_each
     from modal_core.version import software
     from structural_model import load_layout, load_robot
     from workspace_map import load_map
@@ -275,10 +275,10 @@ def report(
     sensors: Sensors = 'sensors',
 ) -> None:
     """Draw a map: frequencies and their deviations over two axes, and the measured poses."""
+    from autonomous_modal_analysis.console.options import numbers
+    from autonomous_modal_analysis.console.terminal import OUTPUT
     from autonomous_modal_analysis.map_report import render_map
-    from autonomous_modal_analysis.options import numbers
     from autonomous_modal_analysis.pose import parse_pose
-    from autonomous_modal_analysis.terminal import OUTPUT
     from modal_core.atomic_file import write_text
     from structural_model import load_layout, load_robot
     from workspace_map import load_map
@@ -356,7 +356,7 @@ def predicted_content(
 def _show(found: Any) -> None:
     from rich.table import Table
 
-    from autonomous_modal_analysis.terminal import OUTPUT
+    from autonomous_modal_analysis.console.terminal import OUTPUT
     from modal_reports import with_sigma
 
     table = Table()
@@ -374,7 +374,7 @@ def _show(found: Any) -> None:
 
 def _preview(series: 'Series', model: 'FlexibleJointModel') -> None:
 
-    from autonomous_modal_analysis.terminal import OUTPUT
+    from autonomous_modal_analysis.console.terminal import OUTPUT
 
     for number, stop in enumerate(series.stops):
         axes = model.axes_words(stop.pose_rad)

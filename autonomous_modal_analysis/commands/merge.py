@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Identifier, Reading
-from autonomous_modal_analysis.options import Export, Json
+from autonomous_modal_analysis.console.option_groups import grouped, Identifier, Reading
+from autonomous_modal_analysis.console.options import Export, Json
 
 
 def register(app: typer.Typer) -> None:
@@ -35,17 +35,17 @@ def merge(
     A mode that some set-ups missed stays; recordings are asked for it at its pole.
     """
     from autonomous_modal_analysis.api.merge import merge as merged_set_ups
+    from autonomous_modal_analysis.console.terminal import MESSAGES, OUTPUT, print_json
     from autonomous_modal_analysis.export import check_endings, ENDINGS
-    from autonomous_modal_analysis.modes_table import modes_table
-    from autonomous_modal_analysis.output import (
+    from autonomous_modal_analysis.read_results import result_of
+    from autonomous_modal_analysis.views.modes_table import modes_table
+    from autonomous_modal_analysis.views.output import (
         export_each,
         JSON_NAME,
         merged_words,
         REPORT_NAME,
         show_written,
     )
-    from autonomous_modal_analysis.read_results import result_of
-    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json
 
     check_endings(export or (), ENDINGS)
     found = [result_of(path, identifier, reading) for path in setups]

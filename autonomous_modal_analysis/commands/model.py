@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import Export, Json, POSE_HELP, Serial
+from autonomous_modal_analysis.console.options import Export, Json, POSE_HELP, Serial
 
 
 def register(app: typer.Typer) -> None:
@@ -32,10 +32,10 @@ def model(
 ) -> None:
     """Show natural frequencies, damping ratios and mode shapes of a robot in one pose."""
     import autonomous_modal_analysis as ama
+    from autonomous_modal_analysis.console.terminal import print_json
     from autonomous_modal_analysis.export import check_endings, ENDINGS
-    from autonomous_modal_analysis.model_view import show_model
-    from autonomous_modal_analysis.output import export_each
-    from autonomous_modal_analysis.terminal import print_json
+    from autonomous_modal_analysis.views.model_view import show_model
+    from autonomous_modal_analysis.views.output import export_each
     from structural_model.robot_files import load_layout
 
     check_endings(export or (), ENDINGS)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.options import Namespace
+from autonomous_modal_analysis.console.options import Namespace
 
 EXIT_LEFT = 1
 
@@ -47,12 +47,12 @@ def operate(
     from autonomous_modal_analysis.ros_ready import require_ros
 
     require_ros()
+    from autonomous_modal_analysis.console.options import check_namespace
     from autonomous_modal_analysis.operating.cell_node import cell_view
     from autonomous_modal_analysis.operating.holding import ButtonHolding, kept, space_bar
     from autonomous_modal_analysis.operating.keyboard import check_terminal
     from autonomous_modal_analysis.operating.panel import LeftError, Panel
     from autonomous_modal_analysis.operating.terminal_person import TerminalPerson
-    from autonomous_modal_analysis.options import check_namespace
 
     check_namespace(namespace)
     if not joy:

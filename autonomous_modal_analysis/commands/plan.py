@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.option_groups import grouped, Program, Wish
-from autonomous_modal_analysis.options import Json, POSE_HELP, Serial
+from autonomous_modal_analysis.console.option_groups import grouped, Program, Wish
+from autonomous_modal_analysis.console.options import Json, POSE_HELP, Serial
 
 
 def register(app: typer.Typer) -> None:
@@ -39,8 +39,8 @@ def plan(
     starts at its own start pose only; --approach-from plans the way there.
     """
     import autonomous_modal_analysis as ama
-    from autonomous_modal_analysis.plan_view import show_plan
-    from autonomous_modal_analysis.terminal import MESSAGES, print_json
+    from autonomous_modal_analysis.console.terminal import MESSAGES, print_json
+    from autonomous_modal_analysis.views.plan_view import show_plan
     from structural_model.robot_files import load_layout
 
     made = ama.plan(

@@ -4,9 +4,9 @@ from typing import Annotated, Any
 
 import typer
 
-from autonomous_modal_analysis.keeping import Keeping
-from autonomous_modal_analysis.option_groups import grouped, Identifier, Playing, Source
-from autonomous_modal_analysis.options import Json
+from autonomous_modal_analysis.console.option_groups import grouped, Identifier, Playing, Source
+from autonomous_modal_analysis.console.options import Json
+from autonomous_modal_analysis.identified.keeping import Keeping
 
 
 def register(app: typer.Typer) -> None:
@@ -32,14 +32,22 @@ def replay(
     from autonomous_modal_analysis.ros_ready import require_ros
 
     require_ros()
-    from autonomous_modal_analysis.joint_sliding import slid_in
-    from autonomous_modal_analysis.message_view_node import WindowView
-    from autonomous_modal_analysis.output import show_kept
-    from autonomous_modal_analysis.plan_record import recorded_edge_hz, recorded_robot_name
-    from autonomous_modal_analysis.replay_session_node import play_only, ReplaySettings
-    from autonomous_modal_analysis.replay_session_node import replay as run
-    from autonomous_modal_analysis.results import plain
-    from autonomous_modal_analysis.terminal import MESSAGES, OUTPUT, print_json, progress_bar
+    from autonomous_modal_analysis.console.terminal import (
+        MESSAGES,
+        OUTPUT,
+        print_json,
+        progress_bar,
+    )
+    from autonomous_modal_analysis.identified.joint_sliding import slid_in
+    from autonomous_modal_analysis.identified.plan_record import (
+        recorded_edge_hz,
+        recorded_robot_name,
+    )
+    from autonomous_modal_analysis.identified.results import plain
+    from autonomous_modal_analysis.live.replay_session_node import play_only, ReplaySettings
+    from autonomous_modal_analysis.live.replay_session_node import replay as run
+    from autonomous_modal_analysis.views.message_view_node import WindowView
+    from autonomous_modal_analysis.views.output import show_kept
     from modal_history.kept import KeptWindow
     from modal_history.ros_messages import kept_window
     from oma_identifier.covariance import below_edge

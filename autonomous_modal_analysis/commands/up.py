@@ -7,10 +7,10 @@ from typing import Annotated
 import typer
 import yaml
 
-from autonomous_modal_analysis.cell import cell_commands, of_robot
-from autonomous_modal_analysis.options import check_namespace, Namespace
-from autonomous_modal_analysis.processes import all_is_stopped, NodeProcesses, stop_event
-from autonomous_modal_analysis.terminal import MESSAGES
+from autonomous_modal_analysis.console.options import check_namespace, Namespace
+from autonomous_modal_analysis.console.terminal import MESSAGES
+from autonomous_modal_analysis.live.cell import cell_commands, of_robot
+from autonomous_modal_analysis.live.processes import all_is_stopped, NodeProcesses, stop_event
 from modal_core.errors import SettingsError
 from modal_core.real_path import real_path
 

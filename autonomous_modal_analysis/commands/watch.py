@@ -5,16 +5,16 @@ from typing import Annotated
 
 import typer
 
-from autonomous_modal_analysis.cell import NODES, parameter_file
-from autonomous_modal_analysis.node_tables import checked
-from autonomous_modal_analysis.options import check_namespace, Namespace
-from autonomous_modal_analysis.processes import (
+from autonomous_modal_analysis.console.options import check_namespace, Namespace
+from autonomous_modal_analysis.console.terminal import MESSAGES
+from autonomous_modal_analysis.live.cell import NODES, parameter_file
+from autonomous_modal_analysis.live.node_tables import checked
+from autonomous_modal_analysis.live.processes import (
     all_is_stopped,
     NodeCommand,
     NodeProcesses,
     stop_event,
 )
-from autonomous_modal_analysis.terminal import MESSAGES
 
 NODE = 'modal_dashboard'
 

@@ -15,7 +15,7 @@ from autonomous_modal_analysis.api.optional import optional
 from autonomous_modal_analysis.export.netcdf import add_texts, netcdf
 from autonomous_modal_analysis.export.table import Table, unit_of
 from autonomous_modal_analysis.export.write_by_ending import write_by_ending
-from autonomous_modal_analysis.results import plain
+from autonomous_modal_analysis.identified.results import plain
 
 
 def export_table(path: Path, table: Table) -> None:

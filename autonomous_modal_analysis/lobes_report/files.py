@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from autonomous_modal_analysis.export import export_table, Table
+from autonomous_modal_analysis.identified.results import file_header, json_text, plain
 from autonomous_modal_analysis.lobes_report.page import render_lobes
-from autonomous_modal_analysis.results import file_header, json_text, plain
 from machining.lobes import Chart, Lobes
 from modal_core.atomic_file import write_text
 from modal_core.version import software

@@ -7,13 +7,13 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from autonomous_modal_analysis.console.terminal import OUTPUT
 from autonomous_modal_analysis.lobes_report.words import (
     cut_words,
     HEADINGS,
     POSE_HEADINGS,
     pose_words,
 )
-from autonomous_modal_analysis.terminal import OUTPUT
 from machining.lobes import Lobes
 
 

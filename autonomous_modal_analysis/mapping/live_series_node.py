@@ -14,7 +14,16 @@ import threading
 import time
 from typing import Any
 
-from autonomous_modal_analysis.live_player_node import HELD_S, LivePlayer, POLL_S, REST_S, TAKEN_S
+from autonomous_modal_analysis.live.live_player_node import (
+    HELD_S,
+    LivePlayer,
+    POLL_S,
+    REST_S,
+    TAKEN_S,
+)
+from autonomous_modal_analysis.live.operator_node import OperatorNode
+from autonomous_modal_analysis.live.recorder_node import RecorderNode
+from autonomous_modal_analysis.live.spinning_node import ros_context, spinning
 from autonomous_modal_analysis.mapping.series import plan_way, Series
 from autonomous_modal_analysis.mapping.series_release import SeriesRelease
 from autonomous_modal_analysis.operating.beat_process import BeatProcess
@@ -28,9 +37,6 @@ from autonomous_modal_analysis.operating.holding import (
 from autonomous_modal_analysis.operating.panel import Panel
 from autonomous_modal_analysis.operating.sides import Person
 from autonomous_modal_analysis.operating.situation import Act
-from autonomous_modal_analysis.operator_node import OperatorNode
-from autonomous_modal_analysis.recorder_node import RecorderNode
-from autonomous_modal_analysis.spinning_node import ros_context, spinning
 from excitation_planner.node.latest_joints_node import LatestJoints
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.request import PlanRequest

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from autonomous_modal_analysis.api.recording import open_recording
-from autonomous_modal_analysis.campaign_recording import is_whole, Player
+from autonomous_modal_analysis.campaigns.campaign_recording import is_whole, Player
 from autonomous_modal_analysis.mapping.series import asked_of, MapWish, OF_INTEREST, Series
 from excitation_planner.plan import ExcitationPlan
 from modal_core.channel import SensorLayout

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autonomous_modal_analysis.campaign_poses import choose_poses, is_possible
+from autonomous_modal_analysis.campaigns.campaign_poses import choose_poses, is_possible
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation, plan_limits
 from excitation_planner.request import PlanRequest

@@ -7,12 +7,12 @@ from typing import Any
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Joy
 
-from autonomous_modal_analysis.message_view_node import window_line
+from autonomous_modal_analysis.live.operator_node import OperatorNode, RELEASE_S
+from autonomous_modal_analysis.live.spinning_node import ros_context, spinning
 from autonomous_modal_analysis.operating.beat_process import BeatProcess
 from autonomous_modal_analysis.operating.beats import BeatReport
 from autonomous_modal_analysis.operating.situation import Act, Situation
-from autonomous_modal_analysis.operator_node import OperatorNode, RELEASE_S
-from autonomous_modal_analysis.spinning_node import ros_context, spinning
+from autonomous_modal_analysis.views.message_view_node import window_line
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.ros_messages import plan_from_message
 from modal_core.ros_messages import heard_s

@@ -4,8 +4,8 @@ import sys
 
 from rich.markup import escape
 
-from autonomous_modal_analysis.plan_view import show_plan
-from autonomous_modal_analysis.terminal import MESSAGES
+from autonomous_modal_analysis.console.terminal import MESSAGES
+from autonomous_modal_analysis.views.plan_view import show_plan
 from excitation_planner.plan import ExcitationPlan
 from modal_core.errors import ModelError
 from modal_core.printable import printable

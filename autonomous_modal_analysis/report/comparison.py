@@ -6,9 +6,9 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from autonomous_modal_analysis.mode_courses import mode_courses
-from autonomous_modal_analysis.mode_levels import ModeLevels
-from autonomous_modal_analysis.operating_state import OperatingState, UNKNOWN_STATE
+from autonomous_modal_analysis.compared.mode_courses import mode_courses
+from autonomous_modal_analysis.compared.mode_levels import ModeLevels
+from autonomous_modal_analysis.compared.operating_state import OperatingState, UNKNOWN_STATE
 from autonomous_modal_analysis.report.courses import courses_shown
 from autonomous_modal_analysis.report.levels import levels_shown
 from autonomous_modal_analysis.report.overlay import (

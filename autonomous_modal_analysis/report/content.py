@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from autonomous_modal_analysis.identified.results import Identification
 from autonomous_modal_analysis.report.truth import TrueMode
-from autonomous_modal_analysis.results import Identification
 from modal_core.poles import PoleTable
 from modal_reports import ChannelSpectra, Geometry, Spectrogram, Spectrum
 

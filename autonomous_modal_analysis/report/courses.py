@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from autonomous_modal_analysis.mode_courses import CoursePoint
-from autonomous_modal_analysis.operating_state import differing, NUMBER, OperatingState
+from autonomous_modal_analysis.compared.mode_courses import CoursePoint
+from autonomous_modal_analysis.compared.operating_state import differing, NUMBER, OperatingState
 from modal_core.mode import Mode
 from modal_reports import (
     Cell,

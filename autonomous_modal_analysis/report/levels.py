@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from autonomous_modal_analysis.level_view import added_at_largest, level_notes, moves_mm
-from autonomous_modal_analysis.mode_levels import ModeLevels
+from autonomous_modal_analysis.compared.mode_levels import ModeLevels
 from autonomous_modal_analysis.report.courses import MOST_DRAWN
+from autonomous_modal_analysis.views.level_view import added_at_largest, level_notes, moves_mm
 from modal_reports import (
     FREQUENCY,
     measured,

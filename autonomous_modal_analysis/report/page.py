@@ -4,8 +4,9 @@ import math
 from pathlib import Path
 from typing import Any
 
-from autonomous_modal_analysis.chosen_poles import FORMAT
-from autonomous_modal_analysis.mode_tracks import mode_tracks
+from autonomous_modal_analysis.identified.chosen_poles import FORMAT
+from autonomous_modal_analysis.identified.mode_tracks import mode_tracks
+from autonomous_modal_analysis.identified.results import plain
 from autonomous_modal_analysis.report.content import ReportContent
 from autonomous_modal_analysis.report.mode_rows import mode_rows
 from autonomous_modal_analysis.report.still_pictures import (
@@ -15,7 +16,6 @@ from autonomous_modal_analysis.report.still_pictures import (
 )
 from autonomous_modal_analysis.report.tables import channels_table, modes_table
 from autonomous_modal_analysis.report.words import facts, headline
-from autonomous_modal_analysis.results import plain
 from modal_core.atomic_file import write_text
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_reports import (

@@ -3,7 +3,7 @@
 from rich.markup import escape
 from rich.table import Table
 
-from autonomous_modal_analysis.terminal import OUTPUT
+from autonomous_modal_analysis.console.terminal import OUTPUT
 from impact_testing import ImpactResult
 from modal_reports import DAMPING, fixed, FREQUENCY, MPC, Quantity
 

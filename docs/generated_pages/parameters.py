@@ -18,7 +18,7 @@ def parameters_page() -> str:
 
 def node_parameters() -> 'dict[str, tuple[NodeParameter, ...]]':
     """Return the parameters of every node, by its executable."""
-    from autonomous_modal_analysis.node_tables import parameters_of_node, TABLES
+    from autonomous_modal_analysis.live.node_tables import parameters_of_node, TABLES
 
     return {node: parameters_of_node(node) for node in TABLES}
 

@@ -86,7 +86,7 @@ def definitions_folder() -> Path:
     RecordingError
         It is nowhere to be found.
     """
-    room = Path(__file__).resolve().parent
+    room = Path(__file__).resolve().parents[1]
     places = (room / SHIPPED, room.parent / PACKAGE / 'msg')
     for place in places:
         if any(place.glob('*.msg')):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from autonomous_modal_analysis.chosen_poles import read_poles
+from autonomous_modal_analysis.identified.chosen_poles import read_poles
 from autonomous_modal_analysis.read_results import read_modes
 from machining.task import read_response, read_tool_modes
 from modal_core.errors import ModalAnalysisError

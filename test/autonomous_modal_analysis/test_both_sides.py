@@ -7,15 +7,15 @@ import sys
 import pytest
 
 from abb_emulator.run_plan import ArmOptions
-from autonomous_modal_analysis.cell import cell_commands, NODES
 from autonomous_modal_analysis.commands.history import alarms
 from autonomous_modal_analysis.commands.identify import identify
 from autonomous_modal_analysis.commands.plan import plan
 from autonomous_modal_analysis.commands.replay import replay
 from autonomous_modal_analysis.commands.up import up
 from autonomous_modal_analysis.commands.watch import watch
-from autonomous_modal_analysis.node_tables import parameters_of_node, TABLES
-from autonomous_modal_analysis.option_groups import grouped
+from autonomous_modal_analysis.console.option_groups import grouped
+from autonomous_modal_analysis.live.cell import cell_commands, NODES
+from autonomous_modal_analysis.live.node_tables import parameters_of_node, TABLES
 from modal_core.errors import SettingsError
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[2] / 'docs')]

@@ -7,19 +7,19 @@ import pytest
 import yaml
 
 from abb_emulator.run_plan import ArmOptions
-from autonomous_modal_analysis.campaign_plan import (
+from autonomous_modal_analysis.campaigns.campaign_plan import (
     CampaignWish,
     DEFAULTS,
     planned_recordings,
     STATE_DEFAULTS,
 )
-from autonomous_modal_analysis.campaign_poses import choose_poses
-from autonomous_modal_analysis.campaign_recording import (
+from autonomous_modal_analysis.campaigns.campaign_poses import choose_poses
+from autonomous_modal_analysis.campaigns.campaign_recording import (
     CampaignFolder,
     is_whole,
     record_campaign,
 )
-from autonomous_modal_analysis.emulated_player import EmulatedPlayer
+from autonomous_modal_analysis.campaigns.emulated_player import EmulatedPlayer
 from excitation_planner.request import PlanRequest
 from modal_core.errors import PlanError, SettingsError
 from model_gap.campaign.read_campaign import read_campaign

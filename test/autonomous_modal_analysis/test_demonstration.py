@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from autonomous_modal_analysis.demonstration import mean_of, TrueModes
+from autonomous_modal_analysis.demos.demonstration import mean_of, TrueModes
 
 
 def _truth(frequency_hz, order, angle):

@@ -133,7 +133,7 @@ def test_a_console_that_takes_nothing_ends_in_one_line_at_most(recording, kind):
 def test_a_signal_where_python_drops_exceptions_ends_it_all_the_same(number):
     program = f"""
 import signal, time, weakref
-from autonomous_modal_analysis.signals import prepare_signals
+from autonomous_modal_analysis.console.signals import prepare_signals
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 prepare_signals()
 class Thing: pass

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import autonomous_modal_analysis as ama
-from autonomous_modal_analysis.joint_sliding import ROWS, slid_in, SlidingWatch
+from autonomous_modal_analysis.identified.joint_sliding import ROWS, slid_in, SlidingWatch
 from excitation_planner.motion.sliding import sliding_share
 from excitation_planner.request import PlanRequest
 from modal_core.measurements import JointSamples

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from autonomous_modal_analysis.level_view import added_at_largest, level_notes
-from autonomous_modal_analysis.mode_levels import ModeLevels
+from autonomous_modal_analysis.compared.mode_levels import ModeLevels
+from autonomous_modal_analysis.views.level_view import added_at_largest, level_notes
 from modal_core.mode import Mode
 from oma_identifier.levels import CubicMode, Law, LawFit, LevelLaw, ModalMotion, QuantityLaw
 

@@ -17,10 +17,10 @@ pytest.importorskip('oma_msgs')
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 
-from autonomous_modal_analysis.cell import cell_commands
-from autonomous_modal_analysis.operator_node import OperatorNode
-from autonomous_modal_analysis.processes import NodeProcesses
-from autonomous_modal_analysis.spinning_node import own_domain, ros_context, spinning
+from autonomous_modal_analysis.live.cell import cell_commands
+from autonomous_modal_analysis.live.operator_node import OperatorNode
+from autonomous_modal_analysis.live.processes import NodeProcesses
+from autonomous_modal_analysis.live.spinning_node import own_domain, ros_context, spinning
 from modal_core.ros_messages import LATCHED
 from modal_recordings import open_recording
 from oma_msgs.msg import BridgeState

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import autonomous_modal_analysis as ama_api
-from autonomous_modal_analysis.loading_conditions import joined
+from autonomous_modal_analysis.identified.loading_conditions import joined
 from modal_core.errors import RecordingError, SettingsError
 from test.oma_identifier.methods.test_psdtm import chain, RATE_HZ, SEED, shaken
 

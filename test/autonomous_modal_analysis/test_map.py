@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from abb_emulator.run_plan import ArmOptions
+from autonomous_modal_analysis.campaigns.emulated_player import EmulatedPlayer
 from autonomous_modal_analysis.cli import app
-from autonomous_modal_analysis.emulated_player import EmulatedPlayer
 from autonomous_modal_analysis.mapping import MappingFolder, MapWish, measure, plan_series
 from machining.task import read_tool_modes
 from modal_core.errors import MapError, PlanError

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from autonomous_modal_analysis.methods_beside import judged, MethodBeside, write_methods
+from autonomous_modal_analysis.demos.methods_beside import judged, MethodBeside, write_methods
 from autonomous_modal_analysis.report import TrueMode
 from modal_core.mode import Mode
 

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from autonomous_modal_analysis import methods_beside
-from autonomous_modal_analysis.methods_beside import every_method
+from autonomous_modal_analysis.demos import methods_beside
+from autonomous_modal_analysis.demos.methods_beside import every_method
 from modal_core.errors import IdentificationError
 from modal_core.mode import ModeSet
 from oma_identifier.methods import CATALOGUE

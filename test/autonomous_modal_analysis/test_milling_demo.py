@@ -5,7 +5,7 @@ import re
 from mcap.reader import make_reader
 import pytest
 
-from autonomous_modal_analysis.milling_demo import milling_demo
+from autonomous_modal_analysis.demos.milling_demo import milling_demo
 
 SEED = 3
 

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from autonomous_modal_analysis.mode_courses import mode_courses
-from autonomous_modal_analysis.operating_state import (
+from autonomous_modal_analysis.compared.mode_courses import mode_courses
+from autonomous_modal_analysis.compared.operating_state import (
     differing,
     LOAD,
     NUMBER,
@@ -16,7 +16,11 @@ from autonomous_modal_analysis.operating_state import (
     state_of,
     UNKNOWN_STATE,
 )
-from autonomous_modal_analysis.results import Identification, IdentifiedWindow, write_json
+from autonomous_modal_analysis.identified.results import (
+    Identification,
+    IdentifiedWindow,
+    write_json,
+)
 from modal_core.measurements import JointSamples
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose

@@ -6,13 +6,13 @@ import json
 import numpy as np
 import pytest
 
-from autonomous_modal_analysis.read_results import read_modes
-from autonomous_modal_analysis.results import (
+from autonomous_modal_analysis.identified.results import (
     Identification,
     identification_json,
     json_text,
     write_json,
 )
+from autonomous_modal_analysis.read_results import read_modes
 from excitation_planner.ros_messages import modes_from_message
 from modal_core.errors import RecordingError
 from modal_core.mode import Mode, MODE_FIELDS, MODE_KEYS, ModeSet

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from autonomous_modal_analysis.mode_tracks import mode_tracks
-from autonomous_modal_analysis.results import IdentifiedWindow
+from autonomous_modal_analysis.identified.mode_tracks import mode_tracks
+from autonomous_modal_analysis.identified.results import IdentifiedWindow
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose
 

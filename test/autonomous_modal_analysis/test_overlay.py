@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from autonomous_modal_analysis.identified.results import Identification, write_json
 from autonomous_modal_analysis.read_results import read_result
 from autonomous_modal_analysis.report import ComparedState, StateDrawn, write_comparison
 from autonomous_modal_analysis.report.overlay import shapes_of_both
-from autonomous_modal_analysis.results import Identification, write_json
 from modal_core.errors import RecordingError
 from modal_core.mode import Mode, ModeSet
 from modal_dashboard.arm_drawing import ArmDrawing

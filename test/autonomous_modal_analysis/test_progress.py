@@ -2,8 +2,8 @@
 
 import time
 
-from autonomous_modal_analysis import terminal
-from autonomous_modal_analysis.terminal import progress_bar, stages_bar
+from autonomous_modal_analysis.console import terminal
+from autonomous_modal_analysis.console.terminal import progress_bar, stages_bar
 
 
 def test_without_a_terminal_lines_say_now_and_then_how_far_it_is(monkeypatch, capsys):

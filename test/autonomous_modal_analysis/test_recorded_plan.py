@@ -7,9 +7,13 @@ import pytest
 
 from abb_emulator.run_plan import ArmOptions, run_plan
 from autonomous_modal_analysis import cli
-from autonomous_modal_analysis.campaign_plan import CampaignWish, DEFAULTS, planned_recordings
-from autonomous_modal_analysis.emulated_player import EmulatedPlayer
-from autonomous_modal_analysis.plan_record import recorded_edge_hz
+from autonomous_modal_analysis.campaigns.campaign_plan import (
+    CampaignWish,
+    DEFAULTS,
+    planned_recordings,
+)
+from autonomous_modal_analysis.campaigns.emulated_player import EmulatedPlayer
+from autonomous_modal_analysis.identified.plan_record import recorded_edge_hz
 from excitation_planner.request import PlanRequest
 from modal_recordings import open_recording
 from structural_model import load_layout, load_robot

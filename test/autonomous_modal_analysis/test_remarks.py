@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from autonomous_modal_analysis import identify
-from autonomous_modal_analysis.remarks import remarks
+from autonomous_modal_analysis.identified.remarks import remarks
 from oma_identifier.settings import IdentificationSettings
 
 SEED = 77

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from autonomous_modal_analysis.results import (
+from autonomous_modal_analysis.identified.results import (
     csv_text,
     Identification,
     identification_json,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from autonomous_modal_analysis.tap_demo import tap_demo
+from autonomous_modal_analysis.demos.tap_demo import tap_demo
 from impact_testing import Fault
 
 

@@ -9,20 +9,20 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from autonomous_modal_analysis.cell import (
+from autonomous_modal_analysis.cli import app
+from autonomous_modal_analysis.commands.campaign import campaign
+from autonomous_modal_analysis.commands.plan import plan
+from autonomous_modal_analysis.commands.replay import replay
+from autonomous_modal_analysis.console.option_groups import grouped, IN_DEGREES, Playing, Wish
+from autonomous_modal_analysis.executables import NODES as MODULES
+from autonomous_modal_analysis.live.cell import (
     BESIDE_EMULATOR,
     cell_commands,
     FOR_VIEWERS,
     NODES,
     parameter_file,
 )
-from autonomous_modal_analysis.cli import app
-from autonomous_modal_analysis.commands.campaign import campaign
-from autonomous_modal_analysis.commands.plan import plan
-from autonomous_modal_analysis.commands.replay import replay
-from autonomous_modal_analysis.executables import NODES as MODULES
-from autonomous_modal_analysis.node_tables import check_file, parameters_of_node, TABLES
-from autonomous_modal_analysis.option_groups import grouped, IN_DEGREES, Playing, Wish
+from autonomous_modal_analysis.live.node_tables import check_file, parameters_of_node, TABLES
 from excitation_planner.request import PlanRequest
 from modal_core.channel import SensorLayout
 from modal_core.errors import LayoutError, ModelError, RecordingError, SettingsError

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from autonomous_modal_analysis.identification import identify_recording
+from autonomous_modal_analysis.identified.identification import identify_recording
 from modal_core.errors import IdentificationError
 from modal_core.measurements import JointSamples, SampleBlock
 from modal_recordings import open_recording, RecordingWriter

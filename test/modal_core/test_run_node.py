@@ -250,7 +250,7 @@ def is_running(pid):
 def test_nodes_end_with_the_command_that_started_them_however_it_ends():
     starter = """
 import time
-from autonomous_modal_analysis.processes import NodeCommand, NodeProcesses
+from autonomous_modal_analysis.live.processes import NodeCommand, NodeProcesses
 with NodeProcesses([NodeCommand('arm_state', 'robot_bridge.node.arm_state_node')]):
     print('started', flush=True)
     time.sleep(600)

@@ -11,7 +11,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import get_typestore, Stores
 
-from autonomous_modal_analysis.identification import identify_recording
+from autonomous_modal_analysis.identified.identification import identify_recording
 from modal_core.errors import IdentificationError, MessageError, RecordingError
 from modal_core.measurements import JointSamples, SampleBlock, StampedSamples
 from modal_recordings import decode, open_recording, RecordingWriter, to_mcap

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from autonomous_modal_analysis.identified.results import IdentifiedWindow
 from autonomous_modal_analysis.report import write_report
-from autonomous_modal_analysis.results import IdentifiedWindow
 from modal_core.mode import Mode, ModeSet
 from modal_core.poles import PoleTable
 from modal_core.quality import ChannelQuality, DataQuality

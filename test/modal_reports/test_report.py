@@ -7,10 +7,10 @@ import re
 import numpy as np
 import pytest
 
+from autonomous_modal_analysis.identified.results import Identification
 from autonomous_modal_analysis.report import match_truth, render_report, ReportContent
 from autonomous_modal_analysis.report.mode_rows import mode_rows
 from autonomous_modal_analysis.report.words import facts, headline
-from autonomous_modal_analysis.results import Identification
 from modal_core.mode import Mode, ModeSet
 from modal_reports import (
     embedded_json,

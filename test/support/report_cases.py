@@ -7,8 +7,8 @@ import numpy as np
 import scipy.linalg
 import scipy.signal
 
+from autonomous_modal_analysis.identified.results import Identification, IdentifiedWindow
 from autonomous_modal_analysis.report import channel_spectra, match_truth, ReportContent
-from autonomous_modal_analysis.results import Identification, IdentifiedWindow
 from autonomous_modal_analysis.spectrogram import SpectrogramWatch
 from modal_core.channel import Channel
 from modal_core.measurements import JointSamples

@@ -15,8 +15,8 @@ from scipy.signal import lfilter
 
 from autonomous_modal_analysis.batch.job import identify_job, Outcome
 from autonomous_modal_analysis.batch.run import BatchRequest
-from autonomous_modal_analysis.keeping import Keeping
-from autonomous_modal_analysis.option_groups import Identifier, Reading
+from autonomous_modal_analysis.console.option_groups import Identifier, Reading
+from autonomous_modal_analysis.identified.keeping import Keeping
 from modal_core.errors import SettingsError
 from modal_recordings.universal.universal_shapes import read_shapes
 from oma_identifier.settings import IdentificationSettings

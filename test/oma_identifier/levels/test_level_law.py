@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import autonomous_modal_analysis as ama
-from autonomous_modal_analysis.mode_courses import mode_courses
-from autonomous_modal_analysis.mode_levels import mode_levels
+from autonomous_modal_analysis.compared.mode_courses import mode_courses
+from autonomous_modal_analysis.compared.mode_levels import mode_levels
 from oma_identifier.compare import compare_modes
 from oma_identifier.levels import Law, level_law, modal_motion
 

@@ -6,8 +6,8 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
-from autonomous_modal_analysis.message_view_node import message_mode_json
-from autonomous_modal_analysis.results import mode_json
+from autonomous_modal_analysis.identified.results import mode_json
+from autonomous_modal_analysis.views.message_view_node import message_mode_json
 from modal_core.channel import Channel
 from modal_core.mode import Mode, MODE_KEYS
 from modal_core.quality import ChannelQuality, DataQuality

@@ -114,8 +114,8 @@ import os, signal, sys, threading, time
 from pathlib import Path
 import rclpy
 from sensor_msgs.msg import JointState
-from autonomous_modal_analysis.recorder_node import RecorderNode
-from autonomous_modal_analysis.spinning_node import spinning
+from autonomous_modal_analysis.live.recorder_node import RecorderNode
+from autonomous_modal_analysis.live.spinning_node import spinning
 
 rclpy.init(domain_id=int(sys.argv[2]))
 recorder = RecorderNode(Path(sys.argv[1]), {'/joint_states': JointState})

@@ -1,0 +1,111 @@
+"""Each mode of several recordings over the level of its motion: `ama compare --levels`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from autonomous_modal_analysis.compared.mode_courses import CoursePoint
+from modal_core.errors import SettingsError
+from modal_core.mode import Mode
+from oma_identifier.levels import level_law, LevelLaw, LEVELS, modal_motion, ModalMotion
+
+if TYPE_CHECKING:
+    from autonomous_modal_analysis.api.modal_result import ModalResult
+
+
+@dataclass(frozen=True, slots=True)
+class ModeLevels:
+    """A mode over levels.
+
+    Parameters
+    ----------
+    channel : str
+        At which motion is meant: the mode's largest.
+    mode : Mode
+        In the first recording.
+    points : tuple of (int, Mode, ModalMotion)
+        Number of the recording, mode and motion there, by motion.
+    law : LevelLaw or None
+        None where the levels do not tell one, see ``reason``.
+    reason : str
+        Why there is none.
+    """
+
+    channel: str
+    mode: Mode
+    points: tuple[tuple[int, Mode, ModalMotion], ...]
+    law: LevelLaw | None
+    reason: str = ''
+
+
+def mode_levels(
+    results: Sequence['ModalResult'], courses: Sequence[tuple[CoursePoint, ...]]
+) -> list[ModeLevels]:
+    """Return each mode of the first recording over its levels.
+
+    Parameters
+    ----------
+    results : sequence of ModalResult
+        Of the recordings, the first first.
+    courses : sequence of tuple of CoursePoint
+        Of each mode of the first.
+
+    Raises
+    ------
+    SettingsError
+        Fewer recordings than tell a law.
+    """
+    if len(results) < LEVELS.fewest_levels:
+        raise SettingsError(
+            'too few levels',
+            where='--levels',
+            found=len(results),
+            expected=f'{LEVELS.fewest_levels} recordings at different levels, or more',
+        )
+    return [_over_levels(results, course) for course in courses]
+
+
+def _over_levels(results: Sequence['ModalResult'], course: tuple[CoursePoint, ...]) -> ModeLevels:
+    shape = course[0].mode.shape
+    channels = results[0].found.parts[0].channels
+    straight = np.array([each.is_straight for each in channels])
+    if not straight.any():
+        return ModeLevels('', course[0].mode, (), None, 'no channel along a straight line')
+    largest = channels[int(np.argmax(np.where(straight, np.abs(shape), -1.0)))]
+    points, unknown = [], dict.fromkeys(range(len(results)), 'not found there')
+    for point in course:
+        found = results[point.recording]
+        motion = _motion(found, point.mode, largest.name)
+        if isinstance(motion, str):
+            unknown[point.recording] = motion
+        else:
+            del unknown[point.recording]
+            points.append((point.recording, point.mode, motion))
+    points.sort(key=lambda each: each[2].displacement_m)
+    missing = [f'{results[number].name}: {why}' for number, why in unknown.items()]
+    law, reason = _law(points, missing)
+    return ModeLevels(largest.name, course[0].mode, tuple(points), law, reason)
+
+
+def _motion(found: 'ModalResult', mode: Mode, channel: str) -> ModalMotion | str:
+    parts = found.found.parts
+    names = [each.name for each in parts[0].channels]
+    if channel not in names:
+        return f'without {channel}'
+    return modal_motion(parts, mode, list(found.modes), names.index(channel))
+
+
+def _law(
+    points: Sequence[tuple[int, Mode, ModalMotion]], missing: Sequence[str]
+) -> tuple[LevelLaw | None, str]:
+    """Return the law that the points tell, or why they tell none."""
+    if len(points) < LEVELS.fewest_levels:
+        known = f'its motion is known in {len(points)} recordings of {LEVELS.fewest_levels}'
+        return None, '; '.join((known, *missing))
+    moves = [motion.displacement_m for _, _, motion in points]
+    if moves[-1] < LEVELS.least_factor * moves[0]:
+        return None, f'its levels differ by a factor of {moves[-1] / moves[0]:.1f}'
+    law = level_law([motion for *_, motion in points])
+    return law, '' if law is not None else 'its stiffness without motion would be negative'

@@ -1,0 +1,99 @@
+"""Set-ups of roving sensors merged: from the modes of each to those over all points."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from autonomous_modal_analysis.identified.results import Identification, SetUps
+from modal_core.channel import Channel, SensorLayout
+from modal_core.errors import SettingsError
+from modal_core.mode import ModeSet
+from modal_core.samples import Samples
+from oma_identifier.compare import check_references, merge_modes, shared_channels
+
+HIGHEST = 0.4
+"""Share of the sample rate up to which modes are read out of samples of a lower rate."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetUp:
+    """One set-up.
+
+    Parameters
+    ----------
+    name : str
+        Of its recording.
+    modes : ModeSet
+        That it shows.
+    parts : tuple of Samples
+        What they were identified from, the longest first; empty where only the modes were kept.
+    remarks : tuple of str
+        What should be known of it.
+    """
+
+    name: str
+    modes: ModeSet
+    parts: tuple[Samples, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    def samples(self, highest_hz: float) -> Samples | None:
+        """Return the longest stretch, channels as in the modes; None where it does not reach."""
+        names = self.modes.channel_names
+        if not self.parts or highest_hz > HIGHEST * self.parts[0].sample_rate_hz:
+            return None
+        longest = self.parts[0]
+        if not set(names) <= set(longest.channel_names):
+            return None
+        columns = [longest.channel_names.index(name) for name in names]
+        return replace(
+            longest,
+            acceleration=longest.acceleration[:, columns],
+            channels=tuple(longest.channels[column] for column in columns),
+        )
+
+
+def merge_set_ups(
+    given: Sequence[SetUp], layout: SensorLayout | None = None
+) -> tuple[Identification, SetUps]:
+    """Return the modes over the points of all set-ups, and who saw them.
+
+    Parameters
+    ----------
+    given : sequence of SetUp
+        That share reference sensors.
+    layout : SensorLayout or None
+        Links, places and directions of the channels.
+
+    Raises
+    ------
+    SettingsError
+        There are fewer than two.
+    LayoutError
+        They share no channel, or one of them is wired otherwise in a set-up.
+    """
+    if len(given) < 2:
+        raise SettingsError('nothing to merge', found=len(given), expected='two set-ups or more')
+    modes = [each.modes for each in given]
+    references = shared_channels([each.channel_names for each in modes])
+    check_references(modes, [each.name for each in given], references)
+    highest_hz = max((mode.frequency_hz for each in modes for mode in each), default=0.0)
+    joined = merge_modes(modes, lambda number: given[number].samples(highest_hz))
+    numbered = (replace(mode, id=index + 1) for index, mode in enumerate(joined.modes))
+    merged = replace(joined.modes, modes=tuple(numbered))
+    names = tuple(each.name for each in given)
+    known = {channel.name: channel for channel in layout.channels} if layout else {}
+    set_ups = SetUps(
+        names,
+        references,
+        tuple(tuple(names[k] for k in seen) for seen in joined.seen_in),
+        tuple(tuple(names[k] for k in read) for read in joined.read_in),
+        joined.frequency_scatter,
+        joined.damping_scatter,
+    )
+    identification = Identification(
+        modes=merged,
+        channels=tuple(known.get(name, Channel(name)) for name in merged.channel_names),
+        settings={'merging': 'PoSER, missing modes by PreGER', 'method': merged.method},
+        remarks=tuple(f'{each.name}: {said}' for each in given for said in each.remarks),
+        set_ups=set_ups,
+    )
+    return identification, set_ups
