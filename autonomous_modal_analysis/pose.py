@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from modal_core.errors import ModelError
 from modal_core.measurements import JointSamples
 from modal_recordings import open_recording
+from structural_model.description import read_values, unit_of
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.shown_units import read, unit_of
 
 Array = NDArray[np.float64]
 PoseGiven = str | Path | Sequence[float] | None
@@ -53,7 +53,7 @@ def parse_pose(model: FlexibleJointModel, pose: PoseGiven, serial: bool = False)
         return model.pose(pose)
     if isinstance(pose, (str, Path)) and Path(pose).exists():
         return model.check_pose(recorded_pose(model, Path(pose)))
-    angles = read(_values(model, pose), model.sliding)
+    angles = read_values(_values(model, pose), model.sliding)
     return model.check_pose(angles if serial else model.to_serial(angles))
 
 

@@ -19,8 +19,8 @@ from benchmarks.table import Line
 from modal_core.errors import PlanError
 from modal_core.mode import ModeSet
 from structural_model import load_layout, load_robot
+from structural_model.equations import random_poses
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.scan import random_poses
 
 ROBOT = 'irb6660_205_190'
 FIRST_SEED, N_POSES, N_ALL = 7300, 20, 50

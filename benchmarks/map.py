@@ -16,7 +16,7 @@ from scipy.optimize import linear_sum_assignment
 from benchmarks.hidden_arms import hidden_arm, HiddenArm, HIGHEST_HZ, known_arm, RECORD_S
 from benchmarks.map_rivals import multi_task_gp, plain_gpr, Predictor, random_forest
 from benchmarks.table import Line
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 from workspace_map import (
     candidates,
     Carried,

@@ -20,7 +20,7 @@ from benchmarks.map import chosen_poses, errors_of, N_POSES, N_TRANSFER
 from benchmarks.results import versions, write_lines
 from benchmarks.table import HEADER, Line
 from structural_model import FlexibleJointModel
-from structural_model.spec import MassSpec
+from structural_model.description import MassSpec
 from workspace_map import Arm, MeasuredPose, ToolPoint, WorkspaceMap
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.results import write_rows
 from structural_model import load_layout, load_robot
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 
 ROBOTS = ('generic_arm_6', 'irb6660_205_190')
 

@@ -13,6 +13,7 @@ import numpy as np
 from modal_core.atomic_file import write_text
 from modal_core.yaml_file import load_yaml
 from structural_model import load_robot
+from structural_model.description import BaseSpec, LinkSpec, ModelSpec, Spring
 from structural_model.fitting import (
     FitProblem,
     FitResult,
@@ -20,7 +21,6 @@ from structural_model.fitting import (
     FrequencyFit,
     PoseTarget,
 )
-from structural_model.spec import BaseSpec, LinkSpec, ModelSpec, Spring
 
 PARTS = {
     'drive': ('drive.spring',),

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 
 from structural_model import load_layout, load_robot
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 
 
 def main(robot: str = 'irb6660_205_190', pose: str = 'P1') -> None:

@@ -17,7 +17,7 @@ from model_gap.find_gap import GapResult
 from model_gap.hypothesis import Hypothesis, known_effects
 from model_gap.named_at_rest import named_at_rest
 from model_gap.search import Candidate
-from structural_model.spec import KnownEffect
+from structural_model.description import KnownEffect
 
 PACKAGES = ('autonomous_modal_analysis', 'numpy', 'scipy', 'pin')
 

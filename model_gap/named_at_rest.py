@@ -9,7 +9,7 @@ from model_gap.cell import encoder_of
 from model_gap.decide import Decision, Verdict
 from model_gap.fit import Fit
 from model_gap.gravity import Fault, Kind
-from structural_model.spec import KnownEffect, KnownNumber
+from structural_model.description import KnownEffect, KnownNumber
 
 # Deviations: an offset that is no more than that may be none.
 CLEARLY = 3.0

@@ -17,8 +17,8 @@ from model_gap.gravity import right_units
 from model_gap.hypothesis import corrected_layout
 from model_gap.named_at_rest import named_at_rest
 from structural_model import FlexibleJointModel
+from structural_model.description import KnownEffect
 from structural_model.robot_writer import model_mapping
-from structural_model.spec import KnownEffect
 
 NAME, DIFFERENCE = 'model_updated.yaml', 'model_updated.diff'
 

@@ -1,11 +1,10 @@
 """The robot as a flexible-joint model on pinocchio: M, C, K, modes, FRF, sensor Jacobians."""
 
+from structural_model.description import ModelSpec, RobotLimits
+from structural_model.equations import DampedModes, ModelModes, StructuralMatrices
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.limits import RobotLimits
-from structural_model.matrices import DampedModes, ModelModes, StructuralMatrices
 from structural_model.robot_files import load_layout, load_robot
 from structural_model.robot_writer import save_robot
-from structural_model.spec import ModelSpec
 
 __all__ = [
     'DampedModes',

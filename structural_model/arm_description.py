@@ -12,12 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 from modal_core.channel import SensorLayout
 from modal_core.errors import LayoutError, ModelError
 from structural_model.assembly import correctable_links
-from structural_model.coupling import AxisMap
-from structural_model.limits import check_length, RobotLimits
-from structural_model.parameters import read_parameters, write_parameters
-from structural_model.shown_units import pose_words, shown
-from structural_model.spec import ModelSpec
-from structural_model.urdf import RigidRobot
+from structural_model.description import (
+    AxisMap,
+    check_length,
+    ModelSpec,
+    pose_words,
+    read_parameters,
+    RigidRobot,
+    RobotLimits,
+    shown,
+    write_parameters,
+)
 
 Array = NDArray[np.float64]
 SENSOR_REACHES = 3.0

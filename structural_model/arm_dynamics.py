@@ -8,10 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from structural_model.arm_description import ArmDescription
 from structural_model.assembly import assemble, Assembly
-from structural_model.dynamics import Dynamics
-from structural_model.geometry import RobotGeometry
-from structural_model.kinematics import RigidKinematics
-from structural_model.matrices import StructuralMatrices
+from structural_model.equations import Dynamics, StructuralMatrices
+from structural_model.rigid import RigidKinematics, RobotGeometry
 
 Array = NDArray[np.float64]
 

@@ -7,21 +7,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from modal_core.channel import Channel
-from structural_model import sensing
 from structural_model.arm_dynamics import ArmDynamics
-from structural_model.limits import check_length
-from structural_model.linearise import gravity_rows, sensor_rows, state_space
-from structural_model.matrices import damped_modes, DampedModes, ModelModes, undamped_modes
-from structural_model.response import (
+from structural_model.description import check_length
+from structural_model.equations import (
+    damped_modes,
+    DampedModes,
+    follow,
     frequency_response,
+    gravity_rows,
     Hold,
     Kind,
+    ModelModes,
+    rigid_readings,
+    scan,
+    sensor_rows,
     simulate,
+    state_space,
     StateSpace,
     TimeResponse,
+    undamped_modes,
+    WorkspaceScan,
 )
-from structural_model.scan import scan, WorkspaceScan
-from structural_model.trajectory import follow
 
 Array = NDArray[np.float64]
 
@@ -93,7 +99,7 @@ class FlexibleJointModel(ArmDynamics):
         parts = [check_length(part, self.joint_names) for part in (q, qd, qdd)]
         motion = self.kinematics.motion(*parts)
         gravity = np.array(self.spec.gravity_m_s2)
-        readings = sensing.rigid_readings(self.assembly, motion, channels, gravity)
+        readings = rigid_readings(self.assembly, motion, channels, gravity)
         return readings[0] if np.ndim(q) == 1 else readings
 
     def frf(

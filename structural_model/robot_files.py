@@ -16,15 +16,14 @@ from modal_core.layout_file import layout_from_file
 from modal_core.near_names import refuse_unknown
 from modal_core.share import share_path
 from modal_core.yaml_file import load_yaml, parse_yaml
-from structural_model.coupling import AxisCoupling, AxisMap
-from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.limits import RobotLimits
-from structural_model.shown_units import read
-from structural_model.spec import (
+from structural_model.description import (
     AbsorberSpec,
+    AxisCoupling,
+    AxisMap,
     BaseSpec,
     BeamSpec,
     CableSpec,
+    check_spring,
     CompensatorSpec,
     Drive,
     FoundationSpec,
@@ -33,15 +32,19 @@ from structural_model.spec import (
     KnownEffect,
     KnownNumber,
     LinkSpec,
+    load_urdf,
     MassSpec,
     MaterialDamping,
     ModelSpec,
+    parse_urdf,
+    read_values,
+    RigidRobot,
+    RobotLimits,
     RodSpec,
     Spring,
     Vector,
 )
-from structural_model.spring_check import check_spring
-from structural_model.urdf import load_urdf, parse_urdf, RigidRobot
+from structural_model.flexible_joint_model import FlexibleJointModel
 
 URDF_FILE, MODEL_FILE = 'robot.urdf', 'model.yaml'
 # Numbers that may be infinite: no such degree of freedom, no such limit.
@@ -396,7 +399,7 @@ def _poses(data: Mapping[str, Any], robot: RigidRobot, where: str) -> dict[str, 
             raise ModelError('bad pose', where=place, expected=f'{len(robot.joints)} angles')
         values = [_number(value, place) for value in item]
         sliding = [joint.prismatic for joint in robot.joints]
-        poses[str(name)] = tuple(read(values, sliding).tolist())
+        poses[str(name)] = tuple(read_values(values, sliding).tolist())
     return poses
 
 

@@ -9,10 +9,9 @@ import yaml
 
 from modal_core.atomic_file import atomic_path
 from modal_core.channel import LAYOUT_FILE, SensorLayout
+from structural_model.description import JointSpec, KnownEffect, RodSpec, shown
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.robot_files import MODEL_FILE, URDF_FILE
-from structural_model.shown_units import shown
-from structural_model.spec import JointSpec, KnownEffect, RodSpec
 
 LISTS = ('links', 'masses', 'hinges', 'beams', 'absorbers', 'compensators', 'cables')
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from modal_core.errors import ModelError
+from structural_model.description import check_length
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.kinematics import point_velocity
-from structural_model.limits import check_length
+from structural_model.rigid import point_velocity
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from scipy.signal import convolve, firwin
 from modal_core.channel import Channel
 from modal_core.samples import Samples
 from structural_model import FlexibleJointModel
-from structural_model.response import simulate, StateSpace
+from structural_model.equations import simulate, StateSpace
 
 Real = NDArray[np.float64]
 FINER = 4

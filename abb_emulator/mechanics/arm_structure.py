@@ -9,8 +9,7 @@ import numpy as np
 from abb_emulator.mechanics.arm_effect import ArmEffect
 from modal_core.channel import Channel
 from modal_core.errors import SettingsError
-from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.spec import (
+from structural_model.description import (
     AbsorberSpec,
     HingeSpec,
     LinkSpec,
@@ -19,6 +18,7 @@ from structural_model.spec import (
     RodSpec,
     Spring,
 )
+from structural_model.flexible_joint_model import FlexibleJointModel
 
 ROCKING = (3, 4)
 ROD_JOINTS = (1, 2)

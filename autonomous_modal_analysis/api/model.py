@@ -21,10 +21,10 @@ from modal_core.indicators import normalise
 from modal_core.mode import Mode, ModeSet
 from modal_core.version import software
 from modal_dashboard.arm_drawing import draw_arm
+from structural_model.description import shown, unit_of
+from structural_model.equations import DampedModes
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.matrices import DampedModes
 from structural_model.model_notes import model_notes
-from structural_model.shown_units import shown, unit_of
 
 Array = NDArray[np.float64]
 HIGHEST_HZ = 200.0

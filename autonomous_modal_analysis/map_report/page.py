@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from modal_core.version import software
 from modal_reports import Cell, fixed, heat_map, number, Page, render, Row, Table
 from modal_reports.palette import HeatScale
-from structural_model.shown_units import shown, SLIDING, value_words
+from structural_model.description import shown, SLIDING, value_words
 from workspace_map import LARGEST_STD, WorkspaceMap
 
 Array = NDArray[np.float64]

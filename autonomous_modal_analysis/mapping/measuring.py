@@ -12,7 +12,7 @@ from autonomous_modal_analysis.mapping.series import asked_of, MapWish, OF_INTER
 from excitation_planner.plan import ExcitationPlan
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, MapError
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 from workspace_map import load_map, MeasuredPose, save_map, WorkspaceMap
 
 MAP_FILE, SERIES_FILE = 'map.json', 'series.json'

@@ -23,8 +23,8 @@ from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError, SettingsError
 from modal_core.json_file import load_json
 from modal_core.schema import check_settings, setting
+from structural_model.equations import random_poses
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.scan import random_poses
 from workspace_map import (
     candidates,
     choose_series,

@@ -7,7 +7,7 @@ from rich.table import Table
 from autonomous_modal_analysis.api.model import ModelAtPose
 from autonomous_modal_analysis.console.terminal import OUTPUT
 from excitation_planner.pose_range import SensitivityTable
-from structural_model.shown_units import pose_words, shown
+from structural_model.description import pose_words, shown
 
 
 def show_model(seen: ModelAtPose) -> None:

@@ -14,8 +14,8 @@ from excitation_planner.rapid import MOST_OFF, programmed_moves, start_tolerance
 from excitation_planner.signals import APPROACH, MOVES
 from modal_core.errors import PlanError
 from modal_reports import DAMPING, FREQUENCY
+from structural_model.description import pose_words, shown
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.shown_units import pose_words, shown
 
 # What a fine point takes a controller (assumed).
 FINE_POINT_S = (0.02, 0.06)

@@ -7,9 +7,9 @@ joints of reach times angle, so while that stays below the distance nothing can 
 import numpy as np
 from numpy.typing import NDArray
 
+from structural_model.description import RigidRobot, Shape
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.geometry import Clearance
-from structural_model.urdf import RigidRobot, Shape
+from structural_model.rigid import Clearance
 
 Array = NDArray[np.float64]
 # Part of the clearance a stretch may use up before the distance is measured again.

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from excitation_planner.pose_range.sensitivity import FrequencyChange
 from modal_core.errors import PlanError
-from structural_model.limits import RobotLimits
+from structural_model.description import RobotLimits
 
 Array = NDArray[np.float64]
 LARGEST_RAD = np.deg2rad(30.0)

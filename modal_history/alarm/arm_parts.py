@@ -15,8 +15,8 @@ from modal_core.mode import Mode
 from modal_history.alarm.suspects import Kind, LOAD_KG
 from modal_history.kept import KeptWindow
 from structural_model import FlexibleJointModel
-from structural_model.matrices import ModelModes
-from structural_model.spec import MassSpec
+from structural_model.description import MassSpec
+from structural_model.equations import ModelModes
 
 Array = NDArray[np.float64]
 STEP = 1e-3

@@ -3,7 +3,7 @@
 import dataclasses
 
 from structural_model import ModelSpec
-from structural_model.spec import Spring
+from structural_model.description import Spring
 
 
 def explicit_damping(spec: ModelSpec) -> ModelSpec:

@@ -7,7 +7,7 @@ import math
 from model_gap.cell.cell_model import CellModel
 from model_gap.cell.changes import change_drive, change_link, change_tilt, offset_joint
 from model_gap.cell.nuisance import Nuisance
-from structural_model.spec import JointSpec, LinkSpec, MassSpec, ModelSpec, Spring
+from structural_model.description import JointSpec, LinkSpec, MassSpec, ModelSpec, Spring
 
 Change = Callable[[CellModel, float], CellModel]
 OfSpring = Callable[[Spring], Spring]

@@ -7,7 +7,7 @@ import numpy as np
 
 from model_gap.campaign import Complex
 from model_gap.cell.cell_model import Filter
-from structural_model.spec import JointSpec, LinkSpec, ModelSpec, Spring
+from structural_model.description import JointSpec, LinkSpec, ModelSpec, Spring
 
 
 def change_joint(

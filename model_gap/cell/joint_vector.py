@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
 from structural_model import FlexibleJointModel, ModelSpec
-from structural_model.spec import Spring
+from structural_model.description import Spring
 
 BETWEEN_LINKS = 'between links'
 _MARK = '@links'

@@ -11,7 +11,7 @@ import scipy.linalg
 from modal_core.channel import Channel
 from modal_core.errors import ModelError
 from structural_model import FlexibleJointModel
-from structural_model.linearise import reading_rows
+from structural_model.equations import reading_rows
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

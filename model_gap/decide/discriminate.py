@@ -19,7 +19,7 @@ from model_gap.cell import CellModel
 from model_gap.effects import arm_mass
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
-from structural_model.spec import MassSpec
+from structural_model.description import MassSpec
 
 Array = NDArray[np.float64]
 

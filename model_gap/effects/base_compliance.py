@@ -9,7 +9,7 @@ import numpy as np
 from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest
-from structural_model.spec import Spring
+from structural_model.description import Spring
 
 SIDEWAYS, ROCKING = (0, 1), (3, 4)
 

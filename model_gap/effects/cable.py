@@ -25,7 +25,7 @@ from model_gap.effects.places import (
     turned,
     unused_name,
 )
-from structural_model.spec import CableSpec
+from structural_model.description import CableSpec
 
 # Over the reach: from such an end, ten thousand reaches away, the line turns by 0.1 mrad on the
 # whole way of the arm; nought would be no place.

@@ -10,7 +10,7 @@ import numpy as np
 from model_gap.cell import CellModel
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass
-from structural_model.spec import FoundationSpec, Spring
+from structural_model.description import FoundationSpec, Spring
 
 SLIDES = {'along x': (0,), 'along y': (1,), 'along z': (2,), 'along x and y': (0, 1)}
 ROCKS = {'about x': (3,), 'about y': (4,), 'about x and y': (3, 4)}

@@ -8,7 +8,7 @@ from typing import ClassVar
 from model_gap.cell import CellModel
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest, unused_name
-from structural_model.spec import CompensatorSpec
+from structural_model.description import CompensatorSpec
 
 
 class GravityCompensator(Effect):

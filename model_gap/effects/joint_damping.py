@@ -7,7 +7,7 @@ import numpy as np
 
 from model_gap.cell import CellModel, change_drive, Nuisance
 from model_gap.effects.effect import Effect, EffectParameter, Scene
-from structural_model.spec import Spring
+from structural_model.description import Spring
 
 
 class JointDamping(Effect):

@@ -10,7 +10,7 @@ from modal_core.channel import AXES
 from model_gap.cell import CellModel
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import spans, stiffest, turned, unused_name
-from structural_model.spec import HingeSpec, Spring
+from structural_model.description import HingeSpec, Spring
 
 # Of the link: a hinge whose axis leaves it by less may be anywhere along it.
 LEAST_ACROSS = 1e-3

@@ -7,7 +7,7 @@ from typing import ClassVar
 from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, body_of, centre, moving_links, Place, unused_name
-from structural_model.spec import MassSpec
+from structural_model.description import MassSpec
 
 
 class Payload(Effect):

@@ -9,7 +9,7 @@ import numpy as np
 from model_gap.cell import CellModel
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.effects.places import stiffest, unused_name
-from structural_model.spec import RodSpec, Spring
+from structural_model.description import RodSpec, Spring
 
 
 class RodSpring(Effect):

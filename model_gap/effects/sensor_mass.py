@@ -8,7 +8,7 @@ from model_gap.cell import CellModel
 from model_gap.effects.effect import EffectParameter, Scene
 from model_gap.effects.places import unused_name
 from model_gap.effects.sensor_effect import SensorEffect
-from structural_model.spec import MassSpec
+from structural_model.description import MassSpec
 
 
 class SensorMass(SensorEffect):

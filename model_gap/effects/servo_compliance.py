@@ -9,7 +9,7 @@ import numpy as np
 from model_gap.campaign import Complex
 from model_gap.cell import CellModel, change_joint, Filter
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from structural_model.spec import JointSpec, Spring
+from structural_model.description import JointSpec, Spring
 
 
 class ServoCompliance(DetailedEffect):

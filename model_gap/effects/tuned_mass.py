@@ -11,7 +11,7 @@ from modal_core.channel import AXES
 from model_gap.cell import CellModel
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, centre, moving_links, turned, unused_name
-from structural_model.spec import AbsorberSpec, Spring
+from structural_model.description import AbsorberSpec, Spring
 
 
 class TunedMass(DetailedEffect):

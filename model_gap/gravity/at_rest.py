@@ -11,7 +11,7 @@ from modal_core.channel import Channel
 from model_gap.campaign import Campaign, standing, Travel, travel_of
 from model_gap.cell import sag
 from structural_model import FlexibleJointModel, ModelSpec
-from structural_model.linearise import rest_readings
+from structural_model.equations import rest_readings
 
 Array = NDArray[np.float64]
 G_M_S2 = 9.80665

@@ -13,7 +13,7 @@ from modal_core.near_names import misspelt, near
 from model_gap.cell import CellModel
 from model_gap.effects import CATALOGUE, delay_step, Effect, Scene
 from model_gap.hypothesis.hypothesis import Hypothesis
-from structural_model.spec import KnownEffect, KnownNumber
+from structural_model.description import KnownEffect, KnownNumber
 
 DELAY = 'sensor_delay'
 OF_SENSORS = ('sensor', 'gain')

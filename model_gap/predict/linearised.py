@@ -24,7 +24,7 @@ from model_gap.cell import CellModel, joint_vector, pose_system, PoseSystem, sag
 from model_gap.laws import Follow
 from model_gap.predict.followed import free_torques, measured_share
 from structural_model import FlexibleJointModel
-from structural_model.remainder import remainder
+from structural_model.equations import remainder
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -7,7 +7,7 @@ from modal_reports import count
 from model_gap.decide import NextRecording, Sight, Telling
 from model_gap.effects import Effect
 from structural_model import FlexibleJointModel
-from structural_model.shown_units import value_words
+from structural_model.description import value_words
 
 MOST_NAMED = 6
 IN_THE_CELL = (

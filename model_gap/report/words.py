@@ -10,7 +10,7 @@ from model_gap.effects import CATALOGUE, Effect
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects
 from model_gap.travelled import compares_none
-from structural_model.spec import KnownEffect
+from structural_model.description import KnownEffect
 
 NO_GAP = 'Model and robot agree: what differs is noise and known tolerance'
 TOO_LITTLE = 'No gap shows in what was recorded, which is too little to say that there is none'

@@ -17,7 +17,7 @@ from model_gap.trajectory.gear_told import GearTold
 from model_gap.trajectory.motion import BAND_HZ
 from model_gap.trajectory.rival import Rival
 from model_gap.trajectory.words import not_told, unexplained_lines
-from structural_model.spec import KnownEffect
+from structural_model.description import KnownEffect
 
 
 def encoder_gap_mapping(gap: EncoderGap) -> dict[str, Any]:

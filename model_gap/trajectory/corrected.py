@@ -12,8 +12,7 @@ from model_gap.trajectory.catalogue import LinkTolerance
 from model_gap.trajectory.encoder_gap import EncoderGap, Quantity
 from model_gap.trajectory.twist_terms import EncoderOffset, JointStiffness
 from structural_model import FlexibleJointModel
-from structural_model.robot_writer import model_text
-from structural_model.spec import (
+from structural_model.description import (
     CompensatorSpec,
     KnownEffect,
     LinkSpec,
@@ -21,6 +20,7 @@ from structural_model.spec import (
     ModelSpec,
     Spring,
 )
+from structural_model.robot_writer import model_text
 
 NAME = 'model_updated.yaml'
 

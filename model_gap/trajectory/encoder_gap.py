@@ -16,7 +16,7 @@ from model_gap.trajectory.rival import Rival
 from model_gap.trajectory.search import Found
 from model_gap.trajectory.term import Array, Term, Track
 from structural_model import FlexibleJointModel
-from structural_model.spec import KnownEffect
+from structural_model.description import KnownEffect
 
 
 @dataclass(frozen=True)

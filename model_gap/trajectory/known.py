@@ -10,7 +10,7 @@ from model_gap.trajectory.motion import Motion
 from model_gap.trajectory.rigid import rigid_of, rigid_torque
 from model_gap.trajectory.term import Array, Term, TORQUE, Track, TWIST
 from structural_model import FlexibleJointModel
-from structural_model.spec import KnownEffect
+from structural_model.description import KnownEffect
 
 
 def known_terms(model: FlexibleJointModel, motions: Sequence[Motion]) -> list[tuple[Term, Array]]:

@@ -22,7 +22,7 @@ from model_gap.trajectory.rival import Rival, rival_of
 from model_gap.trajectory.search import Found, honest_covariance, recentred
 from model_gap.trajectory.term import Array, TORQUE, Track, TWIST
 from model_gap.trajectory.twist_terms import JointStiffness
-from structural_model.spec import KnownEffect
+from structural_model.description import KnownEffect
 
 Summed = tuple[Problem, Sums]
 

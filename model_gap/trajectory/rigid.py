@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from model_gap.trajectory.motion import Motion
 from structural_model import FlexibleJointModel
-from structural_model.spec import BaseSpec, JointSpec
+from structural_model.description import BaseSpec, JointSpec
 
 Array = NDArray[np.float64]
 # Of a body in pinocchio's order: mass, mass times centre (3), inertia about the joint (6).

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from model_gap.trajectory.motion import Motion
 from model_gap.trajectory.rigid import RigidTorque
-from structural_model.spec import KnownEffect, KnownNumber
+from structural_model.description import KnownEffect, KnownNumber
 
 Array = NDArray[np.float64]
 TORQUE, TWIST = 'torque', 'twist'

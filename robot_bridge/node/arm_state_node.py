@@ -15,7 +15,7 @@ from modal_core.newest_joints_node import NewestJoints
 from modal_core.ros_messages import declare_parameters, LATCHED
 from modal_core.run_node import run_node
 from robot_bridge.node.arm_state_parameters import PARAMETERS
-from structural_model.frame_tree import FrameTree, LinkPlace
+from structural_model.rigid import FrameTree, LinkPlace
 from structural_model.robot_files import load_robot
 
 try:

@@ -26,9 +26,15 @@ from structural_model.assembly.inertia import point_mass
 from structural_model.assembly.link_division import divide
 from structural_model.assembly.rigid_arm import check_names, corrected_inertias, links_of
 from structural_model.assembly.stations import Divided
-from structural_model.coupling import AxisMap
-from structural_model.spec import Drive, ModelSpec, Spring, Vector
-from structural_model.urdf import Joint, RigidRobot
+from structural_model.description import (
+    AxisMap,
+    Drive,
+    Joint,
+    ModelSpec,
+    RigidRobot,
+    Spring,
+    Vector,
+)
 
 Matrix = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
-from structural_model.spec import Vector
+from structural_model.description import Vector
 
 Matrix = NDArray[np.float64]
 

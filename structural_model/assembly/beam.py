@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from structural_model.spec import BeamSpec
+from structural_model.description import BeamSpec
 
 
 def relative_stiffness(beam: BeamSpec, length_m: float) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from structural_model.assembly.beam import relative_stiffness, rod_inertia, slic
 from structural_model.assembly.builder import ArmBuilder
 from structural_model.assembly.inertia import scaled, without
 from structural_model.assembly.stations import Divided, Station
-from structural_model.spec import BeamSpec
+from structural_model.description import BeamSpec
 
 Matrix = NDArray[np.float64]
 MOST_SEGMENTS = 64

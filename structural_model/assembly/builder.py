@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 import pinocchio as pin
 
-from structural_model.spec import Spring, Vector
-from structural_model.spring_check import check_spring
+from structural_model.description import check_spring, Spring, Vector
 
 Matrix = NDArray[np.float64]
 

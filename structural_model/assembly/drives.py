@@ -4,10 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
-from structural_model.coupling import AxisMap
-from structural_model.spec import ModelSpec, Spring
-from structural_model.spring_check import check_spring
-from structural_model.urdf import RigidRobot
+from structural_model.description import AxisMap, check_spring, ModelSpec, RigidRobot, Spring
 
 
 def add_drive_springs(

@@ -8,8 +8,7 @@ from structural_model.assembly.axes import unit
 from structural_model.assembly.builder import ArmBuilder
 from structural_model.assembly.inertia import scaled
 from structural_model.assembly.stations import Divided, Station
-from structural_model.spec import HingeSpec
-from structural_model.urdf import RigidRobot
+from structural_model.description import HingeSpec, RigidRobot
 
 Matrix = NDArray[np.float64]
 

@@ -8,8 +8,7 @@ from structural_model.assembly.beam_division import divide_by_beam
 from structural_model.assembly.builder import ArmBuilder
 from structural_model.assembly.hinge_division import divide_at_hinges
 from structural_model.assembly.stations import Divided, Station
-from structural_model.spec import BeamSpec, HingeSpec, ModelSpec
-from structural_model.urdf import RigidRobot
+from structural_model.description import BeamSpec, HingeSpec, ModelSpec, RigidRobot
 
 
 def divide(

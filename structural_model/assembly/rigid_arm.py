@@ -4,8 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from modal_core.errors import ModelError
-from structural_model.spec import ModelSpec
-from structural_model.urdf import RigidRobot
+from structural_model.description import ModelSpec, RigidRobot
 
 Links = dict[str, tuple[int, pin.SE3]]
 

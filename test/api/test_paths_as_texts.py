@@ -15,7 +15,7 @@ from modal_recordings import open_recording
 from model_gap.campaign import campaign_layout, read_campaign
 from model_gap.trajectory import is_encoder_campaign, read_encoder_campaign, read_encoder_recording
 from structural_model import load_layout, load_robot, save_robot
-from structural_model.urdf import load_urdf
+from structural_model.description import load_urdf
 from workspace_map import load_map, load_other_map
 
 ROBOT = 'generic_arm_6'

@@ -5,7 +5,7 @@ import pytest
 
 import autonomous_modal_analysis as ama
 from structural_model import load_robot
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 
 ROBOT = 'irb6660_205_190'
 SEED = 7402

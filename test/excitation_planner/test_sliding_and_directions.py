@@ -13,7 +13,7 @@ from modal_core.errors import PlanError
 from oma_identifier.covariance.thresholds import COVARIANCE
 from robot_bridge.player import PlanPath, PlanPlayer, PlayerSettings
 from structural_model import load_layout, load_robot
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 
 ROBOT = 'irb6660_205_190'
 SEED = 1606

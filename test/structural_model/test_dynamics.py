@@ -12,8 +12,7 @@ import pytest
 from modal_core.channel import Channel
 from modal_core.errors import ModelError
 from structural_model import load_robot
-from structural_model.response import simulate
-from structural_model.spec import (
+from structural_model.description import (
     AbsorberSpec,
     BaseSpec,
     CableSpec,
@@ -27,6 +26,7 @@ from structural_model.spec import (
     RodSpec,
     Spring,
 )
+from structural_model.equations import simulate
 
 SEED = 20
 

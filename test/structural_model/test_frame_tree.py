@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from structural_model import load_robot
-from structural_model.frame_tree import FrameTree
+from structural_model.rigid import FrameTree
 
 
 @pytest.mark.parametrize('name', ['irb6660_205_190', 'generic_arm_6'])

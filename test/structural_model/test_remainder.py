@@ -5,7 +5,7 @@ import pytest
 
 from modal_core.channel import Sensor, SensorLayout
 from structural_model import load_robot
-from structural_model.remainder import remainder
+from structural_model.equations import remainder
 
 SEED = 4
 SAMPLES = 6

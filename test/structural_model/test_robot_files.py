@@ -340,8 +340,7 @@ def test_changing_a_model_leaves_it_alone():
 def test_saved_model_loads_as_the_same(shipped, tmp_path):
     import dataclasses
 
-    from structural_model.robot_writer import save_robot
-    from structural_model.spec import (
+    from structural_model.description import (
         AbsorberSpec,
         CableSpec,
         CompensatorSpec,
@@ -352,6 +351,7 @@ def test_saved_model_loads_as_the_same(shipped, tmp_path):
         RodSpec,
         Spring,
     )
+    from structural_model.robot_writer import save_robot
 
     model, _ = shipped
     first, second = model.joint_names[1:3]

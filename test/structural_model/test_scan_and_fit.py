@@ -9,9 +9,9 @@ from modal_core.channel import Channel
 from modal_core.errors import ModelError
 from modal_core.units import ANGULAR_VELOCITY
 from structural_model import load_robot
+from structural_model.description import BaseSpec
+from structural_model.equations import random_poses
 from structural_model.fitting import FitProblem, FreeParameter, FrequencyFit, PoseTarget
-from structural_model.scan import random_poses
-from structural_model.spec import BaseSpec
 
 SEED = 60
 

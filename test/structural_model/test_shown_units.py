@@ -6,7 +6,7 @@ import pytest
 import autonomous_modal_analysis as ama
 from modal_core.errors import ModelError, PlanError
 from structural_model import load_robot, save_robot
-from structural_model.shown_units import value_words
+from structural_model.description import value_words
 
 SLIDE = 'joints: {j: {drive: {stiffness: 1.0e+5}}}'
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from structural_model import load_layout, load_robot
-from structural_model.spec import MassSpec
+from structural_model.description import MassSpec
 from workspace_map import Arm, ToolPoint
 from workspace_map.arm import frequency_slopes, local_modes, shape_slopes, State
 

@@ -9,7 +9,7 @@ from benchmarks import map as benchmark
 from benchmarks.hidden_arms import hidden_arm, known_arm
 from modal_core.errors import MapError, ModelError
 from structural_model import load_layout, load_robot
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 from workspace_map import Arm, load_map, receptance, save_map, ToolPoint, WorkspaceMap
 
 SEED, ROBOT = 101, 'irb6660_205_190'

@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.hidden_arms import known_arm
 from structural_model import load_layout, load_robot
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 from workspace_map import Arm, candidates, choose_series, ToolPoint, WorkspaceMap
 from workspace_map.regression import posterior, Rows
 

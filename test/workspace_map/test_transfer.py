@@ -9,7 +9,7 @@ from benchmarks.hidden_arms import hidden_arm, known_arm, ROBOT
 from benchmarks.map_tool import tools, with_tool
 from modal_core.errors import MapError
 from structural_model import load_layout
-from structural_model.scan import random_poses
+from structural_model.equations import random_poses
 from workspace_map import load_map, load_other_map, save_map, WorkspaceMap
 
 SEED = 33

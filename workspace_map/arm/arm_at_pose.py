@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from modal_core.channel import AXES, Channel
 from modal_core.errors import MapError
 from modal_core.units import ACCELERATION, ANGULAR_VELOCITY
-from structural_model.spec import LinkSpec
+from structural_model.description import LinkSpec
 
 if TYPE_CHECKING:
     from structural_model import FlexibleJointModel

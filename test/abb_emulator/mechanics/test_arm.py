@@ -8,7 +8,7 @@ from abb_emulator.mechanics.gear_settings import GearSettings
 from modal_core.channel import Channel
 from modal_core.units import ANGULAR_VELOCITY
 from structural_model import load_layout, load_robot
-from structural_model.matrices import damped_modes
+from structural_model.equations import damped_modes
 from test.support import reference_arm
 
 RATE_HZ = 2048.0

@@ -17,7 +17,7 @@ from excitation_planner.pose_range.sensitivity import (
 )
 from modal_core.errors import PlanError
 from structural_model import load_layout, load_robot
-from structural_model.spec import BaseSpec, Spring
+from structural_model.description import BaseSpec, Spring
 
 ROBOT = 'irb6660_205_190'
 SEED = 11

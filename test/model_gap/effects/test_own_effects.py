@@ -19,7 +19,7 @@ from model_gap.hypothesis.known_effects import with_known_effects
 from model_gap.report import summary_lines
 from model_gap.search import SearchSettings
 from structural_model import load_robot
-from structural_model.spec import KnownEffect, KnownNumber
+from structural_model.description import KnownEffect, KnownNumber
 from test.support.docs_pages import blocks, DOCS
 from test.support.hidden_campaign import make_campaign, SENSORS
 from test.support.write_campaign import write_campaign

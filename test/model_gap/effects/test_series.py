@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from model_gap.effects.base_compliance import series
-from structural_model.spec import Spring
+from structural_model.description import Spring
 
 
 @pytest.mark.parametrize('share', [0.01, 0.3, 1.0, 5.0])

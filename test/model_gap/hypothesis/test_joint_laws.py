@@ -26,7 +26,7 @@ from model_gap.predict.error_covariance import error_covariance, whitened
 from model_gap.predict.followed import PARTING_1_S, parting_residues, predicted_share
 from model_gap.predict.predict import Predictor
 from model_gap.search.search import SearchSettings
-from structural_model.spec import BaseSpec
+from structural_model.description import BaseSpec
 
 SEED = 17
 SMALL = {'n_fit': 2, 'n_held': 0, 'duration': 10.0, 'size': 0.0}

@@ -14,7 +14,7 @@ from model_gap.effects import CATALOGUE, Scene
 from model_gap.hypothesis.hypothesis import Hypothesis
 from model_gap.hypothesis.known_effects import corrected_layout, known_effects, with_known_effects
 from structural_model import load_robot, save_robot
-from structural_model.spec import KnownEffect
+from structural_model.description import KnownEffect
 
 TYPES = {kind.type: kind for kind in CATALOGUE}
 

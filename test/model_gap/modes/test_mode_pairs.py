@@ -10,7 +10,7 @@ from model_gap.effects.base_compliance import BaseCompliance
 from model_gap.fit import Fit
 from model_gap.modes import mode_pairs
 from model_gap.search.search import Search
-from structural_model.spec import BaseSpec
+from structural_model.description import BaseSpec
 
 SEED = 12
 

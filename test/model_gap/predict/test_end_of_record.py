@@ -9,7 +9,7 @@ from scipy.signal import lsim
 from model_gap.campaign import Band, GapRecord, record_spectra
 from model_gap.cell import CellModel, pose_system
 from model_gap.predict import Predictor
-from structural_model.spec import CableSpec
+from structural_model.description import CableSpec
 from test.support.hidden_campaign import excitation
 
 FINE_HZ, DURATION_S, SEED = 8000, 6.0, 41

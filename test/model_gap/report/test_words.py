@@ -3,7 +3,7 @@
 import pytest
 
 from model_gap.report.words import sentence
-from structural_model.spec import KnownEffect, KnownNumber
+from structural_model.description import KnownEffect, KnownNumber
 
 
 @pytest.mark.parametrize(

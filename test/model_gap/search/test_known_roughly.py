@@ -8,7 +8,7 @@ import pytest
 from model_gap.cell.tolerances import Tolerances
 from model_gap.search import Search, SearchSettings
 from model_gap.search.steps import fit_tolerances
-from structural_model.spec import Spring
+from structural_model.description import Spring
 
 SEEDS = (31, 32, 33)
 

@@ -14,7 +14,7 @@ from model_gap.trajectory import (
     summary_lines,
 )
 from structural_model import load_robot
-from structural_model.spec import Spring
+from structural_model.description import Spring
 from test.support.encoder_campaign import record, write
 
 pytestmark = pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 import pinocchio as pin
 
-from structural_model.urdf import RigidRobot
+from structural_model.description import RigidRobot
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 from modal_core.channel import Channel
 from modal_core.errors import ModelError
 from modal_core.units import ANGULAR_VELOCITY
-from structural_model.dynamics import Dynamics
-from structural_model.limits import check_length
-from structural_model.linearise import gravity_rows, sensor_rows
-from structural_model.response import held_system, TimeResponse
+from structural_model.description import check_length
+from structural_model.equations.dynamics import Dynamics
+from structural_model.equations.linearise import gravity_rows, sensor_rows
+from structural_model.equations.response import held_system, TimeResponse
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from structural_model.urdf import RigidRobot
+from structural_model.description import RigidRobot
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ import pinocchio as pin
 
 from modal_core.channel import Channel
 from modal_core.units import ANGULAR_VELOCITY
-from structural_model import sensing
-from structural_model.dynamics import Dynamics
-from structural_model.response import StateSpace
+from structural_model.equations import sensing
+from structural_model.equations.dynamics import Dynamics
+from structural_model.equations.response import StateSpace
 
 Array = NDArray[np.float64]
 

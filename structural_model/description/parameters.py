@@ -5,7 +5,7 @@ import dataclasses
 from typing import Any
 
 from modal_core.errors import ModelError
-from structural_model.spec import ModelSpec
+from structural_model.description.spec import ModelSpec
 
 
 def read_parameters(spec: ModelSpec) -> dict[str, float]:

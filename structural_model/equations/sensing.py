@@ -10,8 +10,7 @@ import pinocchio as pin
 from modal_core.channel import Channel
 from modal_core.units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY
 from structural_model.assembly import Assembly
-from structural_model.joint_jacobian import joint_jacobian
-from structural_model.kinematics import FrameMotion, point_acceleration
+from structural_model.rigid import FrameMotion, joint_jacobian, point_acceleration
 
 Array = NDArray[np.float64]
 LAYOUTS_KEPT = 16

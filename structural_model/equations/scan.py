@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from modal_core.channel import Channel
 from modal_core.errors import ModelError
-from structural_model.dynamics import Dynamics
-from structural_model.limits import check_length, RobotLimits
-from structural_model.linearise import sensor_rows
+from structural_model.description import check_length, RobotLimits
+from structural_model.equations.dynamics import Dynamics
+from structural_model.equations.linearise import sensor_rows
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ def shown(values: ArrayLike, sliding: Sequence[bool]) -> Array:
     return np.where(sliding, values, np.rad2deg(values))
 
 
-def read(values: ArrayLike, sliding: Sequence[bool]) -> Array:
+def read_values(values: ArrayLike, sliding: Sequence[bool]) -> Array:
     """Return values in radians or metres: the reverse of :func:`shown`."""
     return np.where(sliding, values, np.deg2rad(values))
 

@@ -10,8 +10,8 @@ import pinocchio as pin
 
 from modal_core.channel import AXES, Channel
 from modal_core.errors import ModelError
-from structural_model.kinematics import point_position, point_velocity, RigidKinematics
-from structural_model.urdf import RigidRobot, Shape
+from structural_model.description import RigidRobot, Shape
+from structural_model.rigid.kinematics import point_position, point_velocity, RigidKinematics
 
 try:
     import coal

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 import pinocchio as pin
 
 from structural_model.assembly import Assembly
-from structural_model.joint_jacobian import joint_jacobian
-from structural_model.spec import CableSpec
+from structural_model.description import CableSpec
+from structural_model.rigid import joint_jacobian
 
 Array = NDArray[np.float64]
 STEP = 1e-6

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from modal_core.errors import ModelError
-from structural_model.coupling import AxisMap
-from structural_model.shown_units import shown, unit_of
+from structural_model.description.coupling import AxisMap
+from structural_model.description.shown_units import shown, unit_of
 
 SLACK_RAD = 1e-9
 

@@ -1,7 +1,7 @@
 """A spring that holds and a damper that takes energy away: nothing else is one."""
 
 from modal_core.errors import ModelError
-from structural_model.spec import Spring
+from structural_model.description.spec import Spring
 
 
 def check_spring(spring: Spring, where: str) -> None:

@@ -8,11 +8,9 @@ import pinocchio as pin
 
 from modal_core.errors import ModelError
 from structural_model.assembly import Assembly
-from structural_model.cables import cable_row, cable_stiffness
-from structural_model.coupling import AxisMap
-from structural_model.limits import check_length
-from structural_model.matrices import StructuralMatrices
-from structural_model.spec import CompensatorSpec, ModelSpec
+from structural_model.description import AxisMap, check_length, CompensatorSpec, ModelSpec
+from structural_model.equations.cables import cable_row, cable_stiffness
+from structural_model.equations.matrices import StructuralMatrices
 
 Array = NDArray[np.float64]
 LARGEST_STEP_RAD = 1e-12

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 import scipy.linalg
 
 from modal_core.errors import ModelError
-from structural_model.matrices import StructuralMatrices
+from structural_model.equations.matrices import StructuralMatrices
 
 Array = NDArray[np.float64]
 Kind = Literal['receptance', 'mobility', 'accelerance']

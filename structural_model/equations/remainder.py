@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 import pinocchio as pin
 
 from modal_core.channel import Channel
-from structural_model import sensing
-from structural_model.dynamics import Dynamics
-from structural_model.linearise import reading_rows
+from structural_model.equations import sensing
+from structural_model.equations.dynamics import Dynamics
+from structural_model.equations.linearise import reading_rows
 
 Array = NDArray[np.float64]
 _States = tuple[Array, Array, Array]

@@ -1,0 +1,77 @@
+"""A robot as it is described: links, joints, springs, limits, and its numbers by name.
+
+In come a URDF and the numbers of a model; out go immutable descriptions that are checked.
+"""
+
+from structural_model.description.coupling import AxisCoupling, AxisMap
+from structural_model.description.limits import check_length, RobotLimits
+from structural_model.description.parameters import read_parameters, write_parameters
+from structural_model.description.shown_units import (
+    pose_words,
+    read_values,
+    shown,
+    SLIDING,
+    unit_of,
+    value_words,
+)
+from structural_model.description.spec import (
+    AbsorberSpec,
+    BaseSpec,
+    BeamSpec,
+    CableSpec,
+    CompensatorSpec,
+    Drive,
+    FoundationSpec,
+    HingeSpec,
+    JointSpec,
+    KnownEffect,
+    KnownNumber,
+    LinkSpec,
+    MassSpec,
+    MaterialDamping,
+    ModelSpec,
+    RodSpec,
+    Spring,
+    Vector,
+)
+from structural_model.description.spring_check import check_spring
+from structural_model.description.urdf import Joint, load_urdf, parse_urdf, RigidRobot, Shape
+
+__all__ = [
+    'SLIDING',
+    'AbsorberSpec',
+    'AxisCoupling',
+    'AxisMap',
+    'BaseSpec',
+    'BeamSpec',
+    'CableSpec',
+    'CompensatorSpec',
+    'Drive',
+    'FoundationSpec',
+    'HingeSpec',
+    'Joint',
+    'JointSpec',
+    'KnownEffect',
+    'KnownNumber',
+    'LinkSpec',
+    'MassSpec',
+    'MaterialDamping',
+    'ModelSpec',
+    'RigidRobot',
+    'RobotLimits',
+    'RodSpec',
+    'Shape',
+    'Spring',
+    'Vector',
+    'check_length',
+    'check_spring',
+    'load_urdf',
+    'parse_urdf',
+    'pose_words',
+    'read_parameters',
+    'read_values',
+    'shown',
+    'unit_of',
+    'value_words',
+    'write_parameters',
+]
