@@ -24,7 +24,7 @@ from abb_emulator.process import ProcessSettings, SpindleProcess
 from abb_emulator.sensing import DelayLine, SensorArray, SensorErrors, SensorSettings
 from modal_core.channel import Channel
 from modal_core.errors import SettingsError
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 from modal_core.units import ANGULAR_VELOCITY
 from structural_model.flexible_joint_model import FlexibleJointModel
 

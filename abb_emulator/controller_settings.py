@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 
 CYCLE_S = 0.004032
 """EGM cycle of real controllers; virtual ones have about 4 ms."""

@@ -29,8 +29,8 @@ from modal_core.measurements import (
     Measurement,
     NANOSECONDS_PER_SECOND,
 )
-from modal_core.near_names import refuse_unknown
-from modal_core.schema import read_values, setting, settings_of
+from modal_core.settings.near_names import refuse_unknown
+from modal_core.settings.schema import read_values, setting, settings_of
 from modal_recordings.containers import RecordingWriter
 from modal_recordings.messages import encode, RawMessage
 from robot_bridge.player import PlanPath, PlanPlayer, PlayerSettings

@@ -94,7 +94,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used (PEP 562)."""
     if name == '__version__':
-        from modal_core.version import suite_version
+        from modal_core.files.version import suite_version
 
         return suite_version()
     if name not in _LAZY:

@@ -3,7 +3,7 @@
 import sys
 
 from autonomous_modal_analysis.missing import EXIT_MISSING, explain
-from modal_core.quiet_loading import quiet_loading
+from modal_core.work.quiet_loading import quiet_loading
 
 
 def main() -> None:

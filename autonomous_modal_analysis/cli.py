@@ -36,8 +36,8 @@ from autonomous_modal_analysis.console.signals import prepare_signals
 from autonomous_modal_analysis.console.streams import prepare_streams, silence
 from autonomous_modal_analysis.console.terminal import MESSAGES, OUTPUT
 from modal_core.errors import ModalAnalysisError
-from modal_core.reasons import say_reasons
-from modal_core.version import suite_version
+from modal_core.files.version import suite_version
+from modal_core.words.reasons import say_reasons
 
 EXIT_BAD_INPUT = 2
 

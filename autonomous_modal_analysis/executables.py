@@ -6,7 +6,7 @@ import sys
 from typing import NoReturn
 
 from autonomous_modal_analysis.missing import EXIT_MISSING, explain, MissingError
-from modal_core.quiet_loading import quiet_loading
+from modal_core.work.quiet_loading import quiet_loading
 
 NODES = {
     'abb_emulator': 'abb_emulator.node.emulator_node',

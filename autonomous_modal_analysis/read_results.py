@@ -15,7 +15,7 @@ from autonomous_modal_analysis.console.terminal import progress_bar
 from autonomous_modal_analysis.identified.results import FORMAT_VERSION
 from autonomous_modal_analysis.views.output import show_damage
 from modal_core.errors import RecordingError, SettingsError
-from modal_core.json_file import load_json
+from modal_core.files.json_file import load_json
 from modal_core.mode import Mode, ModeSet
 from modal_core.window import Pose
 from modal_reports import Spectrum

@@ -18,7 +18,7 @@ from benchmarks.gap_rates import cases_of, FIRST_SEED, HEALTHY, ROBOT
 from benchmarks.multibody.campaign import SENSORS, still_records
 from benchmarks.results import write_rows
 from modal_core.channel import Sensor, SensorLayout
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.campaign import Campaign
 from model_gap.cell import Tolerances
 from model_gap.gravity import Kind, rest_of, weigh

@@ -29,10 +29,10 @@ sys.path[:0] = [str(HERE.parent)]
 from benchmarks.gap_table import COLUMNS, table_rows  # noqa: E402
 from benchmarks.hidden_effects import draw  # noqa: E402
 from benchmarks.results import write_rows  # noqa: E402
-from modal_core.atomic_file import write_text  # noqa: E402
 from modal_core.channel import Sensor, SensorLayout  # noqa: E402
-from modal_core.share import share_path  # noqa: E402
-from modal_core.side_by_side import processor_time_s  # noqa: E402
+from modal_core.files.atomic_file import write_text  # noqa: E402
+from modal_core.files.share import share_path  # noqa: E402
+from modal_core.work.side_by_side import processor_time_s  # noqa: E402
 from model_gap.campaign import at_times, Campaign, GapRecord  # noqa: E402
 from model_gap.decide.adequacy import adequacy  # noqa: E402
 from model_gap.find_gap import find_gap  # noqa: E402

@@ -23,10 +23,10 @@ from benchmarks.gap_counts import COLUMNS, counted, OUTSIDE, printed, SINGLE
 from benchmarks.multibody.campaign import Conditions, make_records, SENSORS
 from benchmarks.multibody.hidden import draw, plain
 from benchmarks.results import write_rows
-from modal_core.atomic_file import write_text
 from modal_core.channel import Sensor, SensorLayout
-from modal_core.share import share_path
-from modal_core.side_by_side import processor_time_s
+from modal_core.files.atomic_file import write_text
+from modal_core.files.share import share_path
+from modal_core.work.side_by_side import processor_time_s
 from model_gap.campaign import Campaign
 from model_gap.cell import Tolerances
 from model_gap.decide.adequacy import adequacy

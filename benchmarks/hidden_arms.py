@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from abb_emulator.mechanics import ArmEffect, with_effects, with_tolerances
 from modal_core.channel import Channel
-from modal_core.indicators import rotate_to_real
+from modal_core.numbers.indicators import rotate_to_real
 from structural_model import FlexibleJointModel, load_layout, load_robot
 from workspace_map import Arm, MeasuredPose, ToolPoint
 

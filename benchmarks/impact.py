@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from abb_emulator.hammer import HammerTaps, tap
 from benchmarks.table import Line
 from impact_testing import impact_modes, ImpactRecord, ImpactResult
-from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mac
 from structural_model import load_layout, load_robot
 
 ROBOT, FIRST_SEED = 'irb6660_205_190', 890_000

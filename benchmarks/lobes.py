@@ -22,8 +22,8 @@ from machining.stability import (
     sampled_limits,
 )
 from modal_core.channel import Channel
-from modal_core.compiled import compiled
 from modal_core.tool_modes import ToolModes
+from modal_core.work.compiled import compiled
 from structural_model import load_robot
 
 Real = NDArray[np.float64]

@@ -17,7 +17,7 @@ from typing import Any
 
 from benchmarks import peers
 from benchmarks.table import Line
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / 'docs' / 'measured' / 'results'
@@ -240,7 +240,7 @@ def fingerprint(path: Path) -> str:
 
 
 def _write(group: Group, where: Sequence[str], content: Mapping[str, Any]) -> None:
-    from modal_core.version import suite_version
+    from modal_core.files.version import suite_version
 
     results: dict[str, Any] = {
         'command': group.command,

@@ -18,8 +18,8 @@ from scipy.stats import binom
 
 from benchmarks.plant import chain_plant, Plant, simulate, with_uneven_damping
 from benchmarks.table import Line
-from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.settings import IdentificationSettings

@@ -10,8 +10,8 @@ import sys
 
 import numpy as np
 
-from modal_core.atomic_file import write_text
-from modal_core.yaml_file import load_yaml
+from modal_core.files.atomic_file import write_text
+from modal_core.files.yaml_file import load_yaml
 from structural_model import load_robot
 from structural_model.description import BaseSpec, LinkSpec, ModelSpec, Spring
 from structural_model.fitting import (

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import re
 
 from modal_core.errors import PlanError
-from modal_core.schema import check_settings, setting
+from modal_core.settings.schema import check_settings, setting
 
 LONGEST_NAME = 32
 """Letters of an identifier (ABB, Technical reference manual, RAPID kernel: identifiers)."""

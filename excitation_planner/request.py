@@ -13,7 +13,7 @@ from excitation_planner.signals import (
     SIGNALS,
 )
 from modal_core.errors import SettingsError
-from modal_core.schema import check_settings, read_values, setting
+from modal_core.settings.schema import check_settings, read_values, setting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ from impact_testing.result import frac, ScaledMode, TestedPoint
 from impact_testing.steady_lines import Cleared
 from impact_testing.unexplained import unexplained_peaks
 from modal_core.mode import Mode
-from modal_core.named import named
+from modal_core.words.named import named
 
 Complex = NDArray[np.complex128]
 MODEL_SHORT = 2.0

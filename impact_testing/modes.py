@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from impact_testing.fit import ModalModel
 from impact_testing.result import ScaledMode
-from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mpc, mpd
 
 Real = NDArray[np.float64]
 TOLD_DECAY, TOLD_MISFIT = 1.0, 1.5

@@ -25,8 +25,8 @@ from scipy.signal import lfilter
 from impact_testing.phase_course import course_of
 from impact_testing.record import ImpactRecord
 from impact_testing.taps import begin_of, FILTER_SAMPLES, find_taps, Tap
-from modal_core.chance import fisher_tail
-from modal_core.tapers import hann
+from modal_core.numbers.chance import fisher_tail
+from modal_core.numbers.tapers import hann
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]

@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 from modal_core.errors import SettingsError
-from modal_core.schema import check_settings, read_values, setting
+from modal_core.settings.schema import check_settings, read_values, setting
 
 WAYS = ('slot', 'up', 'down')
 KINDS = ('receptance', 'mobility', 'accelerance')

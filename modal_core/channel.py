@@ -6,7 +6,7 @@ from itertools import compress
 import math
 
 from modal_core.errors import LayoutError
-from modal_core.near_names import refuse_unknown
+from modal_core.settings.near_names import refuse_unknown
 from modal_core.units import ACCELERATION, DISPLACEMENT, response_unit, TIMES_DERIVED, VELOCITY
 
 AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}

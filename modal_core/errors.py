@@ -1,6 +1,6 @@
 """One family of errors: each says in one line what is wrong, where, and what to do."""
 
-from modal_core.printable import printable
+from modal_core.words.printable import printable
 
 LONGEST_PART = 1000
 """Characters of a value that are shown: a name may have a million."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.quantity import quantities_of, Quantity, quantity
+from modal_core.settings.quantity import quantities_of, Quantity, quantity
 
 SCATTERED_MPD_RAD = math.radians(10.0)
 """Mean phase deviation above which a mode calls for a second look; its collinearity is then

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from excitation_planner.pose_range import expanded_shapes
 from modal_core.channel import SensorLayout
-from modal_core.indicators import normalise, rotate_to_real
 from modal_core.mode import ModeSet
+from modal_core.numbers.indicators import normalise, rotate_to_real
 from modal_core.window import Pose
 from modal_reports import Geometry
 from structural_model.flexible_joint_model import FlexibleJointModel

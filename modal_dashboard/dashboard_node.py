@@ -8,8 +8,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
 from modal_core.errors import SettingsError
-from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, RESULTS
-from modal_core.run_node import run_node
+from modal_core.nodes.ros_messages import declare_parameters, diagnostic, LATCHED, RESULTS
+from modal_core.nodes.run_node import run_node
 from modal_dashboard.digest import Digest
 from modal_dashboard.drawn_arm import DrawnArm
 from modal_dashboard.node_parameters import PARAMETERS

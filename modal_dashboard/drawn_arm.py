@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from modal_core.channel import LAYOUT_FILE, SensorLayout
 from modal_core.errors import ModalAnalysisError
-from modal_core.layout_file import layout_from_file
-from modal_core.shipped_layouts import shipped_layout
+from modal_core.layouts.layout_file import layout_from_file
+from modal_core.layouts.shipped_layouts import shipped_layout
 from modal_dashboard.screens import shapes_update, Update
 from modal_history.kept import KeptWindow
 

@@ -18,9 +18,9 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
 from modal_core.errors import HistoryError
-from modal_core.ros_messages import declare_parameters, diagnostic, RESULTS
-from modal_core.run_node import run_node
-from modal_core.version import software
+from modal_core.files.version import software
+from modal_core.nodes.ros_messages import declare_parameters, diagnostic, RESULTS
+from modal_core.nodes.run_node import run_node
 from modal_history.alarm import (
     Alarm,
     AlarmCheck,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from modal_core.channel import SensorLayout
-from modal_core.channel_match import named_as_in
+from modal_core.layouts.channel_match import named_as_in
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.tables import joints_apart
 

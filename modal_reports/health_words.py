@@ -3,8 +3,8 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from modal_core.flag_words import flag_words
 from modal_core.quality import ChannelQuality, DataQuality
+from modal_core.words.flag_words import flag_words
 from modal_reports.words import capital, count, listed
 
 BRIDGED = ('gap',)

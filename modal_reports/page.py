@@ -10,7 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from modal_core.printable import printable_values
+from modal_core.words.printable import printable_values
 from modal_reports import palette
 
 HERE = Path(__file__).parent

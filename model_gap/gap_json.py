@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from model_gap.calibration import calibration, mounts
 from model_gap.comparison import comparison_mapping, ModelComparison
 from model_gap.decide import Verdict

@@ -6,7 +6,7 @@ from typing import TypeGuard
 
 import numpy as np
 
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Band, Campaign
 from model_gap.cell import CellModel
 from model_gap.decide import adequacy, Decision, LIMITS, objections, Verdict

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import yaml
 
-from modal_core.atomic_file import atomic_path, write_text
 from modal_core.channel import LAYOUT_FILE, SensorLayout
+from modal_core.files.atomic_file import atomic_path, write_text
 from modal_reports import with_sigma
 from model_gap.calibration import tolerances_left
 from model_gap.decide import Verdict

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import IdentificationError
-from modal_core.indicators import normalise
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import normalise
 from modal_core.samples import Samples
 from modal_core.units import derived
 from oma_identifier.motion import Cleaned, never, PeakTest

@@ -21,13 +21,13 @@ import numpy as np
 
 from modal_core.channel import Channel, SensorLayout
 from modal_core.errors import IdentificationError
-from modal_core.free_memory import give_back, LARGE_BYTES
 from modal_core.measurements import JointSamples, Measurement
 from modal_core.mode import ModeSet
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
 from modal_core.spindle_speed import SpindleSpeed
 from modal_core.window import Pose, Window
+from modal_core.work.free_memory import give_back, LARGE_BYTES
 from oma_identifier.identify import check_samples, identify_parts
 from oma_identifier.intake import SampleBuffer
 from oma_identifier.known_force import KnownForce

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from modal_core.errors import SettingsError
-from modal_core.schema import check_settings, setting, within
+from modal_core.settings.schema import check_settings, setting, within
 
 LARGEST_ORDER = 100
 SHORTEST_REFINED_HOP_S = 5.0

@@ -4,8 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from modal_core.free_memory import give_back, LARGE_BYTES
 from modal_core.samples import Samples
+from modal_core.work.free_memory import give_back, LARGE_BYTES
 from oma_identifier.identify_bands import identify_bands
 from oma_identifier.methods import identify_by, method_named
 from oma_identifier.motion import PeakTest

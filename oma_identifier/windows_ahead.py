@@ -6,10 +6,10 @@ from contextlib import ExitStack
 import logging
 from types import TracebackType
 
-from modal_core.beside import Beside, can_work_beside
-from modal_core.free_memory import LARGE_BYTES
 from modal_core.samples import Samples
 from modal_core.window import Window
+from modal_core.work.beside import Beside, can_work_beside
+from modal_core.work.free_memory import LARGE_BYTES
 from oma_identifier.motion import PeakTest
 from oma_identifier.pipeline import BegunWindow, IdentificationPipeline
 from oma_identifier.result import WindowResult

@@ -8,8 +8,8 @@ from typing import Any
 
 from excitation_planner.rapid_options import RapidOptions
 from modal_core.errors import BridgeError
-from modal_core.node_parameter import NodeParameter, parameters_of
-from modal_core.schema import from_parameters
+from modal_core.settings.node_parameter import NodeParameter, parameters_of
+from modal_core.settings.schema import from_parameters
 from robot_bridge.backends import BACKENDS, BackendSettings, is_real, ROS2_CONTROL
 from robot_bridge.operator import FlowSettings
 from robot_bridge.player import PlayerSettings

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from modal_core.schema import check_settings, setting
+from modal_core.settings.schema import check_settings, setting
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,10 +12,10 @@ import numpy as np
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, SettingsError
-from modal_core.layout_file import layout_from_file
-from modal_core.near_names import refuse_unknown
-from modal_core.share import share_path
-from modal_core.yaml_file import load_yaml, parse_yaml
+from modal_core.files.share import share_path
+from modal_core.files.yaml_file import load_yaml, parse_yaml
+from modal_core.layouts.layout_file import layout_from_file
+from modal_core.settings.near_names import refuse_unknown
 from structural_model.description import (
     AbsorberSpec,
     AxisCoupling,

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from modal_core.atomic_file import atomic_path
 from modal_core.channel import LAYOUT_FILE, SensorLayout
+from modal_core.files.atomic_file import atomic_path
 from structural_model.description import JointSpec, KnownEffect, RodSpec, shown
 from structural_model.flexible_joint_model import FlexibleJointModel
 from structural_model.robot_files import MODEL_FILE, URDF_FILE

@@ -177,7 +177,7 @@ def test_code_in_the_folder_one_stands_in_is_not_run(tmp_path):
     from autonomous_modal_analysis.live.processes import NodeCommand
 
     (tmp_path / 'numpy.py').write_text('raise SystemExit("not numpy")\n')
-    line = NodeCommand('node', 'modal_core.indicators').arguments()
+    line = NodeCommand('node', 'modal_core.numbers.indicators').arguments()
     ended = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stderr
 

@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 from modal_core.errors import BridgeError
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from test.support.domains import ros_domain
 
 pytest.importorskip('rclpy')

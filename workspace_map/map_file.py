@@ -9,10 +9,10 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
 from modal_core.errors import MapError, ModelError
-from modal_core.json_file import load_json
+from modal_core.files.atomic_file import write_text
+from modal_core.files.json_file import load_json
 from structural_model.description import MassSpec
 from workspace_map.arm import Arm, State, ToolPoint
 from workspace_map.fit import Centres

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from modal_core.errors import MapError
-from modal_core.indicators import rotate_to_real
 from modal_core.mode import ModeSet
+from modal_core.numbers.indicators import rotate_to_real
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from workspace_map.arm import LocalModes
 from workspace_map.measured_pose import MeasuredPose
 

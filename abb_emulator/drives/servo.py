@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 
 Array = NDArray[np.float64]
 

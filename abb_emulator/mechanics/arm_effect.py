@@ -7,9 +7,9 @@ from pathlib import Path
 from types import MappingProxyType
 
 from modal_core.errors import SettingsError
-from modal_core.near_names import near, refuse_unknown
-from modal_core.small_file import read_text
-from modal_core.yaml_file import parse_yaml
+from modal_core.files.small_file import read_text
+from modal_core.files.yaml_file import parse_yaml
+from modal_core.settings.near_names import near, refuse_unknown
 
 Vector = tuple[float, ...]
 Value = float | str | Vector

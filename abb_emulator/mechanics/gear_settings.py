@@ -6,7 +6,7 @@ from typing import Any
 
 from abb_emulator.mechanics.arm_effect import ArmEffect
 from abb_emulator.mechanics.arm_structure import check_place
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 
 N_AXES = 6
 NONE = (0.0,) * N_AXES

@@ -36,9 +36,14 @@ from abb_emulator.recorder import Recorder
 from abb_emulator.rws import RwsServer, Station
 from modal_core.errors import BridgeError, SettingsError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.real_time import ask_for_real_time
-from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
-from modal_core.run_node import run_node
+from modal_core.nodes.ros_messages import (
+    declare_parameters,
+    diagnostic,
+    LATCHED,
+    parameter_mapping,
+)
+from modal_core.nodes.run_node import run_node
+from modal_core.work.real_time import ask_for_real_time
 from modal_recordings.messages import encode
 from oma_msgs.msg import AccelerationBlock, ModalParameters
 from oma_msgs.srv import InjectFault

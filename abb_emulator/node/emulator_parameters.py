@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from abb_emulator.cell import CellSettings, PARTS
 from abb_emulator.egm import GuidanceSettings
 from abb_emulator.mechanics import read_effects
-from modal_core.node_parameter import NodeParameter, parameters_of
-from modal_core.schema import check_settings, from_parameters
+from modal_core.settings.node_parameter import NodeParameter, parameters_of
+from modal_core.settings.schema import check_settings, from_parameters
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 LIVE = frozenset({'module', 'speed_ratio'})

@@ -17,7 +17,7 @@ tool leaves the cut, and an earlier wave is left to cut).
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.compiled import compiled
+from modal_core.work.compiled import compiled
 
 Real = NDArray[np.float64]
 FURTHEST = 12

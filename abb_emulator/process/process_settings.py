@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import math
 
 from modal_core.errors import SettingsError
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 
 
 @dataclass(frozen=True, slots=True)

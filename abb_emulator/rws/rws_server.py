@@ -40,7 +40,7 @@ from abb_emulator.rws.rws_sessions import COOKIE, SECOND_COOKIE, Session, Sessio
 from abb_emulator.rws.rws_station import Station
 from abb_emulator.rws.self_signed import server_context
 from modal_core.errors import BridgeError
-from modal_core.threaded_server import ThreadedServer
+from modal_core.nodes.threaded_server import ThreadedServer
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 PROTOCOLS = {1: 'robapi2_subscription', 2: 'rws_subscription'}

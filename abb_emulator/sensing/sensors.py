@@ -6,7 +6,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api.result import Columns, Result
+from modal_core.files.version import software
 from modal_core.mode import Mode, MODE_FIELDS, ModeSet
-from modal_core.version import software
 from modal_reports import DAMPING, fixed, FREQUENCY, Geometry, mark, MPC
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from autonomous_modal_analysis.api.result import Columns, Result
 from autonomous_modal_analysis.api.robot import Layout, read_layout, read_robot, Robot
 from autonomous_modal_analysis.console.terminal import no_progress, ProgressCallback
 from modal_core.errors import SettingsError
-from modal_core.version import software
+from modal_core.files.version import software
 from modal_reports import percent
 from modal_reports.palette import on_white
 from model_gap.campaign import Campaign, campaign_layout, read_campaign

@@ -9,10 +9,10 @@ from machining.cut_settings import CutSettings, KINDS
 from machining.lobes import Lobes, stability_lobes
 from machining.task import read_response, read_tool_modes, ToolResponse
 from modal_core.errors import SettingsError
-from modal_core.json_file import load_json
-from modal_core.schema import read_values
+from modal_core.files.json_file import load_json
+from modal_core.files.yaml_file import load_yaml
+from modal_core.settings.schema import read_values
 from modal_core.tool_modes import ToolModes
-from modal_core.yaml_file import load_yaml
 
 if TYPE_CHECKING:
     from autonomous_modal_analysis.console.terminal import ProgressCallback

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from autonomous_modal_analysis.api.optional import optional
 from autonomous_modal_analysis.identified.results import IdentifiedWindow
-from modal_core.indicators import rotate_to_real
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import ModeSet
+from modal_core.numbers.indicators import rotate_to_real
 from modal_core.poles import PoleStatus
 from modal_reports import DAMPING, FREQUENCY, Geometry
 from modal_reports.palette import on_white

@@ -17,9 +17,9 @@ from autonomous_modal_analysis.pose import parse_pose, PoseGiven
 from excitation_planner.pose_range import sensitivity_table, SensitivityTable
 from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError
-from modal_core.indicators import normalise
+from modal_core.files.version import software
 from modal_core.mode import Mode, ModeSet
-from modal_core.version import software
+from modal_core.numbers.indicators import normalise
 from modal_dashboard.arm_drawing import draw_arm
 from structural_model.description import shown, unit_of
 from structural_model.equations import DampedModes

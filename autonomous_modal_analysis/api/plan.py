@@ -21,10 +21,10 @@ from excitation_planner.planner import plan_excitation
 from excitation_planner.rapid import rapid_module
 from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
-from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, SettingsError
-from modal_core.schema import read_values
+from modal_core.files.atomic_file import write_text
+from modal_core.settings.schema import read_values
 from modal_reports import DAMPING, FREQUENCY
 from modal_reports.palette import on_white
 from structural_model.flexible_joint_model import FlexibleJointModel

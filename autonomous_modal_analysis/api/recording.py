@@ -19,8 +19,8 @@ from autonomous_modal_analysis.console.terminal import no_progress, ProgressCall
 from autonomous_modal_analysis.identified.identification import identify_recording
 from autonomous_modal_analysis.identified.results import plain
 from modal_core.errors import SettingsError
+from modal_core.files.version import software
 from modal_core.units import named_unit
-from modal_core.version import software
 import modal_recordings
 from modal_recordings import Attachment, MessageRecording, RecordingInfo
 from modal_recordings.messages import attached_software, save_attachments

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
 from modal_core.channel import SensorLayout
-from modal_core.layout_file import layout_from_file
+from modal_core.layouts.layout_file import layout_from_file
 
 if TYPE_CHECKING:
     from structural_model.flexible_joint_model import FlexibleJointModel

@@ -3,7 +3,7 @@
 from dataclasses import fields
 from typing import Any, TypedDict
 
-from modal_core.near_names import refuse_unknown
+from modal_core.settings.near_names import refuse_unknown
 from oma_identifier.settings import IdentificationSettings
 
 

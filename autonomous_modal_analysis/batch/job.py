@@ -13,7 +13,7 @@ from autonomous_modal_analysis.console.terminal import no_progress
 from autonomous_modal_analysis.identified.keeping import file_hash, Keeping, settings_text
 from autonomous_modal_analysis.views.output import JSON_NAME
 from modal_core.errors import ModalAnalysisError
-from modal_core.version import software, suite_version
+from modal_core.files.version import software, suite_version
 
 if TYPE_CHECKING:
     from modal_history.kept import Circumstances, KeptWindow

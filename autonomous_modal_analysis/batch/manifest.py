@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from autonomous_modal_analysis.batch.row import Row
-from modal_core.atomic_file import write_text
 from modal_core.errors import BatchError
+from modal_core.files.atomic_file import write_text
 
 NAME, TABLE = 'manifest.jsonl', 'manifest.csv'
 LARGEST_BYTES = 500_000_000

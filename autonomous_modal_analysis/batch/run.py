@@ -16,7 +16,7 @@ from autonomous_modal_analysis.console.terminal import ProgressCallback
 from autonomous_modal_analysis.export import check_endings, ending_of, ENDINGS
 from autonomous_modal_analysis.identified.keeping import Keeping
 from modal_core.errors import SettingsError
-from modal_core.real_path import real_path
+from modal_core.files.real_path import real_path
 
 
 @dataclass(frozen=True, slots=True)

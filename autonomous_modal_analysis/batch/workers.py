@@ -9,8 +9,8 @@ from typing import Any
 
 from autonomous_modal_analysis.api.optional import optional
 from modal_core.errors import BatchError
-from modal_core.side_by_side import n_processors, signals_wait
-from modal_core.version import suite_version
+from modal_core.files.version import suite_version
+from modal_core.work.side_by_side import n_processors, signals_wait
 
 LOOPBACK = '127.0.0.1'
 MEMORY = {'MALLOC_TRIM_THRESHOLD_': 2**28, 'MALLOC_MMAP_THRESHOLD_': 2**25}

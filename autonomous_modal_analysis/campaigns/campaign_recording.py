@@ -12,11 +12,11 @@ import yaml
 from autonomous_modal_analysis.campaigns.campaign_plan import PlannedRecording
 from autonomous_modal_analysis.identified.plan_record import recorded_plan_hash
 from excitation_planner.plan import ExcitationPlan
-from modal_core.atomic_file import write_text
 from modal_core.channel import LAYOUT_FILE, SensorLayout
 from modal_core.errors import RecordingError, SettingsError
+from modal_core.files.atomic_file import write_text
+from modal_core.files.yaml_file import load_yaml
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.yaml_file import load_yaml
 from modal_recordings.message_recording import MessageRecording
 from modal_recordings.open_recording import open_recording
 from structural_model.flexible_joint_model import FlexibleJointModel

@@ -112,7 +112,7 @@ def campaign(
     from autonomous_modal_analysis.console.terminal import MESSAGES, OUTPUT, progress_bar
     from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
     from autonomous_modal_analysis.pose import parse_pose
-    from modal_core.yaml_file import load_yaml
+    from modal_core.files.yaml_file import load_yaml
     from structural_model.robot_files import load_layout, load_robot
 
     check_namespace(namespace)
@@ -165,7 +165,7 @@ def _export(files: 'Sequence[Path]', columns: dict[str, list[object]]) -> None:
     """Write what is recorded, a row a recording."""
     from autonomous_modal_analysis.export import export_table, Table
     from autonomous_modal_analysis.views.output import export_each
-    from modal_core.version import software
+    from modal_core.files.version import software
 
     table = Table.of(columns, {'software': software()})
     export_each(files, lambda file: export_table(file, table))

@@ -120,7 +120,7 @@ def _tell_twice(recordings: Sequence[Path]) -> None:
     from rich.markup import escape
 
     from autonomous_modal_analysis.console.terminal import MESSAGES
-    from modal_core.real_path import real_path
+    from modal_core.files.real_path import real_path
 
     places = [real_path(path) for path in recordings]
     for path in dict.fromkeys(path for path in recordings if places.count(real_path(path)) > 1):

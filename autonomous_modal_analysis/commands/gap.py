@@ -77,7 +77,7 @@ def gap(
     )
     from autonomous_modal_analysis.export import check_endings, TABLE_ENDINGS
     from autonomous_modal_analysis.views.output import export_each
-    from modal_core.side_by_side import processor_time_s
+    from modal_core.work.side_by_side import processor_time_s
     from model_gap.report import look_lines, summary_lines
     from model_gap.result_folder import ResultFolder
     from model_gap.trajectory import is_encoder_campaign

@@ -112,7 +112,7 @@ def measure(
         plan_series,
     )
     from autonomous_modal_analysis.mapping import measure as measure_series
-    from modal_core.yaml_file import load_yaml
+    from modal_core.files.yaml_file import load_yaml
     from structural_model import load_layout, load_robot
     from workspace_map import Arm, load_other_map, WorkspaceMap
 
@@ -217,7 +217,7 @@ def predict(
     from autonomous_modal_analysis.export import check_endings, ENDINGS, export_arm_modes
     from autonomous_modal_analysis.pose import parse_pose
     from autonomous_modal_analysis.views.output import export_each
-    from modal_core.version import software
+    from modal_core.files.version import software
     from structural_model import load_layout, load_robot
     from workspace_map import load_map
 
@@ -240,8 +240,8 @@ def predict(
 
 def predicted_modes(found: Any, layout: 'SensorLayout') -> 'ModeSet':
     """Return predicted modes as others are, the largest entry of each shape 1."""
-    from modal_core.indicators import normalise
     from modal_core.mode import Mode, ModeSet
+    from modal_core.numbers.indicators import normalise
 
     return ModeSet(
         tuple(
@@ -279,7 +279,7 @@ def report(
     from autonomous_modal_analysis.console.terminal import OUTPUT
     from autonomous_modal_analysis.map_report import render_map
     from autonomous_modal_analysis.pose import parse_pose
-    from modal_core.atomic_file import write_text
+    from modal_core.files.atomic_file import write_text
     from structural_model import load_layout, load_robot
     from workspace_map import load_map
 

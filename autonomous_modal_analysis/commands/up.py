@@ -12,7 +12,7 @@ from autonomous_modal_analysis.console.terminal import MESSAGES
 from autonomous_modal_analysis.live.cell import cell_commands, of_robot
 from autonomous_modal_analysis.live.processes import all_is_stopped, NodeProcesses, stop_event
 from modal_core.errors import SettingsError
-from modal_core.real_path import real_path
+from modal_core.files.real_path import real_path
 
 
 def register(app: typer.Typer) -> None:

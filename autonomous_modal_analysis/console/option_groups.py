@@ -29,9 +29,9 @@ from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.request import PlanRequest
 from modal_core.channel import SensorLayout
 from modal_core.errors import SettingsError
-from modal_core.real_path import real_path
-from modal_core.schema import parameter_values, read_values, SettingField, settings_of
-from modal_core.yaml_file import load_yaml
+from modal_core.files.real_path import real_path
+from modal_core.files.yaml_file import load_yaml
+from modal_core.settings.schema import parameter_values, read_values, SettingField, settings_of
 from oma_identifier.settings import IdentificationSettings
 from robot_bridge.playback_settings import PlaybackSettings
 

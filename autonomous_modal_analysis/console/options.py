@@ -8,7 +8,7 @@ from rich.markup import escape
 import typer
 
 from modal_core.errors import SettingsError
-from modal_core.schema import SettingField
+from modal_core.settings.schema import SettingField
 
 RecordingPath = Annotated[
     Path,

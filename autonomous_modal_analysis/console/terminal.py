@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.segment import Segment
 from rich.table import Table
 
-from modal_core.printable import printable
+from modal_core.words.printable import printable
 
 
 class PlainConsole(Console):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from autonomous_modal_analysis.live.recorder_node import RecorderNode
 from autonomous_modal_analysis.live.spinning_node import own_domain, ros_context, spinning
 from excitation_planner.rapid import session_s
 from modal_core.errors import RecordingError
-from modal_core.ros_messages import LATCHED as LATCHED_QOS
+from modal_core.nodes.ros_messages import LATCHED as LATCHED_QOS
 from oma_msgs.msg import AccelerationBlock, ExcitationPlan, ModalParameters
 from structural_model.robot_files import load_layout, load_robot
 from structural_model.robot_writer import robot_content

@@ -12,8 +12,8 @@ from rich.table import Table as TerminalTable
 from autonomous_modal_analysis.console.terminal import OUTPUT, StageCallback
 from autonomous_modal_analysis.identified.identification import IdentifiedRecording
 from autonomous_modal_analysis.report import TrueMode
-from modal_core.atomic_file import write_text
 from modal_core.errors import ModalAnalysisError
+from modal_core.files.atomic_file import write_text
 from modal_core.mode import Mode
 from modal_reports import FREQUENCY, number, Page, render, Row, Table, text
 from oma_identifier.methods import CATALOGUE, identify_by

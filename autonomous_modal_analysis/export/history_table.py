@@ -6,9 +6,9 @@ from typing import Any
 
 from autonomous_modal_analysis.export.table import Column, Table
 from autonomous_modal_analysis.export.table_files import export_table
+from modal_core.files.version import software
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import MODE_FIELDS
-from modal_core.version import software
 from modal_history.kept import Circumstances, KeptWindow
 from modal_history.reader import HistoryReader
 from modal_history.selection import Selection

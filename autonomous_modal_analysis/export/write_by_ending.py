@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
-from modal_core.atomic_file import atomic_path
 from modal_core.errors import SettingsError
+from modal_core.files.atomic_file import atomic_path
 
 Content = TypeVar('Content')
 KNOWN = ('.uff', '.unv', '.mat', '.nc', '.parquet', '.csv')

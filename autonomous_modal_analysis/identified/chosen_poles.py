@@ -8,9 +8,9 @@ import numpy as np
 
 from autonomous_modal_analysis.identified.identification import IdentifiedRecording
 from modal_core.errors import SettingsError
-from modal_core.indicators import mpc, mpd, normalise
-from modal_core.json_file import load_json
+from modal_core.files.json_file import load_json
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mpc, mpd, normalise
 from modal_core.poles import PoleTable
 
 FORMAT = 'poles-1'

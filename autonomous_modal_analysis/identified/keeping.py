@@ -11,7 +11,7 @@ from typing import Annotated, TYPE_CHECKING
 import typer
 
 from modal_core.errors import SettingsError
-from modal_core.version import software
+from modal_core.files.version import software
 
 if TYPE_CHECKING:
     from modal_core.window import ResultOfWindow

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from autonomous_modal_analysis.identified.plan_record import recorded_robot_name
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModalAnalysisError
-from modal_core.shipped_layouts import shipped_layout
+from modal_core.layouts.shipped_layouts import shipped_layout
 from modal_recordings.messages import as_text, attached, attached_layout
 from modal_recordings.open_recording import Recording
 from structural_model.robot_files import load_robot, MODEL_FILE, robot_of_files, URDF_FILE

@@ -14,12 +14,12 @@ import numpy as np
 
 from autonomous_modal_analysis.identified.joint_sliding import JointSliding
 from autonomous_modal_analysis.identified.mode_tracks import mode_tracks
-from modal_core.atomic_file import write_text
 from modal_core.channel import Channel
+from modal_core.files.atomic_file import write_text
+from modal_core.files.version import software
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode, MODE_FIELDS, ModeSet
 from modal_core.quality import DataQuality
-from modal_core.version import software
 from modal_core.window import Pose
 from modal_reports import pooled, Spectrum
 from oma_identifier.covariance import AnalysedBand

@@ -6,8 +6,8 @@ from pathlib import Path
 from autonomous_modal_analysis.live.node_tables import check_file, checked
 from autonomous_modal_analysis.live.processes import NodeCommand
 from modal_core.errors import SettingsError
-from modal_core.near_names import refuse_unknown
-from modal_core.share import share_path
+from modal_core.files.share import share_path
+from modal_core.settings.near_names import refuse_unknown
 
 # node name, module, parameter file; the order is the order they start in
 NODES = (

@@ -22,7 +22,7 @@ from excitation_planner.plan import ExcitationPlan
 from excitation_planner.ros_messages import plan_to_message
 from modal_core.channel import SensorLayout
 from modal_core.errors import BridgeError
-from modal_core.ros_messages import LATCHED
+from modal_core.nodes.ros_messages import LATCHED
 from modal_recordings.messages import JOINT_STATE
 from oma_identifier.node import cells, is_of_cell
 from oma_identifier.node.ros_messages import MESSAGE_CLASSES

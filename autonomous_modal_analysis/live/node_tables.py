@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from modal_core.errors import SettingsError
-from modal_core.near_names import refuse_unknown
-from modal_core.node_parameter import checked_parameters, is_of_ros, NodeParameter
-from modal_core.yaml_file import load_yaml
+from modal_core.files.yaml_file import load_yaml
+from modal_core.settings.near_names import refuse_unknown
+from modal_core.settings.node_parameter import checked_parameters, is_of_ros, NodeParameter
 
 TABLES = {
     'oma_identifier': 'oma_identifier.node.node_parameters',

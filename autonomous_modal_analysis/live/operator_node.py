@@ -10,7 +10,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
 from modal_core.errors import BridgeError
-from modal_core.ros_messages import LATCHED
+from modal_core.nodes.ros_messages import LATCHED
 from oma_msgs.msg import BridgeState, ExcitationPlan, Heartbeat, ModalParameters
 from oma_msgs.srv import ArmPlan, StartPlan
 

@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import IO, Self
 
 from modal_core.errors import ModalAnalysisError
-from modal_core.started_by import started_by_this
+from modal_core.nodes.started_by import started_by_this
 
 LONGEST_STOP_S = 10.0
 CHECK_EVERY_S = 0.5

@@ -12,7 +12,7 @@ from rclpy.node import Node
 
 from modal_core.errors import RecordingError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.polled_group_node import PolledGroup
+from modal_core.nodes.polled_group_node import PolledGroup
 from modal_recordings.containers import RecordingWriter
 from modal_recordings.messages import RawMessage
 from oma_identifier.node.polled_topic_node import PolledTopic

@@ -11,7 +11,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from modal_core.answered_requests_node import answer_all_requests
+from modal_core.nodes.answered_requests_node import answer_all_requests
 
 LOWEST_DOMAIN, HIGHEST_DOMAIN = 1, 101
 

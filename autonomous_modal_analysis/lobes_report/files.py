@@ -11,8 +11,8 @@ from autonomous_modal_analysis.export import export_table, Table
 from autonomous_modal_analysis.identified.results import file_header, json_text, plain
 from autonomous_modal_analysis.lobes_report.page import render_lobes
 from machining.lobes import Chart, Lobes
-from modal_core.atomic_file import write_text
-from modal_core.version import software
+from modal_core.files.atomic_file import write_text
+from modal_core.files.version import software
 
 FILES = ('lobes.json', 'lobes.csv', 'report.html')
 FORMAT_VERSION = 1

@@ -15,7 +15,7 @@ from autonomous_modal_analysis.lobes_report.words import (
     pose_words,
 )
 from machining.lobes import Chart, Lobes
-from modal_core.version import software
+from modal_core.files.version import software
 from modal_reports import course_plot, Mark, number, Page, render, Row, Table
 
 TEMPLATE = Path(__file__).parent / 'templates' / 'lobes.html.j2'

@@ -6,7 +6,7 @@ from markupsafe import Markup
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.version import software
+from modal_core.files.version import software
 from modal_reports import Cell, fixed, heat_map, number, Page, render, Row, Table
 from modal_reports.palette import HeatScale
 from structural_model.description import shown, SLIDING, value_words

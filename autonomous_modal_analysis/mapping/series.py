@@ -18,11 +18,11 @@ from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation, plan_limits
 from excitation_planner.request import PlanRequest
 from excitation_planner.ways import PART_OF_SPEED, plan_approach
-from modal_core.atomic_file import write_text
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError, SettingsError
-from modal_core.json_file import load_json
-from modal_core.schema import check_settings, setting
+from modal_core.files.atomic_file import write_text
+from modal_core.files.json_file import load_json
+from modal_core.settings.schema import check_settings, setting
 from structural_model.equations import random_poses
 from structural_model.flexible_joint_model import FlexibleJointModel
 from workspace_map import (

@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from autonomous_modal_analysis.operating.beats import BeatReport, Beats, PERIOD_S
-from modal_core.real_time import ask_for_real_time
+from modal_core.work.real_time import ask_for_real_time
 from oma_msgs.msg import Heartbeat
 
 HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

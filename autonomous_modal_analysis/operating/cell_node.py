@@ -15,7 +15,7 @@ from autonomous_modal_analysis.operating.situation import Act, Situation
 from autonomous_modal_analysis.views.message_view_node import window_line
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.ros_messages import plan_from_message
-from modal_core.ros_messages import heard_s
+from modal_core.nodes.ros_messages import heard_s
 from robot_bridge.operator import FlowState
 
 # No longer than a release lasts: what is answered later would be of one that is over.

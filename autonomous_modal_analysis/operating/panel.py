@@ -10,7 +10,7 @@ from autonomous_modal_analysis.operating.sides import Cell, Person
 from autonomous_modal_analysis.operating.situation import Act, next_step, Step
 from excitation_planner.plan import ExcitationPlan
 from modal_core.errors import BridgeError
-from modal_core.real_time import in_real_time
+from modal_core.work.real_time import in_real_time
 
 SHOW_S = 0.2
 PRIORITY = 10

@@ -8,7 +8,7 @@ from autonomous_modal_analysis.console.terminal import MESSAGES
 from autonomous_modal_analysis.views.plan_view import show_plan
 from excitation_planner.plan import ExcitationPlan
 from modal_core.errors import ModelError
-from modal_core.printable import printable
+from modal_core.words.printable import printable
 from structural_model.robot_files import load_robot
 
 CLEAR = '\r\x1b[K'

@@ -18,7 +18,7 @@ from autonomous_modal_analysis.report.overlay import (
     StateDrawn,
 )
 from autonomous_modal_analysis.report.still_pictures import draw_mac
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from modal_core.mode import Mode, ModeSet
 from modal_reports import (
     Cell,

@@ -16,7 +16,7 @@ from autonomous_modal_analysis.report.still_pictures import (
 )
 from autonomous_modal_analysis.report.tables import channels_table, modes_table
 from autonomous_modal_analysis.report.words import facts, headline
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_reports import (
     capital,

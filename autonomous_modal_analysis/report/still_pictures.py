@@ -6,8 +6,8 @@ from markupsafe import Markup
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mac_where_seen
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac_where_seen
 from modal_reports import (
     complexity_plot,
     DAMPING,

@@ -6,9 +6,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from modal_core.assignment import cheapest_pairs
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac
 
 LARGEST_FREQUENCY_ERROR = 0.10
 SMALLEST_MAC = 0.5

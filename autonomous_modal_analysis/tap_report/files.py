@@ -11,7 +11,7 @@ import pyuff
 from autonomous_modal_analysis.identified.results import file_header, json_text, mode_json, plain
 from autonomous_modal_analysis.tap_report.page import render_tap_test
 from impact_testing import ImpactResult, TestedPoint
-from modal_core.atomic_file import atomic_path, write_text
+from modal_core.files.atomic_file import atomic_path, write_text
 
 FILES = ('modes.json', 'modes.csv', 'frf.uff', 'report.html')
 FORMAT_VERSION = 1

@@ -6,7 +6,7 @@ from markupsafe import Markup
 import numpy as np
 
 from impact_testing import ImpactResult, TestedPoint
-from modal_core.version import software
+from modal_core.files.version import software
 from modal_reports import (
     Cell,
     DAMPING,

@@ -10,8 +10,8 @@ from autonomous_modal_analysis.compared.operating_state import differing, NUMBER
 from autonomous_modal_analysis.console.terminal import narrow_table, OUTPUT
 from autonomous_modal_analysis.export import Table
 from autonomous_modal_analysis.identified.results import plain
+from modal_core.files.version import software
 from modal_core.mode import Mode
-from modal_core.version import software
 from modal_reports import DAMPING, fixed, FREQUENCY, percent
 
 NAME_WIDTH, WIDTH, STATE_WIDTH = 14, 68, 6

@@ -10,7 +10,7 @@ from autonomous_modal_analysis.api.modal_result import ModalResult
 from autonomous_modal_analysis.console.terminal import OUTPUT
 from autonomous_modal_analysis.identified.measured_force import measured_force
 from autonomous_modal_analysis.identified.results import plain
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from modal_reports import FREQUENCY
 from oma_identifier.known_force import modal_scaling, ModalScaling
 

@@ -24,8 +24,8 @@ from autonomous_modal_analysis.report import (
 )
 from autonomous_modal_analysis.report.words import band_words
 from autonomous_modal_analysis.views.modes_table import modes_table
+from modal_core.files.version import software
 from modal_core.mode import ModeSet
-from modal_core.version import software
 from modal_reports import ChannelSpectra, Spectrum
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from oma_identifier.likelihood import SlopePrior
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
 from oma_identifier.refinement.stages import STAGES

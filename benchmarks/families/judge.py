@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from benchmarks.families.matching import match, Matched, reach_hz
 from benchmarks.families.record import Record
-from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mac
 
 LEAST_SHARE = 0.01
 """Of the response, for a mode to be asked for."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from scipy.stats import binom
 
 from benchmarks.families.judge import Verdict
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 
 KEPT = Path(__file__).parents[1] / 'family_records.json'
 BY_CHANCE = 1e-3

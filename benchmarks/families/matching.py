@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 
 from benchmarks.families.record import Record
 from benchmarks.families.response import poles
-from modal_core.assignment import cheapest_pairs
-from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac
 
 DEVIATIONS = 4.0
 DAMPING_FACTOR, DAMPING_DEVIATIONS = 3.0, 3.0

@@ -9,9 +9,9 @@ import numpy as np
 
 from benchmarks.faults.scene import Scene
 from modal_core.errors import ModalAnalysisError
-from modal_core.indicators import mac
 from modal_core.measurements import Measurement
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mac
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
 from oma_identifier.settings import IdentificationSettings

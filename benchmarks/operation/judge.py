@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from benchmarks.operation.scene import Scene
-from modal_core.assignment import cheapest_pairs
-from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac
 
 LEAST_MAC = 0.8
 DEVIATIONS = 4.0

@@ -8,7 +8,7 @@ from generated_pages.place import cell
 from generated_pages.sides import option_of, SIDES
 
 if TYPE_CHECKING:
-    from modal_core.node_parameter import NodeParameter
+    from modal_core.settings.node_parameter import NodeParameter
 
 
 def parameters_page() -> str:

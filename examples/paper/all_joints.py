@@ -35,8 +35,8 @@ from examples.paper.output import (
     show_findings,
     show_table,
 )
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.samples import Samples
 from oma_identifier.methods import identify_by

@@ -30,8 +30,8 @@ from examples.paper.cell import (
 from examples.paper.drawing import COLOURS, GREY, INK, panels, save
 from examples.paper.output import Finding, PARTLY, REPRODUCED, show_findings, show_table
 from modal_core.channel import Sensor, SensorLayout
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from structural_model import load_layout
 from structural_model.flexible_joint_model import FlexibleJointModel
 

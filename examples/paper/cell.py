@@ -19,7 +19,6 @@ from excitation_planner.pose_range.sensitivity import actual_change
 from excitation_planner.request import PlanRequest
 from excitation_planner.signals import BAND_LIMITED_NOISE, RANDOM_PULSES
 from modal_core.channel import Channel
-from modal_core.indicators import mac
 from modal_core.measurements import (
     JointSamples,
     Measurement,
@@ -27,6 +26,7 @@ from modal_core.measurements import (
     SampleBlock,
 )
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mac
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.result import WindowResult
 from oma_identifier.settings import IdentificationSettings

@@ -29,7 +29,7 @@ from excitation_planner.pose_range import actual_change, allowed_range, AllowedR
 from excitation_planner.setting import Setting
 from excitation_planner.signals import RANDOM_PULSES, SLIDING_NOISE
 from modal_core.errors import PlanError
-from modal_core.named import named
+from modal_core.words.named import named
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from excitation_planner.forecast.participation import ModeParticipation
-from modal_core.assignment import cheapest_pairs
-from modal_core.indicators import mac
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac
 
 Array = NDArray[np.float64]
 WIDEST = 0.2

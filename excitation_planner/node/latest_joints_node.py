@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 
 from modal_core.errors import PlanError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.polled_group_node import PolledGroup
+from modal_core.nodes.polled_group_node import PolledGroup
 
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 # A bridge tells them in bunches every 20 ms; a busy machine takes a while.

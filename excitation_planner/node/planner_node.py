@@ -29,9 +29,14 @@ from excitation_planner.setting import start_of
 from excitation_planner.signals import APPROACH
 from excitation_planner.ways import is_there, plan_way_back
 from modal_core.errors import ModalAnalysisError, PlanError
-from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
-from modal_core.run_node import run_node
-from modal_core.schema import from_parameters
+from modal_core.nodes.ros_messages import (
+    declare_parameters,
+    diagnostic,
+    LATCHED,
+    parameter_mapping,
+)
+from modal_core.nodes.run_node import run_node
+from modal_core.settings.schema import from_parameters
 from oma_msgs.msg import ExcitationPlan as PlanMessage
 from oma_msgs.msg import ModalParameters, PredictedModes
 from structural_model.robot_files import load_layout, load_robot

@@ -1,7 +1,7 @@
 """Parameters of the planner node: names, meaning, ranges; one for every field of a request."""
 
 from excitation_planner.request import PlanRequest
-from modal_core.node_parameter import NodeParameter, parameters_of
+from modal_core.settings.node_parameter import NodeParameter, parameters_of
 
 RATIO_OR_TIME = (1e-6, 3600.0)
 OWN = (

@@ -64,7 +64,7 @@ from excitation_planner.rapid.programmed_move import programmed_moves
 from excitation_planner.rapid_options import is_name, LONGEST_NAME, RapidOptions
 from excitation_planner.signals import APPROACH, NOISES
 from modal_core.errors import PlanError
-from modal_core.printable import printable
+from modal_core.words.printable import printable
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from impact_testing.record import ImpactRecord
 from impact_testing.taps.search import find_taps, Tap
 from impact_testing.thresholds import IMPACT
-from modal_core.named import named
+from modal_core.words.named import named
 
 Real = NDArray[np.float64]
 FILTER_SAMPLES = 40

@@ -18,8 +18,8 @@ from scipy.linalg import expm
 from scipy.sparse.linalg import ArpackNoConvergence, eigs
 
 from machining.cut import Cut
-from modal_core.compiled import compiled
 from modal_core.tool_modes import ToolModes
+from modal_core.work.compiled import compiled
 
 Real = NDArray[np.float64]
 PER_CYCLE = 48

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from machining.cut_settings import KINDS
 from modal_core.errors import SettingsError
-from modal_core.small_file import read_text
+from modal_core.files.small_file import read_text
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import SettingsError
-from modal_core.json_file import load_json
-from modal_core.near_names import refuse_unknown
+from modal_core.files.json_file import load_json
+from modal_core.files.yaml_file import load_yaml
+from modal_core.settings.near_names import refuse_unknown
 from modal_core.tool_modes import PER_MODE, ToolModes
-from modal_core.yaml_file import load_yaml
 
 Real = NDArray[np.float64]
 LARGEST_BYTES = 50_000_000

@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 import json
 
-from modal_core.printable import printable_values
+from modal_core.words.printable import printable_values
 
 MOST_ROWS = {'track': 500, 'log': 300}
 """Rows kept of what grows: windows of the trends (some 1 MB at ten modes), lines of the log."""

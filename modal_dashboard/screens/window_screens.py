@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mac_where_seen
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac_where_seen
 from modal_core.quality import ChannelQuality
 from modal_core.window import Pose
 from modal_dashboard.screens.board import Update

@@ -8,7 +8,7 @@ import logging
 from aiohttp import web, WSMsgType
 
 from modal_core.errors import SettingsError
-from modal_core.threaded_server import ThreadedServer
+from modal_core.nodes.threaded_server import ThreadedServer
 from modal_dashboard.screens import Board, Update
 from modal_dashboard.server.access import Access
 from modal_dashboard.server.page_files import page_files

@@ -8,10 +8,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.assignment import cheapest_pairs
 from modal_core.channel import Channel, SensorLayout
-from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac
 from modal_history.alarm.suspects import Kind, LOAD_KG
 from modal_history.kept import KeptWindow
 from structural_model import FlexibleJointModel

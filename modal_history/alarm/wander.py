@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.compiled import compiled
+from modal_core.work.compiled import compiled
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from modal_core.compiled import compiled
+from modal_core.work.compiled import compiled
 from modal_history.alarm.baseline import Baseline, Departures, estimate_variance, FARTHEST
 from modal_history.alarm.covariates import SOAKING_S
 from modal_history.alarm.missing import Presence

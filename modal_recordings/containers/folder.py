@@ -5,9 +5,9 @@ from pathlib import Path
 import re
 
 from modal_core.errors import RecordingError, SettingsError
-from modal_core.real_path import real_path
-from modal_core.small_file import read_text
-from modal_core.yaml_file import parse_yaml
+from modal_core.files.real_path import real_path
+from modal_core.files.small_file import read_text
+from modal_core.files.yaml_file import parse_yaml
 from modal_recordings.containers.bag_file import BagFile
 from modal_recordings.containers.mcap_file import McapFile
 from modal_recordings.messages import (

@@ -14,7 +14,7 @@ from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
 from modal_core.errors import RecordingError
-from modal_core.version import software
+from modal_core.files.version import software
 from modal_recordings.containers.mcap_chunk import RECORD
 from modal_recordings.messages import definition, media_type, SOFTWARE
 

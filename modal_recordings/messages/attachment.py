@@ -4,11 +4,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from modal_core.atomic_file import atomic_path
 from modal_core.channel import LAYOUT_FILE, SensorLayout
 from modal_core.errors import RecordingError, SettingsError
-from modal_core.shipped_layouts import PLAIN_NAME
-from modal_core.yaml_file import parse_yaml
+from modal_core.files.atomic_file import atomic_path
+from modal_core.files.yaml_file import parse_yaml
+from modal_core.layouts.shipped_layouts import PLAIN_NAME
 
 SOFTWARE = 'software.txt'
 LARGEST_BYTES = 5_000_000

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_core.named import named
 from modal_core.units import (
     ACCELERATION,
     ANGULAR_VELOCITY,
@@ -18,6 +17,7 @@ from modal_core.units import (
     STANDARD_GRAVITY,
     Unit,
 )
+from modal_core.words.named import named
 from modal_recordings.tables.array_options import ArrayOptions
 from modal_recordings.tables.array_table import ArrayTable
 from modal_recordings.tables.counting import counts_up

@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 
 from modal_core.errors import RecordingError, SettingsError
+from modal_core.files.yaml_file import load_yaml
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.near_names import refuse_unknown
-from modal_core.yaml_file import load_yaml
+from modal_core.settings.near_names import refuse_unknown
 
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1e-3, 1e7
 FIELDS = ('sample_rate_hz', 'unit', 'channels', 'start_time_s')

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 import re
 
 from modal_core.errors import RecordingError
-from modal_core.printable import printable
 from modal_core.units import known_unit, OTHER, RESPONSES, SECOND, Unit
+from modal_core.words.printable import printable
 
 LONGEST_NAME = 200
 BRACKETED = re.compile(r'^(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$')

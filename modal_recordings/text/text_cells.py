@@ -5,7 +5,7 @@ import csv
 import re
 
 from modal_core.errors import RecordingError
-from modal_core.printable import printable
+from modal_core.words.printable import printable
 
 NUMBER = re.compile(r'[-+]?(?:\d+[.]?\d*|[.]\d+)(?:[eE][-+]?\d+)?', re.ASCII)
 NO_VALUE = frozenset(('', 'na', 'n/a', '#n/a', 'null', 'none', '-', '--'))

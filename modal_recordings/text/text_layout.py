@@ -7,7 +7,7 @@ from pathlib import Path
 import re
 
 from modal_core.errors import RecordingError
-from modal_core.printable import printable
+from modal_core.words.printable import printable
 from modal_recordings.tables import is_time_text
 from modal_recordings.text.stated_rate import stated_rate_hz
 from modal_recordings.text.text_cells import is_comment, is_value, MISSING, NO_VALUE, split

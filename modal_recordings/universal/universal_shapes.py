@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
-from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mpc, mpd, normalise
 from modal_recordings.universal.universal_file import datasets, DIRECTIONS
 
 SHAPES = 55

@@ -10,9 +10,9 @@ import numpy as np
 
 from modal_core.channel import LAYOUT_FILE
 from modal_core.errors import SettingsError
-from modal_core.near_names import misspelt, refuse_unknown
-from modal_core.real_path import real_path
-from modal_core.yaml_file import load_yaml
+from modal_core.files.real_path import real_path
+from modal_core.files.yaml_file import load_yaml
+from modal_core.settings.near_names import misspelt, refuse_unknown
 from modal_recordings.joint_table import is_table, TABLES
 from modal_recordings.open_recording import BAG_SUFFIXES
 from modal_recordings.tables import FIELDS

@@ -6,10 +6,10 @@ from itertools import chain
 from pathlib import Path
 
 from modal_core.channel import SensorLayout
-from modal_core.channel_match import named_as_in
 from modal_core.errors import RecordingError
+from modal_core.layouts.channel_match import named_as_in
 from modal_core.measurements import JointSamples, Measurement
-from modal_core.named import named
+from modal_core.words.named import named
 from modal_recordings.joint_table import open_with_joints, TableWithJoints
 from modal_recordings.tables import Advice, array_options
 from model_gap.campaign.campaign_file import CampaignEntry

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.flat_tops import n_on_flat_top
+from modal_core.numbers.flat_tops import n_on_flat_top
 from model_gap.campaign.campaign import GapRecord
 from model_gap.campaign.thresholds import CAMPAIGN
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import RecordingError, SettingsError
-from modal_core.layout_file import layout_from_file
+from modal_core.layouts.layout_file import layout_from_file
 from modal_core.measurements import Measurement
-from modal_core.named import named
-from modal_core.side_by_side import side_by_side
+from modal_core.words.named import named
+from modal_core.work.side_by_side import side_by_side
 from modal_recordings import open_recording
 from modal_recordings.joint_table import is_table
 from modal_recordings.messages import attached_layout

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from modal_core.channel import Channel, SensorLayout
-from modal_core.channel_match import match_channel, plain_name
 from modal_core.errors import RecordingError
+from modal_core.layouts.channel_match import match_channel, plain_name
 from modal_core.measurements import (
     JointSamples,
     Measurement,
@@ -18,8 +18,8 @@ from modal_core.measurements import (
     SampleBlock,
     StampedSamples,
 )
-from modal_core.named import named
 from modal_core.units import ACCELERATION
+from modal_core.words.named import named
 from model_gap.campaign.thresholds import CAMPAIGN
 
 Array = NDArray[np.float64]

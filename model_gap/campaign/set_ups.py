@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from modal_core.channel import Sensor, SensorLayout
-from modal_core.layout_file import layout_from_file
+from modal_core.layouts.layout_file import layout_from_file
 from model_gap.campaign.campaign_file import CampaignEntry
 from model_gap.campaign.series import Series
 

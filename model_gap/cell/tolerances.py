@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from modal_core.errors import SettingsError
-from modal_core.near_names import near
+from modal_core.settings.near_names import near
 from model_gap.cell.arm_nuisances import (
     base_nuisances,
     encoder_nuisance,

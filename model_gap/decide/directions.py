@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Rows
 from model_gap.effects import Effect
 from model_gap.fit import FIT, tolerance_columns

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Campaign, RecordSpectra
 from model_gap.decide.directions import Directions, Sized, Told
 from model_gap.decide.discriminate import scaled_motion

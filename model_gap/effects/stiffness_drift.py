@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import ClassVar
 
-from modal_core.compiled import compiled
+from modal_core.work.compiled import compiled
 from model_gap.cell import CellModel, JointForce
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 from model_gap.laws import Array, JointContext, SpringLaw

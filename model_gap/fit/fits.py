@@ -5,7 +5,7 @@ from dataclasses import replace
 import logging
 
 from modal_core.errors import ModelError
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.effects import Effect
 from model_gap.fit.fit import Array, Fit
 from model_gap.hypothesis import Hypothesis

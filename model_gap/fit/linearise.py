@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Complex, hann, Rows
 from model_gap.cell import CellModel, joint_spring, plain_joint
 from model_gap.fit.thresholds import FIT

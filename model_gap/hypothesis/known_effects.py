@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.errors import ModelError
-from modal_core.near_names import misspelt, near
+from modal_core.settings.near_names import misspelt, near
 from model_gap.cell import CellModel
 from model_gap.effects import CATALOGUE, delay_step, Effect, Scene
 from model_gap.hypothesis.hypothesis import Hypothesis

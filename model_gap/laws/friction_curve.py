@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import exp, log1p, tanh
 
-from modal_core.compiled import compiled
+from modal_core.work.compiled import compiled
 from model_gap.laws.law import Array, JointContext, JointLaw
 
 MOST_STEPS = 60

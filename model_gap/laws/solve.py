@@ -20,7 +20,7 @@ own file changes.
 
 from math import asin, asinh, exp, log1p, sin, sinh, sqrt, tanh
 
-from modal_core.compiled import compiled
+from modal_core.work.compiled import compiled
 from model_gap.laws.law import Array
 
 MOST_NEWTON_STEPS = 20

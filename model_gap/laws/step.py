@@ -7,7 +7,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.compiled import compiled_for
+from modal_core.work.compiled import compiled_for
 from model_gap.laws.law import Array, MEMORY, Torque
 
 Complex = NDArray[np.complex128]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 import scipy.linalg
 from scipy.optimize import least_squares, OptimizeResult
 
-from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mpc, mpd
 from model_gap.campaign import Complex
 from model_gap.modes.driven_response import DrivenResponse
 from model_gap.modes.projection import LeftOver, numbers_of, poles_of, Projection

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from modal_core.indicators import mac
 from modal_core.mode import Mode
-from modal_core.side_by_side import side_by_side
+from modal_core.numbers.indicators import mac
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Band, CAMPAIGN, GapRecord
 from model_gap.cell import CellModel
 from model_gap.fit import Fit, pose_groups

@@ -18,7 +18,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Band, GapRecord, record_spectra
 from model_gap.cell import CellModel, joint_vector, pose_system, PoseSystem, sag
 from model_gap.laws import Follow

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.compiled import compiled
+from modal_core.work.compiled import compiled
 from model_gap.campaign import RecordSpectra
 from model_gap.cell import PoseSystem
 

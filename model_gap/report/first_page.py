@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from modal_reports import capital, Page, render
 from model_gap.quick_look import QuickLook, State
 

@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from modal_reports import (
     capital,
     curves_data,

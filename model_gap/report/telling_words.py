@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from modal_core.named import named
+from modal_core.words.named import named
 from modal_reports import count
 from model_gap.decide import NextRecording, Sight, Telling
 from model_gap.effects import Effect

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import logging
 
 from modal_core.errors import ModelError
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Rows
 from model_gap.effects import Effect, same
 from model_gap.fit import descend, Numbers, numbers_of, tolerance_columns, with_numbers

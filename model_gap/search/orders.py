@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import hann, RecordSpectra
 from model_gap.cell import axis_row, joint_spring, joint_vector, Ripple
 from model_gap.fit import FIT

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Complex, Rows
 from model_gap.cell import CellModel
 from model_gap.effects import Effect, EffectParameter, Scene

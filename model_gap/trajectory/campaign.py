@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import SettingsError
-from modal_core.yaml_file import load_yaml
+from modal_core.files.yaml_file import load_yaml
 from model_gap.campaign import CampaignEntry, read_campaign_file, refuse_copies
 from model_gap.trajectory.recording import (
     EncoderRecording,

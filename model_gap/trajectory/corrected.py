@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from modal_core.atomic_file import atomic_path, write_text
+from modal_core.files.atomic_file import atomic_path, write_text
 from model_gap.trajectory.catalogue import LinkTolerance
 from model_gap.trajectory.encoder_gap import EncoderGap, Quantity
 from model_gap.trajectory.twist_terms import EncoderOffset, JointStiffness

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import json
 from pathlib import Path
 
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from model_gap.trajectory.as_json import encoder_gap_mapping
 from model_gap.trajectory.corrected import write_corrected_model
 from model_gap.trajectory.encoder_gap import EncoderGap

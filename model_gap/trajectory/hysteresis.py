@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.compiled import compiled
+from modal_core.work.compiled import compiled
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from markupsafe import Markup
 import numpy as np
 
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from modal_reports import (
     Axis,
     Bar,

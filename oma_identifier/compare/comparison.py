@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from modal_core.assignment import cheapest_pairs
 from modal_core.errors import LayoutError
-from modal_core.indicators import mac_where_seen
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac_where_seen
 from oma_identifier.compare.expected_mac import expected_mac, ExpectedMac, UNKNOWN
 from oma_identifier.compare.thresholds import COMPARISON
 

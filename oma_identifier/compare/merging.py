@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import LayoutError
-from modal_core.indicators import mpc, mpd
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mpc, mpd
 from modal_core.samples import Samples
 from oma_identifier.compare.common_values import common_positive
 from oma_identifier.compare.joined_shape import joined_shape, own_variance, PartialShape

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaln, gammaln, logsumexp
 
-from modal_core.assignment import cheapest_pairs
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac
 from oma_identifier.compare.thresholds import COMPARISON
 
 NEVER = -1e3

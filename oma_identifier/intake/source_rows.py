@@ -6,7 +6,7 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.free_memory import LARGE_BYTES
+from modal_core.work.free_memory import LARGE_BYTES
 from oma_identifier.quality import joined, summarise, Summary
 from oma_identifier.time_axis import GridRows
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import Channel, SensorLayout
-from modal_core.flag_words import flag_words
-from modal_core.named import named
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Window
+from modal_core.words.flag_words import flag_words
+from modal_core.words.named import named
 from oma_identifier.intake.joint_track import JointTrack, pose_of
 from oma_identifier.intake.segment import Segment
 from oma_identifier.intake.source import Source

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
 
-from modal_core.indicators import mac, mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
-from modal_core.prominence import prominent_peaks
+from modal_core.numbers.indicators import mac, mpc, mpd, normalise
+from modal_core.numbers.prominence import prominent_peaks
+from modal_core.numbers.tapers import hann
 from modal_core.samples import Samples
-from modal_core.tapers import hann
 from oma_identifier.likelihood import averages_from, BandModel, fit_band
 from oma_identifier.methods.thresholds import METHOD
 from oma_identifier.refinement import refine, REFINEMENT

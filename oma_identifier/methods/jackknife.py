@@ -20,7 +20,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from oma_identifier.methods.thresholds import METHOD
 from oma_identifier.subspace import RawPoles
 

@@ -33,8 +33,8 @@ from scipy.fft import rfft
 
 from modal_core.errors import IdentificationError
 from modal_core.mode import Mode
+from modal_core.numbers.tapers import hann
 from modal_core.samples import Samples
-from modal_core.tapers import hann
 from oma_identifier.methods.banded import BandedMethod, no_raw_poles, Problem, Solve
 from oma_identifier.methods.half_spectra import HalfSpectra
 from oma_identifier.methods.polyreference import NormalEquations

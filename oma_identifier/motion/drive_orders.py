@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.chance import fisher_tail
-from modal_core.indicators import normalise
 from modal_core.mode import Mode
+from modal_core.numbers.chance import fisher_tail
+from modal_core.numbers.indicators import normalise
 from modal_core.samples import Samples
 from oma_identifier.motion.thresholds import MOTION
 from oma_identifier.spectra import Line, line_at

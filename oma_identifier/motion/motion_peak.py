@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
 
-from modal_core.indicators import rotate_to_real
+from modal_core.numbers.indicators import rotate_to_real
 from modal_core.samples import Samples
 from oma_identifier.motion.joint_motion import JointMotion
 from oma_identifier.motion.thresholds import MOTION

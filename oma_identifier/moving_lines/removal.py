@@ -27,8 +27,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import normalise
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import normalise
 from modal_core.samples import Samples
 from oma_identifier.moving_lines.course import (
     cosine_coefficients,

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-from modal_core.ros_messages import LATCHED
+from modal_core.nodes.ros_messages import LATCHED
 from oma_identifier.covariance import sharp_edge_hz
 from oma_msgs.msg import BridgeState, ExcitationPlan
 

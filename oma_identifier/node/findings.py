@@ -3,8 +3,8 @@
 import math
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.named import named
 from modal_core.quality import ChannelQuality, DataQuality
+from modal_core.words.named import named
 from oma_identifier.motion import LATE
 from oma_identifier.quality import channels_by_flag
 from oma_identifier.synchrony import CHANGES

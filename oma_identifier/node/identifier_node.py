@@ -16,13 +16,18 @@ from std_srvs.srv import Trigger
 
 from modal_core.channel import Channel
 from modal_core.errors import MessageError, SettingsError
+from modal_core.layouts.shipped_layouts import shipped_layout
 from modal_core.measurements import Measurement
-from modal_core.polled_group_node import PolledGroup
-from modal_core.printable import printable
-from modal_core.reasons import say_reasons
-from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED, parameter_mapping
-from modal_core.run_node import run_node
-from modal_core.shipped_layouts import shipped_layout
+from modal_core.nodes.polled_group_node import PolledGroup
+from modal_core.nodes.ros_messages import (
+    declare_parameters,
+    diagnostic,
+    LATCHED,
+    parameter_mapping,
+)
+from modal_core.nodes.run_node import run_node
+from modal_core.words.printable import printable
+from modal_core.words.reasons import say_reasons
 from modal_recordings.messages import BLOCK, JOINT_STATE
 from oma_identifier.covariance import below_edge
 from oma_identifier.intake import in_order, TopicIntake

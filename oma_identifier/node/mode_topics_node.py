@@ -7,7 +7,7 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64
 
 from modal_core.mode import Mode
-from modal_core.ros_messages import LATCHED
+from modal_core.nodes.ros_messages import LATCHED
 from oma_identifier.result import WindowResult
 
 MOST_MODES = 32

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from modal_core.channel import SensorLayout
-from modal_core.layout_file import layout_from_file
-from modal_core.node_parameter import NodeParameter, parameters_of
-from modal_core.schema import from_parameters
+from modal_core.layouts.layout_file import layout_from_file
+from modal_core.settings.node_parameter import NodeParameter, parameters_of
+from modal_core.settings.schema import from_parameters
 from oma_identifier.settings import IdentificationSettings
 
 SETTINGS = parameters_of(IdentificationSettings)

@@ -6,7 +6,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from modal_core.polled_group_node import PolledGroup
+from modal_core.nodes.polled_group_node import PolledGroup
 
 
 class PolledTopic:

@@ -14,8 +14,8 @@ from sensor_msgs.msg import Imu, JointState
 from modal_core.errors import MessageError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
+from modal_core.nodes.ros_messages import stamp
 from modal_core.quality import ChannelQuality, DataQuality
-from modal_core.ros_messages import stamp
 from modal_recordings.messages import ACCEL, ACCEL_WITH_COVARIANCE, BLOCK, IMU, JOINT_STATE
 from oma_identifier.result import WindowResult
 from oma_identifier.tracking import PredictedMode, Prediction

@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from modal_core.channel import Channel
 from modal_core.mode import Mode
-from modal_core.ros_messages import LATCHED
+from modal_core.nodes.ros_messages import LATCHED
 from oma_identifier.result import WindowResult
 
 FRAME_S, TURN_S, MODE_S = 0.1, 2.0, 6.0

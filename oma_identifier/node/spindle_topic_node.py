@@ -6,7 +6,7 @@ import numpy as np
 from rclpy.node import Node
 from std_msgs.msg import Float64
 
-from modal_core.polled_group_node import PolledGroup
+from modal_core.nodes.polled_group_node import PolledGroup
 from modal_core.spindle_speed import SpindleSpeed
 from modal_recordings.spindle_speed import factor_of, FLOAT64, number_of
 from oma_identifier.node.polled_topic_node import PolledTopic

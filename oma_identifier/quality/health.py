@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.flat_tops import n_on_flat_top
+from modal_core.numbers.flat_tops import n_on_flat_top
 from oma_identifier.quality.thresholds import QUALITY
 
 NOISE_STRETCHES, NOISE_ROWS = 4, 256

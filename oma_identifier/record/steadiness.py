@@ -12,11 +12,11 @@ import math
 import numpy as np
 
 from modal_core.errors import IdentificationError
-from modal_core.free_memory import LARGE_BYTES
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
-from modal_core.side_by_side import side_by_side
+from modal_core.work.free_memory import LARGE_BYTES
+from modal_core.work.side_by_side import side_by_side
 from oma_identifier.record.thresholds import RECORD
 from oma_identifier.record.window_means import MeanMode, Sightings
 from oma_identifier.record.with_means import without_mixtures

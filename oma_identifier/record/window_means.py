@@ -16,9 +16,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.chance import fisher_tail
-from modal_core.indicators import mac, mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.chance import fisher_tail
+from modal_core.numbers.indicators import mac, mpc, mpd, normalise
 from oma_identifier.record.thresholds import RECORD
 
 log = logging.getLogger(__name__)

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from modal_core.indicators import mac_of_span
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac_of_span
 from oma_identifier.likelihood import overlaps
 from oma_identifier.record.thresholds import RECORD
 from oma_identifier.record.window_means import MeanMode

@@ -17,8 +17,8 @@ import math
 
 import numpy as np
 
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.likelihood import with_least_scatter
 from oma_identifier.refinement.acceptance import Outcome, TAKEN

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from modal_core.assignment import cheapest_pairs
-from modal_core.indicators import mac
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac
 from oma_identifier.likelihood import GroupFit, ModeIndex, StartModes
 
 FARTHEST = 10.0

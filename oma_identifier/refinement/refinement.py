@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import LayoutError
-from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mpc, mpd, normalise
 from modal_core.samples import Samples
 from oma_identifier.likelihood import (
     BandIndex,

@@ -7,9 +7,9 @@ from typing import NewType
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.free_memory import give_back, LARGE_BYTES
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
+from modal_core.work.free_memory import give_back, LARGE_BYTES
 from oma_identifier.likelihood import (
     group_modes,
     GroupFit,

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from scipy.stats import beta
 
-from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mac
 from oma_identifier.likelihood import overlaps
 from oma_identifier.refinement.thresholds import REFINEMENT
 

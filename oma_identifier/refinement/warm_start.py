@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mac
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mac
 from oma_identifier.likelihood import (
     BandIndex,
     BandModel,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.cluster.hierarchy import fcluster, linkage
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from oma_identifier.selection.stabilise import BandPoles
 from oma_identifier.selection.thresholds import SELECTION
 

@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from oma_identifier.selection.selected_pole import SelectedPole
 from oma_identifier.selection.thresholds import SELECTION
 

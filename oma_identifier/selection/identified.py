@@ -7,8 +7,8 @@ import logging
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mpc, mpd, normalise
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.samples import Samples
 from oma_identifier.spectra import Line, LineEvidence

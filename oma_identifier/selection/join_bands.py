@@ -7,8 +7,8 @@ import logging
 import numpy as np
 
 from modal_core.channel import Channel
-from modal_core.indicators import mpc, mpd, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mpc, mpd, normalise
 from modal_core.poles import PoleStatus, PoleTable
 from oma_identifier.motion import PeakTest
 from oma_identifier.selection.distinct import without_repeats

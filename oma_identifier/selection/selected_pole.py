@@ -6,7 +6,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mpc
+from modal_core.numbers.indicators import mpc
 from oma_identifier.likelihood import least_blur, least_scatter
 from oma_identifier.selection.cluster import Cluster
 from oma_identifier.selection.identified_band import IdentifiedBand

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.indicators import mac_of_pairs
+from modal_core.numbers.indicators import mac_of_pairs
 from modal_core.poles import PoleStatus
 from oma_identifier.covariance import Band
 from oma_identifier.selection.thresholds import SELECTION

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.chance import fisher_tail
+from modal_core.numbers.chance import fisher_tail
 from modal_core.samples import Samples
 from oma_identifier.spectra.line_or_mode import Odds, odds_of
 from oma_identifier.spectra.thresholds import SPECTRA

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
-from modal_core.chance import fisher_share, fisher_tail
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.chance import fisher_share, fisher_tail
 from modal_core.samples import Samples
 from oma_identifier.spectra.line_search import (
     MOST_LINES,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.fft import rfft
 from scipy.ndimage import maximum_filter1d, median_filter
 
-from modal_core.tapers import blackman_harris
+from modal_core.numbers.tapers import blackman_harris
 from oma_identifier.spectra.sinusoids import fit_sinusoids, Sinusoids
 from oma_identifier.spectra.thresholds import SPECTRA
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.linalg import eigh
 
-from modal_core.chance import fisher_tail
+from modal_core.numbers.chance import fisher_tail
 from modal_core.samples import Samples
 from oma_identifier.spectra.band_edges import band_edges
 from oma_identifier.spectra.thresholds import SPECTRA

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.numbers.tapers import hann
 from modal_core.samples import Samples
-from modal_core.tapers import hann
 
 N_VALUES = 3
 LONGEST_SEGMENT_S = 60.0

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.chance import fisher_tail
+from modal_core.numbers.chance import fisher_tail
 from modal_core.samples import Samples
 from oma_identifier.quality import noise_rms
 from oma_identifier.synchrony.multiple_coherence import residual_of

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import Channel
-from modal_core.indicators import mpc, mpd, normalise
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import mpc, mpd, normalise
 from modal_core.samples import Samples
 from oma_identifier.motion import Cleaned, Lag, LATE, never, PeakTest
 from oma_identifier.synchrony.coherence import check_coherence, Coherence

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import uniform_filter1d
 
-from modal_core.free_memory import LARGE_BYTES
-from modal_core.prominence import crossings, prominent_peaks
+from modal_core.numbers.prominence import crossings, prominent_peaks
 from modal_core.samples import Samples
+from modal_core.work.free_memory import LARGE_BYTES
 from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 TAPERS = 3

@@ -5,10 +5,10 @@ import json
 import os
 from pathlib import Path
 
-from modal_core.atomic_file import atomic_path, write_text
 from modal_core.errors import SettingsError
-from modal_core.json_file import load_json
-from modal_core.small_file import read_bytes
+from modal_core.files.atomic_file import atomic_path, write_text
+from modal_core.files.json_file import load_json
+from modal_core.files.small_file import read_bytes
 from oma_identifier.tracking.tracking import ModeTracker
 
 LARGEST_BYTES = 50_000_000

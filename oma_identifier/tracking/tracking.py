@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.assignment import cheapest_pairs
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.indicators import mac
 from modal_core.window import Pose
 from oma_identifier.tracking.checkpoint import restore
 from oma_identifier.tracking.prediction import FORBIDDEN, PredictedMode, Prediction, Predictions

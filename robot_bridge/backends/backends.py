@@ -6,7 +6,7 @@ from pathlib import Path
 
 from excitation_planner.rapid_options import RapidOptions
 from modal_core.errors import BridgeError
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 from robot_bridge.backends.backend import Backend
 from robot_bridge.backends.guidance_backend import GuidanceBackend
 from robot_bridge.backends.rapid_backend import RapidBackend

@@ -7,8 +7,8 @@ from excitation_planner.plan import ExcitationPlan
 from excitation_planner.rapid import module_name, rapid_module, start_tolerance_deg
 from excitation_planner.rapid_options import RapidOptions
 from excitation_planner.signals import MOVES
-from modal_core.atomic_file import write_text
 from modal_core.errors import BridgeError, PlanError
+from modal_core.files.atomic_file import write_text
 from robot_bridge.backends.backend import Backend
 from robot_bridge.backends.released_plans import ReleasedPlans
 from robot_bridge.egm import Judgement, RobotFeedback

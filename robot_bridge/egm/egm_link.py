@@ -18,7 +18,7 @@ import time
 
 from modal_core.errors import BridgeError, MessageError
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.real_time import ask_for_real_time
+from modal_core.work.real_time import ask_for_real_time
 from robot_bridge.egm.egm_command import encode_sensor
 from robot_bridge.egm.egm_feedback import decode_robot, RobotFeedback
 from robot_bridge.egm.reply_latency import ReplyLatency

@@ -11,9 +11,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 
-from modal_core.newest_joints_node import NewestJoints
-from modal_core.ros_messages import declare_parameters, LATCHED
-from modal_core.run_node import run_node
+from modal_core.nodes.newest_joints_node import NewestJoints
+from modal_core.nodes.ros_messages import declare_parameters, LATCHED
+from modal_core.nodes.run_node import run_node
 from robot_bridge.node.arm_state_parameters import PARAMETERS
 from structural_model.rigid import FrameTree, LinkPlace
 from structural_model.robot_files import load_robot

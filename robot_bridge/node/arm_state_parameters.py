@@ -1,6 +1,6 @@
 """Parameters of the node that tells viewers of the arm."""
 
-from modal_core.node_parameter import NodeParameter
+from modal_core.settings.node_parameter import NodeParameter
 
 PARAMETERS = (
     NodeParameter(

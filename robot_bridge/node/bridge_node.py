@@ -19,8 +19,8 @@ from rclpy.parameter import Parameter
 
 from excitation_planner.ros_messages import plan_from_message
 from modal_core.errors import BridgeError, ModalAnalysisError
-from modal_core.ros_messages import declare_parameters, LATCHED, parameter_mapping
-from modal_core.run_node import RCLError, run_node
+from modal_core.nodes.ros_messages import declare_parameters, LATCHED, parameter_mapping
+from modal_core.nodes.run_node import RCLError, run_node
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
 from robot_bridge.backends import ROS2_CONTROL

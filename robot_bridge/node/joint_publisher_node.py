@@ -9,7 +9,7 @@ from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
-from modal_core.run_node import RCLError
+from modal_core.nodes.run_node import RCLError
 from robot_bridge.egm import RobotFeedback
 from robot_bridge.node.joint_feed import Array, JointFeed
 from robot_bridge.node.ros_messages import joint_state

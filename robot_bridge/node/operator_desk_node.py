@@ -12,9 +12,9 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
 from modal_core.errors import BridgeError, ModalAnalysisError
-from modal_core.polled_group_node import PolledGroup
-from modal_core.ros_messages import heard_s
-from modal_core.run_node import InvalidHandleError, RCLError
+from modal_core.nodes.polled_group_node import PolledGroup
+from modal_core.nodes.ros_messages import heard_s
+from modal_core.nodes.run_node import InvalidHandleError, RCLError
 from oma_msgs.msg import Heartbeat
 from oma_msgs.srv import ArmPlan, StartPlan
 from robot_bridge.bridge import Bridge

@@ -16,9 +16,9 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
 from modal_core.errors import ModalAnalysisError, RecordingError
-from modal_core.ros_messages import declare_parameters, LATCHED, parameter_mapping, stamp
-from modal_core.run_node import RCLError, run_node
-from modal_core.schema import from_parameters
+from modal_core.nodes.ros_messages import declare_parameters, LATCHED, parameter_mapping, stamp
+from modal_core.nodes.run_node import RCLError, run_node
+from modal_core.settings.schema import from_parameters
 from modal_recordings.open_recording import open_recording, Recording
 from oma_msgs.msg import BridgeState
 from robot_bridge.node.replay_parameters import PARAMETERS

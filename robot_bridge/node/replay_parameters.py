@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from modal_core.node_parameter import NodeParameter, parameters_of
+from modal_core.settings.node_parameter import NodeParameter, parameters_of
 from robot_bridge.playback_settings import PlaybackSettings
 
 PARAMETERS = tuple(

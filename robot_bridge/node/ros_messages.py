@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 
-from modal_core.ros_messages import diagnostic, stamp
+from modal_core.nodes.ros_messages import diagnostic, stamp
 from oma_msgs.msg import BridgeState
 from robot_bridge.bridge import Bridge
 from robot_bridge.operator import FlowState

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 from modal_core.errors import BridgeError
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 from robot_bridge.egm import MCI_RUNNING, RobotFeedback
 from robot_bridge.player import PlayerSettings
 

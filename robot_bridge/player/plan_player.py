@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.schema import setting
+from modal_core.settings.schema import setting
 from robot_bridge.player.plan_path import PlanPath
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from modal_core.errors import ModelError, SettingsError
-from modal_core.small_file import read_bytes
+from modal_core.files.small_file import read_bytes
 
 LARGEST_FILE_BYTES = 5_000_000
 DEEPEST, MOST_LINKS = 16, 1000

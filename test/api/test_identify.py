@@ -5,8 +5,8 @@ import pytest
 
 import autonomous_modal_analysis as ama
 from modal_core.errors import ModalAnalysisError, RecordingError, SettingsError
-from modal_core.flag_words import flag_words
-from modal_core.indicators import mac_of_pairs
+from modal_core.numbers.indicators import mac_of_pairs
+from modal_core.words.flag_words import flag_words
 from test.support.frame import DAMPING_RATIO, FLOORS, shaken_frame
 
 RATE_HZ = 100.0

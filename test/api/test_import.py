@@ -12,7 +12,7 @@ import pytest
 
 import autonomous_modal_analysis as ama
 from autonomous_modal_analysis.api.settings import Settings
-from modal_core.version import suite_version
+from modal_core.files.version import suite_version
 from oma_identifier.settings import IdentificationSettings
 
 API = Path(ama.__file__).parent / 'api'

@@ -8,7 +8,7 @@ import pytest
 import autonomous_modal_analysis as ama
 from autonomous_modal_analysis import cli
 from autonomous_modal_analysis.identified.known_robot import layout_of, robot_of
-from modal_core.version import software
+from modal_core.files.version import software
 from modal_recordings import open_recording, RecordingWriter
 
 PLAN = '/excitation_planner/excitation_plan'

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 import autonomous_modal_analysis as ama
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 
 RATE_HZ, SEED = 100.0, 7310
 TRUTH_HZ = (4.0, 9.0)

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 import typer
 
 from autonomous_modal_analysis.cli import app
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 
 
 @pytest.fixture(scope='module')

@@ -21,7 +21,7 @@ from autonomous_modal_analysis.live.cell import cell_commands
 from autonomous_modal_analysis.live.operator_node import OperatorNode
 from autonomous_modal_analysis.live.processes import NodeProcesses
 from autonomous_modal_analysis.live.spinning_node import own_domain, ros_context, spinning
-from modal_core.ros_messages import LATCHED
+from modal_core.nodes.ros_messages import LATCHED
 from modal_recordings import open_recording
 from oma_msgs.msg import BridgeState
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 
 RATE_HZ, SEED = 100.0, 31
 TRUTH_HZ = (4.0, 9.0)

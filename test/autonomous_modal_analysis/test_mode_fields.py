@@ -16,7 +16,7 @@ from autonomous_modal_analysis.read_results import read_modes
 from excitation_planner.ros_messages import modes_from_message
 from modal_core.errors import RecordingError
 from modal_core.mode import Mode, MODE_FIELDS, MODE_KEYS, ModeSet
-from modal_core.quantity import quantities_of, quantity
+from modal_core.settings.quantity import quantities_of, quantity
 from oma_identifier.node.ros_messages import mode_message
 from oma_msgs.msg import ModalParameters
 

@@ -22,7 +22,7 @@ from autonomous_modal_analysis.identified.results import (
 from modal_core.channel import Channel
 from modal_core.mode import Mode, ModeSet
 from modal_core.quality import DataQuality
-from modal_core.quantity import quantity
+from modal_core.settings.quantity import quantity
 
 PROMISED = {
     'id',

@@ -9,7 +9,7 @@ from autonomous_modal_analysis.api.settings import Settings
 from autonomous_modal_analysis.commands.identify import identify
 from autonomous_modal_analysis.console.option_groups import grouped, Identifier
 from modal_core.errors import SettingsError
-from modal_core.schema import from_parameters, parameter_values, setting, settings_of
+from modal_core.settings.schema import from_parameters, parameter_values, setting, settings_of
 from oma_identifier.node.node_parameters import SETTINGS, settings_from
 from oma_identifier.settings import IdentificationSettings
 

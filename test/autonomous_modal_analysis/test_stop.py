@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from test.support.domains import ros_domain
 
 pytest.importorskip('rclpy')

@@ -26,7 +26,7 @@ from autonomous_modal_analysis.live.node_tables import check_file, parameters_of
 from excitation_planner.request import PlanRequest
 from modal_core.channel import SensorLayout
 from modal_core.errors import LayoutError, ModelError, RecordingError, SettingsError
-from modal_core.schema import settings_of
+from modal_core.settings.schema import settings_of
 from modal_recordings.tables import array_options
 from model_gap.campaign.campaign_file import read_campaign_file
 from robot_bridge.playback_settings import PlaybackSettings

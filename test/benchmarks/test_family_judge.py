@@ -14,8 +14,8 @@ from benchmarks.families.rows import COLUMNS, rows_of
 from benchmarks.families.store import Store
 from benchmarks.families.tally import rate, Tally
 from benchmarks.plant import Plant
-from modal_core.indicators import normalise
 from modal_core.mode import Mode
+from modal_core.numbers.indicators import normalise
 
 RATE_HZ = 50.0
 

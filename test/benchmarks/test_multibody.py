@@ -16,7 +16,7 @@ from benchmarks.multibody.compiled import compiled
 from benchmarks.multibody.description import read
 from benchmarks.multibody.hidden import draw, KINDS, law_of, put
 from benchmarks.multibody.simulate import Motion, Run, simulate, STEP_S
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.cell import CellModel
 from model_gap.effects import Scene
 from model_gap.effects.cable import Cable

@@ -5,7 +5,7 @@ import pytest
 
 from impact_testing import frac, impact_modes, ImpactSettings
 from modal_core.errors import IdentificationError
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from test.support.hammer_bench import bench, random_structure, Structure, taps
 
 SEED = 41

@@ -10,9 +10,9 @@ import time
 import numpy as np
 import pytest
 
-from modal_core.beside import Beside, can_work_beside
 from modal_core.errors import ModalAnalysisError, ModelError
-from modal_core.side_by_side import side_by_side
+from modal_core.work.beside import Beside, can_work_beside
+from modal_core.work.side_by_side import side_by_side
 
 pytestmark = pytest.mark.skipif(not can_work_beside(), reason='one processor')
 
@@ -84,7 +84,7 @@ def test_end_waits_for_no_work():
 def test_it_ends_with_its_parent():
     script = (
         'import os, time\n'
-        'from modal_core.beside import Beside\n'
+        'from modal_core.work.beside import Beside\n'
         'with Beside(lambda _: os.getpid()) as beside:\n'
         '    beside.put(0)\n'
         '    print(beside.result(), flush=True)\n'

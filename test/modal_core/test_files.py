@@ -5,13 +5,13 @@ import signal
 
 import pytest
 
-from modal_core.atomic_file import atomic_path, write_text
 from modal_core.errors import ModalAnalysisError, SettingsError
-from modal_core.json_file import load_json
-from modal_core.printable import printable
-from modal_core.real_path import real_path
-from modal_core.share import share_path
-from modal_core.yaml_file import LARGEST_FILE_BYTES, load_yaml
+from modal_core.files.atomic_file import atomic_path, write_text
+from modal_core.files.json_file import load_json
+from modal_core.files.real_path import real_path
+from modal_core.files.share import share_path
+from modal_core.files.yaml_file import LARGEST_FILE_BYTES, load_yaml
+from modal_core.words.printable import printable
 from test.support.work import counted_calls
 
 MOST_CALLS = 50_000

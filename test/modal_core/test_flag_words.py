@@ -7,7 +7,7 @@ from pathlib import Path
 import re
 from types import ModuleType
 
-from modal_core.flag_words import FLAG_WORDS
+from modal_core.words.flag_words import FLAG_WORDS
 import oma_identifier
 from oma_identifier.quality import EXCLUDING
 

@@ -3,7 +3,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from modal_core.indicators import mac, mpc, mpd, normalise, rotate_to_real
+from modal_core.numbers.indicators import mac, mpc, mpd, normalise, rotate_to_real
 
 SHAPES = np.array([[1.0, 1.0], [0.5, -1.0], [0.2, 0.3]]) + 0j
 complex_scale = st.complex_numbers(min_magnitude=1e-3, max_magnitude=1e3)

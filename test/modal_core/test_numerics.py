@@ -7,10 +7,10 @@ from scipy.signal.windows import blackmanharris
 from scipy.signal.windows import hann as scipy_hann
 from scipy.stats import f as fisher_f
 
-from modal_core.assignment import cheapest_pairs
-from modal_core.chance import fisher_tail
-from modal_core.prominence import crossings, prominent_peaks
-from modal_core.tapers import blackman_harris, hann
+from modal_core.numbers.assignment import cheapest_pairs
+from modal_core.numbers.chance import fisher_tail
+from modal_core.numbers.prominence import crossings, prominent_peaks
+from modal_core.numbers.tapers import blackman_harris, hann
 
 SEED = 20261
 

@@ -13,11 +13,17 @@ from test.support.domains import ros_domain
 
 pytest.importorskip('rclpy')
 pytestmark = pytest.mark.node
+IMPORT = 'from modal_core.nodes.run_node import run_node'
 
 
 def run(code, *arguments, domain='0'):
     return subprocess.run(
-        [sys.executable, '-c', f'from modal_core.run_node import run_node\n{code}', *arguments],
+        [
+            sys.executable,
+            '-c',
+            f'from modal_core.nodes.run_node import run_node\n{code}',
+            *arguments,
+        ],
         capture_output=True,
         text=True,
         timeout=120,
@@ -117,7 +123,7 @@ def test_a_signal_ends_long_work_at_once_and_quietly(number, place):
     # Ten minutes of work in Python: only the signal can end it.
     code = f"""
 import signal, time, rclpy
-from modal_core.run_node import run_node
+from modal_core.nodes.run_node import run_node
 signal.signal(signal.SIGINT, signal.default_int_handler)
 def work(*_):
     print('working', flush=True)
@@ -216,7 +222,7 @@ def test_nothing_stuck_keeps_a_process(stuck):
     code = f"""
 import atexit, ctypes, rclpy, threading
 from rclpy.node import Node
-from modal_core import run_node as life
+from modal_core.nodes import run_node as life
 life.ENDING_S = 1
 held = ctypes.PyDLL(None)
 class Some(Node):

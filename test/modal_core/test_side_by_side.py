@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from modal_core.errors import ModalAnalysisError, ModelError
-from modal_core.side_by_side import side_by_side
+from modal_core.work.side_by_side import side_by_side
 
 
 def test_results_come_in_order():

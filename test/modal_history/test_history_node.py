@@ -20,7 +20,7 @@ from sensor_msgs.msg import Temperature  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
 
 from modal_core.mode import ModeSet  # noqa: E402
-from modal_core.ros_messages import LATCHED  # noqa: E402
+from modal_core.nodes.ros_messages import LATCHED  # noqa: E402
 from modal_history.alarm import acknowledge  # noqa: E402
 from modal_history.history_node import HistoryNode  # noqa: E402
 from modal_history.reader import HistoryReader  # noqa: E402

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from modal_core.errors import HistoryError, SettingsError
-from modal_core.indicators import mac
 from modal_core.mode import ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.quality import DataQuality
 from modal_history.pruning import prune
 from modal_history.reader import HistoryReader

@@ -9,7 +9,7 @@ import pytest
 
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.errors import LayoutError, RecordingError, SettingsError
-from modal_core.version import software
+from modal_core.files.version import software
 from modal_recordings import open_recording, RecordingWriter, to_mcap
 from modal_recordings.containers import McapFile
 from modal_recordings.messages import (

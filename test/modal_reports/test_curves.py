@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from modal_core.atomic_file import write_text
+from modal_core.files.atomic_file import write_text
 from modal_reports import Axis, Curves, curves_data, Page, render, Trace
 from test.support import browser
 

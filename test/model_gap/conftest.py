@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from modal_core.channel import Sensor, SensorLayout
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.campaign.read_campaign import read_campaign
 from structural_model import load_robot
 from test.support.hidden_campaign import make_campaign, SENSORS

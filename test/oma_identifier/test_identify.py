@@ -7,7 +7,7 @@ from scipy.signal import butter, sosfilt
 from benchmarks.plant import Plant, simulate
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from modal_core.poles import PoleStatus
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from modal_core.channel import Channel
-from modal_core.indicators import mac
 from modal_core.measurements import SampleBlock
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.one_kind import of_one_kind

@@ -8,9 +8,9 @@ import signal
 import numpy as np
 import pytest
 
-from modal_core.beside import can_work_beside
 from modal_core.errors import IdentificationError, ModalAnalysisError
 from modal_core.measurements import JointSamples, SampleBlock
+from modal_core.work.beside import can_work_beside
 from oma_identifier.motion import never
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings

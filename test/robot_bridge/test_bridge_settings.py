@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from modal_core.errors import BridgeError
-from modal_core.share import share_path
-from modal_core.yaml_file import load_yaml
+from modal_core.files.share import share_path
+from modal_core.files.yaml_file import load_yaml
 from robot_bridge.bridge_settings import PARAMETERS, settings_from
 
 LOG = Path('egm_now.mcap')

@@ -12,9 +12,9 @@ from rclpy.parameter import Parameter
 
 import autonomous_modal_analysis as ama
 from modal_core.mode import Mode, ModeSet
+from modal_core.nodes.ros_messages import diagnostic, LATCHED
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.quality import ChannelQuality, DataQuality
-from modal_core.ros_messages import diagnostic, LATCHED
 from modal_core.window import Pose
 from modal_dashboard.dashboard_node import DashboardNode
 from oma_identifier.node.ros_messages import modal_parameters, stabilisation_diagram

@@ -17,7 +17,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from oma_msgs.msg import BridgeState, ExcitationPlan, Heartbeat
 from oma_msgs.srv import ArmPlan, StartPlan
 

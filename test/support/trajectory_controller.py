@@ -22,7 +22,7 @@ from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
 from control_msgs.action import FollowJointTrajectory
-from modal_core.run_node import RCLError
+from modal_core.nodes.run_node import RCLError
 
 Result = FollowJointTrajectory.Result
 

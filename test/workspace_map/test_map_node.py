@@ -26,7 +26,7 @@ from machining.cut_settings import CutSettings  # noqa: E402
 from machining.stability import limits_of_modes  # noqa: E402
 from machining.task import axes_of, cut_of, speeds_of  # noqa: E402
 from modal_core.errors import MapError  # noqa: E402
-from modal_core.ros_messages import LATCHED  # noqa: E402
+from modal_core.nodes.ros_messages import LATCHED  # noqa: E402
 from oma_msgs.msg import PredictedModes, StabilityLimit  # noqa: E402
 from structural_model import load_layout  # noqa: E402
 from workspace_map import save_map, tool_modes, WorkspaceMap  # noqa: E402

@@ -12,10 +12,10 @@ from rclpy.node import Node
 
 from machining.cut_settings import CutSettings
 from modal_core.errors import MapError, ModalAnalysisError, ModelError
-from modal_core.newest_joints_node import ArmPose, NewestJoints
-from modal_core.ros_messages import declare_parameters, diagnostic, LATCHED
-from modal_core.run_node import run_node
-from modal_core.yaml_file import load_yaml
+from modal_core.files.yaml_file import load_yaml
+from modal_core.nodes.newest_joints_node import ArmPose, NewestJoints
+from modal_core.nodes.ros_messages import declare_parameters, diagnostic, LATCHED
+from modal_core.nodes.run_node import run_node
 from oma_msgs.msg import PredictedModes, StabilityLimit
 from structural_model import load_layout, load_robot
 from workspace_map.live import cut_limit, ModesHere, MotionModes

@@ -6,9 +6,9 @@ import pytest
 from abb_emulator.egm import GuidanceLaw, GuidanceSettings
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
-from modal_core.schema import read_values
-from modal_core.share import share_path
-from modal_core.yaml_file import load_yaml
+from modal_core.files.share import share_path
+from modal_core.files.yaml_file import load_yaml
+from modal_core.settings.schema import read_values
 from robot_bridge.backends.guidance_backend import GuidanceBackend
 from robot_bridge.operator import FlowSettings, OperatorFlow
 from robot_bridge.player import PlanPath, PlanPlayer, PlayerSettings

@@ -8,7 +8,7 @@ import threading
 import numpy as np
 import pytest
 
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from test.support.web_client import WebClient
 
 pytestmark = pytest.mark.node

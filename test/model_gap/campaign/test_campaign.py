@@ -10,8 +10,8 @@ import yaml
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModalAnalysisError, RecordingError, SettingsError
+from modal_core.files.share import share_path
 from modal_core.measurements import JointSamples, StampedSamples
-from modal_core.share import share_path
 from modal_recordings import RecordingWriter
 from modal_recordings.messages import encode
 from model_gap.campaign.campaign import GapRecord

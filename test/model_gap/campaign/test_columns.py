@@ -9,7 +9,7 @@ from scipy.io import savemat
 import yaml
 
 from modal_core.errors import ModalAnalysisError, RecordingError, SettingsError
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.campaign.read_campaign import read_campaign
 from test.support.hidden_campaign import make_campaign, SENSORS
 from test.support.write_campaign import write_campaign

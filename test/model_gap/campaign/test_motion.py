@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.campaign.campaign import MotionNoise
 from model_gap.campaign.motion import disagreement, lag_s, white_density
 from model_gap.campaign.read_campaign import read_campaign

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from modal_core.errors import SettingsError
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.campaign.read_campaign import read_campaign
 from model_gap.campaign.spectra import Band, record_spectra
 from model_gap.cell import CellModel

@@ -5,7 +5,7 @@ import pytest
 
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.errors import ModelError
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.read_campaign import read_campaign
 from model_gap.campaign.spectra import Band, record_spectra

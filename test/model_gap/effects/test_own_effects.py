@@ -10,7 +10,7 @@ import yaml
 
 import autonomous_modal_analysis as ama
 from modal_core.errors import ModelError, SettingsError
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.cell.cell_model import CellModel
 from model_gap.effects import CATALOGUE, Scene, with_own_effects
 from model_gap.effects.sensor_delay import SensorDelay

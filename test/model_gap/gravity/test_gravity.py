@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from modal_core.channel import Sensor, SensorLayout
-from modal_core.share import share_path
+from modal_core.files.share import share_path
 from model_gap.campaign.campaign import Campaign, GapRecord
 from model_gap.cell.tolerances import Tolerances
 from model_gap.gravity import as_it_stands, encoders_told, Kind, put_right, rest_of, weigh

@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from modal_core.channel import Channel
-from modal_core.indicators import mac, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac, normalise
 from modal_core.samples import Samples
 from oma_identifier.compare import merge_modes
 from oma_identifier.compare.common_values import common_values

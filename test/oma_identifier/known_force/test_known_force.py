@@ -9,8 +9,8 @@ from scipy.signal import decimate
 
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError, SettingsError
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.known_force import KnownForce, modal_scaling
 from oma_identifier.methods import identify_by

@@ -8,8 +8,8 @@ from scipy.signal import hilbert
 
 from benchmarks.plant import chain_plant, Plant, simulate
 from modal_core.channel import Channel
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.compare.comparison import compare_modes
 from oma_identifier.compare.expected_mac import expected_mac

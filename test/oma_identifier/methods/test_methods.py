@@ -10,8 +10,8 @@ from benchmarks.plant import Plant, simulate
 from benchmarks.scatter import match
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.compare.merging import merge_modes
 from oma_identifier.covariance.bands import plan_bands

@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 from benchmarks.plant import Plant, simulate
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.methods.catalogue import identify_by
 from oma_identifier.methods.psdtm import poles_of_conditions

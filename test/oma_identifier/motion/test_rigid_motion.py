@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modal_core.indicators import mac
 from modal_core.measurements import JointSamples
+from modal_core.numbers.indicators import mac
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.samples import Samples
 from modal_core.window import Pose, Window

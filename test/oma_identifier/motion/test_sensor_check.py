@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.intake import SampleBuffer

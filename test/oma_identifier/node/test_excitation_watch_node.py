@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('oma_msgs')
 
-from modal_core.ros_messages import LATCHED
+from modal_core.nodes.ros_messages import LATCHED
 from oma_msgs.msg import BridgeState, ExcitationPlan
 from test.support.node_driver import NodeDriver
 

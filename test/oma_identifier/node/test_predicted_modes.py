@@ -11,7 +11,7 @@ pytest.importorskip('oma_msgs')
 pytestmark = pytest.mark.node
 
 from modal_core.errors import MessageError  # noqa: E402
-from modal_core.ros_messages import LATCHED  # noqa: E402
+from modal_core.nodes.ros_messages import LATCHED  # noqa: E402
 from modal_core.window import Pose  # noqa: E402
 from oma_identifier.node.ros_messages import prediction_from  # noqa: E402
 from oma_msgs.msg import Mode, PredictedModes  # noqa: E402

@@ -12,8 +12,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Float64
 from visualization_msgs.msg import Marker, MarkerArray
 
-from modal_core.ros_messages import LATCHED
-from modal_core.shipped_layouts import shipped_layout
+from modal_core.layouts.shipped_layouts import shipped_layout
+from modal_core.nodes.ros_messages import LATCHED
 from oma_msgs.msg import ExcitationPlan
 from test.oma_identifier.node.test_identifier_node import block_messages
 from test.support.node_driver import NodeDriver, three_modes

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from modal_core.flat_tops import n_on_flat_top
 from modal_core.measurements import SampleBlock
+from modal_core.numbers.flat_tops import n_on_flat_top
 from oma_identifier.intake.sample_buffer import SampleBuffer
 from oma_identifier.quality.health import examine, summarise
 from oma_identifier.settings import IdentificationSettings

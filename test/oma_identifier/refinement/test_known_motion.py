@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import cont2discrete, lfilter
 
 from modal_core.channel import Channel
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 

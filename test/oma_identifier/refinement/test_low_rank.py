@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 import pytest
 
 from modal_core.channel import Channel
-from modal_core.indicators import mac, normalise
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac, normalise
 from modal_core.samples import Samples
 from oma_identifier.likelihood import spectra_of
 from oma_identifier.likelihood.averages import averages_from

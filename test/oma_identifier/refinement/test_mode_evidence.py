@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.plant import Plant, simulate
 from benchmarks.scatter import match
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.likelihood import shape_prior

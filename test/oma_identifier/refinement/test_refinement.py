@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.plant import Plant, simulate
 from modal_core.errors import LayoutError
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.likelihood.band_model import BandData, BandModel
 from oma_identifier.likelihood.fit_band import fit_band

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks.plant import Plant, simulate
-from modal_core.indicators import mac
 from modal_core.mode import Mode, ModeSet
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from oma_identifier.likelihood.band_model import SlopePrior
 from oma_identifier.likelihood.continued import continued

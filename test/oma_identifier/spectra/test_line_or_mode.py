@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from modal_core.indicators import mac
+from modal_core.numbers.indicators import mac
 from oma_identifier.identify import identify_samples
 from oma_identifier.spectra.line_or_mode import odds_of
 from oma_identifier.spectra.thresholds import SPECTRA

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from modal_core.channel import Channel
-from modal_core.indicators import mac
 from modal_core.measurements import SampleBlock
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from modal_core.window import Pose
 from oma_identifier.motion import Cleaned, never

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from modal_core.channel import Channel
-from modal_core.indicators import mac
 from modal_core.measurements import SampleBlock, StampedSamples
+from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
 from modal_core.window import Window
 from oma_identifier.motion.robot_signals import RobotSignals

@@ -7,7 +7,7 @@ from typing import Any, TYPE_CHECKING
 import yaml
 
 from modal_core.errors import SettingsError
-from modal_core.small_file import read_text
+from modal_core.files.small_file import read_text
 
 LARGEST_FILE_BYTES = 500_000
 DEEPEST = 32

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any, cast, Generic, TypeVar
 
 from modal_core.errors import ModalAnalysisError
-from modal_core.side_by_side import begin, ENDED_FROM_OUTSIDE, n_processors
+from modal_core.work.side_by_side import begin, ENDED_FROM_OUTSIDE, n_processors
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')

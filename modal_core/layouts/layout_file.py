@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from modal_core.channel import SensorLayout
-from modal_core.yaml_file import load_yaml
+from modal_core.files.yaml_file import load_yaml
 
 
 def layout_from_file(path: Path) -> SensorLayout:

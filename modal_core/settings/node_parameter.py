@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from modal_core.errors import SettingsError
-from modal_core.near_names import refuse_unknown
-from modal_core.schema import is_of_kind, SettingField, settings_of, SWITCH, within
+from modal_core.settings.near_names import refuse_unknown
+from modal_core.settings.schema import is_of_kind, SettingField, settings_of, SWITCH, within
 
 OF_ROS = ('use_sim_time', 'start_type_description_service')
 """Parameters that every node has; and those of single topics begin as the next."""

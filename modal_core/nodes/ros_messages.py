@@ -12,8 +12,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
-from modal_core.near_names import refuse_unknown
-from modal_core.node_parameter import is_of_ros, NodeParameter
+from modal_core.settings.near_names import refuse_unknown
+from modal_core.settings.node_parameter import is_of_ros, NodeParameter
 
 LISTS: dict[type | None, Parameter.Type] = {
     str: Parameter.Type.STRING_ARRAY,

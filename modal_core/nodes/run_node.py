@@ -20,9 +20,9 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.utilities import get_default_context
 
-from modal_core.answered_requests_node import answer_all_requests
 from modal_core.errors import ModalAnalysisError
-from modal_core.started_by import end_with_starter
+from modal_core.nodes.answered_requests_node import answer_all_requests
+from modal_core.nodes.started_by import end_with_starter
 
 InvalidHandleError = rclpy_implementation.InvalidHandle
 RCLError = rclpy_implementation.RCLError

@@ -12,7 +12,7 @@ from types import NoneType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from modal_core.errors import SettingsError
-from modal_core.near_names import refuse_unknown
+from modal_core.settings.near_names import refuse_unknown
 
 SWITCH = {'auto': None, 'always': True, 'never': False}
 """What a node calls a switch that may be left to the program: its parameters know no None."""

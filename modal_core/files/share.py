@@ -4,7 +4,7 @@ from pathlib import Path
 import sys
 
 from modal_core.errors import SettingsError
-from modal_core.version import PACKAGE
+from modal_core.files.version import PACKAGE
 
 
 def share_path(*parts: str) -> Path:
@@ -17,7 +17,7 @@ def share_path(*parts: str) -> Path:
     SettingsError
         It is in none of these places.
     """
-    source_tree = Path(__file__).resolve().parents[1]
+    source_tree = Path(__file__).resolve().parents[2]
     # <prefix>/lib/pythonX.Y/site-packages/modal_core -> <prefix>/share/<package>, of venvs, of
     # colcon and of pip --user; <target>/modal_core of pip --target.
     prefixes = [*Path(__file__).resolve().parents, Path(sys.prefix)]

@@ -6,8 +6,8 @@ import re
 
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModalAnalysisError
-from modal_core.layout_file import layout_from_file
-from modal_core.share import share_path
+from modal_core.files.share import share_path
+from modal_core.layouts.layout_file import layout_from_file
 
 # A name that came over a network or out of a file is no path.
 PLAIN_NAME = re.compile(r'(?!\.)[A-Za-z0-9_.-]{1,100}')

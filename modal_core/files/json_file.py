@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from modal_core.errors import SettingsError
-from modal_core.small_file import read_text
+from modal_core.files.small_file import read_text
 
 
 def load_json(path: Path, largest: int) -> Any:
