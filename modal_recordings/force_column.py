@@ -11,7 +11,7 @@ from modal_core.errors import RecordingError
 from modal_core.units import STANDARD_GRAVITY, WITH_UNIT
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.formats import read_arrays, READERS, table_of
-from modal_recordings.open_recording import ARRAY_READERS
+from modal_recordings.open_recording import ARRAY_READERS, kind_of
 from modal_recordings.tables import (
     array_options,
     ArrayOptions,
@@ -79,7 +79,7 @@ def open_with_force(
         No force, several, or a file whose columns are not told apart.
     """
     place = Path(path)
-    suffix = place.suffix.lower()
+    suffix = kind_of(place)
     if not place.is_file() or suffix not in (*ARRAY_READERS, *READERS):
         raise RecordingError(
             'no table with a force channel',
@@ -91,7 +91,7 @@ def open_with_force(
     table = (
         ARRAY_READERS[suffix](place)
         if suffix in ARRAY_READERS
-        else table_of(place, read_arrays(place), with_force=True)
+        else table_of(place, read_arrays(place, suffix), with_force=True)
     )
     headings = _headings(place, table, options)
     column = _force_column(place, headings, force)

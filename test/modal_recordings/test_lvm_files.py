@@ -5,6 +5,7 @@ import pytest
 
 from modal_core.errors import RecordingError
 from modal_recordings import open_recording
+from modal_recordings.force_column import open_with_force
 
 SEED, N_ROWS, RATE_HZ, G = 4, 500, 512.0, 9.80665
 VALUES = np.round(np.random.default_rng(SEED).normal(size=(N_ROWS, 2)), 4)
@@ -92,3 +93,11 @@ def test_damaged_files_are_read_or_refused_in_one_line(tmp_path):
             open_recording(path).info()
         except RecordingError as error:
             assert str(error).isprintable(), f'number {number}'
+
+
+@pytest.mark.parametrize('name', ['a.lvm', 'a.txt'])
+def test_a_hammer_beside_a_response_is_found_however_the_file_is_called(tmp_path, name):
+    text = lvm().replace('Y_Unit_Label\tg\tg', 'Y_Unit_Label\tN\tg')
+    recording = open_with_force(put(tmp_path, text, name))
+    assert recording.name == 'a' and recording.responses.channel_names == ('b',)
+    assert np.allclose(recording.force_n, VALUES[:, 0], rtol=1e-12)
