@@ -88,6 +88,8 @@ def _messages(recording: Recording) -> Iterator[RawMessage]:
 
 
 def _encode_array(recording: ArrayRecording, measurement: Measurement) -> list[RawMessage]:
+    if isinstance(measurement, JointSamples):
+        return encode(measurement, JOINT_TOPIC)
     if isinstance(measurement, SampleBlock):
         rows = max(1, LARGEST_BLOCK_BYTES // (4 * measurement.acceleration.shape[1]))
         return [

@@ -1,12 +1,16 @@
 """`ama replay`: a recording through the live identifier."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, TYPE_CHECKING
 
 import typer
 
 from autonomous_modal_analysis.console.option_groups import grouped, Identifier, Playing, Source
 from autonomous_modal_analysis.console.options import Json
 from autonomous_modal_analysis.identified.keeping import Keeping
+
+if TYPE_CHECKING:
+    from modal_recordings import Recording
+    from structural_model.flexible_joint_model import FlexibleJointModel
 
 
 def register(app: typer.Typer) -> None:
@@ -60,10 +64,16 @@ def replay(
     identifier.sensors()
     played = playing.settings
     played_s = max(info.duration_s - played.start_offset_s, 0.0) / played.rate
+    known = identifier.parameters()
     session = ReplaySettings(
-        replay_parameters={**source.parameters(), **playing.parameters()},
+        replay_parameters={
+            **source.parameters(),
+            **playing.parameters(),
+            'joint_names': list(robot.joint_names) if robot is not None else [''],
+            'layout_file': known['layout_file'],
+        },
         identifier_parameters={
-            **identifier.parameters(),
+            **known,
             'max_frequency_hz': settings.max_frequency_hz or 0.0,
         },
         duration_s=0.0 if played.loop else played_s,
@@ -83,7 +93,7 @@ def replay(
             return
         run(session, take, progress)
     from_ns = info.start_ns + round(1e9 * played.start_offset_s)
-    slid = slid_in(recording.source.measurements(), robot, from_ns)
+    slid = slid_in(_with_joints(recording.source, robot).measurements(), robot, from_ns)
     if json:
         print_json({'windows': view.windows, **({'sliding': plain(slid)} if slid else {})})
     else:
@@ -99,3 +109,13 @@ def replay(
         name = identifier.robot or recorded_robot_name(recording.source)
         told = keeping.circumstances(name, settings, source.recording)
         show_kept(keeping.history, keeping.add_kept(told, kept, shift_ns))
+
+
+def _with_joints(recording: 'Recording', robot: 'FlexibleJointModel | None') -> 'Recording':
+    """Return a recording of columns with its joint states; another as it is."""
+    from modal_recordings import ArrayRecording
+    from modal_recordings.of_robot import of_robot
+
+    if robot is None or not isinstance(recording, ArrayRecording):
+        return recording
+    return of_robot(recording, robot.joint_names)

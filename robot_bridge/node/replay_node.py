@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 import contextlib
 import importlib
+from pathlib import Path
 import threading
 import time
 from typing import Any
@@ -16,9 +17,12 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
 from modal_core.errors import ModalAnalysisError, RecordingError
+from modal_core.layouts.layout_file import layout_from_file
 from modal_core.nodes.ros_messages import declare_parameters, LATCHED, parameter_mapping, stamp
 from modal_core.nodes.run_node import RCLError, run_node
 from modal_core.settings.schema import from_parameters
+from modal_recordings.array_recording import ArrayRecording
+from modal_recordings.of_robot import called_as_in, of_robot
 from modal_recordings.open_recording import open_recording, Recording
 from oma_msgs.msg import BridgeState
 from robot_bridge.node.replay_parameters import PARAMETERS
@@ -65,13 +69,21 @@ class ReplayNode(Node):
         value = self._value
         if not value('recording'):
             raise RecordingError('parameter recording is empty', expected='a path')
-        return open_recording(
+        recording = open_recording(
             value('recording'),
             sample_rate_hz=value('sample_rate_hz') or None,
             unit=value('unit') or None,
             channels=[name for name in value('channels') if name] or None,
             topics=[topic for topic in value('topics') if topic] or None,
         )
+        if not isinstance(recording, ArrayRecording):
+            return recording
+        joint_names = [name for name in value('joint_names') if name]
+        if joint_names:
+            recording = of_robot(recording, joint_names)
+        if value('layout_file'):
+            recording = called_as_in(layout_from_file(Path(value('layout_file'))), recording)
+        return recording
 
     def _make_playback(self) -> Playback:
         values = parameter_mapping(self, PARAMETERS)
@@ -106,9 +118,12 @@ class ReplayNode(Node):
             if entry.name in selected:
                 self._output(remap.get(entry.name, entry.name), entry.message_type)
         if not self._outputs:
+            # Of columns: each stretch of responses, and its joint states behind it.
+            n_topics = 1 + _has_joints(self.recording)
             for message in Playback(self.recording, self.playback.settings).messages():
                 self._output(message.topic, message.message_type)
-                break
+                if len(self._outputs) == n_topics:
+                    break
         deadline = time.monotonic() + self._value('wait_for_subscribers_s')
         while time.monotonic() < deadline and not self._closing.wait(0.05):
             if all(output.get_subscription_count() for output in self._outputs.values()):
@@ -215,6 +230,10 @@ class ReplayNode(Node):
             self._gate.notify_all()
         self._thread.join(timeout=2.0)
         super().destroy_node()
+
+
+def _has_joints(recording: Recording) -> bool:
+    return isinstance(recording, ArrayRecording) and recording.read_from.joints is not None
 
 
 def _spin(node: ReplayNode) -> None:

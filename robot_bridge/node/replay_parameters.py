@@ -29,5 +29,13 @@ PARAMETERS = tuple(
         NodeParameter(
             'channels', 'plain arrays: names of the columns; empty: from the sidecar file', ('',)
         ),
+        NodeParameter(
+            'joint_names',
+            'plain arrays: joints of the robot in its order, whose columns are joint states',
+            ('',),
+        ),
+        NodeParameter(
+            'layout_file', 'plain arrays: sensor layout whose names its channels take', ''
+        ),
     )
 )

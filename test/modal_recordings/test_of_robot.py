@@ -6,7 +6,7 @@ from scipy.io import savemat
 
 from modal_core.channel import SensorLayout
 from modal_core.measurements import JointSamples
-from modal_recordings import open_recording
+from modal_recordings import open_recording, to_mcap
 from modal_recordings.of_robot import called_as_in, of_robot
 
 JOINTS = ('joint_1', 'joint_2')
@@ -75,6 +75,15 @@ def test_joint_columns_are_joint_states_and_channels_those_of_the_layout(tmp_pat
     values = np.concatenate([it.acceleration for it in blocks])
     scale = 9.80665 if name == 'a.csv' else 1.0
     np.testing.assert_allclose(values, scale * np.hstack([ELBOW, TOOL]), rtol=1e-9)
+
+
+def test_joint_columns_are_joint_states_of_a_converted_recording_too(tmp_path):
+    by_sensor(tmp_path / 'c.npz')
+    known = of_robot(open_recording(tmp_path / 'c.npz', unit='m/s^2'), JOINTS)
+    read = open_recording(to_mcap(known, tmp_path / 'c.mcap'))
+    joints = [it for it in read.measurements() if isinstance(it, JointSamples)]
+    np.testing.assert_array_equal(np.concatenate([it.position for it in joints]), ANGLES)
+    assert len(read.info().channels) == 6
 
 
 def test_columns_of_a_robot_with_other_joints_stay_left_out(tmp_path):

@@ -13,7 +13,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool, Trigger
 
 from modal_core.measurements import SampleBlock
@@ -159,6 +159,32 @@ def test_everything_is_played_as_recorded_with_its_own_stamps(recording, process
     assert listener.clock[0] == BEGIN_NS
     assert set(listener.clock) <= {block.stamp_ns for block in blocks()}
     assert len(listener.clock) > 0.9 * N_BLOCKS
+
+
+def test_a_table_of_an_arm_is_played_with_its_joint_states(tmp_path, processes, listen):
+    """Seed 6."""
+    random = np.random.default_rng(6)
+    angles, responses = random.standard_normal((400, 2)), random.standard_normal((400, 3))
+    np.savez(tmp_path / 'arm.npz', q=angles, acc=responses, fs=200.0)
+    (tmp_path / 'sensors.yaml').write_text(
+        '{sensors: [{name: elbow, frame_id: link_1, position_m: [0, 0, 0.1]}]}\n'
+    )
+    listener = listen({'/acceleration_block': AccelerationBlock, '/joint_states': JointState})
+    process = processes(
+        'replay',
+        recording=str(tmp_path / 'arm.npz'),
+        unit='m/s^2',
+        joint_names=['one', 'two'],
+        layout_file=str(tmp_path / 'sensors.yaml'),
+    )
+    listener.spin(lambda: process.process.poll() is not None)
+    blocks = [it for it in listener.messages if isinstance(it, AccelerationBlock)]
+    joints = [it for it in listener.messages if isinstance(it, JointState)]
+    assert process.process.returncode == 0, process.stop()
+    assert blocks[0].channel_names == [f'elbow.{axis}' for axis in 'xyz']
+    np.testing.assert_array_equal([it.position for it in joints], angles)
+    times_s = (np.array([stamp_ns(it) for it in joints]) - stamp_ns(blocks[0])) * 1e-9
+    np.testing.assert_allclose(times_s, np.arange(400) / 200.0, atol=1e-8)
 
 
 def test_rate_and_start_offset(recording, processes, listen):
