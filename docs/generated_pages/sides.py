@@ -158,8 +158,9 @@ SIDES = {
     ),
     'replay': Side(
         'replay',
-        renamed={'topics': 'topic'},
+        renamed={'topics': 'topic', 'layout_file': 'layout'},
         only_node={
+            'joint_names': 'those of `--robot`',
             'exit_at_end': ALONE,
             'publish_clock': ALONE,
             'start_paused': ALONE,
