@@ -16,6 +16,7 @@ from model_gap.hypothesis import (
     STRETCHED,
 )
 from model_gap.predict import Predictor
+from model_gap.search.reach import within_reach
 from model_gap.search.screen import Projection, screen, Trial
 from model_gap.search.search import Search
 from model_gap.search.search_data import SearchData
@@ -47,6 +48,8 @@ class RefinementLimits:
         distorted.  Of a model known roughly they are so with whatever is left.
     instead : int
         Most effects that are tried instead of stretched tolerances together.
+    instead_share : float
+        These only where a free force would explain this share of what one does at the best place.
     linearisations, linearisations_far : int
         Of the tolerances in a rough fit, at most; of a model known roughly the way is long.
     detailed : float
@@ -64,6 +67,7 @@ class RefinementLimits:
     settled_share: float = 0.5
     mimicked_misfit: float = 4.0
     instead: int = 3
+    instead_share: float = 0.4
     linearisations: int = 3
     linearisations_far: int = 12
     detailed: float = 100.0
@@ -139,10 +143,11 @@ def _instead_of_many(search: Search) -> list[Hypothesis]:
 
     What many of them together have made up for gains nothing from where they are.
     """
-    hypothesis, predictor = search.fitted.hypothesis, search.data.screening
-    before = replace(hypothesis, tolerance_values=search.unstretched.tolerance_values)
+    before, predictor = search.relaxed, search.data.screening
+    effects = [trial.effect for trial in search.trials]
+    near = within_reach(effects, [before], predictor, 0.0, REFINEMENT.instead_share)
     projection = Projection.of(before, predictor, tolerance_columns(before, predictor))
-    trials = screen([trial.effect for trial in search.trials], projection, predictor)
+    trials = screen(near, projection, predictor)
     return [
         before.with_effect(trial.effect, trial.values) for trial in trials[: REFINEMENT.instead]
     ]

@@ -232,6 +232,12 @@ class Search:
         return replace(self.nominal, tolerance_values=self.roughly_known)
 
     @property
+    def relaxed(self) -> Hypothesis:
+        """What was found so far, its tolerances as they were before any fit: they hide nothing."""
+        unstretched = self.unstretched.tolerance_values
+        return replace(self.fitted.hypothesis, tolerance_values=unstretched)
+
+    @property
     def usual_tolerances(self) -> tuple[Nuisance, ...]:
         """What its tolerances would be were nothing stated."""
         return nuisances(self.scene.cell, links_with_mass(self.model), Tolerances())
