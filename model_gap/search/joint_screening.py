@@ -82,7 +82,10 @@ class JointScreening:
 
 
 def screen_jointly(
-    screened: Sequence[Trial], base: Hypothesis, predictor: Predictor
+    screened: Sequence[Trial],
+    base: Hypothesis,
+    predictor: Predictor,
+    reached_from: Hypothesis | None = None,
 ) -> list[Trial]:
     """Return all trials, linear effects of the arm after a few steps, the most promising first.
 
@@ -95,12 +98,14 @@ def screen_jointly(
         What they are added to.
     predictor : Predictor
         Of a few records.
+    reached_from : Hypothesis or None
+        Whose residual tells which places are worth it; None: that of the base.
     """
     base = replace(base, held=predictor.hold(base.cell()).held)
     joint = JointScreening.of(base, predictor)
     found_of = dict(enumerate(screened))
     linear = [trial.effect for trial in screened if is_linear(trial.effect)]
-    near = within_reach(linear, [base], predictor, 0.0, LIMITS.least_reach_share)
+    near = within_reach(linear, [reached_from or base], predictor, 0.0, LIMITS.least_reach_share)
     running = [n for n, trial in enumerate(screened) if any(trial.effect is it for it in near)]
 
     def begin(number: int) -> list[Placed]:

@@ -109,12 +109,15 @@ def screen_catalogue(search: Search) -> Search:
         if not any(same(effect, item) for item in base.effects)
     ]
     poor = current.misfit > LIMITS.distorted_misfit
-    if poor or not stretch(base) > STRETCHED:  # else tolerances hide what there is to reach
+    if poor or not stretch(base) > STRETCHED:
         bases = [base] if base.effects or not poor else [base, search.unstretched]
+        base = bases[-1]
+    else:  # tolerances hide what there is to reach: all of it where they leave nothing else
+        bases = [search.relaxed] if current.misfit <= LIMITS.open_misfit else []
+    if bases:
         candidates = within_reach(
             candidates, bases, predictor, LIMITS.least_reach_gain, LIMITS.least_reach_share
         )
-        base = bases[-1]
     projection = Projection.of(base, predictor, tolerance_columns(base, predictor))
     return replace(search, trials=tuple(screen(candidates, projection, predictor)))
 
@@ -124,9 +127,12 @@ def screen_again(search: Search) -> Search:
     current, trials = search.fitted, search.trials
     stretched = stretch(current.hypothesis) > STRETCHED
     closed = bool(trials) and trials[0].gain > LIMITS.closed_share * evidence_bound(current)
-    if not stretched and (current.misfit <= LIMITS.open_misfit or closed):
+    little_left = current.misfit <= LIMITS.open_misfit
+    if not stretched and (little_left or closed):
         return search
-    again = screen_jointly(trials, current.hypothesis, search.data.loudest)
+    # Where stretched tolerances leave nothing else, what there is to reach is what they hide.
+    at = search.relaxed if little_left else current.hypothesis
+    again = screen_jointly(trials, current.hypothesis, search.data.loudest, at)
     return replace(search, trials=tuple(again))
 
 
