@@ -15,6 +15,7 @@ from structural_model.equations import reading_rows
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Complex64 = NDArray[np.complex64]
 # Undamped modes above this follow at once; the band ends far below.
 FAST_1_S = 2.0 * np.pi * 320.0
 # Modes below this may still ring at the end of a record.
@@ -140,16 +141,26 @@ class PoseSystem:
         deflection = self.shapes @ modal + (self.instant @ force)[:, None]
         return np.asarray(self.flexible @ (-(omega**2) * deflection) + self.gravity @ deflection)
 
-    def transfer(self, omega: Array) -> Complex:
-        """Return readings per force on the degrees of freedom, (n_channels, n, n_bins)."""
-        resolvent = 1.0 / (1j * omega - self.poles[:, None])
+    def transfer(self, omega: Array) -> Complex64:
+        """Return readings per force on the degrees of freedom, (n_channels, n, n_bins).
 
-        def through(rows: Array) -> Complex:
-            paths = (rows @ self.shapes)[:, None, :] * self.drives.T
-            found = (paths.reshape(-1, len(self.poles)) @ resolvent).reshape(*paths.shape[:2], -1)
-            return np.asarray(found + (rows @ self.instant)[:, :, None])
-
-        return np.asarray(through(self.gravity) - omega**2 * through(self.flexible))
+        With s = iω, s²/(s - λ) = s + λ + λ²/(s - λ), the residues of s add up to nothing, and a
+        pair of poles is (a s + b) / (s² - 2 Re λ s + |λ|²) with real a, b.
+        """
+        places, count = self.one_of_pairs
+        poles, s = self.poles[places], 1j * omega
+        rows = self.gravity @ self.shapes[:, places]
+        rows += poles**2 * (self.flexible @ self.shapes[:, places])
+        residues = (count * rows)[:, None, :] * self.drives[places].T
+        below = 1.0 / (s**2 - 2.0 * poles.real[:, None] * s + np.abs(poles[:, None]) ** 2)
+        slow = ((count * poles * self.shapes[:, places]) @ self.drives[places]).real
+        steady = self.gravity @ self.instant + self.flexible @ slow
+        rising = self.flexible @ self.instant
+        pairs = residues.real, -(residues * poles.conj()).real
+        parts = np.concatenate([*pairs, steady[:, :, None], rising[:, :, None]], axis=2)
+        shared = np.concatenate([s * below, below, [np.ones(len(s)), s**2]])
+        found = _real_times(parts.reshape(len(parts) * parts.shape[1], -1), shared)
+        return found.astype(np.complex64).reshape(*residues.shape[:2], -1)
 
     def reading(
         self, omega: Array, deflection: Complex, acceleration: Complex, shift: Complex

@@ -159,7 +159,7 @@ class _ArmDerivative:
         ]
         for key, state in zip(keys, self.solved.states, strict=True):
             if key not in shared:
-                shared[key] = systems[key[0]].transfer(state.omega).astype(np.complex64)
+                shared[key] = systems[key[0]].transfer(state.omega)
         self.transfers = [shared[key] for key in keys]
 
     def changes(self, moved: CellModel, step: float, springs_only: bool = False) -> list[Complex]:
