@@ -78,6 +78,10 @@ def joint_path(
     follow: Follow,
 ) -> JointPath:
     """Prepare a joint of a record."""
+    record = item.record
+    seconds = len(record.motor_acceleration) / record.sample_rate_hz
+    # A few more: Fourier transforms of numbers with large prime factors take times as long.
+    steps_per_s = scipy.fft.next_fast_len(round(seconds * steps_per_s), real=True) / seconds
     vector = joint_vector(model, joint, system.dof_names)
     spring = joint_spring(model.spec, joint)
     residues = (vector @ system.shapes) * (system.drives @ vector)
@@ -107,7 +111,6 @@ def joint_path(
             poles, residues = np.zeros(0, dtype=complex), np.zeros(0, dtype=complex)
         instant = 0.0
     linear, rate = with_rate(twist, item, steps_per_s)
-    record = item.record
     speed = record.motor_velocity @ axis_row(model, joint)
     return JointPath(
         poles=poles,
