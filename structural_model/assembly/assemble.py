@@ -24,7 +24,7 @@ from structural_model.assembly.builder import ArmBuilder
 from structural_model.assembly.drives import add_drive_springs
 from structural_model.assembly.inertia import point_mass
 from structural_model.assembly.link_division import divide
-from structural_model.assembly.rigid_arm import check_names, corrected_inertias, links_of
+from structural_model.assembly.rigid_arm import check_names, corrected_inertias
 from structural_model.assembly.stations import Divided
 from structural_model.description import (
     AxisMap,
@@ -57,7 +57,7 @@ def assemble(robot: RigidRobot, spec: ModelSpec, axes: AxisMap) -> Assembly:
         The spec names a joint or link the robot does not have, or makes an impossible body.
     """
     check_names(robot, spec)
-    return _Assembler(robot, spec, axes, ArmBuilder(robot.name, links_of(robot))).run()
+    return _Assembler(robot, spec, axes, ArmBuilder(robot.name, robot.links)).run()
 
 
 @dataclass
@@ -178,6 +178,9 @@ class _Assembler:
         names += [f'{self.robot.joint_names[number]}/motor' for number in motors]
         size = len(names)
         stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
+        for dof, spring in self.arm.own_springs:
+            stiffness[rank[dof], rank[dof]] += spring.stiffness
+            damping[rank[dof], rank[dof]] += spring.damping
         for dofs, k_block, c_block in self.arm.springs:
             at = rank[dofs][:, None], rank[dofs]
             stiffness[at] += k_block

@@ -26,8 +26,10 @@ class ArmBuilder:
     names, places : list
         Of flexible degrees of freedom, in the order in which they came; place in pinocchio's
         vectors.
+    own_springs : list of (number of a degree of freedom, spring)
+        On one alone.
     springs : list of (numbers of degrees of freedom, stiffness, damping)
-        Blocks on them.
+        Blocks on several.
     """
 
     robot_name: str
@@ -35,6 +37,7 @@ class ArmBuilder:
     model: pin.Model = field(default_factory=pin.Model)
     names: list[str] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
+    own_springs: list[tuple[int, Spring]] = field(default_factory=list)
     springs: list[tuple[list[int], Matrix, Matrix]] = field(default_factory=list)
 
     def joint(
@@ -53,25 +56,20 @@ class ArmBuilder:
         spring: Spring | None,
         translation: bool,
     ) -> int:
-        """Add one flexible degree of freedom; ``spring`` None when a block stiffness follows."""
-        joint = self.joint(body, placement, axis, name, translation)
-        self.names.append(name)
-        self.places.append(self.model.joints[joint].idx_v)
-        if spring is not None:
-            self.spring([len(self.names) - 1], [[1.0]], spring)
-        return joint
-
-    def spring(self, dofs: list[int], shape: object, spring: Spring) -> None:
-        """Add a spring and damper between degrees of freedom, by their numbers.
+        """Add one flexible degree of freedom; ``spring`` None when a block stiffness follows.
 
         Raises
         ------
         ModelError
-            It pushes away, or drives.
+            The spring pushes away, or drives.
         """
-        check_spring(spring, f'{self.robot_name}: {self.names[dofs[0]]}')
-        block = np.asarray(shape, dtype=float)
-        self.springs.append((dofs, spring.stiffness * block, spring.damping * block))
+        joint = self.joint(body, placement, axis, name, translation)
+        self.names.append(name)
+        self.places.append(self.model.joints[joint].idx_v)
+        if spring is not None:
+            check_spring(spring, f'{self.robot_name}: {name}')
+            self.own_springs.append((len(self.names) - 1, spring))
+        return joint
 
     def append(self, body: int, inertia: pin.Inertia, offset: Matrix) -> None:
         """Add an inertia given in the link frame to a body whose origin is at ``offset``."""

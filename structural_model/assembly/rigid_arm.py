@@ -9,18 +9,9 @@ from structural_model.description import ModelSpec, RigidRobot
 Links = dict[str, tuple[int, pin.SE3]]
 
 
-def links_of(robot: RigidRobot) -> Links:
-    """Return every link of the URDF with its moving joint and placement in that joint's frame."""
-    links = {}
-    for frame in robot.model.frames:
-        if frame.type == pin.FrameType.BODY:
-            links[frame.name] = (int(frame.parentJoint), pin.SE3(frame.placement))
-    return links
-
-
 def correctable_links(robot: RigidRobot) -> tuple[str, ...]:
     """Return the links whose masses may be corrected: they lie in the frame of a moving body."""
-    links = links_of(robot)
+    links = robot.links
     return tuple(
         name for name in robot.link_names if links[name][0] > 0 and _is_of_body(links[name][1])
     )

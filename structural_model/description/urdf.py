@@ -1,6 +1,7 @@
 """Read a URDF that may come from anywhere: no entities, no missing inertias, one clear error."""
 
 from dataclasses import dataclass
+from functools import cached_property
 import math
 from pathlib import Path
 import re
@@ -109,10 +110,19 @@ class RigidRobot:
     model: pin.Model
     text: bytes = b''
 
-    @property
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Moving joints in order."""
         return tuple(joint.name for joint in self.joints)
+
+    @cached_property
+    def links(self) -> dict[str, tuple[int, pin.SE3]]:
+        """Every link with its moving joint (0: base) and placement in that joint's frame."""
+        return {
+            frame.name: (int(frame.parentJoint), pin.SE3(frame.placement))
+            for frame in self.model.frames
+            if frame.type == pin.FrameType.BODY
+        }
 
     @property
     def reach_m(self) -> float:

@@ -49,11 +49,12 @@ def sensor_map(assembly: Assembly, channels: tuple[Channel, ...]) -> SensorMap:
         A channel names an unknown link.
     """
     known: dict[tuple[Channel, ...], SensorMap] = assembly.sensor_maps
-    if channels not in known:
+    found = known.get(channels)
+    if found is None:
         if len(known) >= LAYOUTS_KEPT:
             known.clear()
-        known[channels] = _new_map(assembly, channels)
-    return known[channels]
+        found = known[channels] = _new_map(assembly, channels)
+    return found
 
 
 def _new_map(assembly: Assembly, channels: tuple[Channel, ...]) -> SensorMap:
