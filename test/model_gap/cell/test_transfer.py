@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model_gap.cell import pose_system
-from structural_model.spec import Spring
+from structural_model.description.spec import Spring
 
 POSE = np.array([0.3, 0.2, 0.1, 0.4, -0.6, 0.2])
 OMEGA = 2.0 * np.pi * np.linspace(3.0, 60.0, 50)
