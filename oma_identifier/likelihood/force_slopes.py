@@ -1,7 +1,8 @@
 """What bands say about the slope of the force density in other bands.
 
 The slope changes slowly over the logarithm of frequency; one band alone knows it badly, and
-guessing it costs information on the frequencies.
+guessing it costs information on the frequencies.  Where a force ends, as behind a low-pass filter,
+it does neither: such a slope is no guess for other bands, nor is one slope enough for its own.
 """
 
 from collections.abc import Sequence
@@ -43,11 +44,18 @@ class ForceSlope:
         value = prior.mean + drawn * (precision + before) / precision
         return cls(math.log(fit.model.reference_hz), value, precision)
 
+    @property
+    def is_steep(self) -> bool:
+        """Whether it contradicts what is assumed of slopes before the data."""
+        expected = math.sqrt(LIKELIHOOD.slope_std**2 + 1.0 / self.precision)
+        return abs(self.value) > LIKELIHOOD.steep * expected
+
 
 def pooled_slopes(slopes: Sequence[ForceSlope], places: Sequence[float]) -> list[SlopePrior]:
     """Return for each band what the slopes of the others say about its own.
 
-    Gaussian process regression, the slopes of each band left out in turn.
+    Gaussian process regression, the slopes of each band left out in turn.  Where one is steep the
+    others say nothing: any slope up to that one may be.
 
     Parameters
     ----------
@@ -57,6 +65,8 @@ def pooled_slopes(slopes: Sequence[ForceSlope], places: Sequence[float]) -> list
         ln f in the middle of the bands; NaN where nothing is asked.
     """
     centres = np.array(places, dtype=float)
+    if steep := [abs(slope.value) for slope in slopes if slope.is_steep]:
+        return [SlopePrior(std=max(steep))] * len(centres)
     if len(slopes) < 2 or not np.isfinite(centres).any():
         return [SlopePrior()] * len(centres)
     place = np.array([slope.place for slope in slopes])

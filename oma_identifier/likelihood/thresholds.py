@@ -116,6 +116,9 @@ class LikelihoodThresholds:
     """Standard deviation of the logarithm of the noise."""
     slope_std: float = 1.0
     """Standard deviation of the exponent of the force density: 3 dB per octave."""
+    steep: float = 4.0
+    """Deviations of a slope from none, assumed and estimated together, from where on a force is
+    steep: one band in 16,000 by chance.  At 3 a band that lacked a mode seemed to be."""
     slope_reach: float = 1.0
     """Distance in ln f over which the slope changes: an octave and a half."""
     complexity: float = 0.25

@@ -4,7 +4,14 @@ from enum import StrEnum
 
 import numpy as np
 
-from oma_identifier.likelihood import BandIndex, GroupFit, ModeIndex, overlaps, StartModes
+from oma_identifier.likelihood import (
+    BandIndex,
+    ForceSlope,
+    GroupFit,
+    ModeIndex,
+    overlaps,
+    StartModes,
+)
 from oma_identifier.refinement.direct_motion import moves_with_force
 from oma_identifier.refinement.thresholds import REFINEMENT
 
@@ -43,6 +50,10 @@ def accept(each: GroupFit, position: BandIndex) -> Outcome:
     if not each.fit.converged:
         return Outcome.NOT_CONVERGED
     if each.coarse or not each.fit.misfit < REFINEMENT.accepted_misfit:
+        return Outcome.MODEL_MISFIT
+    if ForceSlope.of(each.fit).is_steep:
+        # A force that ends within a band has no one slope there, and the misfit need not show it:
+        # refined damping came out a fifth too small.
         return Outcome.MODEL_MISFIT
     if moves_with_force(each.band.data, each.fit.model, position):
         return Outcome.MODEL_MISFIT
