@@ -141,6 +141,7 @@ class _ArmDerivative:
         systems, local = self.solved.systems, predictor.local_torques
         self.following = local.following(cell, self.solved.torques, systems)
         self.at_rest = self._twists_at_rest(cell)
+        self.hangs_far = predictor.largest_sag(cell.spec) > FIT.little_sag
         self.motions = [
             stacked(
                 state.omega,
@@ -172,8 +173,10 @@ class _ArmDerivative:
         step : float
             How far, in prior standard deviations.
         springs_only : bool
-            Mass and inputs are those of the base, the same change at all poses.
+            Mass and inputs are those of the base, the same change at all poses; not of an arm
+            that hangs far in its springs, and elsewhere in others.
         """
+        springs_only = springs_only and not self.hangs_far
         arms = self.predictor.arms(moved.spec, 1 if springs_only else None)
         changes = [ArmChange.between(one, two) for one, two in zip(self.base, arms, strict=False)]
         twists = self._twists_at_rest(moved)
@@ -190,6 +193,11 @@ class _ArmDerivative:
                 force += torque.push(arm, stiffness, heavier)
             change = _through(transfer, force / np.float32(step))
             found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
+        if self.hangs_far:
+            turned = self.predictor.sensors_moved(moved, self.solved.systems)
+            readings = self.predictor.posed.readings(turned, self.solved.states)
+            for moving, new, old in zip(found, readings, self.solved.readings, strict=True):
+                moving += (new - old) / step
         return found
 
     def _twists_at_rest(self, moved: CellModel) -> list[list[float]]:

@@ -14,6 +14,8 @@ from structural_model.equations.matrices import StructuralMatrices
 
 Array = NDArray[np.float64]
 LARGEST_STEP_RAD = 1e-12
+# What a step leaves is less than its square: 1e-5 rad move no frequency by as much.
+LARGEST_SAG_STEP_RAD = 3e-3
 
 
 @dataclass(frozen=True)
@@ -198,23 +200,31 @@ class Dynamics:
         ModelError
             There is none near zero.
         """
-        deflection = np.zeros(self.n_dof)
-        for _ in range(30):
-            load = (
-                self._static_load(self.position(q, deflection))
-                - self.assembly.stiffness @ deflection
-            )
-            step = np.linalg.solve(self.matrices(q, deflection).K, load)
-            deflection = deflection + step
-            if np.abs(step).max(initial=0.0) < LARGEST_STEP_RAD:
-                return deflection
-        raise ModelError('no static equilibrium found', found=np.asarray(q).tolist())
+        return self._balance(q, LARGEST_STEP_RAD)
 
     def sag(self, q: ArrayLike) -> Array:
-        """Return the static deflection but for its square (one Newton step), (n_dof,)."""
-        full = self.position(q)
-        stiffness = self._stiffness(full, self._gravity_slope(full))
-        return np.asarray(np.linalg.solve(stiffness, self._static_load(full)))
+        """Return the static deflection but for what no frequency shows, (n_dof,).
+
+        One step where gravity bends the arm by milliradians, more where a counterbalance does.
+
+        Raises
+        ------
+        ModelError
+            There is none near zero.
+        """
+        return self._balance(q, LARGEST_SAG_STEP_RAD)
+
+    def _balance(self, q: ArrayLike, last: float) -> Array:
+        """Return the static deflection by Newton steps, until one is smaller than the last."""
+        deflection = np.zeros(self.n_dof)
+        for _ in range(30):
+            full = self.position(q, deflection)
+            load = self._static_load(full) - self.assembly.stiffness @ deflection
+            step = np.linalg.solve(self._stiffness(full, self._gravity_slope(full)), load)
+            deflection = deflection + step
+            if np.abs(step).max(initial=0.0) < last:
+                return np.asarray(deflection)
+        raise ModelError('no static equilibrium found', found=np.asarray(q).tolist())
 
     def _static_load(self, full: Array) -> Array:
         assembly = self.assembly

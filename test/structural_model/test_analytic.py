@@ -238,6 +238,17 @@ def test_gravity_compensator_takes_the_load_and_adds_stiffness(arms):
     assert balanced.static_deflection([0.6])[0] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize('strength', [0.0, 200.0, 1500.0])
+def test_sag_is_the_static_deflection_however_far_the_arm_hangs(arms, strength):
+    model = arms.pendulum(
+        SPRING
+        + f'\ncompensators: [{{name: c, joint: j, strength_nm: {strength}, phase_rad: 1.2}}]'
+    )
+    exact = model.static_deflection([0.6])[0]
+    assert abs(exact) > (0.1 if strength > 1000.0 else 1e-4)
+    assert model.dynamics.sag([0.6])[0] == pytest.approx(exact, abs=1e-5)
+
+
 def test_payload_equals_the_same_mass_in_the_urdf(arms):
     heavy = arms.pendulum(SPRING, mass=3.0, arm=0.8, inertia=0.2)
     light = arms.pendulum(
