@@ -202,10 +202,10 @@ class _ArmDerivative:
 
     def _twists_at_rest(self, moved: CellModel) -> list[list[float]]:
         """Return the twists under gravity in a changed arm, per pose and torque."""
+        if not any(self.following):
+            return [[] for _ in self.predictor.poses]
         model = self.predictor.arm(moved.spec)
-        vectors = (
-            [torque.stepped.path.vector for torque in self.following[0]] if self.following else []
-        )
+        vectors = [torque.stepped.path.vector for torque in self.following[0]]
         return [
             [static_twist(model, vector, pose) for vector in vectors]
             for pose in self.predictor.poses
