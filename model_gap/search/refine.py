@@ -180,16 +180,23 @@ def fine_fits(rough: Sequence[Fit], data: SearchData) -> list[Fit]:
     """Fit on all records; the best also with their details free, and on the links beside."""
 
     def finely(start: Hypothesis) -> Fit:
-        slow = any(effect.amplitude_dependent for effect in start.effects)
-        return fit(start, data.fitting, iterations=3 if slow else 5, relinearise=0)
+        iterations = 3 if _steps_torques(start) else 5
+        return fit(start, data.fitting, iterations=iterations, relinearise=0)
 
     starts = [replace(item.hypothesis, held=()) for item in rough]
-    found = [item for item in fits(finely, starts) if item]
+    slow = [start for start in starts if _steps_torques(start)]
+    quick = [start for start in starts if not _steps_torques(start)]
+    # Apart: a single slow one shares its own work among the processors.
+    found = [item for item in (*fits(finely, quick), *fits(finely, slow)) if item]
     best = max((item.log_evidence for item in found), default=0.0)
     near = [item for item in found if item.log_evidence > best - REFINEMENT.detailed]
     rest = [item for item in found if item.log_evidence <= best - REFINEMENT.detailed]
     near = with_details(near, data.fitting)
     return best_of_each([*near, *_next_door(near, data), *rest])
+
+
+def _steps_torques(hypothesis: Hypothesis) -> bool:
+    return any(effect.amplitude_dependent for effect in hypothesis.effects)
 
 
 def _next_door(near: Sequence[Fit], data: SearchData) -> list[Fit]:
