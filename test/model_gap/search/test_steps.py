@@ -10,6 +10,7 @@ import pytest
 from model_gap.decide import decide
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.sensor_gain import SensorGain
+from model_gap.hypothesis import stretch, STRETCHED
 from model_gap.search import run_search, Search, SearchSettings
 from model_gap.search.steps import fit_tolerances, screen_catalogue
 
@@ -39,6 +40,22 @@ def test_a_step_leaves_its_state_as_it_was_and_says_the_same_again(begun):
     ]
     with pytest.raises(dataclasses.FrozenInstanceError):
         begun.current = first.current
+
+
+def test_what_stretched_tolerances_hide_is_sought_where_it_could_act(begun):
+    """They leave next to nothing over, and that says nothing of places."""
+    fitted = fit_tolerances(begun)
+    assert stretch(fitted.fitted.hypothesis) > STRETCHED, SEED
+    tried = {}
+    for misfit in (1.0, 2.0):
+        state = dataclasses.replace(
+            fitted, current=dataclasses.replace(fitted.current, misfit=misfit)
+        )
+        tried[misfit] = {repr(trial.effect) for trial in screen_catalogue(state).trials}
+    assert 'joint_stiffness at joint_2' in tried[1.0], SEED
+    left_out = tried[2.0] - tried[1.0]
+    assert left_out and tried[1.0] < tried[2.0], tried
+    assert all(name.startswith('joint_stiffness') for name in left_out), left_out
 
 
 @pytest.mark.slow
