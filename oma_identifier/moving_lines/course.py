@@ -12,7 +12,6 @@ Vold and Leuridan (1993), SAE Technical Paper 931288, doi:10.4271/931288 (order 
 Forney (1973), doi:10.1109/PROC.1973.9030 (best path).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import logging
 from typing import Any
@@ -74,7 +73,7 @@ class Course:
         highest_hz = MOVING.highest * samples.sample_rate_hz
         if not least_hz < highest_hz:
             return replace(self, orders_hz=())
-        still = self._standing_still(samples)
+        still = self.standing_still(samples)
         seen = tuple(hz for hz in narrow_peaks_hz(still) if least_hz < hz < highest_hz)
         return replace(self, orders_hz=seen)
 
@@ -84,19 +83,11 @@ class Course:
 
     def has_lines_of(self, samples: Samples) -> bool:
         """Tell whether an order keeps its phase as a line does, and modes that drift do not."""
-        still = self._standing_still(samples)
+        still = self.standing_still(samples)
         return any(_stands_out(line_at(still, hz)) for hz in self.orders_hz)
 
-    def gains(self, samples: Samples, orders_hz: Sequence[float]) -> bool:
-        """Tell whether more of a line is coherent in the shaft's own time than in the samples."""
-        still = self._standing_still(samples)
-        return any(
-            _stands_out(own := line_at(still, hz))
-            and _power(own) > MOVING.coherent * _power(line_at(samples, hz))
-            for hz in orders_hz
-        )
-
-    def _standing_still(self, samples: Samples) -> Samples:
+    def standing_still(self, samples: Samples) -> Samples:
+        """Return samples at even steps of the shaft's own time."""
         even = np.arange(len(self.own_time_s)) / samples.sample_rate_hz
         when = np.interp(even, self.own_time_s, even)
         return replace(samples, acceleration=CubicSpline(even, samples.widened())(when))
@@ -104,10 +95,6 @@ class Course:
 
 def _stands_out(line: Line) -> bool:
     return line.stands_out(SPECTRA.line_chance, SPECTRA.sure_line)
-
-
-def _power(line: Line) -> float:
-    return float(np.sum(np.abs(line.shape) ** 2))
 
 
 def find_course(samples: Samples) -> Course | None:

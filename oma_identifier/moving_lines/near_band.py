@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import ifft, next_fast_len, rfft
 
-from oma_identifier.moving_lines.course import baseband
+from oma_identifier.moving_lines.course import baseband, cosine_coefficients
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -21,38 +21,70 @@ class NearBand:
 
     Parameters
     ----------
+    rows : (n_rows, n_channels) array
+        Real.
     level : (n_lines, n_channels) complex array
-        Of real rows, from 0 Hz.
-    n_rows : int
-        Of these.
+        Their transform, from 0 Hz.
     rate_hz : float [Hz]
-        Theirs.
+        Of the rows.
     """
 
+    rows: Real
     level: Complex
-    n_rows: int
     rate_hz: float
 
     @classmethod
     def of(cls, rows: Real, rate_hz: float) -> 'NearBand':
         """Transform rows but for at most the last hundredth, so many that it takes no time."""
         length = next_fast_len(len(rows) - len(rows) // 100, real=True)
-        rows = rows[:length]
-        return cls(np.asarray(rfft(rows, axis=0)), len(rows), rate_hz)
+        return cls(rows[:length], np.asarray(rfft(rows[:length], axis=0)), rate_hz)
 
-    def phasor(self, hz: float, reach_hz: float) -> tuple[Complex, Real]:
+    @property
+    def n_rows(self) -> int:
+        """Return how many rows were transformed."""
+        return len(self.rows)
+
+    def around(self, hz: float, reach_hz: float) -> tuple[Complex, Real]:
         """Return the strongest sum of channels near a frequency, turned back by it.
+
+        Where strong lines are, the ends of the record do not meet: of what is seen around a
+        frequency nothing is left out at once.
 
         Parameters
         ----------
         hz, reach_hz : float [Hz]
-            Middle and half-width of the band.
+            Middle and half-width of the band in which the sum is strongest.
 
         Returns
         -------
         phasor : (n_slow,) complex array
+            Of a much wider band.
         time : (n_slow,) array [s]
         """
+        duration_s = self.n_rows / self.rate_hz
+        first = max(1, round((hz - reach_hz) * duration_s))
+        band = self.level[first : round((hz + reach_hz) * duration_s) + 1]
+        _, vectors = np.linalg.eigh(band.T @ band.conj())
+        strongest = self.rows @ vectors[:, -1:].conj()
+        turn = np.asarray(2.0 * np.pi * hz * np.arange(self.n_rows) / self.rate_hz)
+        slow, time = baseband(strongest, turn, self.rate_hz, SEEN_AROUND * reach_hz)
+        return slow[:, 0], time
+
+    def coefficients(self, hz: float, n_kept: int) -> Complex:
+        """Return the first cosine coefficients of rows turned back, (n_kept, n_channels).
+
+        Parameters
+        ----------
+        hz : float [Hz]
+        n_kept : int
+            Of half a period per record each.
+        """
+        rows, turn, _ = self._turned(hz, 0.5 * n_kept * self.rate_hz / self.n_rows)
+        level = cosine_coefficients(np.exp(-1j * turn)[:, None] * rows)[:n_kept]
+        return np.asarray(level * np.sqrt(self.n_rows / len(rows)))
+
+    def _turned(self, hz: float, reach_hz: float) -> tuple[Complex, Real, float]:
+        """Return what is near a frequency, its phase against that [rad], and the rate [Hz]."""
         duration_s = self.n_rows / self.rate_hz
         middle = round(hz * duration_s)
         n_band = next_fast_len(2 * max(8, round(SEEN_AROUND * reach_hz * duration_s)))
@@ -61,7 +93,5 @@ class NearBand:
         band = np.zeros((n_band, self.level.shape[1]), dtype=complex)
         band[inside] = self.level[places[inside]]
         rows = ifft(np.fft.ifftshift(band, axes=0), axis=0) * (n_band / self.n_rows)
-        turn = 2.0 * np.pi * (hz * duration_s - middle) * np.arange(n_band) / n_band
-        slow, time = baseband(rows, turn, n_band / duration_s, reach_hz)
-        _, vectors = np.linalg.eigh(slow.T @ slow.conj())
-        return np.asarray(slow @ vectors[:, -1].conj()), time
+        turn = np.asarray(2.0 * np.pi * (hz * duration_s - middle) * np.arange(n_band) / n_band)
+        return rows, turn, n_band / duration_s

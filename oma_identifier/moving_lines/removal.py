@@ -4,7 +4,7 @@ Turned back by its phase φ(t), a line is its complex amplitude a(t), which chan
 crosses a mode, with the depth of a cut and where speed was read off wrongly.  The cosine transform
 of the stretch over the record (its mirror image continues it, without a step at the ends) holds
 the line in its first coefficients, on a floor of response.  As many of them belong to the line as
-their worth for the likelihood exceeds what they cost (Schwarz).
+stand out of those that follow.
 
 * The notch takes these coefficients: I - E E⁺, the projector on what is orthogonal to the columns
   cos(π j (t + ½) / n) exp(i φ(t)) of E.  It is the filter matrix that zeroes all of them and
@@ -30,13 +30,17 @@ from numpy.typing import NDArray
 from modal_core.mode import Mode
 from modal_core.numbers.indicators import normalise
 from modal_core.samples import Samples
+from oma_identifier.moving_lines.asked import extent, most_coefficients, orders_there
 from oma_identifier.moving_lines.course import (
     cosine_coefficients,
     Course,
+    few_channels,
     find_course,
     from_cosines,
     measured_course,
+    scaled,
 )
+from oma_identifier.moving_lines.near_band import NearBand
 from oma_identifier.moving_lines.thresholds import MOVING
 from oma_identifier.moving_lines.wavering import wavering_course
 
@@ -46,9 +50,12 @@ LEAST_SHARE = 0.2
 """Of response that is taken with a line, from where on it may bias a mode; chosen."""
 Gain = Callable[[int, int], Real]
 """Coefficients that a line has, and all that it may have, to the share of each that is taken."""
-N_CENTRED, N_FLOOR = 2, 3
-"""Rounds that find a line's mean frequency; of coefficients as many times those that a line may
-have, the last ones tell the floor."""
+FEWEST_CENTRED = 4
+"""Coefficients that tell by how much a line's mean frequency is off."""
+N_CENTRED = 2
+"""Rounds that find a line's mean frequency."""
+N_KEPT = 3 * MOVING.most_knots
+"""Coefficients that are looked at: a line's, and those that tell what is usual beside it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,15 +148,34 @@ def _without_orders(
 ) -> tuple[Samples, list[MovingLine]]:
     """Take the orders of a course, those that stronger ones hid in further rounds."""
     taken: list[MovingLine] = []
-    wanted = list(course.orders_hz)
+    wanted = [(hz, 0) for hz in course.orders_hz]
+    tried: list[tuple[float, int]] = []
     while wanted:
-        for hz in wanted:
-            samples, line = _without_order(samples, course, hz, gain)
+        for hz, n_least in wanted:
+            samples, line = _without_order(samples, course, hz, gain, n_least)
             taken += [] if line is None else [line]
-        again = [*course.with_orders_of(samples).orders_hz, *_multiples(course, taken, samples)]
-        new = [hz for hz in again if not _is_known(hz, taken, samples.duration_s)]
-        wanted = new if len(taken) < MOVING.most_orders and new != wanted else []
+        tried += wanted
+        wanted = [each for each in _more(course, taken, samples) if each not in tried]
+        if len(taken) >= MOVING.most_orders:
+            break
     return samples, [*taken, *_not_taken(course, taken, samples)]
+
+
+def _more(course: Course, taken: list[MovingLine], samples: Samples) -> list[tuple[float, int]]:
+    """Return the orders that were not seen before [Hz], and how many coefficients they have."""
+    seen = [(hz, 0) for hz in course.with_orders_of(samples).orders_hz]
+    if taken:
+        strongest = sorted(taken, key=lambda line: -float(np.linalg.norm(line.shape)))
+        found_hz = np.array([line.frequency_hz for line in strongest])
+        near = NearBand.of(scaled(course.standing_still(samples)), samples.sample_rate_hz)
+        seen += orders_there(near, found_hz, course)
+    new: list[tuple[float, int]] = []
+    for hz, n_least in seen:
+        if not _is_known(hz, taken, samples.duration_s) and all(
+            abs(hz - other) * samples.duration_s >= MOVING.most_knots for other, _ in new
+        ):
+            new.append((hz, n_least))
+    return new
 
 
 def _not_taken(course: Course, taken: list[MovingLine], samples: Samples) -> list[MovingLine]:
@@ -203,23 +229,24 @@ def _is_known(hz: float, taken: list[MovingLine], duration_s: float) -> bool:
 
 
 def _without_order(
-    samples: Samples, course: Course, hz: float, gain: Gain
+    samples: Samples, course: Course, hz: float, gain: Gain, n_least: int
 ) -> tuple[Samples, MovingLine | None]:
-    rows, n_most = samples.widened(), MOVING.most_knots
-    for _ in range(N_CENTRED):
+    rows, few = samples.widened(), few_channels(samples)
+    for last in (False,) * N_CENTRED + (True,):
         turn = np.exp(2j * np.pi * hz * course.own_time_s)
-        level = _coefficients(rows, turn, N_FLOOR * n_most)
-        n_line = _extent(level, n_most)
+        level = _coefficients(rows, turn, N_KEPT)
+        n_line = max(n_least, extent(level[:, few], most_coefficients(course.moved)))
         if n_line == 0:
             return samples, None
-        amplitude = _in_time(level[:n_line], np.ones(n_line), len(rows))
-        off = np.sum(amplitude[1:] * amplitude[:-1].conj())
-        hz += float(np.angle(off)) * samples.sample_rate_hz / (2.0 * np.pi)
-    turn = np.exp(2j * np.pi * hz * course.own_time_s)
-    level = _coefficients(rows, turn, N_FLOOR * n_most)
-    share = gain(max(1, _extent(level, n_most)), n_most)
-    reach_hz = 0.5 * float(np.count_nonzero(share > LEAST_SHARE)) / samples.duration_s
-    amplitude = _in_time(level[:n_most], share, len(rows))
+        if not last:
+            n_seen = max(n_line, FEWEST_CENTRED)
+            amplitude = _in_time(level[:n_seen], np.ones(n_seen), len(rows))
+            off = np.sum(amplitude[1:] * amplitude[:-1].conj())
+            hz += float(np.angle(off)) * samples.sample_rate_hz / (2.0 * np.pi)
+    share = gain(n_line, MOVING.most_knots)
+    n_reach = int(np.count_nonzero(share > LEAST_SHARE))
+    reach_hz = 0.5 * n_reach / samples.duration_s
+    amplitude = _in_time(level[: len(share)], share, len(rows))
     left = rows - 2.0 * (amplitude * turn[:, None]).real
     values, vectors = np.linalg.eigh(amplitude.T @ amplitude.conj() / len(rows))
     shape = vectors[:, -1] * np.sqrt(max(values[-1], 1e-300))
@@ -235,13 +262,3 @@ def _in_time(level: Complex, share: Real, n_rows: int) -> Complex:
     whole = np.zeros((n_rows, level.shape[1]), dtype=complex)
     whole[: len(level)] = share[:, None] * level
     return from_cosines(whole)
-
-
-def _extent(level: Complex, n_most: int) -> int:
-    """Return how many coefficients a line has, 0: there is none."""
-    power = np.abs(level) ** 2
-    floor = np.median(power[n_most:], axis=0) / np.log(2.0)
-    worth = np.sum(power / np.maximum(floor, np.finfo(float).tiny), axis=1)
-    gained = np.cumsum(worth - power.shape[1] * np.log(len(level)))
-    most = int(np.argmax(gained[:n_most]))
-    return most + 1 if gained[most] > 0.0 else 0

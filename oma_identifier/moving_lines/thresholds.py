@@ -40,16 +40,16 @@ class MovingThresholds:
     """Peaks of every width."""
     even_by_chance: float = 0.3
     """Chance of so even an envelope of a mode."""
-    coherent: float = 1.1
-    """Power of an order that is coherent in the shaft's time over that in the samples, from where
-    on it proves a course: in 40 milled records with steady lines it was 1.011 at most, with 0.05 %
-    of wander 1.04 to 1.8."""
+    wrong_course: float = 1e-3
+    """Chance that one of the courses that are asked about is none."""
     lowest_order: int = 8
-    """Of which the base is looked for where all orders are multiples of a lower one."""
+    """Of its shaft that the strongest line, and the lowest one, is at most."""
     same_order: float = 2.0
-    """Spectral lines within which they then must be multiples."""
+    """Spectral lines within which all are multiples of a fraction of the lowest one."""
     base_by_chance: float = 1e-3
     """Chance that they are, of lines anywhere."""
+    wrong_order: float = 1e-3
+    """Chance that one of the orders that are then asked about is none."""
     most_shafts: int = 3
     """Courses that are looked for in turn."""
     most_orders: int = 32

@@ -10,7 +10,8 @@ from modal_core.channel import Channel
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.moving_lines import MovingLine, wavering_course, with_moving, without_moving
-from oma_identifier.moving_lines.course import baseband
+from oma_identifier.moving_lines.asked import chance_of
+from oma_identifier.moving_lines.course import cosine_coefficients
 from oma_identifier.moving_lines.near_band import NearBand
 from oma_identifier.selection import Identified, nothing_in
 
@@ -59,17 +60,39 @@ def test_steady_lines_and_modes_do_not_waver(seed):
 
 def test_a_narrow_band_of_the_transform_is_that_of_the_samples():
     """At a frequency between spectral lines, of a line that wavers, in an awkward length."""
-    rows = orders_in_noise(700_520, 0.002).widened()[:15_013]
-    own, time = NearBand.of(rows, RATE_HZ).phasor(39.007, 0.8)
-    turn = 2.0 * np.pi * 39.007 * np.arange(len(rows)) / RATE_HZ
-    slow, when = baseband(rows, turn, RATE_HZ, 0.8)
-    vector = np.linalg.eigh(slow.T @ slow.conj())[1][:, -1]
-    expected = slow @ vector.conj()
-    expected = np.interp(time, when, expected.real) + 1j * np.interp(time, when, expected.imag)
-    expected *= np.exp(1j * np.angle(np.vdot(expected, own)))
-    inner = slice(len(time) // 20, -len(time) // 20)
-    off = np.sqrt(np.mean(np.abs(own - expected)[inner] ** 2))
-    assert off < 0.05 * np.sqrt(np.mean(np.abs(expected) ** 2))
+    near = NearBand.of(orders_in_noise(700_520, 0.002).widened()[:15_013], RATE_HZ)
+    turn = 2.0 * np.pi * 39.007 * np.arange(near.n_rows) / RATE_HZ
+    expected = cosine_coefficients(np.exp(-1j * turn)[:, None] * near.rows)[:40]
+    found = near.coefficients(39.007, 40)
+    assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
+
+
+@pytest.mark.parametrize('n_channels', [1, 5])
+def test_chance_of_responses_that_are_none(n_channels):
+    """2,000 stretches of one covariance: a hundredth of the chances is below a hundredth."""
+    rng = np.random.default_rng(700_530)
+    mixed = rng.standard_normal((n_channels, n_channels))
+    chances = []
+    for _ in range(2000):
+        level = rng.standard_normal((28, 2, n_channels)) @ mixed
+        level = level[:, 0] + 1j * level[:, 1]
+        chances.append(chance_of(level[:4], level[4:]))
+    for chance in (0.1, 0.01):
+        expected = 2000 * chance
+        assert abs(np.sum(np.array(chances) < chance) - expected) < 4.0 * np.sqrt(expected)
+
+
+def test_weak_orders_are_asked_about_where_the_strong_ones_are_even():
+    """Orders 2 and 4 are 20 dB over those that stand between them and below them."""
+    samples = orders_in_noise(700_540, 0.002, (4, 8))
+    speed = held_speed(700_540, 13.0, 0.002)
+    phase = 2.0 * np.pi * np.cumsum(speed) / RATE_HZ
+    weak = sum(np.cos(order * phase + order) for order in (1, 3, 7)) * np.full((4, 1), 0.1)
+    samples = replace(samples, acceleration=samples.widened() + weak.T)
+    left, lines = without_moving(samples)
+    found = sorted(line.frequency_hz / speed.mean() for line in lines if line.taken)
+    np.testing.assert_allclose(found, [1.0, 3.0, 4.0, 7.0, 8.0], rtol=1e-3)
+    np.testing.assert_allclose(left.widened().std(axis=0), 1.0, atol=0.03)
 
 
 def found_with(*modes: Mode) -> Identified:
