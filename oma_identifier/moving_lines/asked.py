@@ -13,7 +13,7 @@ Maiwald and Kraus (2000), doi:10.1049/ip-rsn:20000493 (moments of inverse Wishar
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.chance import fisher_tail
+from modal_core.numbers.chance import fisher_tail
 from oma_identifier.moving_lines.course import Course
 from oma_identifier.moving_lines.near_band import NearBand
 from oma_identifier.moving_lines.thresholds import MOVING

@@ -23,7 +23,7 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import gammainc
 
-from modal_core.chance import fisher_tail
+from modal_core.numbers.chance import fisher_tail
 from modal_core.samples import Samples
 from oma_identifier.moving_lines.course import baseband, Course, few_channels, known_course, scaled
 from oma_identifier.moving_lines.near_band import NearBand
