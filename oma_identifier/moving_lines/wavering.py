@@ -16,6 +16,7 @@ Jacobsen, Andersen and Brincker (2007), harmonic detection by kurtosis, IOMAC (e
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,7 @@ class _Peak:
     phasor: Complex
     time: Real
 
-    @property
+    @cached_property
     def phase(self) -> CubicSpline:
         return CubicSpline(self.time, np.unwrap(np.angle(self.phasor)))
 
