@@ -53,7 +53,7 @@ def accept(each: GroupFit, position: BandIndex) -> Outcome:
         return Outcome.MODEL_MISFIT
     if ForceSlope.of(each.fit).is_steep:
         # A force that ends within a band has no one slope there, and the misfit need not show it:
-        # refined damping came out a fifth too small.
+        # refined damping came out 10 to 20 % too small.
         return Outcome.MODEL_MISFIT
     if moves_with_force(each.band.data, each.fit.model, position):
         return Outcome.MODEL_MISFIT
