@@ -24,6 +24,9 @@ LIGHTEST = 0.005
 """Damping ratio of the lightest mode that is thought of where an order crosses it."""
 BESIDE, LEAST_BESIDE = 2, 16
 """Coefficients beside a line that tell what is usual: of its own, and at least."""
+BELL = 10.0
+"""Fall of power from coefficients to those beside them that no resonance has: far from its middle
+it falls with the square of the distance, by 10 at most between these."""
 
 
 def orders_there(near: NearBand, found_hz: Real, course: Course) -> list[tuple[float, int]]:
@@ -84,13 +87,17 @@ def most_coefficients(moved: float) -> int:
 
 
 def extent(level: Complex, n_most: int) -> int:
-    """Return how many coefficients stand out of those that follow, 0: none."""
+    """Return how many coefficients stand out of those that follow, 0: none.
+
+    More than an order may have belong to it where they fall faster than the bell of a mode can.
+    """
     n_line, first, last = 0, 0, 1
-    while last <= n_most:
-        beside = level[last : last + LEAST_BESIDE + BESIDE * last]
+    while last <= MOVING.most_knots:
+        own, beside = level[first:last], level[last : last + LEAST_BESIDE + BESIDE * last]
         if len(beside) < LEAST_BESIDE:
             break
-        if chance_of(level[first:last], beside) < MOVING.wrong_order:
+        fall = np.mean(np.abs(own) ** 2, axis=0) > BELL * np.mean(np.abs(beside) ** 2, axis=0)
+        if (last <= n_most or fall.any()) and chance_of(own, beside) < MOVING.wrong_order:
             n_line = last
         first, last = last, 2 * last
     return n_line

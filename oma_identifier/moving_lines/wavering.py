@@ -20,6 +20,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import dct, idct
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.special import gammainc
@@ -92,7 +93,7 @@ def wavering_course(samples: Samples) -> Course | None:
     if followed is None:
         return None
     every = np.clip(np.arange(len(rows)) / rate_hz, followed.time[0], followed.time[-1])
-    speed_hz = followed.hz + followed.phase.derivative()(every) / (2.0 * np.pi)
+    speed_hz = followed.hz + _clear_phase(followed).derivative()(every) / (2.0 * np.pi)
     if not speed_hz.min() > 0.0:
         return None
     course = known_course(few, speed_hz, 1.0)
@@ -153,6 +154,19 @@ def _centred(near: NearBand, hz: float, reach_hz: float) -> _Peak:
             break
         hz += float(off_hz)
     return _Peak(hz, reach_hz, phasor, time + seen_s[0])
+
+
+def _clear_phase(peak: _Peak) -> CubicSpline:
+    """Return the phase of a peak as far as it is worth its cost (Schwarz) [rad].
+
+    Its size tells the noise.  Noise that were left in would turn lines that are stronger, and what
+    is then taken of them has it.
+    """
+    level = dct(np.unwrap(np.angle(peak.phasor)), norm='ortho')
+    size = dct(np.log(np.maximum(np.abs(peak.phasor), 1e-30)), norm='ortho')
+    worth = np.cumsum(level**2 / np.mean(size[1:] ** 2) - np.log(len(level)))
+    level[int(np.argmax(worth)) + 1 :] = 0.0
+    return CubicSpline(peak.time, idct(level, norm='ortho'))
 
 
 def _is_even(phasor: Complex) -> bool:
