@@ -81,7 +81,8 @@ def test_no_node_outlives_its_command(tmp_path, numbers, ready):
         process.send_signal(number)
         time.sleep(0.05)
     said, _ = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 0, said
+    # A second interrupt that comes after all is done ends what is left of the process.
+    assert process.returncode in ((0,) if len(numbers) == 1 else (0, -signal.SIGINT)), said
     assert 'Traceback' not in said, said
     assert state_of(node) == 'gone'
     assert list((tmp_path / 'work').rglob('*')) == []

@@ -148,8 +148,10 @@ run_node('some', make, work)
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_that_python_drops_ends_a_node_all_the_same(number):
+    # A shell without job control starts processes that ignore interrupts.
     code = f"""
 import signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
 class Last:
     def __del__(self):
         signal.raise_signal({number:d})
