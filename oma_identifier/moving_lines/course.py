@@ -12,6 +12,7 @@ Vold and Leuridan (1993), SAE Technical Paper 931288, doi:10.4271/931288 (order 
 Forney (1973), doi:10.1109/PROC.1973.9030 (best path).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import logging
 from typing import Any
@@ -86,6 +87,15 @@ class Course:
         still = self.standing_still(samples)
         return any(_stands_out(line_at(still, hz)) for hz in self.orders_hz)
 
+    def gains(self, samples: Samples, orders_hz: Sequence[float]) -> bool:
+        """Tell whether more of a line is coherent in the shaft's own time than in the samples."""
+        still = self.standing_still(samples)
+        return any(
+            _stands_out(own := line_at(still, hz))
+            and _power(own) > MOVING.coherent * _power(line_at(samples, hz))
+            for hz in orders_hz
+        )
+
     def standing_still(self, samples: Samples) -> Samples:
         """Return samples at even steps of the shaft's own time."""
         even = np.arange(len(self.own_time_s)) / samples.sample_rate_hz
@@ -95,6 +105,10 @@ class Course:
 
 def _stands_out(line: Line) -> bool:
     return line.stands_out(SPECTRA.line_chance, SPECTRA.sure_line)
+
+
+def _power(line: Line) -> float:
+    return float(np.sum(np.abs(line.shape) ** 2))
 
 
 def find_course(samples: Samples) -> Course | None:

@@ -44,31 +44,23 @@ class NearBand:
         """Return how many rows were transformed."""
         return len(self.rows)
 
-    def around(self, hz: float, reach_hz: float) -> tuple[Complex, Real]:
+    def phasor(self, hz: float, reach_hz: float) -> tuple[Complex, Real]:
         """Return the strongest sum of channels near a frequency, turned back by it.
-
-        Where strong lines are, the ends of the record do not meet: of what is seen around a
-        frequency nothing is left out at once.
 
         Parameters
         ----------
         hz, reach_hz : float [Hz]
-            Middle and half-width of the band in which the sum is strongest.
+            Middle and half-width of the band.
 
         Returns
         -------
         phasor : (n_slow,) complex array
-            Of a much wider band.
         time : (n_slow,) array [s]
         """
-        duration_s = self.n_rows / self.rate_hz
-        first = max(1, round((hz - reach_hz) * duration_s))
-        band = self.level[first : round((hz + reach_hz) * duration_s) + 1]
-        _, vectors = np.linalg.eigh(band.T @ band.conj())
-        strongest = self.rows @ vectors[:, -1:].conj()
-        turn = np.asarray(2.0 * np.pi * hz * np.arange(self.n_rows) / self.rate_hz)
-        slow, time = baseband(strongest, turn, self.rate_hz, SEEN_AROUND * reach_hz)
-        return slow[:, 0], time
+        rows, turn, rate_hz = self._turned(hz, reach_hz)
+        slow, time = baseband(rows, turn, rate_hz, reach_hz)
+        _, vectors = np.linalg.eigh(slow.T @ slow.conj())
+        return np.asarray(slow @ vectors[:, -1].conj()), time
 
     def coefficients(self, hz: float, n_kept: int) -> Complex:
         """Return the first cosine coefficients of rows turned back, (n_kept, n_channels).

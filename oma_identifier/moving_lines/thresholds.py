@@ -40,8 +40,10 @@ class MovingThresholds:
     """Peaks of every width."""
     even_by_chance: float = 0.3
     """Chance of so even an envelope of a mode."""
-    wrong_course: float = 1e-3
-    """Chance that one of the courses that are asked about is none."""
+    coherent: float = 1.1
+    """Power of an order that is coherent in the shaft's time over that in the samples, from where
+    on it proves a course: in 40 milled records with steady lines it was 1.011 at most, with 0.05 %
+    of wander 1.04 to 1.8."""
     lowest_order: int = 8
     """Of its shaft that the strongest line, and the lowest one, is at most."""
     same_order: float = 2.0
