@@ -48,7 +48,7 @@ class ForceSlope:
     def is_steep(self) -> bool:
         """Whether it contradicts what is assumed of slopes before the data."""
         expected = math.sqrt(LIKELIHOOD.slope_std**2 + 1.0 / self.precision)
-        return abs(self.value) > LIKELIHOOD.steep * expected
+        return abs(self.value) - LIKELIHOOD.integrated_twice > LIKELIHOOD.steep * expected
 
 
 def pooled_slopes(slopes: Sequence[ForceSlope], places: Sequence[float]) -> list[SlopePrior]:

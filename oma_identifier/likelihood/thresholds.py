@@ -119,6 +119,8 @@ class LikelihoodThresholds:
     steep: float = 4.0
     """Deviations of a slope from none, assumed and estimated together, from where on a force is
     steep: one band in 16,000 by chance.  At 3 a band that lacked a mode seemed to be."""
+    integrated_twice: float = 4.0
+    """Exponent of a force density where displacements are called accelerations: no end of it."""
     slope_reach: float = 1.0
     """Distance in ln f over which the slope changes: an octave and a half."""
     complexity: float = 0.25
