@@ -178,6 +178,7 @@ def test_modes_that_a_map_predicts_go_into_files(tmp_path):
     assert len([each for each in sets if each['type'] == 55]) == len(modes)
 
 
+@pytest.mark.slow
 def test_lobes_go_into_tables(tmp_path):
     from test.autonomous_modal_analysis.test_lobes import CUT, WECK
 

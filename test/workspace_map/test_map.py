@@ -69,6 +69,7 @@ def test_frequencies_and_damping_at_poses_never_measured(ready, unseen):
     assert np.median(np.abs(damping)) < 0.15
 
 
+@pytest.mark.slow
 def test_response_of_the_tool_point(ready, unseen):
     known, hidden = ready
     frequency_hz = np.linspace(4.0, 55.0, 150)

@@ -161,6 +161,7 @@ def test_a_batch_that_is_killed_goes_on_where_it_was(ama, recordings, tmp_path):
     assert len(_rows(out)) == 4
 
 
+@pytest.mark.slow
 def test_a_recording_is_done_again_when_it_or_what_is_asked_changed(recordings, tmp_path):
     job = BatchRequest((recordings[0],), tmp_path, Reading(sample_rate_hz=RATE_HZ)).jobs({})[0]
     first = identify_job(job)

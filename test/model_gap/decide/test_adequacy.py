@@ -73,6 +73,7 @@ def test_hum_is_followed_at_its_place_only(searched, wander, most):
     assert min(left['joint_1'], left['joint_3']) > 3.0, f'seed {SEED}: {left}'
 
 
+@pytest.mark.slow
 def test_faint_hum_stands_out_of_what_is_left_over(searched):
     hum = {'type': 'tonal_disturbance', 'joint': 'joint_1', 'f': 25.3, 'torque': 10.0}
     for effects in ((hum,), ()):

@@ -22,7 +22,9 @@ def test_beside_a_steep_slope_nothing_is_assumed():
         assert prior.mean == 0.0 and prior.std == 15.0
 
 
-@pytest.mark.parametrize(('value', 'std', 'steep'), [(-9.0, 0.1, True), (-5.0, 0.1, False), (-15.0, 6.0, False)])
+@pytest.mark.parametrize(
+    ('value', 'std', 'steep'), [(-9.0, 0.1, True), (-5.0, 0.1, False), (-15.0, 6.0, False)]
+)
 def test_a_slope_is_steep_that_the_data_tell(value, std, steep):
     """That of displacements, -4, is not."""
     assert ForceSlope(0.0, value, std**-2.0).is_steep is steep
