@@ -14,10 +14,9 @@ from modal_core.measurements import (
     StampedSamples,
 )
 from modal_core.units import ANGULAR_VELOCITY
+from modal_recordings.messages import most_rows
 
 N_IMU = 6
-# Below the size of a datagram.
-LARGEST_BLOCK_BYTES = 64_000
 ALL_AXES = ('x', 'y', 'z')
 
 
@@ -98,7 +97,7 @@ class Recorder:
         stamps = start_ns + np.rint(row / rate_hz * NANOSECONDS_PER_SECOND).astype(np.int64)
         if self.n_recorded:
             names = tuple(channel.name for channel in self.channels[: self.n_recorded])
-            largest = max(LARGEST_BLOCK_BYTES // (4 * self.n_recorded), 1)
+            largest = most_rows(self.n_recorded)
             for first in range(0, len(samples), largest):
                 part = samples[first : first + largest, : self.n_recorded]
                 yield (

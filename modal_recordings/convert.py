@@ -1,7 +1,6 @@
 """Write any recording as MCAP, so that it can be replayed through live nodes."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +10,11 @@ from modal_core.measurements import JointSamples, Measurement, SampleBlock, Stam
 from modal_core.units import ACCELERATION
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.containers import RecordingWriter
-from modal_recordings.messages import encode, RawMessage
+from modal_recordings.messages import encode, RawMessage, small_blocks
 from modal_recordings.open_recording import Recording
 
 BLOCK_TOPIC = '/acceleration_block'
 JOINT_TOPIC = '/joint_states'
-LARGEST_BLOCK_BYTES = 64_000
 
 
 def to_mcap(
@@ -91,11 +89,8 @@ def _encode_array(recording: ArrayRecording, measurement: Measurement) -> list[R
     if isinstance(measurement, JointSamples):
         return encode(measurement, JOINT_TOPIC)
     if isinstance(measurement, SampleBlock):
-        rows = max(1, LARGEST_BLOCK_BYTES // (4 * measurement.acceleration.shape[1]))
         return [
-            message
-            for part in split_block(measurement, rows)
-            for message in encode(part, BLOCK_TOPIC)
+            message for part in small_blocks(measurement) for message in encode(part, BLOCK_TOPIC)
         ]
     if not isinstance(measurement, StampedSamples) or measurement.acceleration.shape[1] != 3:
         raise RecordingError(
@@ -121,17 +116,6 @@ def _encode_array(recording: ArrayRecording, measurement: Measurement) -> list[R
         ),
         f'/imu/{_topic_word(recording.source)}',
     )
-
-
-def split_block(block: SampleBlock, n_rows: int) -> Iterator[SampleBlock]:
-    """Split a block into blocks of at most ``n_rows`` samples."""
-    for first in range(0, len(block.acceleration), n_rows):
-        yield replace(
-            block,
-            stamp_ns=block.stamp_ns + round(first * 1e9 / block.sample_rate_hz),
-            first_index=block.first_index + first,
-            acceleration=block.acceleration[first : first + n_rows],
-        )
 
 
 def _topic_word(name: str) -> str:

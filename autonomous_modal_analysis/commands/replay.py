@@ -1,16 +1,12 @@
 """`ama replay`: a recording through the live identifier."""
 
-from typing import Annotated, Any, TYPE_CHECKING
+from typing import Annotated, Any
 
 import typer
 
 from autonomous_modal_analysis.console.option_groups import grouped, Identifier, Playing, Source
 from autonomous_modal_analysis.console.options import Json
 from autonomous_modal_analysis.identified.keeping import Keeping
-
-if TYPE_CHECKING:
-    from modal_recordings import Recording
-    from structural_model.flexible_joint_model import FlexibleJointModel
 
 
 def register(app: typer.Typer) -> None:
@@ -54,6 +50,7 @@ def replay(
     from autonomous_modal_analysis.views.output import show_kept
     from modal_history.kept import KeptWindow
     from modal_history.ros_messages import kept_window
+    from modal_recordings.of_robot import as_on_arm
     from oma_identifier.covariance import below_edge
 
     # Opened and built here too: what is wrong is said before any node starts.
@@ -64,12 +61,13 @@ def replay(
     identifier.sensors()
     played = playing.settings
     played_s = max(info.duration_s - played.start_offset_s, 0.0) / played.rate
+    joint_names = robot.joint_names if robot is not None else ()
     known = identifier.parameters()
     session = ReplaySettings(
         replay_parameters={
             **source.parameters(),
             **playing.parameters(),
-            'joint_names': list(robot.joint_names) if robot is not None else [''],
+            'joint_names': list(joint_names) or [''],
             'layout_file': known['layout_file'],
         },
         identifier_parameters={
@@ -93,7 +91,7 @@ def replay(
             return
         run(session, take, progress)
     from_ns = info.start_ns + round(1e9 * played.start_offset_s)
-    slid = slid_in(_with_joints(recording.source, robot).measurements(), robot, from_ns)
+    slid = slid_in(as_on_arm(recording.source, joint_names).measurements(), robot, from_ns)
     if json:
         print_json({'windows': view.windows, **({'sliding': plain(slid)} if slid else {})})
     else:
@@ -109,13 +107,3 @@ def replay(
         name = identifier.robot or recorded_robot_name(recording.source)
         told = keeping.circumstances(name, settings, source.recording)
         show_kept(keeping.history, keeping.add_kept(told, kept, shift_ns))
-
-
-def _with_joints(recording: 'Recording', robot: 'FlexibleJointModel | None') -> 'Recording':
-    """Return a recording of columns with its joint states; another as it is."""
-    from modal_recordings import ArrayRecording
-    from modal_recordings.of_robot import of_robot
-
-    if robot is None or not isinstance(recording, ArrayRecording):
-        return recording
-    return of_robot(recording, robot.joint_names)

@@ -17,7 +17,7 @@ from modal_core.measurements import JointSamples
 from modal_core.samples import Samples
 from modal_core.window import Window
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.of_robot import called_as_in, of_robot
+from modal_recordings.of_robot import as_on_arm
 from modal_recordings.open_recording import Recording
 from modal_reports import Spectrogram
 from oma_identifier.covariance import analysed_band, below_edge
@@ -94,8 +94,9 @@ def identify_recording(
     IdentificationError
         It cannot be identified with these settings at all.
     """
-    if isinstance(recording, ArrayRecording):
-        recording = _of_columns(recording, settings, layout, robot)
+    if isinstance(recording, ArrayRecording) and settings.gyroscopes:
+        recording = recording.with_gyroscopes()
+    recording = as_on_arm(recording, robot.joint_names if robot is not None else (), layout)
     asked, settings = settings, below_edge(settings, recorded_edge_hz(recording))
     force = measured_force(recording) if settings.method == 'force' else None
     pipeline = IdentificationPipeline(settings, layout, robot=robot, force=force, only_whole=True)
@@ -148,20 +149,6 @@ def identify_recording(
         parts=tuple(pipeline.record.parts()),
         spectrogram=spectra.found(),
     )
-
-
-def _of_columns(
-    recording: ArrayRecording,
-    settings: IdentificationSettings,
-    layout: SensorLayout | None,
-    robot: RobotMotion | None,
-) -> ArrayRecording:
-    """Return a recording of columns as settings, robot and layout have it."""
-    if settings.gyroscopes:
-        recording = recording.with_gyroscopes()
-    if robot is not None:
-        recording = of_robot(recording, robot.joint_names)
-    return recording if layout is None else called_as_in(layout, recording)
 
 
 def _left_out(recording: Recording, force: KnownForce | None) -> tuple[str, ...]:

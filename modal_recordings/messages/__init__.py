@@ -37,6 +37,7 @@ from modal_recordings.messages.schemas import (
     message_fields,
     typestore,
 )
+from modal_recordings.messages.small_blocks import most_rows, small_blocks
 
 __all__ = [
     'ACCEL',
@@ -65,7 +66,9 @@ __all__ = [
     'encode',
     'media_type',
     'message_fields',
+    'most_rows',
     'one_by_one',
     'save_attachments',
+    'small_blocks',
     'typestore',
 ]

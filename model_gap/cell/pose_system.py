@@ -32,6 +32,8 @@ class PoseArm:
         Mass, damping and stiffness.
     inertia_input, shift_input : (n, n_joints) array
         B and P: force per motor acceleration, and per motor shift (gravity).
+    rest : (n,) array [rad], [m]
+        Deflection that it is linear about.
     """
 
     M: Array
@@ -39,6 +41,7 @@ class PoseArm:
     K: Array
     inertia_input: Array
     shift_input: Array
+    rest: Array
 
 
 @dataclass(frozen=True)
@@ -196,7 +199,7 @@ def pose_arm(model: FlexibleJointModel, pose: Array, hanging: bool = True) -> Po
 
 def _arm_about(model: FlexibleJointModel, pose: Array, rest: Array) -> PoseArm:
     matrices, inputs = model.dynamics.equations(pose, rest)
-    return PoseArm(matrices.M, matrices.C, matrices.K, inputs.inertia, -inputs.gravity)
+    return PoseArm(matrices.M, matrices.C, matrices.K, inputs.inertia, -inputs.gravity, rest)
 
 
 def pose_system(

@@ -141,7 +141,8 @@ class _ArmDerivative:
         systems, local = self.solved.systems, predictor.local_torques
         self.following = local.following(cell, self.solved.torques, systems)
         self.at_rest = self._twists_at_rest(cell)
-        self.hangs_far = predictor.largest_sag(cell.spec) > FIT.little_sag
+        sag = max(np.abs(arm.rest).max(initial=0.0) for arm in self.base)
+        self.hangs_far = sag > FIT.little_sag
         self.motions = [
             stacked(
                 state.omega,

@@ -17,7 +17,6 @@ from model_gap.cell import (
     pose_system,
     PoseArm,
     PoseSystem,
-    sag,
     with_channels,
 )
 from model_gap.predict.arm_motion import arm_motion
@@ -107,12 +106,6 @@ class Predictor:
         """Return the matrices at every pose, or at the first few."""
         model = self.arm(spec)
         return [pose_arm(model, pose, self.hanging) for pose in self.poses[:most]]
-
-    def largest_sag(self, spec: ModelSpec) -> float:
-        """Return the largest deflection of an arm at rest in the poses [rad], [m]."""
-        model = self.arm(spec)
-        sags = [np.abs(sag(model, pose, self.hanging)).max(initial=0.0) for pose in self.poses]
-        return float(max(sags, default=0.0))
 
     def arm(self, spec: ModelSpec) -> FlexibleJointModel:
         """Return an arm with the kinematics of the model."""

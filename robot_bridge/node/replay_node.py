@@ -22,7 +22,7 @@ from modal_core.nodes.ros_messages import declare_parameters, LATCHED, parameter
 from modal_core.nodes.run_node import RCLError, run_node
 from modal_core.settings.schema import from_parameters
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.of_robot import called_as_in, of_robot
+from modal_recordings.of_robot import as_on_arm
 from modal_recordings.open_recording import open_recording, Recording
 from oma_msgs.msg import BridgeState
 from robot_bridge.node.replay_parameters import PARAMETERS
@@ -76,14 +76,8 @@ class ReplayNode(Node):
             channels=[name for name in value('channels') if name] or None,
             topics=[topic for topic in value('topics') if topic] or None,
         )
-        if not isinstance(recording, ArrayRecording):
-            return recording
-        joint_names = [name for name in value('joint_names') if name]
-        if joint_names:
-            recording = of_robot(recording, joint_names)
-        if value('layout_file'):
-            recording = called_as_in(layout_from_file(Path(value('layout_file'))), recording)
-        return recording
+        layout = layout_from_file(Path(value('layout_file'))) if value('layout_file') else None
+        return as_on_arm(recording, [name for name in value('joint_names') if name], layout)
 
     def _make_playback(self) -> Playback:
         values = parameter_mapping(self, PARAMETERS)

@@ -1,18 +1,16 @@
 """A recording as serialised messages with the times they are due; no clock in it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 import re
 
 from modal_core.errors import SettingsError
 from modal_core.measurements import JointSamples, Measurement, NANOSECONDS_PER_SECOND, SampleBlock
 from modal_recordings.array_recording import ArrayRecording
-from modal_recordings.convert import split_block
-from modal_recordings.messages import encode, RawMessage
+from modal_recordings.messages import encode, RawMessage, small_blocks
 from modal_recordings.open_recording import Recording
 from robot_bridge.playback_settings import PlaybackSettings
 
-LARGEST_BLOCK_BYTES = 64_000
 BLOCK_TOPIC, JOINT_TOPIC = 'acceleration_block', '/joint_states'
 TOPIC = re.compile(r'[~/]?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
@@ -108,8 +106,11 @@ def raw_messages(recording: Recording) -> Iterator[RawMessage]:
         yield from recording.messages()
         return
     for measurement in recording.measurements():
-        for part in _small(measurement):
-            yield from encode(part, _topic(part))
+        parts: Iterable[Measurement] = (measurement,)
+        if isinstance(measurement, SampleBlock):
+            parts = small_blocks(measurement)
+        for part in parts:
+            yield from encode(part, _topic(measurement))
 
 
 def _topic(measurement: Measurement) -> str:
@@ -120,12 +121,3 @@ def _topic(measurement: Measurement) -> str:
     if measurement.source.startswith('/'):
         return measurement.source
     return 'accel/' + re.sub(r'[^A-Za-z0-9_]', '_', measurement.source)
-
-
-def _small(measurement: Measurement) -> Iterator[Measurement]:
-    """Yield a block in parts that are not larger than a message should be."""
-    if not isinstance(measurement, SampleBlock):
-        yield measurement
-        return
-    rows = max(1, LARGEST_BLOCK_BYTES // (4 * len(measurement.channel_names)))
-    yield from split_block(measurement, rows)
