@@ -21,12 +21,14 @@ from oma_identifier.moving_lines.thresholds import MOVING
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 LIGHTEST = 0.005
-"""Damping ratio of the lightest mode that is thought of where an order crosses it."""
+"""Damping ratio of the lightest mode that is thought of where an order crosses it.  Chosen: of 148
+orders of 20 ramps (simulated) 7 are left, 6 with half of it and 8 with twice as much."""
 BESIDE, LEAST_BESIDE = 2, 16
 """Coefficients beside a line that tell what is usual: of its own, and at least."""
 BELL = 10.0
 """Fall of power from coefficients to those beside them that no resonance has: far from its middle
-it falls with the square of the distance, by 10 at most between these."""
+it falls with the square of the distance, by 10 at most between these.  Without it sines that
+wander, and nothing else, left modes."""
 
 
 def orders_there(near: NearBand, found_hz: Real, course: Course) -> list[tuple[float, int]]:

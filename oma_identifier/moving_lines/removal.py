@@ -50,10 +50,6 @@ LEAST_SHARE = 0.2
 """Of response that is taken with a line, from where on it may bias a mode; chosen."""
 Gain = Callable[[int, int], Real]
 """Coefficients that a line has, and all that it may have, to the share of each that is taken."""
-FEWEST_CENTRED = 4
-"""Coefficients that tell by how much a line's mean frequency is off."""
-N_CENTRED = 2
-"""Rounds that find a line's mean frequency."""
 N_KEPT = 3 * MOVING.most_knots
 """Coefficients that are looked at: a line's, and those that tell what is usual beside it."""
 
@@ -232,15 +228,14 @@ def _without_order(
     samples: Samples, course: Course, hz: float, gain: Gain, n_least: int
 ) -> tuple[Samples, MovingLine | None]:
     rows, few = samples.widened(), few_channels(samples)
-    for last in (False,) * N_CENTRED + (True,):
+    for is_centred in (False, True):
         turn = np.exp(2j * np.pi * hz * course.own_time_s)
         level = _coefficients(rows, turn, N_KEPT)
         n_line = max(n_least, extent(level[:, few], most_coefficients(course.moved)))
         if n_line == 0:
             return samples, None
-        if not last:
-            n_seen = max(n_line, FEWEST_CENTRED)
-            amplitude = _in_time(level[:n_seen], np.ones(n_seen), len(rows))
+        if not is_centred:
+            amplitude = _in_time(level[:n_line], np.ones(n_line), len(rows))
             off = np.sum(amplitude[1:] * amplitude[:-1].conj())
             hz += float(np.angle(off)) * samples.sample_rate_hz / (2.0 * np.pi)
     share = gain(n_line, MOVING.most_knots)
