@@ -229,7 +229,8 @@ def gap(
     settings : SearchSettings or None
         Band, tolerances and catalogue of effects; None: the defaults.
     effects : iterable of path
-        Folders or files with effects of one's own, beside those that ``campaign.yaml`` names.
+        Folders or files with effects of one's own.  They are programs: those that
+        ``campaign.yaml`` says it needs are not run unless they are given here too.
     tolerances : dict of str to float or None
         How roughly the model is known, by kind (``stiffness``: 0.4) or by name (``stiffness of
         joint_2``: 0.1); they count before those of ``campaign.yaml``, which count before the

@@ -8,6 +8,7 @@ import typer
 from autonomous_modal_analysis.console.option_groups import grouped, Wish
 from autonomous_modal_analysis.console.options import (
     check_namespace,
+    Effects,
     ExportTable,
     Namespace,
     POSE_HELP,
@@ -83,6 +84,7 @@ def campaign(
             ' add most; record nothing.',
         ),
     ] = None,
+    effects: Effects = None,
     export: ExportTable = None,
 ) -> None:
     """Record a campaign: poses far apart, times amplitude levels.
@@ -134,8 +136,12 @@ def campaign(
         request=wish.plan_request(**(STATE_DEFAULTS if asked_states else DEFAULTS)),
     )
     if following:
-        _tell_next(following, robot, asked)
+        _tell_next(following, robot, asked, effects or ())
         return
+    if effects:
+        raise SettingsError(
+            'effects take no part in recording', where='--effects', advice='add --next'
+        )
     planned = planned_recordings(model, layout, asked)
     with progress_bar('checking the motions') as progress:
         check_all(model, layout, planned, progress)
@@ -171,7 +177,7 @@ def _export(files: 'Sequence[Path]', columns: dict[str, list[object]]) -> None:
     export_each(files, lambda file: export_table(file, table))
 
 
-def _tell_next(folder: Path, robot: str, asked: 'CampaignWish') -> None:
+def _tell_next(folder: Path, robot: str, asked: 'CampaignWish', effects: 'Sequence[Path]') -> None:
     """Say what recordings can tell apart, and what one more would add."""
     from autonomous_modal_analysis.api.gap import campaign_of
     from autonomous_modal_analysis.campaigns.campaign_poses import choose_poses
@@ -184,11 +190,12 @@ def _tell_next(folder: Path, robot: str, asked: 'CampaignWish') -> None:
     model = load_robot(robot)
     with progress_bar(f'reading {folder.name}') as progress:
         data = campaign_of(folder, robot, None, progress)
+    settings = stated_settings(model, data, effects=effects)
     poses = list(asked.poses) or choose_poses(
         model, data.layout, min(asked.n_poses, MOST_ASKED), asked.request
     )
     with progress_bar('predicting every effect') as progress:
-        found = what_it_tells(model, data, poses, stated_settings(model, data), progress)
+        found = what_it_tells(model, data, poses, settings, progress)
     for line in telling_lines(found, model):
         OUTPUT.print(line, soft_wrap=True, markup=False)
 

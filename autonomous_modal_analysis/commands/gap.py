@@ -5,7 +5,7 @@ from typing import Annotated, TYPE_CHECKING
 
 import typer
 
-from autonomous_modal_analysis.console.options import ExportTable, Json, LayoutPath
+from autonomous_modal_analysis.console.options import Effects, ExportTable, Json, LayoutPath
 from modal_core.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -32,13 +32,7 @@ def gap(
         Path, typer.Option(help='Folder for gap.json, model_updated.yaml and report.html.')
     ] = Path('gap'),
     layout: LayoutPath = None,
-    effects: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Folder (or file) with effects of one's own; may be given more than once.",
-            show_default=False,
-        ),
-    ] = None,
+    effects: Effects = None,
     tolerance: Annotated[
         list[str] | None,
         typer.Option(

@@ -29,6 +29,15 @@ LayoutPath = Annotated[
     Path | None,
     typer.Option('--layout', help='Sensor layout: links, places and directions of the channels.'),
 ]
+Effects = Annotated[
+    list[Path] | None,
+    typer.Option(
+        '--effects',
+        help="Folder (or file) with effects of one's own, which are programs; may be given more "
+        'than once.',
+        show_default=False,
+    ),
+]
 SampleRate = Annotated[
     float | None, typer.Option('--sample-rate-hz', help='Rate of a plain array.')
 ]

@@ -117,7 +117,7 @@ class Campaign:
     given_layout : SensorLayout or None
         With the sensors and axes that no recording has; None: there are none.
     effects : tuple of Path
-        Folders or files with effects of one's own.
+        Folders or files with effects of one's own that it needs; nothing of them is loaded.
     tolerances : dict of str to number
         How roughly the model is known, as far as the campaign says.
     """

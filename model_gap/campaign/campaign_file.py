@@ -96,7 +96,7 @@ class CampaignFile:
     remarks : tuple of str
         Notes of the campaign and of its recordings.
     effects : tuple of Path
-        Folders or files with effects of one's own.
+        Folders or files with effects of one's own that it needs; nothing of them is loaded.
     tolerances : dict of str to number
         How roughly the model is known, as far as the campaign says.
     """

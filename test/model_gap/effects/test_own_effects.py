@@ -72,10 +72,19 @@ def filtered(folder, robot, tmp_path):
     return place
 
 
+def test_programs_that_a_campaign_names_are_not_run_unasked(filtered, folder, robot):
+    mark = folder / 'ran'
+    (folder / 'low_pass.py').write_text(f'open({str(mark)!r}, "w")\n{CODE}')
+    with pytest.raises(SettingsError, match='not run unasked') as caught:
+        ama.gap(filtered, robot)
+    assert str(folder.resolve()) in str(caught.value)
+    assert not mark.exists()
+
+
 @pytest.mark.slow
 def test_it_is_screened_named_written_and_told(filtered, folder, robot, tmp_path):
     settings = SearchSettings(catalogue=(SensorDelay, SensorMountResonance), most_effects=1)
-    found = ama.gap(filtered, robot, settings=settings)
+    found = ama.gap(filtered, robot, settings=settings, effects=[folder])
     assert found.verdict == 'named', f'seed {SEED}: {found}'
     (effect,) = found.effects
     assert (effect['type'], effect['location']) == ('low_pass', 'sensor:elbow')
