@@ -26,6 +26,7 @@ from autonomous_modal_analysis.commands import (
     operate,
     plan,
     replay,
+    robot,
     up,
     watch,
 )
@@ -59,6 +60,7 @@ for command in (
     info,
     replay,
     plan,
+    robot,
     model,
     up,
     watch,

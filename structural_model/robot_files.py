@@ -96,7 +96,10 @@ def robot_folder(name_or_folder: str | Path) -> Path:
     if NAME.fullmatch(text) and text in known:
         return robots / text
     raise ModelError(
-        'unknown robot', found=text[:100], expected=f'a folder, or one of {", ".join(known)}'
+        'unknown robot',
+        found=text[:100],
+        expected=f'a folder, or one of {", ".join(known)}',
+        advice='ama robot makes a folder of a URDF' if text.endswith('.urdf') else '',
     )
 
 

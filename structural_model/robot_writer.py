@@ -109,9 +109,9 @@ def _joint(joint: JointSpec) -> dict[str, Any]:
         'drive': _plain(joint.drive.spring),
         'tilts': [_plain(tilt) for tilt in joint.tilts],
         'servo': _plain(joint.drive.servo),
-        'gear_ratio': joint.drive.gear_ratio,
-        'rotor_inertia_kg_m2': joint.drive.rotor_inertia_kg_m2,
-        **({'offset_rad': joint.offset_rad} if joint.offset_rad else {}),
+        'gear_ratio': _plain(joint.drive.gear_ratio),
+        'rotor_inertia_kg_m2': _plain(joint.drive.rotor_inertia_kg_m2),
+        **({'offset_rad': _plain(joint.offset_rad)} if joint.offset_rad else {}),
     }
 
 
@@ -124,7 +124,9 @@ def _plain(item: Any) -> Any:
         return {
             field.name: _plain(getattr(item, field.name)) for field in dataclasses.fields(item)
         }
-    return [_plain(part) for part in item] if isinstance(item, tuple) else item
+    if isinstance(item, tuple):
+        return [_plain(part) for part in item]
+    return item.item() if isinstance(item, np.generic) else item
 
 
 def _coupling(model: FlexibleJointModel) -> list[dict[str, Any]]:

@@ -35,7 +35,15 @@ from structural_model.description.spec import (
     Vector,
 )
 from structural_model.description.spring_check import check_spring
-from structural_model.description.urdf import Joint, load_urdf, parse_urdf, RigidRobot, Shape
+from structural_model.description.urdf import (
+    Joint,
+    load_urdf,
+    parse_urdf,
+    read_urdf,
+    read_urdf_file,
+    RigidRobot,
+    Shape,
+)
 
 __all__ = [
     'SLIDING',
@@ -69,6 +77,8 @@ __all__ = [
     'parse_urdf',
     'pose_words',
     'read_parameters',
+    'read_urdf',
+    'read_urdf_file',
     'read_values',
     'shown',
     'unit_of',

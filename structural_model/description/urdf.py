@@ -144,33 +144,35 @@ def load_urdf(path: str | Path) -> RigidRobot:
     Raises
     ------
     ModelError
-        The file is missing, too large, not XML, carries entities, or is not a usable robot: a link
+        The file is missing, too large, not XML, carries entities, or is not a usable robot: a body
         that moves without inertia, an inertia that no body can have, an unsupported joint type.
     """
+    return parse_urdf(read_urdf_file(path), str(path))
+
+
+def read_urdf_file(path: str | Path) -> bytes:
+    """Return the text of a URDF file.
+
+    Raises
+    ------
+    ModelError
+        It is missing or too large.
+    """
     try:
-        text = read_bytes(Path(path), LARGEST_FILE_BYTES)
+        return read_bytes(Path(path), LARGEST_FILE_BYTES)
     except SettingsError as error:
         raise ModelError(f'URDF {error.what}', where=path, expected=error.expected) from error
-    return parse_urdf(text, str(path))
 
 
 def parse_urdf(text: bytes, where: str) -> RigidRobot:
     """Parse URDF text; see ``load_urdf``."""
-    try:
-        root = fromstring(text, forbid_dtd=True)
-    except DefusedXmlException as error:
-        raise ModelError('URDF carries a DTD or entities, refused', where=where) from error
-    except (ParseError, ValueError) as error:
-        raise ModelError('URDF is not XML', where=where, found=error) from error
-    if root.tag != 'robot':
-        raise ModelError('not a URDF', where=where, expected='<robot>')
-    _check_extent(root, where)
+    root = read_urdf(text, where)
     joints = _joints(root, where)
-    _check_tree(root, where)
-    _check_inertias(root, where)
+    _leave_out_weightless(root, where)
     _check_places(root, where)
     shapes = _shapes(root, where)
     model = _pinocchio_model(root, where)
+    _check_bodies(root, model, where)
     names = list(model.names)[1:]
     missing = sorted(set(joints) - set(names))
     if missing or len(names) != len(joints):
@@ -183,6 +185,34 @@ def parse_urdf(text: bytes, where: str) -> RigidRobot:
         model=model,
         text=text,
     )
+
+
+def read_urdf(text: bytes, where: str) -> Element:
+    """Return the elements of a URDF that is one tree of links and no deeper than any robot.
+
+    Raises
+    ------
+    ModelError
+        Not XML, carries entities, not a URDF, too long, or not one tree.
+    """
+    try:
+        root: Element = fromstring(text, forbid_dtd=True)
+    except DefusedXmlException as error:
+        raise ModelError('URDF carries a DTD or entities, refused', where=where) from error
+    except (ParseError, ValueError) as error:
+        raise ModelError('URDF is not XML', where=where, found=error) from error
+    if root.tag != 'robot':
+        raise ModelError('not a URDF', where=where, expected='<robot>')
+    _check_extent(root, where)
+    if any('xacro}' in str(element.tag) for element in root.iter()):
+        raise ModelError(
+            'a xacro that is not expanded',
+            where=where,
+            expected='a URDF',
+            advice='run xacro on it, and read what that writes',
+        )
+    _check_tree(root, where)
+    return root
 
 
 def numbers(
@@ -303,24 +333,24 @@ def _check_tree(root: Element, where: str) -> None:
         )
 
 
-def _check_inertias(root: Element, where: str) -> None:
-    """Every moving link needs an inertia a body can have (a fixed tool frame needs none)."""
-    moved = {
-        _link(joint, 'child') for joint in root.findall('joint') if joint.get('type') in MOVING
-    }
+def _leave_out_weightless(root: Element, where: str) -> None:
+    """Take the inertias of mass zero out, as tool frames and dummy links carry them."""
     for link in root.findall('link'):
-        name = link.get('name', '')
-        place = f'{where}: link {name}'
         inertial = link.find('inertial')
         if inertial is None:
-            if name in moved:
-                raise ModelError(
-                    'link without inertia',
-                    where=place,
-                    expected='<inertial> with mass and inertia',
-                )
             continue
-        _check_inertia(inertial, place)
+        place = f'{where}: link {link.get("name", "")}'
+        mass_element, tensor = inertial.find('mass'), inertial.find('inertia')
+        if mass_element is None or tensor is None:
+            raise ModelError('inertial without mass or inertia', where=place)
+        for key in TENSOR:
+            numbers(tensor.get(key), 1, (0.0,), f'{place}: {key}', LARGEST)
+        text = mass_element.get('value')
+        mass = float(numbers(text, 1, (0.0,), f'{place}: mass', LARGEST)[0])
+        if mass < 0.0:
+            raise ModelError('mass is negative', where=place, found=f'{mass} kg')
+        if mass == 0.0:
+            link.remove(inertial)
 
 
 def _link(joint: Element, role: str) -> str:
@@ -328,32 +358,28 @@ def _link(joint: Element, role: str) -> str:
     return '' if element is None else element.get('link', '')
 
 
-def _check_inertia(inertial: Element, where: str) -> None:
-    mass_element, tensor = inertial.find('mass'), inertial.find('inertia')
-    if mass_element is None or tensor is None:
-        raise ModelError('inertial without mass or inertia', where=where)
-    mass = float(numbers(mass_element.get('value'), 1, (0.0,), f'{where}: mass', LARGEST)[0])
-    if mass <= 0.0:
-        raise ModelError('mass is not positive', where=where, found=f'{mass} kg')
-    entry = {
-        key: float(numbers(tensor.get(key), 1, (0.0,), f'{where}: {key}', LARGEST)[0])
-        for key in TENSOR
-    }
-    matrix = np.array(
-        [
-            [entry['ixx'], entry['ixy'], entry['ixz']],
-            [entry['ixy'], entry['iyy'], entry['iyz']],
-            [entry['ixz'], entry['iyz'], entry['izz']],
-        ]
-    )
-    principal = np.linalg.eigvalsh(matrix)
-    if principal[0] <= 0.0 or principal[0] + principal[1] < principal[2] * (1.0 - 1e-3):
-        raise ModelError(
-            'inertia no body can have',
-            where=where,
-            found=f'principal moments {np.round(principal, 6).tolist()} kg m²',
-            expected='positive, each at most the sum of the other two',
-        )
+def _check_bodies(root: Element, model: pin.Model, where: str) -> None:
+    """Whatever moves as one body, links fixed to each other, needs an inertia it can have.
+
+    Of single links some are no body's in many files: dummy frames, camera mounts.
+    """
+    links = {joint.get('name', ''): _link(joint, 'child') for joint in root.findall('joint')}
+    for name, body in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
+        place = f'{where}: link {links.get(name, name)}, with what is fixed to it'
+        if body.mass <= 0.0:
+            raise ModelError(
+                'link without inertia',
+                where=place,
+                expected='<inertial> with a mass above zero and inertia',
+            )
+        principal = np.linalg.eigvalsh(body.inertia)
+        if principal[0] <= 0.0 or principal[0] + principal[1] < principal[2] * (1.0 - 1e-3):
+            raise ModelError(
+                'inertia no body can have',
+                where=place,
+                found=f'principal moments {np.round(principal, 6).tolist()} kg m²',
+                expected='positive, each at most the sum of the other two',
+            )
 
 
 def _check_places(root: Element, where: str) -> None:

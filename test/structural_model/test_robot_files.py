@@ -120,8 +120,12 @@ def test_unknown_pose_link_and_parameter():
 
 URDF_FAULTS = {
     'link without inertia': '<link name="b"/><link name="l"/>{joint}',
-    'mass is not positive': '<link name="b"/><link name="l"><inertial><mass value="0"/>'
+    'mass above zero': '<link name="b"/><link name="l"><inertial><mass value="0"/>'
     '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>{joint}',
+    'mass is negative': '<link name="b"/><link name="l"><inertial><mass value="-1"/>'
+    '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>{joint}',
+    'a xacro that is not expanded': '<link name="b"/><link name="l"/>{joint}'
+    '<x:include xmlns:x="http://www.ros.org/wiki/xacro" filename="a"/>',
     'inertia no body can have': '<link name="b"/><link name="l"><inertial><mass value="1"/>'
     '<inertia ixx="1" iyy="1" izz="9" ixy="0" ixz="0" iyz="0"/></inertial></link>{joint}',
     'bad numbers': '<link name="b"/><link name="l"><inertial><mass value="1e400"/>'
@@ -138,6 +142,19 @@ def test_bad_urdf(arms, fault):
     with pytest.raises(ModelError) as error:
         arms.load(body)
     assert fault in one_line(error)
+
+
+def test_frames_fixed_to_a_body_may_have_odd_inertias(arms):
+    """Real files have tool frames of mass zero and cameras whose moments no body has."""
+    body = '<link name="base"/>' + arms.link('rod', 1.0, inertia=(0.2, 0.2, 0.01))
+    body += arms.joint('j', 'base', 'rod')
+    for name, mass, inertia in (('tool0', 0.0, (0, 0, 0)), ('camera', 0.01, (1e-6, 1e-6, 1e-3))):
+        body += arms.link(name, mass, inertia=inertia)
+        body += arms.joint(f'to_{name}', 'rod', name, kind='fixed')
+    model = arms.load(body)
+    (moving,) = list(model.robot.model.inertias)[1:]
+    assert moving.mass == pytest.approx(1.01)
+    assert model.link_names == ('base', 'rod', 'tool0', 'camera')
 
 
 HEAVY = (
