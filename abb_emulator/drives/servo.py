@@ -89,7 +89,8 @@ class Servo:
         self._queue = np.tile(start, (n_delay + 1, 1))
         self._omega = 2.0 * math.pi * settings.bandwidth_hz
         self._step, self._first, self._second, self._kick = self._discrete(step_s)
-        self._count_deg = 360.0 / (settings.encoder_counts * np.array(settings.gear_ratio))
+        gear_ratio = np.resize(settings.gear_ratio, len(start))
+        self._count_deg = 360.0 / (settings.encoder_counts * gear_ratio)
 
     @property
     def position_deg(self) -> Array:

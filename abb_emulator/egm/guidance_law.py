@@ -94,12 +94,19 @@ class GuidanceLaw:
         self.settings = settings
         self.start_deg = np.array(start_deg, float)
         self.position_deg = self.start_deg.copy()
-        self.speed_deg_s = np.zeros(N_AXES)
+        self.speed_deg_s = np.zeros_like(self.start_deg)
         self.converged = False
         self._cycle_s = cycle_s
+        # Arms of other than six axes have the first one's window for all further ones.
+        n_axes = len(self.start_deg)
+        self._window_deg = (
+            np.resize(settings.window_low_deg, n_axes),
+            np.resize(settings.window_high_deg, n_axes),
+        )
+        self._selected = np.resize(settings.selected, n_axes)
         self._reference_deg = self.start_deg.copy()
-        self._reference_speed_deg_s = np.zeros(N_AXES)
-        self._filtered = np.zeros(N_AXES)
+        self._reference_speed_deg_s = np.zeros_like(self.start_deg)
+        self._filtered = np.zeros_like(self.start_deg)
         self._ran_s = 0.0
         self._inside_s = 0.0
         self._ending_s: float | None = None
@@ -122,7 +129,7 @@ class GuidanceLaw:
         if position_deg is not None:
             self._reference_deg = np.array(position_deg, float)
         self._reference_speed_deg_s = (
-            np.zeros(N_AXES) if speed_deg_s is None else np.array(speed_deg_s, float)
+            np.zeros_like(self.start_deg) if speed_deg_s is None else np.array(speed_deg_s, float)
         )
 
     def end(self) -> None:
@@ -142,7 +149,7 @@ class GuidanceLaw:
         fastest = limits.max_speed_deviation_deg_s
         speed = np.clip(self._filtered, -fastest, fastest) * self._ramp()
         farthest = limits.max_position_deviation_deg
-        position = np.clip(
+        position: Array = np.clip(
             self.position_deg + speed * cycle_s,
             self.start_deg - farthest,
             self.start_deg + farthest,
@@ -174,9 +181,9 @@ class GuidanceLaw:
         return ramp
 
     def _watch_convergence(self, error: Array) -> None:
-        limits = self.settings
-        inside = (error >= limits.window_low_deg) & (error <= limits.window_high_deg)
-        self.converged = bool(np.all(inside | ~np.array(limits.selected)))
+        low, high = self._window_deg
+        inside = (error >= low) & (error <= high)
+        self.converged = bool(np.all(inside | ~self._selected))
         self._inside_s = self._inside_s + self._cycle_s if self.converged else 0.0
-        if self._inside_s >= limits.condition_time_s:
+        if self._inside_s >= self.settings.condition_time_s:
             self.end()

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgesv
 
-from abb_emulator.mechanics.gear_settings import GearSettings, N_AXES
+from abb_emulator.mechanics.gear_settings import GearSettings
 
 Array = NDArray[np.float64]
 MOST_ITERATIONS = 20
@@ -29,23 +29,23 @@ class GearFriction:
         self._steep = self._most / self._speed
         self.active = bool(self._most.any())
         self._tolerance = (TOLERANCE * float(self._most.max())) ** 2
-        self.torque = np.zeros(N_AXES)
-        self._before = np.zeros(N_AXES)
+        self.torque = np.zeros_like(self._most)
+        self._before = np.zeros_like(self._most)
 
     def solve(self, free: Array, response: Array) -> Array:
         """Return the torque held over a step (Newton, steps halved where they do not help).
 
         Parameters
         ----------
-        free : (6,) array [rad/s]
+        free : (n_axes,) array [rad/s]
             Rates of the twists at the end of the step without friction.
-        response : (6, 6) array
+        response : (n_axes, n_axes) array
             Change of those per unit torque; taken off.
         """
         guess = 2.0 * self.torque - self._before
         torque = np.minimum(np.maximum(guess, -self._most), self._most)
         self._before = self.torque
-        step, last = np.zeros(N_AXES), np.inf
+        step, last = np.zeros_like(torque), np.inf
         for _ in range(MOST_ITERATIONS):
             grip = np.tanh((free - response @ torque) / self._speed)
             error = torque - self._most * grip
@@ -58,7 +58,7 @@ class GearFriction:
                 continue
             last = size
             slope = (self._steep * (1.0 - grip * grip))[:, None] * response
-            slope.flat[:: N_AXES + 1] += 1.0
+            slope.flat[:: len(torque) + 1] += 1.0
             step = dgesv(slope, error, overwrite_a=1)[2]
             torque = torque - step
         self.torque = np.asarray(torque)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from abb_emulator.mechanics.gear_settings import GearSettings, N_AXES
+from abb_emulator.mechanics.gear_settings import GearSettings
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -48,33 +48,33 @@ class GearSprings:
         self.active = self._slip.active or self._stick.active or self._bends
 
     def factor(self, speed: Array, time_s: Array) -> Array:
-        """Return 1 + c, the factor on each spring, (n_samples, 6).
+        """Return 1 + c, the factor on each spring, (n_samples, n_axes).
 
         Parameters
         ----------
-        speed : (n_samples, 6) array [rad/s]
+        speed : (n_samples, n_axes) array [rad/s]
             Of the controller axes.
         time_s : (n_samples,) array [s]
             Since the arm was switched on.
         """
         if not self._varies:
-            return np.ones((len(time_s), N_AXES))
+            return np.ones((len(time_s), len(self.stiffness)))
         warmth = 1.0 - np.exp(-time_s[:, None] / self._drift_s)
         return np.asarray(1.0 + self._beta * np.abs(speed) + self._drift * warmth)
 
     def torque(self, twist: Array, factor: Array, angle: Array) -> tuple[Array, Array]:
-        """Return the torques and their slopes over the twist, (6,) each.
+        """Return the torques and their slopes over the twist, (n_axes,) each.
 
         Parameters
         ----------
-        twist : (6,) array [rad]
+        twist : (n_axes,) array [rad]
             Of the controller axes.
-        factor : (6,) array
+        factor : (n_axes,) array
             One row of :meth:`factor`.
-        angle : (6,) array [rad]
+        angle : (n_axes,) array [rad]
             Of the controller axes.
         """
-        torque = slope = np.zeros(N_AXES)
+        torque = slope = np.zeros(len(self.stiffness))
         if self._bends:
             wound = twist - np.minimum(np.maximum(twist, -self._play), self._play)
             square = self._alpha * wound * wound
@@ -103,16 +103,16 @@ class SlippingSpring:
 
     Parameters
     ----------
-    stiffness : (6,) array [N m/rad]
+    stiffness : (n_axes,) array [N m/rad]
         k, 0 where there is none.
-    limit : (6,) array [rad]
+    limit : (n_axes,) array [rad]
         z_max.
     """
 
     def __init__(self, stiffness: Array, limit: Array) -> None:
         self._stiffness, self._limit = stiffness, limit
         self.active = bool(stiffness.any())
-        self._wound = self._place = np.zeros(N_AXES)
+        self._wound = self._place = np.zeros(len(limit))
 
     def torque(self, place: Array) -> tuple[Array, Array]:
         """Return the torque at a place x, and its slope."""
@@ -121,7 +121,7 @@ class SlippingSpring:
 
     def rest(self, place: Array) -> None:
         """Be slack at a place."""
-        self._place, self._wound = place, np.zeros(N_AXES)
+        self._place, self._wound = place, np.zeros(len(self._limit))
 
     def arrive(self, place: Array) -> None:
         """Remember the place at the end of a step."""

@@ -47,6 +47,7 @@ from modal_core.work.real_time import ask_for_real_time
 from modal_recordings.messages import encode
 from oma_msgs.msg import AccelerationBlock, ModalParameters
 from oma_msgs.srv import InjectFault
+from robot_bridge.egm import check_six_axes
 from structural_model.robot_files import load_layout, load_robot
 
 RCLError = rclpy_implementation.RCLError
@@ -86,6 +87,7 @@ class EmulatorNode(Node):
     def _make_cell(self, values: Mapping[str, Any]) -> None:
         """Make controller, arm and sensors, standing at the start pose."""
         self.model = load_robot(values['robot'])
+        check_six_axes(self.model.joint_names, self.model.robot_name)
         self.layout = load_layout(values['robot'], values['sensors_file'])
         self.settings = cell_settings(values)
         start_deg = start_angles_deg(values, self.model)

@@ -38,6 +38,8 @@ STANDING, RUNNING = 'standing', 'running'
 # Of the presliding travel, what noise about a standing joint may use at its peaks (5 %: a Dahl
 # friction is then within 3 % of its stiffness at rest), and the peaks over the rms.
 STANDING_PART, PEAK = 0.05, 4.0
+# What a limit of acceleration is over the rms of noise: beyond five deviations lie 6e-7 of it.
+CREST = 5.0
 POSES = 9
 SMALLEST_LEVEL, MOST_POSES = 0.02, 100
 
@@ -133,7 +135,7 @@ def planned_recordings(
     PlanError, ModelError
         Too few poses, or a pose outside the limits.
     """
-    request = wish.request
+    request = _within_accelerations(model, wish.request)
     poses = list(wish.poses) or choose_poses(model, layout, wish.n_poses, request)
     found = []
     for number, pose in enumerate(poses):
@@ -149,6 +151,15 @@ def planned_recordings(
             file = f'{name}_level_{level:g}.mcap'
             found.append(PlannedRecording(file, np.asarray(pose), level, own))
     return found
+
+
+def _within_accelerations(model: FlexibleJointModel, request: PlanRequest) -> PlanRequest:
+    """Return a request whose slow axes move less, where it leaves that open."""
+    most = model.limits.acceleration / CREST
+    weights = np.minimum(1.0, most / max(request.acceleration_rms, 1e-12))
+    if request.joint_weights or np.all(weights == 1.0):
+        return request
+    return replace(request, joint_weights=tuple(float(round(x, 4)) for x in weights))
 
 
 def planned_table(

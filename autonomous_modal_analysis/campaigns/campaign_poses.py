@@ -18,6 +18,8 @@ DRAWS = 400
 MARGIN, WIDEST_RAD = 0.08, np.deg2rad(340.0)
 LEAST_CLEARANCE_M = 0.03
 LEAST_HEIGHT_M = 0.1
+# Of the arms these two are for; smaller ones keep less, in proportion.
+USUAL_REACH_M = 2.0
 # Candidates whose weakest mode is among the worst seen of this part are left out.
 WORST = 0.3
 
@@ -72,7 +74,16 @@ def choose_poses(
         Fewer poses than asked are possible.
     """
     found = _candidates(model, layout, request, np.random.default_rng([request.seed, 2]))
-    least_db = np.quantile(found.weakest_db, WORST) if len(found.pose) else 0.0
+    # Where no mode is below the end of the band, nothing is seen.
+    weakest = found.weakest_db[np.isfinite(found.weakest_db)]
+    if len(found.pose) and not len(weakest):
+        raise PlanError(
+            'no mode below the end of the band in any pose',
+            where=model.robot_name,
+            found=f'{request.band_high_hz:g} Hz',
+            advice='raise band_high_hz',
+        )
+    least_db = np.quantile(weakest, WORST) if len(weakest) else 0.0
     seen = np.flatnonzero(found.weakest_db >= least_db)
     if len(seen) < count:
         raise PlanError(
@@ -137,12 +148,14 @@ def is_possible(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bo
     except ModelError:
         return False
     points = model.geometry.skeleton(q)
-    # The first points are the base, which stands on the floor.
-    if points[2:, 2].min(initial=np.inf) < points[0, 2] + LEAST_HEIGHT_M:
+    size = min(1.0, model.robot.reach_m / USUAL_REACH_M)
+    # The base stands on the floor, and what the first joint turns stays as high as it is.
+    lifted = [model.robot.links[name][0] > 1 for name in model.link_names]
+    if points[lifted, 2].min(initial=np.inf) < points[0, 2] + size * LEAST_HEIGHT_M:
         return False
     if request.box_m:
         corners = np.array(request.box_m).reshape(2, 3)
         if np.any(points < corners[0]) or np.any(points > corners[1]):
             return False
     near = model.geometry.clearance(q)
-    return near is None or near.distance_m >= max(LEAST_CLEARANCE_M, request.clearance_m)
+    return near is None or near.distance_m >= max(size * LEAST_CLEARANCE_M, request.clearance_m)

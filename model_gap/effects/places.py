@@ -76,7 +76,7 @@ def centre_at_zero(scene: Scene, link: str) -> Place:
     """Return the same in the base's axes, all joints at zero or as near as their ranges allow."""
     model = scene.model.robot.model
     ends = model.lowerPositionLimit, model.upperPositionLimit
-    data, frame = model.createData(), model.getFrameId(link)
+    data, frame = model.createData(), model.getFrameId(link, pin.FrameType.BODY)
     pin.framesForwardKinematics(model, data, np.clip(pin.neutral(model), *ends))
     x, y, z = data.oMf[frame].act(np.array(centre(scene, link)))
     return float(x), float(y), float(z)

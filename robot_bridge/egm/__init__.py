@@ -27,6 +27,7 @@ from robot_bridge.egm.session_check import (
     SessionLimits,
     Verdict,
 )
+from robot_bridge.egm.six_axes import check_six_axes
 
 __all__ = [
     'MCI_ERROR',
@@ -50,6 +51,7 @@ __all__ = [
     'SessionCheck',
     'SessionLimits',
     'Verdict',
+    'check_six_axes',
     'decode_sensor',
     'file_descriptor',
 ]

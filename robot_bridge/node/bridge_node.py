@@ -26,7 +26,7 @@ from oma_msgs.msg import ExcitationPlan as PlanMessage
 from robot_bridge.backends import ROS2_CONTROL
 from robot_bridge.bridge import Bridge
 from robot_bridge.bridge_settings import LIVE, PARAMETERS, settings_from
-from robot_bridge.egm import RobotFeedback
+from robot_bridge.egm import check_six_axes, RobotFeedback
 from robot_bridge.node.joint_publisher_node import JointPublisher
 from robot_bridge.node.name_watch_node import NameWatch, STATE_QOS
 from robot_bridge.node.operator_desk_node import OperatorDesk
@@ -167,6 +167,8 @@ class BridgeNode(LifecycleNode):
         model = load_robot(settings.robot)
         if settings.backend.name == ROS2_CONTROL:
             self.robot = self._trajectory_robot(settings.backend.trajectory_action)
+        else:
+            check_six_axes(model.joint_names, model.robot_name)
         # The robot tells its own joint states.
         self.joints.start(model, publish_states=self.robot is None)
         self.bridge = Bridge(settings, model, self._hear, self.joints.tell, self.robot)
