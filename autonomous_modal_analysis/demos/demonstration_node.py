@@ -62,7 +62,12 @@ def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
         spinning(OperatorNode(context=context)) as operator,
         _heartbeat_ends(operator),
     ):
-        plan = operator.wait_for('plan', lambda: operator.plan, START_UP_S, nodes.check)
+
+        def check() -> None:
+            nodes.check()
+            operator.check_planned()
+
+        plan = operator.wait_for('plan', lambda: operator.plan, START_UP_S, check)
         operator.wait_for(
             'robot', lambda: operator.state and operator.state.connected, START_UP_S, nodes.check
         )
@@ -70,7 +75,7 @@ def run_demo(settings: DemoSettings, progress: ProgressCallback) -> DemoRun:
             'plan at the bridge',
             lambda: operator.state and operator.state.plan_hash == plan.plan_hash,
             START_UP_S,
-            nodes.check,
+            check,
         )
         progress(0.05)
         MESSAGES.print(f'releasing and starting plan {plan.plan_hash[:12]}')

@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rclpy.node import Node
 
+from autonomous_modal_analysis.live.operator_node import REFUSED
 from autonomous_modal_analysis.live.recorder_node import RecorderNode
 from autonomous_modal_analysis.live.spinning_node import ros_context, spinning
 from excitation_planner.plan import ExcitationPlan
@@ -37,7 +38,6 @@ TAKEN_S = 30.0
 REST_S = 1.0
 # What is recorded from before the release was heard of.
 HELD_S = 2.0
-REFUSED = 'PLAN_REFUSED'
 PLAN_TOPIC = 'excitation_planner/excitation_plan'
 BRIDGE = 'robot_bridge'
 # The bridge's references are of the same type.

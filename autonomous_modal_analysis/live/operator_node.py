@@ -5,6 +5,7 @@ import threading
 import time
 from typing import Any, TypeVar
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -19,6 +20,9 @@ HEARTBEAT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 HEARTBEAT_PERIOD_S = 0.02
 POLL_S = 0.05
 RELEASE_S = 30.0
+REFUSED = 'PLAN_REFUSED'
+"""What the diagnostics of planner and bridge begin with where they refuse a plan."""
+PLANNING = ('excitation_planner', 'robot_bridge')
 Value = TypeVar('Value')
 
 
@@ -44,6 +48,7 @@ class OperatorNode(Node):
         self.state: BridgeState | None = None
         self.state_s = 0.0
         self.windows: list[ModalParameters] = []
+        self._refusals: dict[str, str] = {}
         self.create_subscription(
             ExcitationPlan, 'excitation_planner/excitation_plan', self._on('plan'), LATCHED
         )
@@ -51,6 +56,7 @@ class OperatorNode(Node):
         self.create_subscription(
             ModalParameters, 'oma_identifier/modal_parameters', self.windows.append, RESULTS
         )
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self._arm = self.create_client(ArmPlan, 'robot_bridge/arm')
         self._start = self.create_client(StartPlan, 'robot_bridge/start')
         self._triggers = {
@@ -149,6 +155,18 @@ class OperatorNode(Node):
         if not started.success:
             raise BridgeError(f'the plan was not started: {started.message}')
 
+    def check_planned(self) -> None:
+        """Raise when the planner made no plan, or the bridge takes none.
+
+        Raises
+        ------
+        BridgeError
+            With the reason.
+        """
+        for node, reason in self._refusals.items():
+            if reason:
+                raise BridgeError(f'{node}: {reason}')
+
     def check_running(self) -> None:
         """Raise when the bridge stopped the motion.
 
@@ -190,6 +208,14 @@ class OperatorNode(Node):
 
     def _on_state(self, state: BridgeState) -> None:
         self.state, self.state_s = state, time.monotonic()
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        own = self.get_namespace().rstrip('/')
+        for status in message.status:
+            node, _, _ = status.name.removeprefix(f'{own}/').partition(':')
+            if node in PLANNING:
+                _, refused, reason = status.message.partition(REFUSED)
+                self._refusals[node] = reason.strip() if refused else ''
 
     def _on(self, name: str) -> Callable[[Any], None]:
         return lambda message: setattr(self, name, message)
