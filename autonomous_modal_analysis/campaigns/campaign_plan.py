@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autonomous_modal_analysis.campaigns.campaign_poses import choose_poses
+from autonomous_modal_analysis.campaigns.campaign_poses import choose_poses, CREST
 from excitation_planner.plan import ExcitationPlan
 from excitation_planner.planner import plan_excitation
 from excitation_planner.request import PlanRequest
@@ -38,8 +38,6 @@ STANDING, RUNNING = 'standing', 'running'
 # Of the presliding travel, what noise about a standing joint may use at its peaks (5 %: a Dahl
 # friction is then within 3 % of its stiffness at rest), and the peaks over the rms.
 STANDING_PART, PEAK = 0.05, 4.0
-# What a limit of acceleration is over the rms of noise: beyond five deviations lie 6e-7 of it.
-CREST = 5.0
 POSES = 9
 SMALLEST_LEVEL, MOST_POSES = 0.02, 100
 

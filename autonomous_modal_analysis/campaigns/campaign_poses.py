@@ -17,6 +17,8 @@ DRAWS = 400
 # Part of each range that is kept away from at its ends, and the widest range of an axis.
 MARGIN, WIDEST_RAD = 0.08, np.deg2rad(340.0)
 LEAST_CLEARANCE_M = 0.03
+# What noise keeps below, over its rms: beyond five deviations lie 6e-7 of it.
+CREST = 5.0
 LEAST_HEIGHT_M = 0.1
 # Of the arms these two are for; smaller ones keep less, in proportion.
 USUAL_REACH_M = 2.0
@@ -157,5 +159,16 @@ def is_possible(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bo
         corners = np.array(request.box_m).reshape(2, 3)
         if np.any(points < corners[0]) or np.any(points > corners[1]):
             return False
+    if not _holds(model, q, request):
+        return False
     near = model.geometry.clearance(q)
     return near is None or near.distance_m >= max(size * LEAST_CLEARANCE_M, request.clearance_m)
+
+
+def _holds(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bool:
+    """Return whether the drives can hold the arm and shake it, five deviations far."""
+    size = request.acceleration_rms * np.ones(model.n_joints) * (request.joint_weights or 1.0)
+    still = np.zeros(model.n_joints)
+    shaking = np.sqrt(model.link_inertia(q) ** 2 @ size**2)
+    hold = np.abs(model.drive_torque(q, still, still))
+    return bool(np.all(hold + CREST * shaking <= model.limits.effort))

@@ -14,6 +14,7 @@ import pinocchio as pin
 
 from modal_core.errors import ModelError, SettingsError
 from modal_core.files.small_file import read_bytes
+from structural_model.description.link_tree import link_of, links_in_order
 
 LARGEST_FILE_BYTES = 5_000_000
 DEEPEST, MOST_LINKS = 16, 1000
@@ -94,7 +95,7 @@ class RigidRobot:
     joints : tuple of Joint
         In pinocchio's order.
     link_names : tuple of str
-        All links.
+        All links, the base first and the tip last, whatever their order in the file.
     shapes : tuple of Shape
         From the collision elements.
     model : pinocchio.Model
@@ -171,6 +172,7 @@ def parse_urdf(text: bytes, where: str) -> RigidRobot:
     _leave_out_weightless(root, where)
     _check_places(root, where)
     shapes = _shapes(root, where)
+    link_names = links_in_order(root)
     model = _pinocchio_model(root, where)
     _check_bodies(root, model, where)
     names = list(model.names)[1:]
@@ -180,7 +182,7 @@ def parse_urdf(text: bytes, where: str) -> RigidRobot:
     return RigidRobot(
         name=root.get('name', Path(where).parent.name),
         joints=tuple(joints[name] for name in names),
-        link_names=tuple(link.get('name', '') for link in root.findall('link')),
+        link_names=link_names,
         shapes=shapes,
         model=model,
         text=text,
@@ -315,13 +317,13 @@ def _check_tree(root: Element, where: str) -> None:
     children = []
     for joint in root.findall('joint'):
         for role in ('parent', 'child'):
-            if _link(joint, role) not in links:
+            if link_of(joint, role) not in links:
                 raise ModelError(
                     f'{role} of a joint is not a link',
                     where=f'{where}: joint {joint.get("name")}',
-                    found=_link(joint, role),
+                    found=link_of(joint, role),
                 )
-        children.append(_link(joint, 'child'))
+        children.append(link_of(joint, 'child'))
     roots = [name for name in links if name not in children]
     twice = [name for name in set(children) if children.count(name) > 1]
     if len(roots) != 1 or twice:
@@ -353,17 +355,12 @@ def _leave_out_weightless(root: Element, where: str) -> None:
             link.remove(inertial)
 
 
-def _link(joint: Element, role: str) -> str:
-    element = joint.find(role)
-    return '' if element is None else element.get('link', '')
-
-
 def _check_bodies(root: Element, model: pin.Model, where: str) -> None:
     """Whatever moves as one body, links fixed to each other, needs an inertia it can have.
 
     Of single links some are no body's in many files: dummy frames, camera mounts.
     """
-    links = {joint.get('name', ''): _link(joint, 'child') for joint in root.findall('joint')}
+    links = {joint.get('name', ''): link_of(joint, 'child') for joint in root.findall('joint')}
     for name, body in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
         place = f'{where}: link {links.get(name, name)}, with what is fixed to it'
         if body.mass <= 0.0:

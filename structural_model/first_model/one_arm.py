@@ -6,8 +6,15 @@ from xml.etree.ElementTree import Element, tostring
 
 from modal_core.errors import ModelError
 from structural_model.description import read_urdf
+from structural_model.description.link_tree import (
+    base_of,
+    joints_ahead,
+    joints_below,
+    link_of,
+    moves,
+    STANDING,
+)
 
-STANDING = 'fixed'
 DRAWN = ('cylinder', 'sphere', 'box')
 KEPT = {
     'link': ('inertial', 'collision'),
@@ -61,23 +68,23 @@ def one_arm(text: bytes, where: str, tip: str | None = None) -> OneArm:
         the way that the model does not know.
     """
     root = read_urdf(text, where)
-    joints = {_link(joint, 'child'): joint for joint in root.findall('joint')}
+    joints = {link_of(joint, 'child'): joint for joint in root.findall('joint')}
     links = [link.get('name', '') for link in root.findall('link')]
-    (base,) = (name for name in links if name not in joints)
+    base = base_of(root)
     if tip is None:
-        tip = _end(base, joints, where)
+        tip = _end(base, root, where)
     elif tip not in links:
         raise ModelError('unknown link', where=where, found=tip, expected=', '.join(links[:40]))
     way = _way(tip, joints)
     moving = tuple(
-        joint.get('name', '') for joint in way if _moves(joint) and not _has_no_range(joint)
+        joint.get('name', '') for joint in way if moves(joint) and not _has_no_range(joint)
     )
     if not moving:
         raise ModelError('no moving joint', where=where, found=f'{base} to {tip}')
     standing = tuple(
         joint.get('name', '')
         for joint in root.findall('joint')
-        if _moves(joint) and joint.get('name') not in moving
+        if moves(joint) and joint.get('name') not in moving
     )
     for joint in root.findall('joint'):
         if joint.get('name') not in moving:
@@ -86,21 +93,19 @@ def one_arm(text: bytes, where: str, tip: str | None = None) -> OneArm:
     return OneArm(tostring(root), moving, standing, base, tip)
 
 
-def _end(base: str, joints: Mapping[str, Element], where: str) -> str:
+def _end(base: str, root: Element, where: str) -> str:
     """Return the last link before the moving joints branch, or where they end."""
-    below: dict[str, list[Element]] = {}
-    for joint in joints.values():
-        below.setdefault(_link(joint, 'parent'), []).append(joint)
-    ahead = _joints_ahead(base, below)
+    below = joints_below(root)
+    ahead = joints_ahead(base, below)
 
     def reach(joint: Element) -> int:
-        return _moves(joint) + ahead[_link(joint, 'child')]
+        return moves(joint) + ahead[link_of(joint, 'child')]
 
     end, passed = base, 0
     while len(onward := [joint for joint in below.get(end, ()) if reach(joint)]) == 1:
-        end, passed = _link(onward[0], 'child'), passed + _moves(onward[0])
+        end, passed = link_of(onward[0], 'child'), passed + moves(onward[0])
     if onward and max(map(reach, onward)) >= passed:
-        branches = ', '.join(_link(joint, 'child') for joint in onward[:8])
+        branches = ', '.join(link_of(joint, 'child') for joint in onward[:8])
         raise ModelError(
             'several arms, or no arm',
             where=where,
@@ -109,32 +114,16 @@ def _end(base: str, joints: Mapping[str, Element], where: str) -> str:
         )
     # A tool's frame is fixed to the last body.
     while not onward and below.get(end):
-        end = _link(below[end][-1], 'child')
+        end = link_of(below[end][-1], 'child')
     return end
-
-
-def _joints_ahead(base: str, below: Mapping[str, Sequence[Element]]) -> dict[str, int]:
-    """Return how many joints move on the longest way from each link on."""
-    order = [base]
-    for link in order:
-        order += [_link(joint, 'child') for joint in below.get(link, ())]
-    ahead: dict[str, int] = {}
-    for link in reversed(order):
-        ways = (_moves(joint) + ahead[_link(joint, 'child')] for joint in below.get(link, ()))
-        ahead[link] = max(ways, default=0)
-    return ahead
 
 
 def _way(tip: str, joints: Mapping[str, Element]) -> Sequence[Element]:
     way = []
     while tip in joints:
         way.append(joints[tip])
-        tip = _link(joints[tip], 'parent')
+        tip = link_of(joints[tip], 'parent')
     return way[::-1]
-
-
-def _moves(joint: Element) -> bool:
-    return joint.get('type') != STANDING
 
 
 def _has_no_range(joint: Element) -> bool:
@@ -160,8 +149,3 @@ def _strip(root: Element) -> None:
             drawn = any(part.find(f'geometry/{kind}') is not None for kind in DRAWN)
             if part.tag not in KEPT[element.tag] or (part.tag == 'collision' and not drawn):
                 element.remove(part)
-
-
-def _link(joint: Element, role: str) -> str:
-    element = joint.find(role)
-    return '' if element is None else element.get('link', '')

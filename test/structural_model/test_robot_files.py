@@ -157,6 +157,20 @@ def test_frames_fixed_to_a_body_may_have_odd_inertias(arms):
     assert model.link_names == ('base', 'rod', 'tool0', 'camera')
 
 
+def test_links_are_in_order_from_base_to_tip_whatever_the_file_says(arms):
+    """Published files have `world` last; a tool, a payload and the flange go by the last link."""
+    parts = [
+        arms.link('arm', 1.0), arms.link('camera', 0.1), '<link name="tool0"/>',
+        arms.link('rod', 1.0), '<link name="base"/>', '<link name="world"/>',
+        arms.joint('tool', 'arm', 'tool0', kind='fixed'), arms.joint('j2', 'rod', 'arm'),
+        arms.joint('eye', 'rod', 'camera', kind='fixed'), arms.joint('j1', 'base', 'rod'),
+        arms.joint('floor', 'world', 'base', kind='fixed'),
+    ]  # fmt: skip
+    model = arms.load(''.join(parts))
+    assert model.link_names == ('world', 'base', 'rod', 'camera', 'arm', 'tool0')
+    assert model.joint_names == ('j1', 'j2')
+
+
 HEAVY = (
     '<inertial><origin xyz="{}" rpy="{}"/><mass value="5"/>'
     '<inertia ixx="1" iyy="1" izz="1"/></inertial>'
