@@ -152,7 +152,7 @@ def is_possible(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bo
     points = model.geometry.skeleton(q)
     size = min(1.0, model.robot.reach_m / USUAL_REACH_M)
     # The base stands on the floor, and what the first joint turns stays as high as it is.
-    lifted = [model.robot.links[name][0] > 1 for name in model.link_names]
+    lifted = [model.robot.links[name][0] > 1 for name, _ in model.geometry.skeleton_points]
     if points[lifted, 2].min(initial=np.inf) < points[0, 2] + size * LEAST_HEIGHT_M:
         return False
     if request.box_m:

@@ -110,8 +110,15 @@ class RobotGeometry:
 
     @cached_property
     def skeleton_points(self) -> tuple[tuple[str, Array], ...]:
-        """Link and place of the points that draw the arm: every link's origin, base to tool."""
-        return tuple((name, np.zeros(3)) for name in self.robot.link_names)
+        """Link and place of the points that draw the arm: origins of links, from base to tip."""
+        frames = self.robot.model.frames
+        frame = self.robot.model.getFrameId(self.robot.link_names[-1], pin.FrameType.BODY)
+        way = []
+        while frame > 0:  # the first one is the world, its own parent
+            if frames[frame].type == pin.FrameType.BODY:
+                way.append((frames[frame].name, np.zeros(3)))
+            frame = frames[frame].parentFrame
+        return tuple(way[::-1])
 
     @cached_property
     def skeleton_channels(self) -> tuple[Channel, ...]:
