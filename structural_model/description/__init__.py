@@ -5,6 +5,7 @@ In come a URDF and the numbers of a model; out go immutable descriptions that ar
 
 from structural_model.description.coupling import AxisCoupling, AxisMap
 from structural_model.description.limits import check_length, RobotLimits
+from structural_model.description.link_tree import link_of, LinkTree, moves, STANDING
 from structural_model.description.parameters import read_parameters, write_parameters
 from structural_model.description.shown_units import (
     pose_words,
@@ -47,6 +48,7 @@ from structural_model.description.urdf import (
 
 __all__ = [
     'SLIDING',
+    'STANDING',
     'AbsorberSpec',
     'AxisCoupling',
     'AxisMap',
@@ -62,6 +64,7 @@ __all__ = [
     'KnownEffect',
     'KnownNumber',
     'LinkSpec',
+    'LinkTree',
     'MassSpec',
     'MaterialDamping',
     'ModelSpec',
@@ -73,7 +76,9 @@ __all__ = [
     'Vector',
     'check_length',
     'check_spring',
+    'link_of',
     'load_urdf',
+    'moves',
     'parse_urdf',
     'pose_words',
     'read_parameters',

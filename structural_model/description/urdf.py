@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from modal_core.errors import ModelError, SettingsError
 from modal_core.files.small_file import read_bytes
-from structural_model.description.link_tree import link_of, links_in_order
+from structural_model.description.link_tree import link_of, LinkTree
 
 LARGEST_FILE_BYTES = 5_000_000
 DEEPEST, MOST_LINKS = 16, 1000
@@ -172,7 +172,7 @@ def parse_urdf(text: bytes, where: str) -> RigidRobot:
     _leave_out_weightless(root, where)
     _check_places(root, where)
     shapes = _shapes(root, where)
-    link_names = links_in_order(root)
+    link_names = LinkTree.of(root).in_order()
     model = _pinocchio_model(root, where)
     _check_bodies(root, model, where)
     names = list(model.names)[1:]

@@ -5,15 +5,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, tostring
 
 from modal_core.errors import ModelError
-from structural_model.description import read_urdf
-from structural_model.description.link_tree import (
-    base_of,
-    joints_ahead,
-    joints_below,
-    link_of,
-    moves,
-    STANDING,
-)
+from structural_model.description import link_of, LinkTree, moves, read_urdf, STANDING
 
 DRAWN = ('cylinder', 'sphere', 'box')
 KEPT = {
@@ -70,9 +62,9 @@ def one_arm(text: bytes, where: str, tip: str | None = None) -> OneArm:
     root = read_urdf(text, where)
     joints = {link_of(joint, 'child'): joint for joint in root.findall('joint')}
     links = [link.get('name', '') for link in root.findall('link')]
-    base = base_of(root)
+    tree = LinkTree.of(root)
     if tip is None:
-        tip = _end(base, root, where)
+        tip = _end(tree, where)
     elif tip not in links:
         raise ModelError('unknown link', where=where, found=tip, expected=', '.join(links[:40]))
     way = _way(tip, joints)
@@ -80,7 +72,7 @@ def one_arm(text: bytes, where: str, tip: str | None = None) -> OneArm:
         joint.get('name', '') for joint in way if moves(joint) and not _has_no_range(joint)
     )
     if not moving:
-        raise ModelError('no moving joint', where=where, found=f'{base} to {tip}')
+        raise ModelError('no moving joint', where=where, found=f'{tree.base} to {tip}')
     standing = tuple(
         joint.get('name', '')
         for joint in root.findall('joint')
@@ -90,21 +82,15 @@ def one_arm(text: bytes, where: str, tip: str | None = None) -> OneArm:
         if joint.get('name') not in moving:
             _stop(joint)
     _strip(root)
-    return OneArm(tostring(root), moving, standing, base, tip)
+    return OneArm(tostring(root), moving, standing, tree.base, tip)
 
 
-def _end(base: str, root: Element, where: str) -> str:
+def _end(tree: LinkTree, where: str) -> str:
     """Return the last link before the moving joints branch, or where they end."""
-    below = joints_below(root)
-    ahead = joints_ahead(base, below)
-
-    def reach(joint: Element) -> int:
-        return moves(joint) + ahead[link_of(joint, 'child')]
-
-    end, passed = base, 0
-    while len(onward := [joint for joint in below.get(end, ()) if reach(joint)]) == 1:
+    end, passed = tree.base, 0
+    while len(onward := [joint for joint in tree.below.get(end, ()) if tree.reach(joint)]) == 1:
         end, passed = link_of(onward[0], 'child'), passed + moves(onward[0])
-    if onward and max(map(reach, onward)) >= passed:
+    if onward and max(map(tree.reach, onward)) >= passed:
         branches = ', '.join(link_of(joint, 'child') for joint in onward[:8])
         raise ModelError(
             'several arms, or no arm',
@@ -113,8 +99,8 @@ def _end(base: str, root: Element, where: str) -> str:
             advice='name the last link of the arm as its tip',
         )
     # A tool's frame is fixed to the last body.
-    while not onward and below.get(end):
-        end = link_of(below[end][-1], 'child')
+    while not onward and tree.below.get(end):
+        end = link_of(tree.below[end][-1], 'child')
     return end
 
 
