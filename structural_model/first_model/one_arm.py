@@ -114,8 +114,13 @@ def _way(tip: str, joints: Mapping[str, Element]) -> Sequence[Element]:
 
 def _has_no_range(joint: Element) -> bool:
     limit = joint.find('limit')
-    ends = () if limit is None else (limit.get('lower', '0'), limit.get('upper', '0'))
-    return joint.get('type') in ('revolute', 'prismatic') and len(set(ends)) == 1
+    if limit is None or joint.get('type') not in ('revolute', 'prismatic'):
+        return False
+    try:
+        low, high = (float(limit.get(end, '0')) for end in ('lower', 'upper'))
+    except ValueError:
+        return False  # refused by name, where limits are read
+    return low == high
 
 
 def _stop(joint: Element) -> None:
