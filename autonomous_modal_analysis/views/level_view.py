@@ -94,17 +94,19 @@ def added_at_largest(levels: ModeLevels, law: LevelLaw) -> tuple[str, str]:
     """Return what the level adds to stiffness and to damping at the largest motion [%]."""
     largest = levels.points[-1][2]
     return (
-        _change(law.mode.stiffness, largest.square_m2, law.stiffness, law.cubic_stiffness_std),
-        _change(law.mode.damping, largest.square_m2_s2, law.damping, law.cubic_damping_std),
+        _change(law.mode.stiffness, largest.square_m2, law.stiffness),
+        _change(law.mode.damping, largest.square_m2_s2, law.damping),
     )
 
 
-def _change(start: float, square: float, law: QuantityLaw, slope_std: float) -> str:
+def _change(start: float, square: float, law: QuantityLaw) -> str:
     """Return what a cubic term adds at the largest level, over what there is without."""
     if start <= 0.0 or not law.may_be_cubic:
         return '-'
-    change, std = (100.0 * value * square / start for value in (law.cubic.slope, slope_std))
-    return f'{change:+.1f} ± {std:.1f}' if math.isfinite(std) else '-'
+    change, std = (
+        100.0 * value * square / start for value in (law.cubic.slope, law.cubic.slope_std)
+    )
+    return f'{change:+.1f} ± {std:.1f}'
 
 
 def levels_json(names: Sequence[str], levels: Sequence[ModeLevels]) -> dict[str, object]:

@@ -42,6 +42,7 @@ from oma_identifier.levels.law_fit import (
     weights,
 )
 from oma_identifier.levels.modal_motion import ModalMotion
+from oma_identifier.levels.own_share import own_share, OwnShare
 from oma_identifier.levels.thresholds import LEVELS
 
 Real = NDArray[np.float64]
@@ -106,6 +107,9 @@ class LevelLaw:
     stiffness, damping : QuantityLaw
     by_amplitude : bool
         Whether damping is told to be constant by the amplitude alone: the width has more in it.
+    stiffness_share, damping_share : OwnShare
+        Of the cubic terms in ``stiffness`` and ``damping``, which all modes may have a part in,
+        what ``mode`` has.
     """
 
     mode: CubicMode
@@ -116,6 +120,8 @@ class LevelLaw:
     stiffness: QuantityLaw
     damping: QuantityLaw
     by_amplitude: bool = False
+    stiffness_share: OwnShare = OwnShare()
+    damping_share: OwnShare = OwnShare()
 
 
 def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
@@ -134,9 +140,11 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
     if stiffness.start <= 0.0:
         return None
     bent = Law.CUBIC in stiffness.laws
+    stiffness_share = _share_of_stiffness(motions, k)
+    k3, k3_std = stiffness_share.of(k.slope, k.slope_std)
     half_width_hz, half_width_std = np.array(
         [
-            each.half_width_hz(0.375 * k.slope / math.sqrt(each.stiffness) if bent else 0.0)
+            each.half_width_hz(0.375 * k3 / math.sqrt(each.stiffness) if bent else 0.0)
             for each in motions
         ]
     ).T
@@ -150,20 +158,41 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
     damping = by_width if agree else by_amplitude
     explained = agree and Law.OTHER not in stiffness.laws
     told = moved < LEVELS.half_widths and (explained or damping.is_constant)
-    c = damping.cubic
+    damping_share = _share_of_damping(motions, damping.cubic)
+    c3, c3_std = damping_share.of(damping.cubic.slope, damping.cubic.slope_std)
     ratio = damping.start / (2.0 * start)
     return LevelLaw(
-        CubicMode(start / (2.0 * math.pi), ratio, k.slope, c.slope),
+        CubicMode(start / (2.0 * math.pi), ratio, k3, c3),
         stiffness.start_std / (2.0 * start) / (2.0 * math.pi),
         math.hypot(
             damping.start_std / (2.0 * start), ratio * stiffness.start_std / stiffness.start / 2.0
         ),
-        k.slope_std if stiffness.may_be_cubic else math.nan,
-        c.slope_std if told and damping.may_be_cubic else math.nan,
+        k3_std if stiffness.may_be_cubic else math.nan,
+        c3_std if told and damping.may_be_cubic else math.nan,
         stiffness,
         damping if told else replace(damping, laws=(Law.UNKNOWN,)),
-        by_amplitude=told and not agree,
+        told and not agree,
+        stiffness_share,
+        damping_share,
     )
+
+
+def _share_of_stiffness(motions: Sequence[ModalMotion], cubic: LawFit) -> OwnShare:
+    if all(each.alone for each in motions):
+        return OwnShare()
+    within = [each.stiffness_within() for each in motions]
+    return own_share((cubic.slope, cubic.slope_std), within, LEVELS.seen_stiffness)
+
+
+def _share_of_damping(motions: Sequence[ModalMotion], cubic: LawFit) -> OwnShare:
+    if all(each.alone for each in motions):
+        return OwnShare()
+    damping = [cubic.start + cubic.slope * each.square_m2_s2 for each in motions]
+    within = [
+        tuple(float(value * size) for value in each.damping_within())
+        for each, size in zip(motions, damping, strict=True)
+    ]
+    return own_share((cubic.slope, cubic.slope_std), within, LEVELS.seen_damping)
 
 
 def _stiffness_of(motions: Sequence[ModalMotion]) -> QuantityLaw:

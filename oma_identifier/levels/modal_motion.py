@@ -46,6 +46,10 @@ class ModalMotion:
         Of the envelopes, and the frequency they are about.
     noise_share : float
         Of the power in the band that is no peak, 0 to 1.
+    cut_share : float
+        Of the mode's power that is beyond the band of the envelopes, over what is within.
+    alone : bool
+        Whether no other mode was found in the record.
     """
 
     displacement_m: float
@@ -60,6 +64,8 @@ class ModalMotion:
     rate_hz: float
     carrier_hz: float
     noise_share: float
+    cut_share: float = 0.0
+    alone: bool = True
 
     @property
     def duration_s(self) -> float:
@@ -108,6 +114,52 @@ class ModalMotion:
         found = amplitude_half_width(self.envelopes, self.rate_hz, self.noise_share)
         return found, LEVELS.amplitude_width_scatter * self._least_scatter_hz(found)
 
+    def stiffness_within(self) -> tuple[float, float]:
+        """Return what the stiffness changes with the square within the record, and its std.
+
+        By the rate of the phase over the squared amplitude, a line by least squares: within a
+        record the amplitude of a mode comes and goes by itself, between levels with all others.
+
+        Returns
+        -------
+        slope, std : float [1/(m² s²)]
+            As a cubic stiffness is.
+        """
+        square = np.concatenate([np.abs(each[1:-1]) ** 2 for each in self.envelopes])
+        turned = np.concatenate(
+            [(each[1:-1].conj() * _slope(each, self.rate_hz)).imag for each in self.envelopes]
+        )
+        square_m2 = 2.0 * self.displacement_m**2 * square / square.mean()
+        turned *= square_m2.mean() / square.mean()
+        away = square_m2 - np.mean(square_m2**2) / square_m2.mean()
+        over = float(square_m2 @ away**2)
+        rate = float(turned @ away) / over
+        left = turned - square_m2 * (turned.sum() / square_m2.sum() + rate * away)
+        per_rate = 2.0 * math.sqrt(self.stiffness) / 0.75
+        return per_rate * rate, per_rate * float(np.linalg.norm(left * away)) / over
+
+    def damping_within(self) -> tuple[float, float]:
+        """Return what damping changes with the square within the record, and its std.
+
+        Over what damping is: by the moments of the amplitude.  Under a white force it is Rayleigh
+        distributed where damping is linear, and less spread where damping grows.
+
+        Returns
+        -------
+        slope, std : float [s²/m²]
+            As a cubic damping is, over the damping.
+        """
+        square = np.concatenate([np.abs(each) ** 2 for each in self.envelopes])
+        square *= 2.0 * self.velocity_m_s**2 / square.mean()
+        second, fourth, sixth = (float(np.mean(square**n)) for n in (1, 2, 3))
+        # What the band cut off is force that has not yet turned: it is alike at all amplitudes.
+        beyond = (1.0 + self.cut_share) ** 3
+        spread = max(sixth - 2.0 * second * fourth, LEVELS.least_spread * second**3)
+        ratio = (2.0 * second**2 - fourth) / (beyond * spread)
+        half_width_hz = bandwidth(self.envelopes, self.rate_hz, self.carrier_hz).half_width_hz
+        std = 1.0 / (second * math.sqrt(4.0 * math.pi * half_width_hz * self.duration_s))
+        return ratio / (0.75 * (1.0 + ratio * fourth / second)), std / 0.75
+
     def _least_scatter_hz(self, half_width_hz: float) -> float:
         """Return the least standard deviation that the length of the record allows."""
         return half_width_hz / math.sqrt(2.0 * math.pi * half_width_hz * self.duration_s)
@@ -132,27 +184,28 @@ def modal_motion(
     """
     f, zeta = mode.frequency_hz, mode.damping_ratio
     reach = min(LEVELS.half_widths * zeta * f, 0.9 * f)
+    wide = _wide_reach(mode, modes, parts[0].sample_rate_hz)
     unit = parts[0].channels[channel].unit
     alike = [n for n, each in enumerate(parts[0].channels) if each.unit == unit]
     row = np.zeros(len(parts[0].channels))
     row[alike] = _filter_row(mode, modes, alike, reach)
     derived = parts[0].channels[channel].times_derived
     ends_s = LEVELS.ends / (2.0 * math.pi * zeta * f)
-    found = [
-        _in_band(each, row, derived, f, reach, ends_s)
-        for each in parts
-        if each.duration_s > LEVELS.fewest_ends * ends_s
-    ]
-    if not found:
+    enough = [each for each in parts if each.duration_s > LEVELS.fewest_ends * ends_s]
+    if not enough:
         longest_s, needed_s = max(each.duration_s for each in parts), LEVELS.fewest_ends * ends_s
         return f'{longest_s:.3g} s in a row are short, {math.ceil(1.05 * needed_s):g} s would do'
-    at_channel, rate_hz = abs(mode.shape[channel]), found[0].rate_hz
-    envelopes = tuple(at_channel * each.displacement for each in found)
-    carrier_hz = found[0].carrier_hz
+    found, flanks = (
+        [_in_band(each, row, derived, f, about, ends_s) for each in enough]
+        for about in (reach, wide)
+    )
+    at_channel, rate_hz = abs(mode.shape[channel]), flanks[0].rate_hz
+    envelopes = tuple(at_channel * each.displacement for each in flanks)
+    carrier_hz = flanks[0].carrier_hz
     seen = bandwidth(envelopes, rate_hz, carrier_hz)
     if not seen.noise_share < LEVELS.largest_noise:
         return f'{100.0 * seen.noise_share:.0f} % of the power about it are noise'
-    displacement = _moments(envelopes)
+    displacement = _moments([at_channel * each.displacement for each in found])
     velocity = _moments([at_channel * each.velocity for each in found])
     duration_s = sum(map(len, envelopes)) / rate_hz
     ratio, ratio_std, share, by_colour = _linear_mode(f, zeta, reach, duration_s)
@@ -171,7 +224,26 @@ def modal_motion(
         rate_hz,
         carrier_hz,
         seen.noise_share,
+        1.0 / _linear_mode(f, zeta, wide, duration_s)[2] - 1.0,
+        all(other is mode for other in modes),
     )
+
+
+def _wide_reach(mode: Mode, modes: Sequence[Mode], sample_rate_hz: float) -> float:
+    """Return what the flanks of a peak are looked at to, on either side [Hz].
+
+    As far as other modes and the ends of the spectrum leave room, and at least what the moments
+    are taken of.
+    """
+    f, half_width_hz = mode.frequency_hz, mode.damping_ratio * mode.frequency_hz
+    room = [LEVELS.flank_share * f, 0.45 * sample_rate_hz - f]
+    room += [
+        abs(other.frequency_hz - f) - LEVELS.half_widths * other.damping_ratio * other.frequency_hz
+        for other in modes
+        if other is not mode
+    ]
+    least = min(LEVELS.half_widths * half_width_hz, 0.9 * f)
+    return max(least, min(LEVELS.flank_half_widths * half_width_hz, *room))
 
 
 def _filter_row(
@@ -223,6 +295,12 @@ def _in_band(
     return _Narrow(
         envelope(displacement), envelope(rate * displacement), rate_hz, float(hz[inside[middle]])
     )
+
+
+def _slope(envelope: Complex, rate_hz: float) -> Complex:
+    """Return the change of a periodic envelope in a second, without its first and last sample."""
+    hz = np.fft.fftfreq(len(envelope), 1.0 / rate_hz)
+    return np.asarray(np.fft.ifft(2j * np.pi * hz * np.fft.fft(envelope)))[1:-1]
 
 
 def _moments(envelopes: Sequence[Complex]) -> tuple[float, float]:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from oma_identifier.levels.own_share import Seen
+
 
 @dataclass(frozen=True, slots=True)
 class LevelThresholds:
@@ -10,6 +12,8 @@ class LevelThresholds:
     # The motion of a mode.
     half_widths: float = 8.0
     """On either side of a mode that are looked at: a linear mode has 92 % of its power there."""
+    flank_half_widths: float = 16.0
+    flank_share: float = 1.0 / 3.0
     ends: float = 3.0
     """Decay times at either end of a record that are left out: a band that is cut out of the
     spectrum takes the record for periodic."""
@@ -26,11 +30,11 @@ class LevelThresholds:
     amplitude_scatter: float = 0.08
     """Relative standard deviation of an amplitude, times the root of ζ f T: of 200 simulated
     records of 60 to 1,200 s, ζ 0.5 to 6 %, it was 0.03 to 0.07."""
-    width_scatter: float = 1.5
+    width_scatter: float = 1.35
     """Standard deviation of a half-width over the law's 1 / √(2π ζ f T): of the same records 1.1
     to 1.6, centre and noise being unknown too."""
 
-    amplitude_width_scatter: float = 2.0
+    amplitude_width_scatter: float = 1.7
     """The same of a half-width by the amplitude alone: of 183 such records 1.7 to 2.0."""
 
     # Laws.
@@ -62,6 +66,10 @@ class LevelThresholds:
     Of 56 modes of 20 random chains with linear damping, and cubic springs or play at one place or
     two, 14 had been told another law than constant by their width, none is; of 30 oscillators,
     cubic in both, the 18 that had been told it with a deviation are."""
+    least_spread: float = 0.1
+    """Of the amplitude, over 2 of Rayleigh's law, that its moments are taken for; chosen."""
+    seen_stiffness: Seen = Seen(1.0, -0.15, 0.2)
+    seen_damping: Seen = Seen(1.3, 0.0, 0.3)
     least_chance: float = 1e-3
     """Of the χ² of a law; below, it does not describe the levels."""
 
