@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from modal_core.mode import Mode
 from modal_core.samples import Samples
 from oma_identifier.levels.amplitude import amplitude_half_width
-from oma_identifier.levels.envelope import bandwidth
+from oma_identifier.levels.envelope import Bandwidth, bandwidth
 from oma_identifier.levels.thresholds import LEVELS
 
 Real = NDArray[np.float64]
@@ -107,12 +107,12 @@ class ModalMotion:
             turn = np.cumsum(square - square.mean()) * phase_rate / self.rate_hz
             turned_back.append(each * np.exp(-1j * turn))
         found = bandwidth(turned_back, self.rate_hz, self.carrier_hz).half_width_hz
-        return found, LEVELS.width_scatter * self._least_scatter_hz(found)
+        return found, self._scatter_hz(found, LEVELS.width_scatter)
 
     def amplitude_half_width_hz(self) -> tuple[float, float]:
         """Return the half-width that the amplitude alone tells, and its std [Hz]."""
         found = amplitude_half_width(self.envelopes, self.rate_hz, self.noise_share)
-        return found, LEVELS.amplitude_width_scatter * self._least_scatter_hz(found)
+        return found, self._scatter_hz(found, LEVELS.amplitude_width_scatter)
 
     def stiffness_within(self) -> tuple[float, float]:
         """Return what the stiffness changes with the square within the record, and its std.
@@ -160,9 +160,11 @@ class ModalMotion:
         std = 1.0 / (second * math.sqrt(4.0 * math.pi * half_width_hz * self.duration_s))
         return ratio / (0.75 * (1.0 + ratio * fourth / second)), std / 0.75
 
-    def _least_scatter_hz(self, half_width_hz: float) -> float:
-        """Return the least standard deviation that the length of the record allows."""
-        return half_width_hz / math.sqrt(2.0 * math.pi * half_width_hz * self.duration_s)
+    def _scatter_hz(self, half_width_hz: float, at_bands: tuple[float, float]) -> float:
+        """Return the standard deviation of a half-width in the band of the envelopes."""
+        bands = (LEVELS.half_widths, LEVELS.flank_half_widths)
+        over_least = float(np.interp(0.5 * self.rate_hz / half_width_hz, bands, at_bands))
+        return over_least * _least_scatter_hz(half_width_hz, self.duration_s)
 
 
 def modal_motion(
@@ -195,19 +197,18 @@ def modal_motion(
     if not enough:
         longest_s, needed_s = max(each.duration_s for each in parts), LEVELS.fewest_ends * ends_s
         return f'{longest_s:.3g} s in a row are short, {math.ceil(1.05 * needed_s):g} s would do'
-    found, flanks = (
-        [_in_band(each, row, derived, f, about, ends_s) for each in enough]
-        for about in (reach, wide)
-    )
-    at_channel, rate_hz = abs(mode.shape[channel]), flanks[0].rate_hz
-    envelopes = tuple(at_channel * each.displacement for each in flanks)
-    carrier_hz = flanks[0].carrier_hz
-    seen = bandwidth(envelopes, rate_hz, carrier_hz)
+    at_channel = abs(mode.shape[channel])
+    found = [_in_band(each, row, derived, f, reach, ends_s) for each in enough]
+    peak = _peak(found)
+    flanks = [_in_band(each, row, derived, f, wide, ends_s) for each in enough]
+    broad = _peak(flanks)
+    whole_peak = _alike(peak.half_width_hz, broad.half_width_hz, _length_s(found))
+    seen, envelopes = (broad, flanks) if whole_peak else (peak, found)
     if not seen.noise_share < LEVELS.largest_noise:
         return f'{100.0 * seen.noise_share:.0f} % of the power about it are noise'
     displacement = _moments([at_channel * each.displacement for each in found])
     velocity = _moments([at_channel * each.velocity for each in found])
-    duration_s = sum(map(len, envelopes)) / rate_hz
+    duration_s = _length_s(found)
     ratio, ratio_std, share, by_colour = _linear_mode(f, zeta, reach, duration_s)
     whole = (1.0 - seen.noise_share) / share
     stiffness = velocity[0] / displacement[0] / ratio
@@ -220,11 +221,11 @@ def modal_motion(
         stiffness,
         stiffness * ratio_std,
         by_colour,
-        envelopes,
-        rate_hz,
-        carrier_hz,
+        tuple(at_channel * each.displacement for each in envelopes),
+        envelopes[0].rate_hz,
+        envelopes[0].carrier_hz,
         seen.noise_share,
-        1.0 / _linear_mode(f, zeta, wide, duration_s)[2] - 1.0,
+        1.0 / _linear_mode(f, zeta, wide if whole_peak else reach, duration_s)[2] - 1.0,
         all(other is mode for other in modes),
     )
 
@@ -273,6 +274,30 @@ class _Narrow:
     velocity: Complex
     rate_hz: float
     carrier_hz: float
+
+
+def _peak(found: Sequence[_Narrow]) -> Bandwidth:
+    return bandwidth(
+        [each.displacement for each in found], found[0].rate_hz, found[0].carrier_hz
+    )
+
+
+def _length_s(found: Sequence[_Narrow]) -> float:
+    return sum(len(each.displacement) for each in found) / found[0].rate_hz
+
+
+def _alike(narrow_hz: float, wide_hz: float, duration_s: float) -> bool:
+    """Tell whether a wider band has the same peak: other modes and coloured forces bend flanks.
+
+    The wider one has all that the narrow one has, so that their difference scatters by what it
+    knows better (Hausman 1978, doi:10.2307/1913827).
+    """
+    return abs(wide_hz - narrow_hz) < LEVELS.widths_apart * _least_scatter_hz(narrow_hz, duration_s)
+
+
+def _least_scatter_hz(half_width_hz: float, duration_s: float) -> float:
+    """Return the least standard deviation that the length of a record allows."""
+    return half_width_hz / math.sqrt(2.0 * math.pi * half_width_hz * duration_s)
 
 
 def _in_band(
