@@ -9,7 +9,7 @@ from autonomous_modal_analysis.compared.mode_levels import ModeLevels
 from autonomous_modal_analysis.console.terminal import narrow_table, OUTPUT
 from autonomous_modal_analysis.identified.results import plain
 from modal_reports import FREQUENCY
-from oma_identifier.levels import Law, LevelLaw, LEVELS, QuantityLaw
+from oma_identifier.levels import Law, LevelLaw, LEVELS, OwnShare, QuantityLaw
 
 NAME_WIDTH = 12
 """Of a channel's name: with numbers as wide as these a row has 80 columns."""
@@ -52,12 +52,33 @@ def _note(levels: ModeLevels) -> str:
     else:
         omega = 2.0 * math.pi * law.mode.frequency_hz
         said.extend(_unsure('damping', law.damping, levels, 1.0 / omega))
+        said.extend(_longer(law, levels))
     if law.by_amplitude:
         said.append(
             "damping by the amplitude alone, for the width has the frequency's own variation in"
             ' it, as with other modes'
         )
+    said += _of_others('stiffness', law.stiffness, law.stiffness_share)
+    said += _of_others('damping', law.damping, law.damping_share)
     return '; '.join(said)
+
+
+def _of_others(what: str, law: QuantityLaw, share: OwnShare) -> list[str]:
+    """Say what part of a change is by the motion of other modes, where they have one."""
+    if Law.CUBIC not in law.laws or not share.others_told:
+        return []
+    own = f'{100.0 * share.value:.0f} ± {100.0 * share.std:.0f} %'
+    return [f'of what {what} gains {own} are by its own motion, the rest by that of other modes']
+
+
+def _longer(law: LevelLaw, levels: ModeLevels) -> list[str]:
+    """Say how long records tell cubic damping to 10 %; of stiffness the force's colour counts."""
+    cubic = law.damping.cubic
+    if law.damping.laws != (Law.CUBIC,) or cubic.slope_std < 0.1 * abs(cubic.slope):
+        return []
+    now_s = max(motion.duration_s for *_, motion in levels.points)
+    needed_s = now_s * (cubic.slope_std / (0.1 * cubic.slope)) ** 2
+    return [f'damping to 10 % takes records of {needed_s:.2g} s']
 
 
 def _unsure(what: str, law: QuantityLaw, levels: ModeLevels, to_m: float) -> list[str]:
@@ -145,6 +166,10 @@ def _law_json(law: LevelLaw) -> dict[str, object]:
         'cubic_stiffness_std': plain(law.cubic_stiffness_std),
         'cubic_damping': plain(law.mode.cubic_damping),
         'cubic_damping_std': plain(law.cubic_damping_std),
+        'stiffness_own_share': plain(law.stiffness_share.value),
+        'stiffness_own_share_std': plain(law.stiffness_share.std),
+        'damping_own_share': plain(law.damping_share.value),
+        'damping_own_share_std': plain(law.damping_share.std),
         'stiffness_law': law.stiffness.words,
         'damping_law': law.damping.words,
         'damping_by_amplitude': law.by_amplitude,

@@ -9,6 +9,7 @@ from oma_identifier.levels.cubic_mode import CubicMode
 from oma_identifier.levels.law_fit import Law, LawFit
 from oma_identifier.levels.level_law import level_law, LevelLaw, QuantityLaw
 from oma_identifier.levels.modal_motion import modal_motion, ModalMotion
+from oma_identifier.levels.own_share import OwnShare
 from oma_identifier.levels.thresholds import LEVELS
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     'LawFit',
     'LevelLaw',
     'ModalMotion',
+    'OwnShare',
     'QuantityLaw',
     'level_law',
     'modal_motion',

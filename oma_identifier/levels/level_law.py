@@ -42,7 +42,7 @@ from oma_identifier.levels.law_fit import (
     weights,
 )
 from oma_identifier.levels.modal_motion import ModalMotion
-from oma_identifier.levels.own_share import own_share, OwnShare
+from oma_identifier.levels.own_share import ALL_OWN, DAMPING, own_share, OwnShare, STIFFNESS
 from oma_identifier.levels.thresholds import LEVELS
 
 Real = NDArray[np.float64]
@@ -120,8 +120,8 @@ class LevelLaw:
     stiffness: QuantityLaw
     damping: QuantityLaw
     by_amplitude: bool = False
-    stiffness_share: OwnShare = OwnShare()
-    damping_share: OwnShare = OwnShare()
+    stiffness_share: OwnShare = ALL_OWN
+    damping_share: OwnShare = ALL_OWN
 
 
 def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
@@ -179,20 +179,20 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
 
 def _share_of_stiffness(motions: Sequence[ModalMotion], cubic: LawFit) -> OwnShare:
     if all(each.alone for each in motions):
-        return OwnShare()
+        return ALL_OWN
     within = [each.stiffness_within() for each in motions]
-    return own_share((cubic.slope, cubic.slope_std), within, LEVELS.seen_stiffness)
+    return own_share((cubic.slope, cubic.slope_std), within, STIFFNESS)
 
 
 def _share_of_damping(motions: Sequence[ModalMotion], cubic: LawFit) -> OwnShare:
     if all(each.alone for each in motions):
-        return OwnShare()
-    damping = [cubic.start + cubic.slope * each.square_m2_s2 for each in motions]
-    within = [
-        tuple(float(value * size) for value in each.damping_within())
-        for each, size in zip(motions, damping, strict=True)
-    ]
-    return own_share((cubic.slope, cubic.slope_std), within, LEVELS.seen_damping)
+        return ALL_OWN
+    within = []
+    for each in motions:
+        damping = cubic.start + cubic.slope * each.square_m2_s2
+        slope, std = each.damping_within()
+        within.append((damping * slope, abs(damping) * std))
+    return own_share((cubic.slope, cubic.slope_std), within, DAMPING)
 
 
 def _stiffness_of(motions: Sequence[ModalMotion]) -> QuantityLaw:

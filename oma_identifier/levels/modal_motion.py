@@ -202,8 +202,8 @@ def modal_motion(
     peak = _peak(found)
     flanks = [_in_band(each, row, derived, f, wide, ends_s) for each in enough]
     broad = _peak(flanks)
-    whole_peak = _alike(peak.half_width_hz, broad.half_width_hz, _length_s(found))
-    seen, envelopes = (broad, flanks) if whole_peak else (peak, found)
+    flanks_agree = _alike(peak.half_width_hz, broad.half_width_hz, _length_s(found))
+    seen, envelopes = (broad, flanks) if flanks_agree else (peak, found)
     if not seen.noise_share < LEVELS.largest_noise:
         return f'{100.0 * seen.noise_share:.0f} % of the power about it are noise'
     displacement = _moments([at_channel * each.displacement for each in found])
@@ -225,7 +225,7 @@ def modal_motion(
         envelopes[0].rate_hz,
         envelopes[0].carrier_hz,
         seen.noise_share,
-        1.0 / _linear_mode(f, zeta, wide if whole_peak else reach, duration_s)[2] - 1.0,
+        1.0 / _linear_mode(f, zeta, wide if flanks_agree else reach, duration_s)[2] - 1.0,
         all(other is mode for other in modes),
     )
 
@@ -292,7 +292,8 @@ def _alike(narrow_hz: float, wide_hz: float, duration_s: float) -> bool:
     The wider one has all that the narrow one has, so that their difference scatters by what it
     knows better (Hausman 1978, doi:10.2307/1913827).
     """
-    return abs(wide_hz - narrow_hz) < LEVELS.widths_apart * _least_scatter_hz(narrow_hz, duration_s)
+    least_hz = _least_scatter_hz(narrow_hz, duration_s)
+    return abs(wide_hz - narrow_hz) < LEVELS.widths_apart * least_hz
 
 
 def _least_scatter_hz(half_width_hz: float, duration_s: float) -> float:

@@ -26,8 +26,8 @@ class OwnShare:
     value, std : float
     """
 
-    value: float = 1.0
-    std: float = 0.0
+    value: float
+    std: float
 
     @property
     def others_told(self) -> bool:
@@ -55,6 +55,15 @@ class Seen:
     gain: float
     offset: float
     error: float
+
+
+ALL_OWN = OwnShare(1.0, 0.0)
+STIFFNESS = Seen(1.0, -0.15, 0.2)
+DAMPING = Seen(1.3, 0.0, 0.3)
+"""Of simulated single oscillators and chains of two to five masses, cubic in both, three levels of
+60 to 300 s, change told: stiffness within less share -0.14 ± 0.08 (8 oscillators) and -0.20 ± 0.11
+(12 modes of chains), for a band cuts off a part and cubic damping ties phase to amplitude; damping
+within over 1.3 shares 0.1 ± 0.3 (11).  Errors are half as large again for stiffness."""
 
 
 def own_share(

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from oma_identifier.levels.own_share import Seen
-
 
 @dataclass(frozen=True, slots=True)
 class LevelThresholds:
@@ -75,8 +73,6 @@ class LevelThresholds:
     cubic in both, the 18 that had been told it with a deviation are."""
     least_spread: float = 0.1
     """Of the amplitude, over 2 of Rayleigh's law, that its moments are taken for; chosen."""
-    seen_stiffness: Seen = Seen(1.0, -0.15, 0.2)
-    seen_damping: Seen = Seen(1.3, 0.0, 0.3)
     least_chance: float = 1e-3
     """Of the χ² of a law; below, it does not describe the levels."""
 
