@@ -12,7 +12,7 @@ from modal_core.mode import Mode
 from oma_identifier.levels import CubicMode, Law, LawFit, LevelLaw, ModalMotion, QuantityLaw
 
 MODE = Mode(10.0, 0.01, np.ones(1, dtype=complex))
-FIT = LawFit(Law.CUBIC, 1.0, 0.1, 0.5, 0.1, 1.0, 2, 0.0, np.ones_like)
+FIT = LawFit(Law.CUBIC, 1.0, 0.1, 0.5, 0.04, 1.0, 2, 0.0, np.ones_like)
 CUBIC = QuantityLaw((Law.CUBIC,), 1.0, 0.1, FIT)
 UNKNOWN, CONSTANT = (replace(CUBIC, laws=(law,)) for law in (Law.UNKNOWN, Law.CONSTANT))
 OPEN = replace(CUBIC, laws=(Law.CUBIC, Law.PLAY))

@@ -60,8 +60,12 @@ def test_cubic_stiffness_and_damping_are_found(seed):
     told = (law.mode.cubic_stiffness, law.mode.cubic_damping)
     print(f'seed {seed}: {told[0] / case.k3:.3f}, {told[1] / case.c3:.3f}')
     assert Law.CUBIC in law.stiffness.laws and law.damping.laws == (Law.CUBIC,)
-    assert abs(told[0] - case.k3) < min(3.0 * law.cubic_stiffness_std, 0.1 * case.k3)
-    assert abs(told[1] - case.c3) < 3.0 * law.cubic_damping_std < case.c3
+    # The mode beside might have a part, which widens the deviations of the mode's own terms.
+    assert abs(told[0] - case.k3) < 3.0 * law.cubic_stiffness_std
+    assert abs(told[1] - case.c3) < 3.0 * law.cubic_damping_std
+    k, c = law.stiffness.cubic, law.damping.cubic
+    assert abs(k.slope - case.k3) < min(3.0 * k.slope_std, 0.1 * case.k3)
+    assert abs(c.slope - case.c3) < 3.0 * c.slope_std < case.c3
     assert abs(law.mode.frequency_hz - case.hz) < 3.0 * law.frequency_std_hz
     assert abs(law.mode.damping_ratio - case.zeta) < 3.0 * law.damping_ratio_std
 
