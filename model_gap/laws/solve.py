@@ -18,12 +18,13 @@ In one file with what they share: what is kept of a compiled function is forgott
 own file changes.
 """
 
-from math import asin, asinh, exp, log1p, sin, sinh, sqrt, tanh
+from math import asin, asinh, exp, log, log1p, sin, sinh, sqrt
 
 from modal_core.work.compiled import compiled
 from model_gap.laws.law import Array
 
 MOST_NEWTON_STEPS = 20
+LN_2 = log(2.0)
 SOLVED = 1e-9
 # Third of the give times what the spring stiffens by: beyond, no parabola follows its steps.
 STEEPEST = 0.03
@@ -33,27 +34,23 @@ SATURATED = 8.0
 
 
 @compiled
-def sliding(free: float, braking: float, width: float) -> float:
-    """Solve w + b tanh(w/v₀) = v >= 0 for the sliding speed w that is left.
+def sliding(free: float, braking: float) -> float:
+    """Solve x + b tanh(x) = v >= 0 for the sliding speed x that is left, in transition speeds.
 
     tanh(x) is less than x and than one: the larger of both bounds is below the root, from where
     Newton's steps on the concave function climb to it.
     """
-    left = max(free - braking, free / (1.0 + braking / width))
+    left = max(free - braking, free / (1.0 + braking))
     for _ in range(MOST_NEWTON_STEPS):
-        grip = tanh(left / width)
-        slope = 1.0 + braking / width * (1.0 - grip * grip)
+        part = exp(-2.0 * left)
+        inverse = 1.0 / (1.0 + part)
+        grip = (1.0 - part) * inverse
+        slope = 1.0 + 4.0 * braking * part * inverse * inverse
         climb = (free - left - braking * grip) / slope
         left += climb
-        if climb < SOLVED * width:
+        if climb < SOLVED:
             break
     return left
-
-
-@compiled
-def log_cosh(x: float) -> float:
-    """Return ln cosh(x), up to a constant."""
-    return abs(x) + log1p(exp(-2.0 * abs(x)))
 
 
 @compiled
@@ -62,25 +59,28 @@ def friction(
 ) -> tuple[float, float]:
     """Return the torque at a sliding speed, and the surplus.
 
-    The speed runs straight: its sign turns between steps, not at one.
+    The speed runs straight: its sign turns between steps, not at one.  Speeds are in transition
+    speeds; one exponential gives both the torque's tanh and its integral, ln cosh.
 
     References
     ----------
     Parker, Zavalishin and Le Bivic (2016), antiderivative antialiasing, DAFx-16, eq. 10.
     """
     level, width, braking, yielding = constants[0], constants[1], constants[2], constants[3]
-    before, last, last_speed = memory[0], memory[1], memory[2]
-    free = rate + yielding * (4.0 * last - before)
-    speed = sliding(abs(free), braking, width)
+    before, last, last_speed, last_integral = memory[0], memory[1], memory[2], memory[3]
+    free = (rate + yielding * (4.0 * last - before)) / width
+    left = sliding(abs(free), braking / width)
+    part = exp(-2.0 * left)
+    torque = level * (1.0 - part) / (1.0 + part)
+    integral = left + log1p(part) - LN_2
+    speed = left
     if free < 0.0:
-        speed = -speed
-    torque = level * tanh(speed / width)
+        speed, torque = -left, -torque
     change = speed - last_speed
     surplus = 0.0
-    if abs(change) > 1e-3 * width:
-        mean = level * width * (log_cosh(speed / width) - log_cosh(last_speed / width)) / change
-        surplus = mean - 0.5 * (last + torque)
-    memory[0], memory[1], memory[2] = last, torque, speed
+    if abs(change) > 1e-3:
+        surplus = level * (integral - last_integral) / change - 0.5 * (last + torque)
+    memory[0], memory[1], memory[2], memory[3] = last, torque, speed, integral
     return torque, surplus
 
 
