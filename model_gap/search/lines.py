@@ -64,8 +64,8 @@ def common_lines(
     scores = []
     for record in records:
         own = record.acceleration[:, record.recorded]
-        frequency, response = _prominence(own, record.sample_rate_hz)
-        _, motion = _prominence(record.motor_acceleration, record.sample_rate_hz)
+        frequency, response = _prominence(own, record.sample_rate_hz, band)
+        _, motion = _prominence(record.motor_acceleration, record.sample_rate_hz, band)
         scores.append((frequency, response / np.maximum(motion, 1.0)))
     return _common(records, scores, band, LIMITS.least_prominence, most)
 
@@ -124,11 +124,15 @@ def _common(
     return tuple(found)
 
 
-def _prominence(values: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+def _prominence(values: np.ndarray, rate_hz: float, band: Band) -> tuple[np.ndarray, np.ndarray]:
+    """Return power over its running median around a band, and at which frequencies [Hz]."""
     spectrum = np.fft.rfft(values - values.mean(axis=0), axis=0)
-    full = np.arange(1, len(spectrum) - 1)
+    every = np.fft.rfftfreq(len(values), 1.0 / rate_hz)
+    wide = 2 * LIMITS.median_neighbours  # medians see neighbours, and lines are widened
+    first, last = np.searchsorted(every, (band.low_hz, band.high_hz))
+    full = np.arange(max(first - wide, 1), min(last + wide, len(spectrum) - 1))
     power = np.abs(hann(spectrum[full[:, None] + np.array([-1, 0, 1])].transpose(2, 0, 1))) ** 2
-    frequency = np.fft.rfftfreq(len(values), 1.0 / rate_hz)[full]
+    frequency = every[full]
     floor = np.array([_running_median(row) for row in power])
     relative = power / np.maximum(floor, 1e-30)
     return frequency, np.asarray(np.median(relative, axis=0))
