@@ -123,7 +123,7 @@ def mode_pairs(
     if band.high_hz < CAMPAIGN.least_width * band.low_hz:
         return ()
     given = _given(search)
-    now = given if after is None else _fitted(after)
+    now = given if after is None else _fitted(search, after)
     asked: list[tuple[int, GapRecord, tuple[_Modes, _Modes]]] = []
     for pose, records in _chosen(campaign.records, groups)[:poses]:
         q = records[0].pose
@@ -155,25 +155,27 @@ def _chosen(
 
 @dataclass(frozen=True)
 class _Uncertain:
-    """A model, steps of its numbers as far as they move modes, and the covariance of these."""
+    """A model, arms a step of its numbers away as far as they move modes, and the covariance."""
 
     cell: CellModel
-    steps: Sequence[CellModel]
+    steps: Sequence[FlexibleJointModel]
     covariance: Array
 
 
 def _given(search: Search) -> _Uncertain:
     cell = search.nominal.cell()
     moving = [item for item in search.tolerances if item.kind in MOVING]
-    return _Uncertain(cell, [item.apply(cell, 1.0) for item in moving], np.eye(len(moving)))
+    steps = [_arm(search, item.apply(cell, 1.0)) for item in moving]
+    return _Uncertain(cell, steps, np.eye(len(moving)))
 
 
-def _fitted(fit: Fit) -> _Uncertain:
+def _fitted(search: Search, fit: Fit) -> _Uncertain:
     hypothesis, size = fit.hypothesis, len(fit.precision)
     kinds = [item.kind for item in hypothesis.tolerances]
     moving = [n for n in range(size) if n >= len(kinds) or kinds[n] in MOVING]
     covariance = np.asarray(np.linalg.inv(fit.precision)[np.ix_(moving, moving)] / STEP**2)
-    steps = [hypothesis.stepped(STEP * np.eye(size)[n]).cell() for n in moving]
+    cells = (hypothesis.stepped(STEP * np.eye(size)[n]).cell() for n in moving)
+    steps = [_arm(search, cell) for cell in cells]
     return _Uncertain(hypothesis.cell(), steps, covariance)
 
 
@@ -184,7 +186,7 @@ def _model_modes(search: Search, uncertain: _Uncertain, q: Array) -> _Modes:
     shapes = cell.seen(omega, np.asarray(modes.channel_shapes))
     changes = np.zeros((len(uncertain.steps), 2, len(omega)))
     for row, step in zip(changes, uncertain.steps, strict=True):
-        row[:] = _change(search.model, step, q, modes.frequency_hz, modes.damping_ratio)
+        row[:] = _change(step, q, modes.frequency_hz, modes.damping_ratio)
     variance = np.einsum('ikm,ij,jkm->km', changes, uncertain.covariance, changes)
     sigma = np.sqrt(np.maximum(variance, 0.0))
     return _Modes(
@@ -192,14 +194,16 @@ def _model_modes(search: Search, uncertain: _Uncertain, q: Array) -> _Modes:
     )
 
 
-def _change(
-    model: FlexibleJointModel, cell: CellModel, q: Array, frequency_hz: Array, damping_ratio: Array
-) -> Array:
+def _arm(search: Search, cell: CellModel) -> FlexibleJointModel:
+    return dataclasses.replace(search.model, spec=cell.spec)
+
+
+def _change(arm: FlexibleJointModel, q: Array, frequency_hz: Array, damping_ratio: Array) -> Array:
     """Return how frequencies and damping ratios change; where springs give way that did not, too.
 
     Such a step has more modes: each mode's own is the nearest of them.
     """
-    modes = dataclasses.replace(model, spec=cell.spec).damped_modes(q, ())
+    modes = arm.damped_modes(q, ())
     change = np.zeros((2, len(frequency_hz)))
     own = np.arange(len(frequency_hz))
     there = own
