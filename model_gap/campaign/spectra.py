@@ -219,7 +219,7 @@ def tail_of(acceleration: Array, shift: Array, rate_hz: float) -> Array:
     motion = np.hstack([acceleration, shift - shift[0]])
     newest_first = motion[::-1][: int(CAMPAIGN.tail_s * rate_hz)]
     blocks = -(-len(newest_first) // BLOCK)
-    padded = np.zeros((blocks * BLOCK, motion.shape[1]))
+    padded = np.zeros((blocks * BLOCK, motion.shape[1]), dtype=np.float32)
     padded[: len(newest_first)] = newest_first
     return np.ascontiguousarray(padded.reshape(blocks, BLOCK, -1).transpose(1, 0, 2))
 

@@ -123,7 +123,9 @@ class PoseSystem:
         inside = np.exp(step * np.arange(1, length + 1))
         ahead = np.exp(step * length * np.arange(blocks))
         # The motion is real: no complex copy of it is made.
-        parts = np.concatenate([inside.real, inside.imag]) @ tail.reshape(length, -1)
+        parts = np.concatenate([inside.real, inside.imag]).astype(tail.dtype) @ tail.reshape(
+            length, -1
+        )
         sums = (parts[: len(slow)] + 1j * parts[len(slow) :]).reshape(len(slow), blocks, inputs)
         pull = self.drives[slow] @ np.hstack([self.arm.inertia_input, self.arm.shift_input])
         whole = np.matmul(ahead[:, None], sums)[:, 0]
