@@ -88,10 +88,19 @@ def rough_fits(search: Search) -> list[Fit]:
     found += fits(lambda start: fit(start, coarse, relinearise=often), starts)
     shared = Linearised.of(trials[0].base, coarse) if trials else None
 
-    def roughly(start: Hypothesis) -> Fit:
-        if start.effects[-1].amplitude_dependent:
-            return fit(start, coarse, shared, iterations=4, relinearise=1)
-        return fit(start, coarse, shared, iterations=6, relinearise=often)
+    def begin(start: Hypothesis) -> Fit:
+        return fit(start, coarse, shared, _rough_steps(start), relinearise=0)
+
+    def go_on(start: Hypothesis) -> Fit:
+        more = 0 if start.effects[-1].amplitude_dependent else often - 1
+        return fit(start, coarse, None, _rough_steps(start), relinearise=more)
+
+    def roughly(starts: Sequence[Hypothesis]) -> list[Fit | None]:
+        begun = [item for item in fits(begin, starts) if item]
+        least = _least_to_go_on(begun)
+        behind = [item for item in begun if item.log_evidence < least]
+        ahead = [item.hypothesis for item in begun if item.log_evidence >= least]
+        return [*fits(go_on, ahead), *behind]
 
     def starts_of(some: Sequence[Trial]) -> list[Hypothesis]:
         return [
@@ -109,10 +118,10 @@ def rough_fits(search: Search) -> list[Fit]:
         elsewhere = trial.effect.location != trials[0].effect.location
         return trial.effect.amplitude_dependent and elsewhere and not promises
 
-    found += fits(roughly, starts_of([trial for trial in trials if not may_wait(trial)]))
+    found += roughly(starts_of([trial for trial in trials if not may_wait(trial)]))
     if min((item.misfit for item in found if item), default=np.inf) > REFINEMENT.settled_misfit:
-        found += fits(roughly, starts_of([trial for trial in trials if may_wait(trial)]))
-    found += fits(roughly, _general_starts(best_of_each(found), catalogue))
+        found += roughly(starts_of([trial for trial in trials if may_wait(trial)]))
+    found += roughly(_general_starts(best_of_each(found), catalogue))
     close = best_of_each(found)
     for item in close[REFINEMENT.refined :]:
         _log_dropped(item, close[0], f'{REFINEMENT.refined} others are closer')
@@ -124,6 +133,20 @@ def rough_fits(search: Search) -> list[Fit]:
         if item.log_evidence <= least:
             _log_dropped(item, close[0], 'hopelessly behind')
     return [item for item in close if item.log_evidence > least]
+
+
+def _rough_steps(start: Hypothesis) -> int:
+    return 4 if start.effects[-1].amplitude_dependent else 6
+
+
+def _least_to_go_on(begun: Sequence[Fit]) -> float:
+    """Return the log evidence from which on a fit is taken further.
+
+    Derivatives of a torque cost as much as all its steps: they are worked out anew of those that
+    may be refined, not of those hopelessly behind.
+    """
+    best = [item.log_evidence for item in best_of_each(begun)]
+    return min(best[: REFINEMENT.refined][-1], best[0] - REFINEMENT.hopeless) if best else 0.0
 
 
 def _mimicked(search: Search) -> list[Hypothesis]:
