@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,8 +63,13 @@ def long_spectrum(torque: Array, item: RecordSpectra) -> Complex:
 
 def _at_points(spectrum: Complex, count: int) -> Complex:
     """Return the spectrum of values at the steps from that of means over the steps after them."""
-    turn = np.arange(len(spectrum)) / count
-    return np.asarray(spectrum / (np.sinc(turn) * np.exp(1j * np.pi * turn)))
+    return np.asarray(spectrum / _mean_over_step(len(spectrum), count))
+
+
+@lru_cache(maxsize=16)
+def _mean_over_step(size: int, count: int) -> Complex:
+    turn = np.arange(size) / count
+    return np.asarray(np.sinc(turn) * np.exp(1j * np.pi * turn))
 
 
 def whole_force(
