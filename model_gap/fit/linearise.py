@@ -1,19 +1,23 @@
 """Derivatives of the prediction by all numbers, as real rows weighted by the noise."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.work.side_by_side import side_by_side
-from model_gap.campaign import Complex, hann, Rows
-from model_gap.cell import CellModel, joint_spring, plain_joint
+from model_gap.campaign import Complex, Rows
+from model_gap.cell import CellModel, plain_joint
+from model_gap.fit.arm_derivative import ArmDerivative
 from model_gap.fit.thresholds import FIT
 from model_gap.hypothesis import Hypothesis
-from model_gap.predict import ArmChange, Predictor, stacked, static_twist
+from model_gap.predict import Predictor, Solved
 
 Array = NDArray[np.float64]
-Complex64 = NDArray[np.complex64]
+# Columns that one process works out at once, where torques are stepped for each.
+AT_ONCE = 8
 
 
 def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> Rows:
@@ -51,7 +55,7 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
         """Return whether the step gives way where nothing did: there is no change of matrices."""
         return predictor.arm(cell.spec).n_dof != n_dof
 
-    arm: _ArmDerivative | None = None
+    arm: ArmDerivative | None = None
     columns = []
     for cell, waits, step in zip(cells, slow, steps, strict=True):
         if waits or cell.spec == now.spec or _turned(cell, now) or freed(cell):
@@ -59,8 +63,9 @@ def effect_columns(hypothesis: Hypothesis, predictor: Predictor, base: Rows) -> 
             columns.append((predictor.weighting.rows(spectra) - base) / np.float32(step))
             continue
         if arm is None:
-            arm = _ArmDerivative(now, predictor)
-        changes = predictor.seen_changes(arm.solved, arm.changes(cell, step))
+            arm = ArmDerivative(now, predictor)
+        (change,) = arm.changes([cell], step)
+        changes = predictor.seen_changes(arm.solved, change)
         columns.append(predictor.weighting.rows(changes))
     return np.array(columns, dtype=np.float32).reshape(len(columns), len(base))
 
@@ -95,7 +100,7 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     """
     tolerant = hypothesis.tolerant
     cell = hypothesis.add_effects(tolerant)
-    arm = _ArmDerivative(cell, predictor)
+    arm = ArmDerivative(cell, predictor)
     solved, tolerances = arm.solved, hypothesis.tolerances
     local = predictor.local_torques
     anew = {plain_joint(force.joint) for force in cell.forces if not local.is_predicted(force)}
@@ -103,117 +108,69 @@ def tolerance_columns(hypothesis: Hypothesis, predictor: Predictor) -> Rows:
     base = predictor.rows(cell) if anew or turned else np.zeros(0, dtype=np.float32)
     gains = [number for number, item in enumerate(tolerances) if item.kind == 'gain']
 
-    def column(number: int) -> Rows:
+    def moved(number: int) -> CellModel:
+        return hypothesis.add_effects(tolerances[number].apply(tolerant, FIT.tolerance_step))
+
+    def is_anew(number: int) -> bool:
         item = tolerances[number]
-        if item.kind == 'gain':
-            changes = [np.zeros_like(reading) for reading in solved.readings]
-            for change, reading in zip(changes, solved.readings, strict=True):
-                row = gains.index(number)
-                change[row] = reading[row] * item.sigma
-            return predictor.weighting.rows(predictor.seen_changes(solved, changes))
-        moved = hypothesis.add_effects(item.apply(tolerant, FIT.tolerance_step))
-        if item.joint in anew or item.kind == 'pose':
-            return (predictor.rows(moved) - base) / np.float32(FIT.tolerance_step)
-        if item.kind == 'sensor':
-            systems = predictor.sensors_moved(moved, solved.systems)
-            readings = predictor.posed.readings(systems, solved.states)
-            changes = [
-                (new - old) / FIT.tolerance_step
-                for new, old in zip(readings, solved.readings, strict=True)
-            ]
-        else:
-            changes = arm.changes(moved, FIT.tolerance_step, item.kind == 'spring')
-        return predictor.weighting.rows(predictor.seen_changes(solved, changes))
+        return item.kind == 'pose' or item.joint in anew
+
+    def of_gain(number: int) -> list[Complex]:
+        changes = [np.zeros_like(reading) for reading in solved.readings]
+        for change, reading in zip(changes, solved.readings, strict=True):
+            row = gains.index(number)
+            change[row] = reading[row] * tolerances[number].sigma
+        return changes
+
+    def some(numbers: Sequence[int]) -> list[Rows]:
+        """Return some of the columns, those of one kind at once."""
+        of_kind = {
+            'spring': partial(arm.changes, step=FIT.tolerance_step, springs_only=True),
+            'spec': partial(arm.changes, step=FIT.tolerance_step),
+            'sensor': partial(_sensor_changes, solved, predictor),
+        }
+        changes: dict[int, list[Complex]] = {}
+        for kind, changes_of in of_kind.items():
+            own = [n for n in numbers if tolerances[n].kind == kind and not is_anew(n)]
+            if own:
+                changes |= zip(own, changes_of([moved(number) for number in own]), strict=True)
+        columns = []
+        for number in numbers:
+            if is_anew(number):
+                rows = predictor.rows(moved(number))
+                columns.append((rows - base) / np.float32(FIT.tolerance_step))
+                continue
+            change = changes[number] if number in changes else of_gain(number)
+            columns.append(predictor.weighting.rows(predictor.seen_changes(solved, change)))
+        return columns
 
     numbers = range(len(tolerances))
-    if cell.forces:  # else it is done before others could begin
-        return np.array(side_by_side(column, numbers), dtype=np.float32)
-    return np.array([column(number) for number in numbers], dtype=np.float32)
+    if not cell.forces:  # it is done before others could begin
+        return np.array(some(numbers), dtype=np.float32)
+    parts = [numbers[first : first + AT_ONCE] for first in numbers[::AT_ONCE]]
+    found = side_by_side(some, parts)
+    return np.array([column for part in found for column in part], dtype=np.float32)
 
 
-class _ArmDerivative:
-    """First-order change of the readings when the arm changes, by the direct method."""
-
-    def __init__(self, cell: CellModel, predictor: Predictor) -> None:
-        self.predictor = predictor
-        self.solved = predictor.solved(cell)
-        self.base = [system.arm for system in self.solved.systems]
-        systems, local = self.solved.systems, predictor.local_torques
-        self.following = local.following(cell, self.solved.torques, systems)
-        self.at_rest = self._twists_at_rest(cell)
-        sag = max(np.abs(arm.rest).max(initial=0.0) for arm in self.base)
-        self.hangs_far = sag > FIT.little_sag
-        self.motions = [
-            stacked(
-                state.omega,
-                state.deflection,
-                state.acceleration,
-                state.shift,
-                (state.end_shift, state.end_speed),
-            )
-            for state in self.solved.states
-        ]
-        # Records of one pose that last as long share theirs.
-        shared: dict[tuple[int, bytes], Complex64] = {}
-        keys = [
-            (group, state.omega.tobytes())
-            for state, group in zip(self.solved.states, predictor.groups, strict=True)
-        ]
-        for key, state in zip(keys, self.solved.states, strict=True):
-            if key not in shared:
-                shared[key] = systems[key[0]].transfer(state.omega)
-        self.transfers = [shared[key] for key in keys]
-
-    def changes(self, moved: CellModel, step: float, springs_only: bool = False) -> list[Complex]:
-        """Return the change of the readings per prior standard deviation, one per record.
-
-        Parameters
-        ----------
-        moved : CellModel
-            Not far away.
-        step : float
-            How far, in prior standard deviations.
-        springs_only : bool
-            Mass and inputs are those of the base, the same change at all poses; not of an arm
-            that hangs far in its springs, and elsewhere in others.
-        """
-        springs_only = springs_only and not self.hangs_far
-        arms = self.predictor.arms(moved.spec, 1 if springs_only else None)
-        changes = [ArmChange.between(one, two) for one, two in zip(self.base, arms, strict=False)]
-        twists = self._twists_at_rest(moved)
-        found = []
-        for motion, transfer, following, group in zip(
-            self.motions, self.transfers, self.following, self.predictor.groups, strict=True
-        ):
-            arm = changes[0 if springs_only else group]
-            force = arm.force(motion)
-            for number, torque in enumerate(following):
-                stiffness = joint_spring(moved.spec, torque.law.joint).stiffness
-                # Of two poses that count as one each record has its own twist: only what changes.
-                heavier = twists[group][number] - self.at_rest[group][number]
-                force += torque.push(arm, stiffness, heavier)
-            change = _through(transfer, force / np.float32(step))
-            found.append(hann(change.reshape(len(change), -1, 3).astype(complex)))
-        if self.hangs_far:
-            turned = self.predictor.sensors_moved(moved, self.solved.systems)
-            readings = self.predictor.posed.readings(turned, self.solved.states)
-            for moving, new, old in zip(found, readings, self.solved.readings, strict=True):
-                moving += (new - old) / step
-        return found
-
-    def _twists_at_rest(self, moved: CellModel) -> list[list[float]]:
-        """Return the twists under gravity in a changed arm, per pose and torque."""
-        if not any(self.following):
-            return [[] for _ in self.predictor.poses]
-        model = self.predictor.arm(moved.spec)
-        vectors = [torque.stepped.path.vector for torque in self.following[0]]
-        return [
-            [static_twist(model, vector, pose) for vector in vectors]
-            for pose in self.predictor.poses
-        ]
-
-
-def _through(transfer: Complex64, force: Complex64) -> Complex64:
-    """Return readings under a force on few degrees of freedom."""
-    rows = np.flatnonzero(force.any(axis=1))
-    return np.asarray(np.einsum('cnb,nb->cb', transfer[:, rows], force[rows]))
+def _sensor_changes(
+    solved: Solved, predictor: Predictor, cells: Sequence[CellModel]
+) -> list[list[Complex]]:
+    """Return the change of the readings where sensors are moved, per cell and record."""
+    cell = solved.cell
+    places = [
+        (number, row)
+        for number, moved in enumerate(cells)
+        for row, channel in enumerate(moved.channels)
+        if channel != cell.channels[row]
+    ]
+    channels = tuple(cells[number].channels[row] for number, row in places)
+    systems = predictor.sensors_moved(replace(cell, channels=channels), solved.systems)
+    found: list[list[Complex]] = [[] for _ in cells]
+    readings = predictor.posed.readings(systems, solved.states)
+    for old, new in zip(solved.readings, readings, strict=True):
+        changes = np.zeros((len(cells), *old.shape), dtype=complex)
+        for (number, row), reading in zip(places, new, strict=True):
+            changes[number, row] = (reading - old[row]) / FIT.tolerance_step
+        for own, change in zip(found, changes, strict=True):
+            own.append(change)
+    return found

@@ -4,25 +4,29 @@ In come a cell and records; out go predicted spectra: the linear arm, torques of
 in time, lines and transmission errors.
 """
 
+from model_gap.predict.arm_change import ArmChange, forces, parts, stacked
 from model_gap.predict.changing import Changing, changing, response_change
 from model_gap.predict.driven import driven_motion
 from model_gap.predict.joint_path import static_twist
 from model_gap.predict.linearised import linearised
 from model_gap.predict.predict import Predictor
 from model_gap.predict.ripple import transform_at
+from model_gap.predict.solved import Solved
 from model_gap.predict.step_torque import compile_laws
 from model_gap.predict.thresholds import PREDICTION
-from model_gap.predict.torque_following import ArmChange, stacked
 
 __all__ = [
     'PREDICTION',
     'ArmChange',
     'Changing',
     'Predictor',
+    'Solved',
     'changing',
     'compile_laws',
     'driven_motion',
+    'forces',
     'linearised',
+    'parts',
     'response_change',
     'stacked',
     'static_twist',

@@ -134,7 +134,7 @@ def static_twist(model: FlexibleJointModel, vector: Array, pose: Array) -> float
 
 
 def with_rate(twist: Complex, item: RecordSpectra, steps_per_s: float) -> tuple[Array, Array]:
-    """Return a twist that starts from rest, and its rate, at the steps of a record."""
+    """Return twists (..., n) that start from rest, and their rates, at the steps of a record."""
     record, omega = item.record, item.long_motion[0]
     seconds = len(record.motor_acceleration) / record.sample_rate_hz
     steps = round(seconds * steps_per_s)
@@ -142,10 +142,10 @@ def with_rate(twist: Complex, item: RecordSpectra, steps_per_s: float) -> tuple[
 
 
 def on_steps(spectrum: Complex, item: RecordSpectra, steps: int) -> Array:
-    """Return a spectrum on the frequencies of the long motion as a series of a record's steps."""
+    """Return spectra (..., n) on the frequencies of the long motion as series of a record."""
     size = 2 * steps
     count = len(item.record.motor_acceleration)
-    return np.asarray(scipy.fft.irfft(spectrum, size)[:steps] * (steps / count))
+    return np.asarray(scipy.fft.irfft(spectrum, size)[..., :steps] * (steps / count))
 
 
 def resampled(values: Array, rate_hz: float, steps: int, steps_per_s: float) -> Array:

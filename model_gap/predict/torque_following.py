@@ -1,5 +1,6 @@
 """How a torque in a joint follows a slightly changed arm: stepped again along its twist."""
 
+from collections.abc import Sequence
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,67 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import RecordSpectra
-from model_gap.cell import CellModel, JointForce, PoseArm, PoseSystem
+from model_gap.cell import CellModel, JointForce, PoseSystem
+from model_gap.predict.arm_change import ArmChange, Complex64, forces, parts, Reals, stacked
 from model_gap.predict.joint_path import JointPath, with_rate
 from model_gap.predict.step_torque import step_torque
 from model_gap.predict.torque_spectra import long_spectrum, SteppedTorque, whole_force
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Complex64 = NDArray[np.complex64]
-
-
-@dataclass(frozen=True)
-class ArmChange:
-    """From one arm to another at a pose.
-
-    Parameters
-    ----------
-    matrix : (n_dof, 3 n_dof + 2 n_joints) array
-        Force on the old arm per ``stacked`` motion.
-    """
-
-    matrix: Array
-
-    @classmethod
-    def between(cls, one: PoseArm, other: PoseArm) -> 'ArmChange':
-        """Return the change from one arm to another."""
-        parts = (
-            one.M - other.M,
-            one.C - other.C,
-            one.K - other.K,
-            other.inertia_input - one.inertia_input,
-            other.shift_input - one.shift_input,
-        )
-        return cls(np.hstack(parts))
-
-    def force(self, motion: Complex64) -> Complex64:
-        """Return the force on the old arm that is the change to first order, (n_dof, n_omega)."""
-        rows = np.flatnonzero(self.matrix.any(axis=1))
-        columns = np.flatnonzero(self.matrix.any(axis=0))
-        force = np.zeros((len(self.matrix), motion.shape[1]), dtype=np.complex64)
-        force[rows] = self.matrix[np.ix_(rows, columns)].astype(np.complex64) @ motion[columns]
-        return force
-
-
-def stacked(
-    omega: Array,
-    deflection: Complex,
-    acceleration: Complex,
-    shift: Complex,
-    end: tuple[Array, Array] | None = None,
-) -> Complex64:
-    """Return x'', x', x of the deflections and both inputs, one below the other.
-
-    In single precision: differences lose nothing by it.  ``end`` is x and x' when the record ends,
-    (n_dof,) each, by parts beside the spectra of x' and x''.  Without it masses, springs and
-    dampers that all grow alike would seem to change the motion, by a percent of what each does:
-    fits hardly moved along that line, and σ across it was too small.
-    """
-    end_shift, end_speed = (0.0, 0.0) if end is None else (part[:, None] for part in end)
-    velocity = 1j * omega * deflection + end_shift
-    motion = [1j * omega * velocity + end_speed, velocity, deflection, acceleration, shift]
-    return np.concatenate(motion).astype(np.complex64)
 
 
 @dataclass(frozen=True)
@@ -98,33 +46,42 @@ class TorqueFollowing:
     cell: CellModel
     predicted: bool
 
-    def push(self, change: ArmChange, stiffness: float, heavier: float) -> Complex:
-        """Return the change of the force on the deflections, (n_dof, 3 n_bins).
+    def pushes(
+        self, changes: Sequence[ArmChange], stiffness: Sequence[float], heavier: Sequence[float]
+    ) -> list[Complex]:
+        """Return the change of the force on the deflections, (n_dof, 3 n_bins) per change.
 
         Parameters
         ----------
-        change : ArmChange
+        changes : sequence of ArmChange
             Of the arm.
-        stiffness : float
-            Of the joint in the changed arm.
-        heavier : float
+        stiffness : sequence of float
+            Of the joint in each changed arm.
+        heavier : sequence of float
             By how much gravity twists the joint farther there.
         """
         present = self.stepped.path
+        loads = zip(stiffness, heavier, strict=True)
         if not self.predicted:
-            stronger = stiffness / present.stiffness - 1.0
-            return stronger * self.stepped.force + heavier * self._per_load
+            own = present.stiffness
+            return [
+                (k / own - 1.0) * self.stepped.force + load * self._per_load for k, load in loads
+            ]
         motion, row = self._long
-        change_of_twist = np.einsum('nf,nf->f', row, change.force(motion))
-        twist, rate = with_rate(change_of_twist, self.item, present.steps_per_s)
-        path = dataclasses.replace(
-            present,
-            stiffness=stiffness,
-            static_twist=present.static_twist + heavier,
-            twist=present.twist + twist,
-            rate=present.rate + rate,
+        turns = np.matmul(row[:, None], forces(motion, changes))[:, 0].T
+        paths = (
+            dataclasses.replace(
+                present,
+                stiffness=k,
+                static_twist=present.static_twist + load,
+                twist=present.twist + twist,
+                rate=present.rate + rate,
+            )
+            for (k, load), twist, rate in zip(
+                loads, *with_rate(turns, self.item, present.steps_per_s), strict=True
+            )
         )
-        return self._change(path)
+        return [self._change(path) for path in paths]
 
     @cached_property
     def _per_load(self) -> Complex:
@@ -140,12 +97,13 @@ class TorqueFollowing:
         return whole_force(torque, path, self.item, self.system)
 
     @cached_property
-    def _long(self) -> tuple[Complex64, Complex64]:
-        """The long motion, and twist per force."""
+    def _long(self) -> tuple[Reals, Complex64]:
+        """``parts`` of the long motion, and twist per force, (n, n_dof)."""
         system, vector = self.system, self.stepped.path.vector
         omega, *recorded = self.item.long_motion
         inputs = self.cell.driven(omega, *recorded)
         force = system.force(*inputs)
         force = force - vector[:, None] * long_spectrum(self.stepped.torque, self.item)
         motion = stacked(omega, system.deflection(omega, force), *inputs)
-        return motion, system.twist_per_force(omega, vector).astype(np.complex64)
+        row = system.twist_per_force(omega, vector).astype(np.complex64)
+        return parts(motion), np.ascontiguousarray(row.T)
