@@ -195,6 +195,18 @@ class Predictor:
         """
         return self._predicted(self.solved(cell), cell)
 
+    def excused_misfit(self, cell: CellModel, law: CellModel) -> float:
+        """Return χ of a cell, were its residual judged as another one's is, who has more torques.
+
+        A torque that follows a measured twist is doubtful along one direction, and the residual
+        counts for less there.  That alone may take away what is wrong for other reasons: noise of
+        the known motion goes through the same arm.
+        """
+        solved = self.solved(law)
+        readings = self.posed.outputs(cell, self.solved(cell).readings)
+        judged = Whitening.of(self.posed, solved, law).prediction(readings)
+        return self.weighting.misfit(self.weighting.rows(judged))
+
     def _predicted(self, solved: Solved, cell: CellModel) -> list[Complex]:
         seen = self.posed.outputs(cell, solved.readings)
         return Whitening.of(self.posed, solved, cell).prediction(seen)

@@ -5,6 +5,7 @@ Nothing here starts a fit, and nothing changes: each step takes a state and retu
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+import logging
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from model_gap.campaign import Band, Campaign, explicit_damping
 from model_gap.cell import CellModel, joint_vector, Nuisance, nuisances, Tolerances
 from model_gap.effects import CATALOGUE, Effect, Scene
-from model_gap.fit import Fit
+from model_gap.fit import FIT, Fit
 from model_gap.hypothesis import Hypothesis, with_known_effects
 from model_gap.predict import static_twist
 from model_gap.search.evidence_bound import least_further_gain
@@ -20,6 +21,8 @@ from model_gap.search.lines import common_lines
 from model_gap.search.screen import Trial
 from model_gap.search.search_data import prepare_data, SearchData
 from structural_model import FlexibleJointModel
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -270,9 +273,23 @@ class Search:
 
     def candidate(self, fitted: Fit, before: Fit) -> Candidate:
         """Return a fit as a candidate: its last effect, and its gain over a fit without it."""
-        gain = fitted.log_evidence - before.log_evidence
-        effect = fitted.hypothesis.effects[-1]
+        effect, gain = fitted.hypothesis.effects[-1], self.gain(fitted, before)
         return Candidate(effect, fitted, gain, self.heldout_misfit(fitted.hypothesis))
+
+    def gain(self, fitted: Fit, before: Fit) -> float:
+        """Return by how much evidence a fit exceeds one without its last effect.
+
+        Less what the fit without it would gain too, were it excused as the other one is.
+        """
+        gain = fitted.log_evidence - before.log_evidence
+        law = fitted.hypothesis.cell()
+        if not law.forces:
+            return gain
+        excused = self.data.fitting.excused_misfit(before.hypothesis.cell(), law)
+        doubt = FIT.effective_data * max(float(np.log(before.misfit / excused)), 0.0)
+        if doubt > 1.0:
+            log.debug('%r: %.3g of %.3g is its doubt', fitted.hypothesis.effects[-1], doubt, gain)
+        return gain - doubt
 
     def candidates(self, fits: Sequence[Fit]) -> tuple[Candidate, ...]:
         """Return this round's fits as candidates, the best first."""

@@ -215,7 +215,7 @@ def settle_best(search: Search) -> Search:
             last = again
         else:
             number += 1
-    gain = last.log_evidence - done.before.log_evidence
+    gain = search.gain(last, done.before)
     return replace(search, current=last).with_best(replace(best, fit=last, gain=gain))
 
 

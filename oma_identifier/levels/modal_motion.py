@@ -277,9 +277,7 @@ class _Narrow:
 
 
 def _peak(found: Sequence[_Narrow]) -> Bandwidth:
-    return bandwidth(
-        [each.displacement for each in found], found[0].rate_hz, found[0].carrier_hz
-    )
+    return bandwidth([each.displacement for each in found], found[0].rate_hz, found[0].carrier_hz)
 
 
 def _length_s(found: Sequence[_Narrow]) -> float:
