@@ -5,7 +5,7 @@ uncertainty needs.  Blocks are added as samples arrive and either retired (a sli
 joined in pairs (a whole record in bounded memory).  Lag 0 is left out: it holds the sensor noise.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
@@ -55,6 +55,10 @@ class OutputCovariance:
     def duration_s(self) -> float:
         """Length of the record [s]."""
         return self.n_samples / self.sample_rate_hz
+
+    def up_to(self, n_lags: int) -> 'OutputCovariance':
+        """Return the covariances at the first lags."""
+        return replace(self, blocks=self.blocks[:, :n_lags])
 
 
 class CovarianceAccumulator:

@@ -16,6 +16,7 @@ from oma_identifier.covariance import (
     WhenFull,
 )
 from oma_identifier.settings import IdentificationSettings
+from oma_identifier.subspace.late_lags import are_foreseen
 from oma_identifier.subspace.ssi_cov import compress_outputs
 from oma_identifier.subspace.thresholds import SUBSPACE
 
@@ -101,8 +102,10 @@ class BandStream:
         references = choose_references(rows, min(wanted, SUBSPACE.most_references))
         automatic = math.ceil(SUBSPACE.rows_per_order * self._settings.max_order / len(references))
         self._block_rows = self._settings.block_rows or max(SUBSPACE.fewest_block_rows, automatic)
+        # What slides must be fast; and a record as one is what is printed first.
+        may_double = self._settings.block_rows is None and self._when_full is WhenFull.JOIN
         return CovarianceAccumulator(
-            n_lags=2 * self._block_rows - 1,
+            n_lags=2 * (1 + may_double) * self._block_rows - 1,
             references=references,
             block_samples=self._block_samples,
             capacity=N_COVARIANCE_BLOCKS,
@@ -133,13 +136,19 @@ class BandStream:
         inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0.0)
         weight = inverse[blocks.references]
         mean = blocks.mean * (inverse[:, None] * weight)
-        outputs = np.diag(inverse)
+        outputs, rows = np.diag(inverse), self._block_rows
         if len(scale) > SUBSPACE.most_outputs:
-            outputs = inverse[:, None] * compress_outputs(mean, SUBSPACE.most_outputs)
+            first = mean[: 2 * rows - 1]
+            outputs = inverse[:, None] * compress_outputs(first, SUBSPACE.most_outputs)
+        covariance = blocks.result(self.band.sample_rate_hz, outputs, weight)
+        if len(mean) >= 2 * rows:
+            foreseen = are_foreseen(covariance, rows, self._settings.max_order)
+            rows = rows if foreseen else 2 * rows
+        n_lags = 2 * rows - 1
         return BandCovariance(
             band=self.band,
-            mean=mean,
-            covariance=blocks.result(self.band.sample_rate_hz, outputs, weight),
+            mean=mean[:n_lags],
+            covariance=covariance.up_to(n_lags),
             scale=scale,
-            block_rows=self._block_rows,
+            block_rows=rows,
         )
