@@ -152,10 +152,11 @@ def planned_recordings(
 
 
 def _within_accelerations(model: FlexibleJointModel, request: PlanRequest) -> PlanRequest:
-    """Return a request whose slow axes move less, where it leaves that open."""
+    """Return a request whose slow axes move less, where it leaves open how axes share."""
     most = model.limits.acceleration / CREST
     weights = np.minimum(1.0, most / max(request.acceleration_rms, 1e-12))
-    if request.joint_weights or np.all(weights == 1.0):
+    shared = request.joint_weights or request.joints or request.require_full_rank
+    if shared or np.all(weights == 1.0):
         return request
     return replace(request, joint_weights=tuple(float(round(x, 4)) for x in weights))
 

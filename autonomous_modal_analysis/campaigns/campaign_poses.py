@@ -167,7 +167,11 @@ def is_possible(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bo
 
 def _holds(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bool:
     """Return whether the drives can hold the arm and shake it, five deviations far."""
-    size = request.acceleration_rms * np.ones(model.n_joints) * (request.joint_weights or 1.0)
+    axes = zip(model.axis_names, model.joint_names, strict=True)
+    moving = [not request.joints or bool({*names} & {*request.joints}) for names in axes]
+    largest = max(request.joint_weights or (1.0,))
+    weights = request.joint_weights if len(request.joint_weights) == len(moving) else largest
+    size = request.acceleration_rms * np.array(moving) * weights
     still = np.zeros(model.n_joints)
     shaking = np.sqrt(model.link_inertia(q) ** 2 @ size**2)
     hold = np.abs(model.drive_torque(q, still, still))

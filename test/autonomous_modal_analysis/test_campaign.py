@@ -55,6 +55,48 @@ def test_poses_are_far_apart_and_inside_every_limit(name):
     assert apart[~np.eye(6, dtype=bool)].min() > 1.0, f'seed {SEED}'
 
 
+def with_limits(model, **changed):
+    """The same arm, some limits of one axis lower."""
+    limits = model.limits
+    values = {
+        name: np.where(np.arange(model.n_joints) == axis, value, getattr(limits, name))
+        for name, (axis, value) in changed.items()
+    }
+    return replace(model, limits=replace(limits, **values))
+
+
+def test_a_slow_axis_shakes_less_and_its_plan_is_made(robot, sensors):
+    slow = with_limits(robot, acceleration=(4, 2.0))
+    wish = CampaignWish(n_poses=1, levels=(1.0,), request=SHORT)
+    (item,) = planned_recordings(slow, sensors, wish)
+    assert item.request.joint_weights[4] == pytest.approx(2.0 / 5.0 / 1.2, rel=1e-3)
+    assert item.plan(slow, sensors).peak_acceleration[4] <= 2.0
+    for shared in ({'joints': ('axis_1', 'axis_5')}, {'require_full_rank': True}):
+        own = replace(SHORT, **shared)
+        (item,) = planned_recordings(slow, sensors, replace(wish, request=own))
+        assert item.request.joint_weights == (), f'{shared}: somebody else decides'
+
+
+def test_poses_are_ones_that_drives_can_hold(robot, sensors):
+    still = np.zeros(robot.n_joints)
+    hold = [
+        abs(robot.drive_torque(pose, still, still))[1]
+        for pose in choose_poses(robot, sensors, 6, SHORT)
+    ]
+    weak = with_limits(robot, effort=(1, float(np.median(hold)) + 2500.0))
+    for pose in choose_poses(weak, sensors, 6, SHORT):
+        assert abs(weak.drive_torque(pose, still, still))[1] < weak.limits.effort[1], (
+            f'seed {SEED}'
+        )
+    with pytest.raises(PlanError, match='too few poses'):
+        choose_poses(with_limits(robot, effort=(1, 1.0)), sensors, 1, SHORT)
+
+
+def test_a_band_without_modes_is_told(robot, sensors):
+    with pytest.raises(PlanError, match='raise band_high_hz'):
+        choose_poses(robot, sensors, 1, replace(SHORT, band_low_hz=0.6, band_high_hz=1.2))
+
+
 def test_a_box_no_pose_fits_into_is_one_clear_line(robot, sensors):
     tiny = replace(SHORT, box_m=(0.0, 0.0, 0.0, 0.1, 0.1, 0.1))
     with pytest.raises(PlanError, match='too few poses') as caught:
