@@ -36,11 +36,12 @@ TOLERANCES = {'stiffness': 0.5, 'damping': 0.5}
 POSES, SEED = 200, 0
 """Where inertia and weight are looked at, and a home is looked for."""
 SPAN = 0.5
-"""Of the evenest torques about three directions that any pose gives: a home has so much."""
+"""Of the evenest torques about three directions that any pose gives: a home has so much;
+chosen."""
 TOUCHING_M = 0.02
-"""Bodies nearer than that at home are said to touch; plans keep half of it."""
+"""Bodies nearer than that at home are said to touch; plans keep half of it; chosen."""
 NEAR_END = 0.05
-"""Of its range: zero is no home nearer to the end than that."""
+"""Of its range: zero is no home nearer to the end than that; chosen."""
 
 
 def guessed_model(

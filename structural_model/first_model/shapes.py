@@ -11,7 +11,7 @@ from structural_model.description import parse_urdf, RigidRobot
 
 Array = NDArray[np.float64]
 THINNEST = 0.05
-"""Edge over the longest one: moments of a plate leave it no thickness, or less."""
+"""Edge over the longest one: moments of a plate leave it no thickness, or less; chosen."""
 
 
 def with_shapes(robot: RigidRobot, where: str) -> tuple[RigidRobot, tuple[str, ...]]:
