@@ -123,14 +123,15 @@ class MultiOrder:
     factors : HankelFactors
         Of the block Hankel matrix.
     highest : int
-        Highest model order; less when there are fewer singular vectors.
+        Highest model order; less when there are fewer singular vectors, or rows to shift by one
+        block.
     """
 
     def __init__(self, factors: HankelFactors, highest: int) -> None:
         self.factors = factors
-        self.highest = min(highest, len(factors.values))
-        observability = factors.left[:, : self.highest]
         size = factors.n_outputs
+        self.highest = min(highest, len(factors.values), len(factors.left) - size)
+        observability = factors.left[:, : self.highest]
         self.orthogonal, self.triangle = qr(
             observability[:-size], mode='economic', check_finite=False
         )
