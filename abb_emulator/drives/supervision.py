@@ -41,7 +41,7 @@ class Supervision:
             ('coupled axis', np.degrees(limits.position_low), np.degrees(limits.position_high)),
         )
         self._data = model.robot.model.createData()
-        self._frame = model.robot.model.getFrameId(model.link_names[-1], pin.FrameType.BODY)
+        self._frame = model.robot.tip_frame
 
     def range_fault(self, before: Array, after: Array) -> str:
         """Return which axis leaves its range; one outside already may come back."""

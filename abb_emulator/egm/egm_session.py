@@ -83,7 +83,7 @@ class EgmSession:
         self.n_odd = 0
         self._model = model
         self._data = model.robot.model.createData()
-        self._frame = model.robot.model.getFrameId(model.link_names[-1], pin.FrameType.BODY)
+        self._frame = model.robot.tip_frame
         self._seqno = 0
         self._last_seqno: int | None = None
 

@@ -6,7 +6,6 @@ joints of reach times angle, so while that stays below the distance nothing can 
 
 import numpy as np
 from numpy.typing import NDArray
-import pinocchio as pin
 
 from structural_model.description import RigidRobot, Shape
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -27,9 +26,8 @@ def reach_m(robot: RigidRobot) -> Array:
     model = robot.model
     reach = np.zeros(len(robot.joints))
     for shape in robot.shapes:
-        frame = model.frames[model.getFrameId(shape.link, pin.FrameType.BODY)]
-        length = float(np.linalg.norm(frame.placement.act(shape.position))) + _radius(shape)
-        joint = int(frame.parentJoint)
+        joint, place = robot.links[shape.link]
+        length = float(np.linalg.norm(place.act(shape.position))) + _radius(shape)
         while joint > 0:
             reach[joint - 1] = max(reach[joint - 1], length)
             length += float(np.linalg.norm(model.jointPlacements[joint].translation))

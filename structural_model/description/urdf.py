@@ -125,6 +125,11 @@ class RigidRobot:
             if frame.type == pin.FrameType.BODY
         }
 
+    @cached_property
+    def tip_frame(self) -> int:
+        """Number of the last link's frame; a joint may be called as a link."""
+        return int(self.model.getFrameId(self.link_names[-1], pin.FrameType.BODY))
+
     @property
     def reach_m(self) -> float:
         """Farthest that the origin of a link may be from the base's: steps between them, added."""

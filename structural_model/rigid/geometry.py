@@ -112,7 +112,7 @@ class RobotGeometry:
     def skeleton_points(self) -> tuple[tuple[str, Array], ...]:
         """Link and place of the points that draw the arm: origins of links, from base to tip."""
         frames = self.robot.model.frames
-        frame = self.robot.model.getFrameId(self.robot.link_names[-1], pin.FrameType.BODY)
+        frame = self.robot.tip_frame
         way = []
         while frame > 0:  # the first one is the world, its own parent
             if frames[frame].type == pin.FrameType.BODY:
