@@ -38,7 +38,9 @@ from structural_model.description.spec import (
 from structural_model.description.spring_check import check_spring
 from structural_model.description.urdf import (
     Joint,
+    keep_only,
     load_urdf,
+    NEEDED,
     parse_urdf,
     read_urdf,
     read_urdf_file,
@@ -47,6 +49,7 @@ from structural_model.description.urdf import (
 )
 
 __all__ = [
+    'NEEDED',
     'SLIDING',
     'STANDING',
     'AbsorberSpec',
@@ -76,6 +79,7 @@ __all__ = [
     'Vector',
     'check_length',
     'check_spring',
+    'keep_only',
     'link_of',
     'load_urdf',
     'moves',

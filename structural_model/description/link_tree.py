@@ -27,6 +27,8 @@ class LinkTree:
     ----------
     base : str
         The link that hangs on no joint.
+    above : dict of str to Element
+        The joint that each other link hangs on.
     below : dict of str to sequence of Element
         Joints that hang on each link, in the order of the file.
     ahead : dict of str to int
@@ -34,6 +36,7 @@ class LinkTree:
     """
 
     base: str
+    above: Mapping[str, Element]
     below: Mapping[str, Sequence[Element]]
     ahead: Mapping[str, int]
 
@@ -43,9 +46,9 @@ class LinkTree:
         below: dict[str, list[Element]] = {}
         for joint in root.findall('joint'):
             below.setdefault(link_of(joint, 'parent'), []).append(joint)
-        children = {link_of(joint, 'child') for joint in root.findall('joint')}
+        above = {link_of(joint, 'child'): joint for joint in root.findall('joint')}
         names = (link.get('name', '') for link in root.findall('link'))
-        base = next(name for name in names if name not in children)
+        base = next(name for name in names if name not in above)
         order = [base]
         for link in order:
             order += [link_of(joint, 'child') for joint in below.get(link, ())]
@@ -53,7 +56,15 @@ class LinkTree:
         for link in reversed(order):
             ways = (moves(joint) + ahead[link_of(joint, 'child')] for joint in below.get(link, ()))
             ahead[link] = max(ways, default=0)
-        return cls(base, below, ahead)
+        return cls(base, above, below, ahead)
+
+    def way_to(self, tip: str) -> tuple[Element, ...]:
+        """Return the joints from the base to a link."""
+        way = []
+        while tip in self.above:
+            way.append(self.above[tip])
+            tip = link_of(way[-1], 'parent')
+        return tuple(way[::-1])
 
     def reach(self, joint: Element) -> int:
         """Return how many joints move from a joint on, itself among them."""

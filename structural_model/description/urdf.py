@@ -1,5 +1,6 @@
 """Read a URDF that may come from anywhere: no entities, no missing inertias, one clear error."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import math
@@ -394,6 +395,24 @@ def _check_places(root: Element, where: str) -> None:
                     numbers(origin.get(key), 3, (0.0, 0.0, 0.0), f'{place}: {key}', LARGEST)
 
 
+def keep_only(root: Element, kept: Mapping[str, Sequence[str]]) -> None:
+    """Leave out of a URDF all elements but some, and of these all parts but some.
+
+    Parameters
+    ----------
+    root : Element
+        Changed.
+    kept : dict of str to sequence of str
+        Parts that are kept, by element.
+    """
+    for element in list(root):
+        for part in list(element):
+            if part.tag not in kept.get(element.tag, ()):
+                element.remove(part)
+        if element.tag not in kept:
+            root.remove(element)
+
+
 def _pinocchio_model(root: Element, where: str) -> pin.Model:
     for joint in root.findall('joint'):
         if joint.get('type') == 'continuous':  # pinocchio would use cos, sin as two coordinates
@@ -405,12 +424,7 @@ def _pinocchio_model(root: Element, where: str) -> pin.Model:
             limit.attrib.update({'lower': '-1e6', 'upper': '1e6'})
             limit.attrib.setdefault('effort', '1e12')
             limit.attrib.setdefault('velocity', '1e12')
-    for element in list(root):
-        for part in list(element):
-            if part.tag not in NEEDED.get(element.tag, ()):
-                element.remove(part)
-        if element.tag not in NEEDED:
-            root.remove(element)
+    keep_only(root, NEEDED)
     for tensor in root.findall('link/inertial/inertia'):
         for key in TENSOR:  # an inertia with one of them missing would be left out
             tensor.attrib.setdefault(key, '0')

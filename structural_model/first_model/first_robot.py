@@ -10,7 +10,7 @@ from structural_model.first_model.one_arm import one_arm, OneArm
 from structural_model.first_model.places import guessed_layout
 from structural_model.first_model.shapes import with_shapes
 from structural_model.flexible_joint_model import FlexibleJointModel
-from structural_model.robot_files import MODEL_FILE, robot_of_files, URDF_FILE
+from structural_model.robot_files import MODEL_FILE, URDF_FILE
 from structural_model.robot_writer import layout_text
 
 HEADING = """\
@@ -63,8 +63,7 @@ def first_robot(
     where = str(urdf)
     arm = one_arm(read_urdf_file(urdf), where, tip)
     robot, boxes = with_shapes(parse_urdf(arm.urdf, where), where)
-    text, guessed = guessed_model(robot, lowest_hz, where)
-    model = robot_of_files(robot.text, text, where)
+    model, text, guessed = guessed_model(robot, lowest_hz, where)
     files = {
         URDF_FILE: robot.text,
         MODEL_FILE: (HEADING + text).encode(),

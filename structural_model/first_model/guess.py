@@ -46,8 +46,8 @@ NEAR_END = 0.05
 
 def guessed_model(
     robot: RigidRobot, lowest_hz: float | None, where: str
-) -> tuple[str, tuple[str, ...]]:
-    """Return a ``model.yaml`` for a rigid robot, and what was guessed, one statement each.
+) -> tuple[FlexibleJointModel, str, tuple[str, ...]]:
+    """Return a model of a rigid robot, its ``model.yaml``, and what was guessed, in statements.
 
     Parameters
     ----------
@@ -91,8 +91,8 @@ def guessed_model(
         found_hz = lowest_hz
     model = model_of(factor, damping=_rayleigh(found_hz), tolerances=TOLERANCES)
     touching = _touching(model, home)
-    model_of(factor, collision_ignore=[list(pair) for pair in touching])
-    return _text(mapping), _statements(robot, found_hz, lowest_hz, touching)
+    model = model_of(factor, collision_ignore=[list(pair) for pair in touching])
+    return model, _text(mapping), _statements(robot, found_hz, lowest_hz, touching)
 
 
 def _statements(

@@ -1,17 +1,21 @@
 """One arm out of a URDF that has more: fingers, wheels and other arms stand still."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, tostring
 
 from modal_core.errors import ModelError
-from structural_model.description import link_of, LinkTree, moves, read_urdf, STANDING
+from structural_model.description import (
+    keep_only,
+    link_of,
+    LinkTree,
+    moves,
+    NEEDED,
+    read_urdf,
+    STANDING,
+)
 
 DRAWN = ('cylinder', 'sphere', 'box')
-KEPT = {
-    'link': ('inertial', 'collision'),
-    'joint': ('origin', 'parent', 'child', 'axis', 'limit'),
-}
+KEPT = {**NEEDED, 'link': (*NEEDED['link'], 'collision')}
 """What a model needs of a URDF."""
 
 
@@ -60,16 +64,16 @@ def one_arm(text: bytes, where: str, tip: str | None = None) -> OneArm:
         the way that the model does not know.
     """
     root = read_urdf(text, where)
-    joints = {link_of(joint, 'child'): joint for joint in root.findall('joint')}
-    links = [link.get('name', '') for link in root.findall('link')]
     tree = LinkTree.of(root)
+    links = tree.in_order()
     if tip is None:
         tip = _end(tree, where)
     elif tip not in links:
         raise ModelError('unknown link', where=where, found=tip, expected=', '.join(links[:40]))
-    way = _way(tip, joints)
     moving = tuple(
-        joint.get('name', '') for joint in way if moves(joint) and not _has_no_range(joint)
+        joint.get('name', '')
+        for joint in tree.way_to(tip)
+        if moves(joint) and not _has_no_range(joint)
     )
     if not moving:
         raise ModelError('no moving joint', where=where, found=f'{tree.base} to {tip}')
@@ -104,14 +108,6 @@ def _end(tree: LinkTree, where: str) -> str:
     return end
 
 
-def _way(tip: str, joints: Mapping[str, Element]) -> Sequence[Element]:
-    way = []
-    while tip in joints:
-        way.append(joints[tip])
-        tip = link_of(joints[tip], 'parent')
-    return way[::-1]
-
-
 def _has_no_range(joint: Element) -> bool:
     limit = joint.find('limit')
     if limit is None or joint.get('type') not in ('revolute', 'prismatic'):
@@ -132,11 +128,8 @@ def _stop(joint: Element) -> None:
 
 def _strip(root: Element) -> None:
     """Leave out pictures, drives and meshes, which no model reads."""
-    for element in list(root):
-        if element.tag not in KEPT:
-            root.remove(element)
-            continue
-        for part in list(element):
-            drawn = any(part.find(f'geometry/{kind}') is not None for kind in DRAWN)
-            if part.tag not in KEPT[element.tag] or (part.tag == 'collision' and not drawn):
-                element.remove(part)
+    keep_only(root, KEPT)
+    for link in root.findall('link'):
+        for part in link.findall('collision'):
+            if all(part.find(f'geometry/{kind}') is None for kind in DRAWN):
+                link.remove(part)

@@ -2,12 +2,11 @@
 
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-from defusedxml.ElementTree import fromstring
 import numpy as np
 from numpy.typing import NDArray
 import pinocchio as pin
 
-from structural_model.description import parse_urdf, RigidRobot
+from structural_model.description import parse_urdf, read_urdf, RigidRobot
 
 Array = NDArray[np.float64]
 THINNEST = 0.05
@@ -31,7 +30,7 @@ def with_shapes(robot: RigidRobot, where: str) -> tuple[RigidRobot, tuple[str, .
     bare = [body for body in range(1, robot.model.njoints) if body not in drawn]
     if not bare:
         return robot, ()
-    root = fromstring(robot.text, forbid_dtd=True)
+    root = read_urdf(robot.text, where)
     elements = {link.get('name', ''): link for link in root.findall('link')}
     names = []
     for body in bare:
