@@ -15,8 +15,8 @@ from structural_model.description import (
 )
 
 DRAWN = ('cylinder', 'sphere', 'box')
-KEPT = {**NEEDED, 'link': (*NEEDED['link'], 'collision')}
-"""What a model needs of a URDF."""
+KEPT = {'link': (*NEEDED['link'], 'collision'), 'joint': (*NEEDED['joint'], 'mimic')}
+"""What a model needs of a URDF, and what it has to refuse: an axis that follows another one."""
 
 
 @dataclass(frozen=True)

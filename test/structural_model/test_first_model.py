@@ -137,6 +137,15 @@ def test_branches_ask_for_the_tip(tmp_path):
         first_robot(file, tip='nothing')
 
 
+def test_an_axis_of_the_arm_that_follows_another_one_is_refused(tmp_path):
+    file = urdf(tmp_path)
+    text = file.read_text().replace('</joint>', '<mimic joint="j1"/></joint>', 2)
+    file.write_text(text.replace('<mimic joint="j1"/></joint>', '</joint>', 1))
+    with pytest.raises(ModelError, match='unsupported joint') as error:
+        first_robot(file)
+    assert 'joint j2' in str(error.value)
+
+
 @pytest.mark.parametrize('n_joints', [3, 7])
 def test_an_arm_of_any_number_of_joints_is_recorded(tmp_path, n_joints):
     folder = write(first_robot(urdf(tmp_path, n_joints)), tmp_path / 'robot')
