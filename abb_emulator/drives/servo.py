@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from abb_emulator.of_axes import of_axes
 from modal_core.settings.schema import setting
 
 Array = NDArray[np.float64]
@@ -82,15 +83,14 @@ class Servo:
     """
 
     def __init__(self, settings: ServoSettings, start_deg: Array, step_s: float) -> None:
-        self.settings = settings
+        self.settings = settings = of_axes(settings, len(start_deg))
         start = np.array(start_deg, float)
         self._state = np.vstack([start, np.zeros_like(start)])
         n_delay = max(round(settings.dead_time_s / step_s), 0)
         self._queue = np.tile(start, (n_delay + 1, 1))
         self._omega = 2.0 * math.pi * settings.bandwidth_hz
         self._step, self._first, self._second, self._kick = self._discrete(step_s)
-        gear_ratio = np.resize(settings.gear_ratio, len(start))
-        self._count_deg = 360.0 / (settings.encoder_counts * gear_ratio)
+        self._count_deg = 360.0 / (settings.encoder_counts * np.array(settings.gear_ratio))
 
     @property
     def position_deg(self) -> Array:

@@ -14,6 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from abb_emulator.of_axes import of_axes
 from modal_core.settings.schema import setting
 
 Array = NDArray[np.float64]
@@ -91,19 +92,12 @@ class GuidanceLaw:
     """
 
     def __init__(self, settings: GuidanceSettings, start_deg: Array, cycle_s: float) -> None:
-        self.settings = settings
+        self.settings = settings = of_axes(settings, len(start_deg))
         self.start_deg = np.array(start_deg, float)
         self.position_deg = self.start_deg.copy()
         self.speed_deg_s = np.zeros_like(self.start_deg)
         self.converged = False
         self._cycle_s = cycle_s
-        # Arms of other than six axes have the first one's window for all further ones.
-        n_axes = len(self.start_deg)
-        self._window_deg = (
-            np.resize(settings.window_low_deg, n_axes),
-            np.resize(settings.window_high_deg, n_axes),
-        )
-        self._selected = np.resize(settings.selected, n_axes)
         self._reference_deg = self.start_deg.copy()
         self._reference_speed_deg_s = np.zeros_like(self.start_deg)
         self._filtered = np.zeros_like(self.start_deg)
@@ -181,9 +175,9 @@ class GuidanceLaw:
         return ramp
 
     def _watch_convergence(self, error: Array) -> None:
-        low, high = self._window_deg
-        inside = (error >= low) & (error <= high)
-        self.converged = bool(np.all(inside | ~self._selected))
+        limits = self.settings
+        inside = (error >= limits.window_low_deg) & (error <= limits.window_high_deg)
+        self.converged = bool(np.all(inside | ~np.array(limits.selected)))
         self._inside_s = self._inside_s + self._cycle_s if self.converged else 0.0
-        if self._inside_s >= self.settings.condition_time_s:
+        if self._inside_s >= limits.condition_time_s:
             self.end()

@@ -1,12 +1,12 @@
 """What gears have beyond springs and dampers: the figures, and the effects that set them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from abb_emulator.mechanics.arm_effect import ArmEffect
 from abb_emulator.mechanics.arm_structure import check_place
-from modal_core.errors import SettingsError
+from abb_emulator.of_axes import of_axes
 from modal_core.settings.schema import setting
 
 N_AXES = 6
@@ -101,7 +101,7 @@ def gears_with_effects(
     SettingsError
         No such joint, or settings of six axes for an arm that has other ones.
     """
-    settings = _of_axes(settings, len(joint_names))
+    settings = of_axes(settings, len(joint_names))
     for effect in effects:
         if effect.type not in ADDED:
             continue
@@ -114,21 +114,3 @@ def gears_with_effects(
                 change: dict[str, Any] = {target: tuple(values)}
                 settings = replace(settings, **change)
     return settings
-
-
-def _of_axes(settings: GearSettings, n_axes: int) -> GearSettings:
-    change: dict[str, Any] = {}
-    for field in fields(settings):
-        value = getattr(settings, field.name)
-        if not isinstance(value, tuple) or len(value) == n_axes:
-            continue
-        if value != field.default:
-            raise SettingsError(
-                'wrong length',
-                where=field.name,
-                found=len(value),
-                expected=f'{n_axes} axes',
-                advice='give effects of joints by name instead',
-            )
-        change[field.name] = value[:1] * n_axes
-    return replace(settings, **change)
