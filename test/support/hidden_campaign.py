@@ -1,6 +1,6 @@
 """Campaigns with an effect hidden in them, made by the independent arm."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -29,6 +29,18 @@ class HiddenRecord:
     joint_rate_hz: float
     position: np.ndarray
     velocity: np.ndarray
+
+
+def counted(records, step_rad):
+    """The same, their motion known by the steps of encoders alone."""
+    return [
+        replace(
+            item,
+            position=np.round(item.position / step_rad) * step_rad,
+            velocity=np.full_like(item.velocity, np.nan),
+        )
+        for item in records
+    ]
 
 
 def poses(rng, count, centre=(0, 0.2, 0.1, 0.3, -0.6, 0.2), spread=(1.0, 0.5, 0.5, 1.2, 0.7, 1.5)):

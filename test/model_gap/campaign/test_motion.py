@@ -13,7 +13,7 @@ from model_gap.campaign.resample import thinned
 from model_gap.campaign.spectra import Band, record_spectra
 from model_gap.cell.cell_model import CellModel
 from model_gap.predict.predict import Predictor
-from test.support.hidden_campaign import make_campaign, SENSORS
+from test.support.hidden_campaign import counted, make_campaign, SENSORS
 from test.support.write_campaign import write_campaign
 
 SEED = 8
@@ -72,15 +72,7 @@ def test_right_model_meets_the_noise_of_a_coarse_encoder(tmp_path, robot):
     records = make_campaign(
         ROBOT, (), SEED, n_fit=2, n_held=0, duration=12.0, size=0.0, noise=0.002, velocity=False
     )
-    counted = [
-        replace(
-            item,
-            position=np.round(item.position / STEP_RAD) * STEP_RAD,
-            velocity=np.full_like(item.velocity, np.nan),
-        )
-        for item in records
-    ]
-    write_campaign(tmp_path, counted, robot.joint_names, SENSORS)
+    write_campaign(tmp_path, counted(records, STEP_RAD), robot.joint_names, SENSORS)
     campaign = read_campaign(tmp_path, robot)
     assert campaign.excitation == 'joint positions'
 

@@ -13,7 +13,7 @@ from model_gap.laws import BacklashLaw
 from model_gap.predict import Predictor
 from model_gap.search import SearchSettings
 from structural_model import load_robot
-from test.support.hidden_campaign import make_campaign, SENSORS
+from test.support.hidden_campaign import counted, make_campaign, SENSORS
 from test.support.write_campaign import write_campaign
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')
@@ -28,15 +28,7 @@ def predictor(tmp_path_factory):
     records = make_campaign(
         ROBOT, (), SEED, n_fit=2, n_held=0, duration=12.0, size=0.0, noise=0.002, velocity=False
     )
-    counted = [
-        dataclasses.replace(
-            item,
-            position=np.round(item.position / STEP_RAD) * STEP_RAD,
-            velocity=np.full_like(item.velocity, np.nan),
-        )
-        for item in records
-    ]
-    write_campaign(folder, counted, robot.joint_names, SENSORS)
+    write_campaign(folder, counted(records, STEP_RAD), robot.joint_names, SENSORS)
     campaign = read_campaign(folder, robot)
     items = [record_spectra(item, Band(3.0, 50.0)) for item in campaign.records]
     return Predictor(robot, items), CellModel(robot.spec, campaign.layout.channels)
