@@ -86,14 +86,23 @@ def _weights(model: FlexibleJointModel, start: Array, request: PlanRequest) -> A
 
     All axes are alike where torques need not span space.
     """
+    stated = stated_weights(model, request)
+    if request.joint_weights or not request.require_full_rank:
+        return stated
+    room = ROOM_OF_PULSES if request.signal == RANDOM_PULSES else ROOM
+    return informative_amplitudes(model, start, stated > 0.0, request.band_high_hz, room)
+
+
+def stated_weights(model: FlexibleJointModel, request: PlanRequest) -> Array:
+    """Return the relative amplitude of every controller axis, 1 of those that none is stated of.
+
+    Raises
+    ------
+    PlanError
+        A joint is not there, or there is not one weight for each that moves.
+    """
     places = [_place(model, name) for name in request.joints or model.axis_names]
-    moving = np.isin(np.arange(model.n_joints), places)
-    if not request.joint_weights and not request.require_full_rank:
-        return moving.astype(float)
-    if not request.joint_weights:
-        room = ROOM_OF_PULSES if request.signal == RANDOM_PULSES else ROOM
-        return informative_amplitudes(model, start, moving, request.band_high_hz, room)
-    shares = request.joint_weights
+    shares = request.joint_weights or (1.0,)
     if len(shares) == 1:
         shares = shares * len(places)
     if len(shares) != len(places) or not any(shares):

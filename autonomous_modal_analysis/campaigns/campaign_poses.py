@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from excitation_planner.forecast import forecast, mode_participation
 from excitation_planner.motion import PredictedSpectrum
 from excitation_planner.request import PlanRequest
+from excitation_planner.setting import stated_weights
 from modal_core.channel import SensorLayout
 from modal_core.errors import ModelError, PlanError
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -167,11 +168,7 @@ def is_possible(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bo
 
 def _holds(model: FlexibleJointModel, q: Array, request: PlanRequest) -> bool:
     """Return whether the drives can hold the arm and shake it, five deviations far."""
-    axes = zip(model.axis_names, model.joint_names, strict=True)
-    moving = [not request.joints or bool({*names} & {*request.joints}) for names in axes]
-    largest = max(request.joint_weights or (1.0,))
-    weights = request.joint_weights if len(request.joint_weights) == len(moving) else largest
-    size = request.acceleration_rms * np.array(moving) * weights
+    size = request.acceleration_rms * stated_weights(model, request)
     still = np.zeros(model.n_joints)
     shaking = np.sqrt(model.link_inertia(q) ** 2 @ size**2)
     hold = np.abs(model.drive_torque(q, still, still))
