@@ -107,9 +107,9 @@ $(VENV)/.docs-ready: $(VENV)/.ready
 	@touch $@
 
 gap-matrix: $(VENV)-bench/.ready
-	$(VENV)-bench/bin/python -m benchmarks.gap_at_rest
-	$(VENV)-bench/bin/python -m benchmarks.gap_rates --seeds 2 --minutes 80 --out gap_rates.json
-	$(VENV)-bench/bin/python benchmarks/gap_matrix.py --quick --minutes 35 --out gap_matrix.json
+	$(VENV)-bench/bin/python -m benchmarks.gap.at_rest
+	$(VENV)-bench/bin/python -m benchmarks.gap.rates --seeds 2 --minutes 80 --out gap_rates.json
+	$(VENV)-bench/bin/python -m benchmarks.gap.matrix --quick --minutes 35 --out gap_matrix.json
 
 clean:
 	rm -rf docs/_build docs/reference/generated $(VENV) $(VENV)-bench $(VENV)-oldest $(VENV)-older build *.egg-info oma_msgs/build tf2_msgs/build control_msgs/build

@@ -17,37 +17,37 @@ from benchmarks.table import HEADER, Line
 
 
 def speed(full: bool, store: Path | None) -> Iterator[Line]:
-    from benchmarks.speed import rows
+    from benchmarks.identifier.speed import rows
 
     return rows(3, every_repeat=full)
 
 
 def selection(full: bool, store: Path | None) -> Iterator[Line]:
-    from benchmarks.selection import PRESETS, rows
+    from benchmarks.identifier.selection import PRESETS, rows
 
     return rows(100, 20, PRESETS) if full else rows(10, 2)
 
 
 def scatter(full: bool, store: Path | None) -> Iterator[Line]:
-    from benchmarks.scatter import CASES, rows, runs
+    from benchmarks.identifier.scatter import CASES, rows, runs
 
     return rows(runs(100, store=store) if full else runs(10, CASES[:3], store))
 
 
 def tracking(full: bool, store: Path | None) -> Iterator[Line]:
-    from benchmarks.tracking import rows
+    from benchmarks.identifier.tracking import rows
 
     return rows(20 if full else 3)
 
 
 def throughput(full: bool, store: Path | None) -> Iterator[Line]:
-    from benchmarks.throughput import rows
+    from benchmarks.identifier.throughput import rows
 
     return rows(3600, 600.0) if full else rows(240, 600.0)
 
 
 def streaming(full: bool, store: Path | None) -> Iterator[Line]:
-    from benchmarks.streaming import rows
+    from benchmarks.identifier.streaming import rows
 
     return rows(full)
 
@@ -83,13 +83,13 @@ def impact(full: bool, store: Path | None) -> Iterator[Line]:
 
 
 def modal_map(full: bool, store: Path | None) -> Iterator[Line]:
-    from benchmarks.map import N_ARMS, rows
+    from benchmarks.workspace_map.map import N_ARMS, rows
 
     return rows(4 * N_ARMS if full else N_ARMS)
 
 
 def lobes(full: bool, store: Path | None) -> Iterator[Line]:
-    from benchmarks.lobes import FEW_POINTS, POINTS, rows
+    from benchmarks.workspace_map.lobes import FEW_POINTS, POINTS, rows
 
     return rows(POINTS if full else FEW_POINTS)
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import platform
 from typing import Any
 
-from benchmarks import peers
+from benchmarks.identifier import peers
 from benchmarks.table import Line
 from modal_core.files.atomic_file import write_text
 
@@ -60,9 +60,17 @@ class Group:
         return self.path.with_suffix('.svg')
 
 
+PLANT = 'benchmarks/identifier/plant.py'
+MAPS = 'benchmarks/workspace_map'
+
+
 def _group(name: str, *programs: str) -> Group:
     own = programs or (f'benchmarks/{name}.py',)
-    return Group(name, (*own, 'benchmarks/plant.py'), f'make bench BENCH={name}')
+    return Group(name, (*own, PLANT), f'make bench BENCH={name}')
+
+
+def _identifier(name: str, *programs: str) -> Group:
+    return _group(name, *(f'benchmarks/identifier/{own}.py' for own in (name, *programs)))
 
 
 def _paper(programs: str, *names: str) -> tuple[Group, ...]:
@@ -72,8 +80,8 @@ def _paper(programs: str, *names: str) -> tuple[Group, ...]:
     return tuple(Group(f'paper_{name}', own, command, 'explanation') for name in names)
 
 
-MATRIX = 'benchmarks/gap_matrix.py'
-RATES = ('benchmarks/gap_rates.py', 'benchmarks/gap_counts.py', 'benchmarks/multibody')
+MATRIX = 'python -m benchmarks.gap.matrix'
+RATES = ('benchmarks/gap/rates.py', 'benchmarks/gap/counts.py', 'benchmarks/gap/multibody')
 FINDINGS = tuple(
     f'examples/paper/{program}.py'
     for program in (
@@ -90,15 +98,12 @@ FINDINGS = tuple(
 GROUPS = {
     group.name: group
     for group in (
-        _group(
-            'speed',
-            *(f'benchmarks/{name}.py' for name in ('speed', 'cases', 'ours', 'peers', 'record')),
-        ),
-        _group('streaming'),
-        _group('selection'),
-        _group('scatter'),
-        _group('tracking'),
-        _group('throughput'),
+        _identifier('speed', 'cases', 'ours', 'peers', 'record'),
+        _identifier('streaming'),
+        _identifier('selection'),
+        _identifier('scatter'),
+        _identifier('tracking'),
+        _identifier('throughput'),
         _group('emulator'),
         Group(
             'page',
@@ -108,29 +113,29 @@ GROUPS = {
         _group('forecast'),
         _group('states'),
         _group('impact'),
-        _group('lobes'),
-        _group('map', *(f'benchmarks/{name}.py' for name in ('map', 'hidden_arms', 'map_rivals'))),
+        _group('lobes', f'{MAPS}/lobes.py'),
+        _group('map', *(f'{MAPS}/{name}.py' for name in ('map', 'hidden_arms', 'rivals'))),
         Group(
             'map_tool',
-            ('benchmarks/map_tool.py', 'benchmarks/hidden_arms.py'),
-            'python -m benchmarks.map_tool',
+            (f'{MAPS}/tool.py', f'{MAPS}/hidden_arms.py'),
+            'python -m benchmarks.workspace_map.tool',
         ),
         _group('faults', 'benchmarks/faults'),
         Group(
             'families',
-            ('benchmarks/families', 'benchmarks/plant.py', 'benchmarks/peers.py'),
+            ('benchmarks/families', PLANT, 'benchmarks/identifier/peers.py'),
             'make bench BENCH=families',
         ),
         Group(
             'methods',
-            ('benchmarks/methods.py', 'benchmarks/milled.py', 'benchmarks/plant.py'),
+            ('benchmarks/methods/__main__.py', 'benchmarks/methods/milled.py', PLANT),
             'python -m benchmarks.methods',
         ),
         Group('operation', ('benchmarks/operation',), 'make bench BENCH=operation'),
         Group(
             'moving',
-            ('benchmarks/moving.py', 'benchmarks/milled.py'),
-            'python -m benchmarks.moving',
+            ('benchmarks/methods/moving.py', 'benchmarks/methods/milled.py'),
+            'python -m benchmarks.methods.moving',
         ),
         Group(
             'ablation',
@@ -146,10 +151,10 @@ GROUPS = {
         Group('gap_other_simulator', (), 'by hand'),
         Group(
             'gap_at_rest',
-            ('benchmarks/gap_at_rest.py', *RATES),
-            'python -m benchmarks.gap_at_rest --table',
+            ('benchmarks/gap/at_rest.py', *RATES),
+            'python -m benchmarks.gap.at_rest --table',
         ),
-        Group('gap_rates', RATES, 'python -m benchmarks.gap_rates --table'),
+        Group('gap_rates', RATES, 'python -m benchmarks.gap.rates --table'),
         Group('gap_single_runs', (), 'by hand'),
         Group(
             'model_speed',

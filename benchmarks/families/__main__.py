@@ -14,7 +14,6 @@ from pathlib import Path
 import sys
 import warnings
 
-from benchmarks import peers
 from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import Verdict
 from benchmarks.families.kept_records import keep, worse_than_kept, wrong_in
@@ -23,6 +22,7 @@ from benchmarks.families.rows import COLUMNS, OURS, rows_of
 from benchmarks.families.series import run, Task
 from benchmarks.families.store import Store
 from benchmarks.families.tally import Tally
+from benchmarks.identifier import peers
 from benchmarks.results import versions, write_rows
 
 QUICK_SEED, REPORT_SEED = 850_000, 880_000

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.families.response import poles
-from benchmarks.plant import Plant
+from benchmarks.identifier.plant import Plant
 
 MOST_PARAMETERS = 450
 """Above, it takes longer than the identification."""

@@ -26,7 +26,7 @@ from benchmarks.families.structure import (
     draw_shapes,
     Modal,
 )
-from benchmarks.plant import Plant
+from benchmarks.identifier.plant import Plant
 
 MOST_SAMPLES, MOST_VALUES, MOST_DRIFTING = 250_000, 2_500_000, 50_000
 """Samples, samples x channels, and samples where frequencies drift: a record takes seconds."""

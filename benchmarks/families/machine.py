@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from benchmarks.families.chance import log_uniform
 from benchmarks.families.family import Range
 from benchmarks.families.response import anti_alias, poles
-from benchmarks.plant import Plant
+from benchmarks.identifier.plant import Plant
 
 Lines = list[tuple[float, NDArray[np.complex128]]]
 LEVEL = (0.03, 1.0)

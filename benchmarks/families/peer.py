@@ -11,9 +11,9 @@ import time
 
 import numpy as np
 
-from benchmarks import peers
 from benchmarks.families.judge import judge, Verdict
 from benchmarks.families.record import Record
+from benchmarks.identifier import peers
 from modal_core.mode import Mode
 from oma_identifier.covariance import choose_references
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from benchmarks.families.bound import bound, local_bound
 from benchmarks.families.family import STEADY, WHITE
-from benchmarks.plant import Plant
-from benchmarks.scatter import law
+from benchmarks.identifier.plant import Plant
+from benchmarks.identifier.scatter import law
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from scipy.fft import fft, fftfreq, ifft, next_fast_len
 from scipy.interpolate import make_interp_spline
 
 from benchmarks.families.force import Envelope, Spectrum
-from benchmarks.plant import Plant
+from benchmarks.identifier.plant import Plant
 
 DECAYS = 6.0
 """Time constants of the slowest mode by which the period is longer than the record."""

@@ -18,8 +18,8 @@ DECIDES = Group(
                 *('matching', 'motion', 'peer', 'record', 'response', 'structure'),
             )
         ),
-        'benchmarks/plant.py',
-        'benchmarks/scatter.py',
+        'benchmarks/identifier/plant.py',
+        'benchmarks/identifier/scatter.py',
     ),
     '',
 )

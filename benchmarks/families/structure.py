@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.plant import Plant
+from benchmarks.identifier.plant import Plant
 
 LEAST_ZETA, MOST_ZETA = 2e-4, 0.2
 """What coupling may make of the damping ratios drawn."""

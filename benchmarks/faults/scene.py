@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.signal import firwin, oaconvolve
 
-from benchmarks.plant import modal_acceleration, Plant
+from benchmarks.identifier.plant import modal_acceleration, Plant
 from modal_core.measurements import Measurement, SampleBlock, StampedSamples
 
 START_NS = 1_700_000_000_000_000_000

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import peers
+from benchmarks.identifier import peers
 from modal_core.mode import Mode
 from modal_core.samples import Samples
 from oma_identifier.covariance import choose_references

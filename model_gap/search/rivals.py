@@ -18,7 +18,7 @@ log = logging.getLogger(__name__)
 class ConfirmationLimits:
     """When an effect is confirmed, and when another one is its rival.
 
-    Set by healthy campaigns (benchmarks/gap_matrix.py --calibrate): see
+    Set by healthy campaigns (benchmarks.gap.matrix --calibrate): see
     docs/measured/model_gap.md.
 
     Parameters

@@ -10,7 +10,7 @@ import yaml
 
 from autonomous_modal_analysis.cli import app
 from autonomous_modal_analysis.cut_pose import choose_pose
-from benchmarks.hidden_arms import hidden_arm, known_arm, ROBOT
+from benchmarks.workspace_map.hidden_arms import hidden_arm, known_arm, ROBOT
 from machining.cut_settings import CutSettings
 from machining.lobes import stability_lobes
 from modal_core.errors import MapError, SettingsError

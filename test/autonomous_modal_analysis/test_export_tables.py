@@ -156,7 +156,7 @@ def test_a_robot_without_sensors_has_no_shapes_to_write(tmp_path):
 
 
 def test_modes_that_a_map_predicts_go_into_files(tmp_path):
-    from benchmarks.hidden_arms import hidden_arm, known_arm
+    from benchmarks.workspace_map.hidden_arms import hidden_arm, known_arm
     from structural_model import load_layout
     from workspace_map import save_map, WorkspaceMap
 

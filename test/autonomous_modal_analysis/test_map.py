@@ -124,7 +124,7 @@ def test_nothing_moves_without_a_release(tmp_path):
 
 
 def test_predict_says_modes_with_sigma_and_refuses_beyond_what_it_knows(tmp_path):
-    from benchmarks.hidden_arms import hidden_arm, known_arm
+    from benchmarks.workspace_map.hidden_arms import hidden_arm, known_arm
     from workspace_map import save_map
 
     arm = known_arm()
@@ -154,7 +154,7 @@ def test_predict_says_modes_with_sigma_and_refuses_beyond_what_it_knows(tmp_path
 
 
 def test_the_report_shows_value_and_sigma_over_two_axes(tmp_path):
-    from benchmarks.hidden_arms import hidden_arm, known_arm
+    from benchmarks.workspace_map.hidden_arms import hidden_arm, known_arm
     from workspace_map import save_map
 
     arm = known_arm()

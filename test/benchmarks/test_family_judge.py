@@ -13,7 +13,7 @@ from benchmarks.families.record import Record
 from benchmarks.families.rows import COLUMNS, rows_of
 from benchmarks.families.store import Store
 from benchmarks.families.tally import rate, Tally
-from benchmarks.plant import Plant
+from benchmarks.identifier.plant import Plant
 from modal_core.mode import Mode
 from modal_core.numbers.indicators import normalise
 

@@ -12,7 +12,7 @@ from benchmarks.families.family import FAMILIES
 from benchmarks.families.motion import draw_motion, one_axis
 from benchmarks.families.response import in_time, modal_accelerations
 from benchmarks.families.structure import coupled, Modal
-from benchmarks.scatter import law
+from benchmarks.identifier.scatter import law
 
 RATE_HZ = 50.0
 

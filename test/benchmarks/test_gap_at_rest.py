@@ -4,8 +4,8 @@ import pytest
 
 pytest.importorskip('mujoco')
 
-from benchmarks.gap_at_rest import lines_of
-from benchmarks.gap_rates import kinds, order
+from benchmarks.gap.at_rest import lines_of
+from benchmarks.gap.rates import kinds, order
 from model_gap.gravity import Fault, Kind
 
 

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.gap_counts import counted, interval, OUTSIDE, right_place, wrong_and_sure
-from benchmarks.multibody.hidden import draw, KINDS, plain
+from benchmarks.gap.counts import counted, interval, OUTSIDE, right_place, wrong_and_sure
+from benchmarks.gap.multibody.hidden import draw, KINDS, plain
 from model_gap.effects import CATALOGUE
 
 PLAY = {'type': 'backlash', 'place': 'joint_1', 'half': 5e-5}

@@ -11,11 +11,11 @@ import scipy.linalg
 
 pytest.importorskip('mujoco')
 
-from benchmarks.multibody import campaign, laws
-from benchmarks.multibody.compiled import compiled
-from benchmarks.multibody.description import read
-from benchmarks.multibody.hidden import draw, KINDS, law_of, put
-from benchmarks.multibody.simulate import Motion, Run, simulate, STEP_S
+from benchmarks.gap.multibody import campaign, laws
+from benchmarks.gap.multibody.compiled import compiled
+from benchmarks.gap.multibody.description import read
+from benchmarks.gap.multibody.hidden import draw, KINDS, law_of, put
+from benchmarks.gap.multibody.simulate import Motion, Run, simulate, STEP_S
 from modal_core.files.share import share_path
 from model_gap.cell import CellModel
 from model_gap.effects import Scene

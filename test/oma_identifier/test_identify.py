@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
-from benchmarks.plant import Plant, simulate
+from benchmarks.identifier.plant import Plant, simulate
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError
 from modal_core.numbers.indicators import mac

@@ -1,6 +1,6 @@
 """True modes of a plant as an identification would list them."""
 
-from benchmarks.plant import Plant
+from benchmarks.identifier.plant import Plant
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 

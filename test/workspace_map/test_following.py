@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.hidden_arms import hidden_arm, known_arm
+from benchmarks.workspace_map.hidden_arms import hidden_arm, known_arm
 from workspace_map import followed_from, WorkspaceMap
 from workspace_map.rows import aligned
 

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks import map as benchmark
-from benchmarks.hidden_arms import hidden_arm, known_arm
+from benchmarks.workspace_map import map as benchmark
+from benchmarks.workspace_map.hidden_arms import hidden_arm, known_arm
 from modal_core.errors import MapError, ModelError
 from structural_model import load_layout, load_robot
 from structural_model.equations import random_poses

@@ -21,7 +21,7 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
-from benchmarks.hidden_arms import hidden_arm, known_arm, ROBOT  # noqa: E402
+from benchmarks.workspace_map.hidden_arms import hidden_arm, known_arm, ROBOT  # noqa: E402
 from machining.cut_settings import CutSettings  # noqa: E402
 from machining.stability import limits_of_modes  # noqa: E402
 from machining.task import axes_of, cut_of, speeds_of  # noqa: E402

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.hidden_arms import known_arm
+from benchmarks.workspace_map.hidden_arms import known_arm
 from structural_model import load_layout, load_robot
 from structural_model.equations import random_poses
 from workspace_map import Arm, candidates, choose_series, ToolPoint, WorkspaceMap

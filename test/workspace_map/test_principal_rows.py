@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.hidden_arms import known_arm
+from benchmarks.workspace_map.hidden_arms import known_arm
 from workspace_map.arm import local_modes, State
 from workspace_map.prior import structure_of
 from workspace_map.rows import aligned, principal_rows, ROWS

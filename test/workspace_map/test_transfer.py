@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.hidden_arms import hidden_arm, known_arm, ROBOT
-from benchmarks.map_tool import tools, with_tool
+from benchmarks.workspace_map.hidden_arms import hidden_arm, known_arm, ROBOT
+from benchmarks.workspace_map.tool import tools, with_tool
 from modal_core.errors import MapError
 from structural_model import load_layout
 from structural_model.equations import random_poses

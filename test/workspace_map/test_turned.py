@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from benchmarks.hidden_arms import known_arm, ROBOT, TOOL
+from benchmarks.workspace_map.hidden_arms import known_arm, ROBOT, TOOL
 from modal_core.errors import ModelError
 from workspace_map import turned_poses
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.plant import Plant, simulate
-from benchmarks.scatter import match
+from benchmarks.identifier.plant import Plant, simulate
+from benchmarks.identifier.scatter import match
 from oma_identifier.identify import identify_samples
 from oma_identifier.likelihood.averages import averages_from
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel

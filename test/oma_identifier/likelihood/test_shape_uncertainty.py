@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import hilbert
 
-from benchmarks.plant import chain_plant, Plant, simulate
+from benchmarks.identifier.plant import chain_plant, Plant, simulate
 from modal_core.channel import Channel
 from modal_core.mode import Mode, ModeSet
 from modal_core.numbers.indicators import mac

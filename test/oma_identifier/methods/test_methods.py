@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from benchmarks.plant import Plant, simulate
-from benchmarks.scatter import match
+from benchmarks.identifier.plant import Plant, simulate
+from benchmarks.identifier.scatter import match
 from modal_core.channel import Channel
 from modal_core.errors import IdentificationError, LayoutError, SettingsError
 from modal_core.mode import Mode, ModeSet

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.plant import Plant, simulate
+from benchmarks.identifier.plant import Plant, simulate
 from modal_core.channel import Channel
 from modal_core.samples import Samples
 from oma_identifier.methods.banded import Problem

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from benchmarks.plant import Plant, simulate
+from benchmarks.identifier.plant import Plant, simulate
 from oma_identifier.methods.catalogue import identify_by
 from oma_identifier.methods.var import order_by_description_length, VarSums
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.milled import Cut, DURATION_S, excess_db, Milled, milled
+from benchmarks.methods.milled import Cut, DURATION_S, excess_db, Milled, milled
 from modal_core.channel import Channel
 from modal_core.measurements import SampleBlock
 from modal_core.samples import Samples

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import chirp
 
-from benchmarks.milled import Cut, excess_db, milled
-from benchmarks.plant import chain_plant, simulate
+from benchmarks.identifier.plant import chain_plant, simulate
+from benchmarks.methods.milled import Cut, excess_db, milled
 from modal_core.channel import Channel
 from modal_core.samples import Samples
 from oma_identifier.methods.catalogue import identify_by

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.milled import Cut, milled
+from benchmarks.methods.milled import Cut, milled
 from modal_core.channel import Channel
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples

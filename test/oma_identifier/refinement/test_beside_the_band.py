@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.plant import chain_plant, simulate
+from benchmarks.identifier.plant import chain_plant, simulate
 from oma_identifier.identify import identify_samples
 from oma_identifier.settings import IdentificationSettings
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.plant import Plant, simulate
-from benchmarks.scatter import match
+from benchmarks.identifier.plant import Plant, simulate
+from benchmarks.identifier.scatter import match
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_samples
 from oma_identifier.likelihood import BandData, BandModel, fit_band

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.plant import Plant, simulate
-from benchmarks.scatter import match
+from benchmarks.identifier.plant import Plant, simulate
+from benchmarks.identifier.scatter import match
 from modal_core.mode import Mode, ModeSet
 from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.plant import Plant, simulate
+from benchmarks.identifier.plant import Plant, simulate
 from modal_core.errors import LayoutError
 from modal_core.mode import Mode, ModeSet
 from modal_core.numbers.indicators import mac

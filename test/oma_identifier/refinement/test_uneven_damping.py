@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from benchmarks.plant import chain_plant, Plant, simulate, with_uneven_damping
+from benchmarks.identifier.plant import chain_plant, Plant, simulate, with_uneven_damping
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.refinement import refine

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from benchmarks.plant import Plant, simulate
+from benchmarks.identifier.plant import Plant, simulate
 from modal_core.mode import Mode, ModeSet
 from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples

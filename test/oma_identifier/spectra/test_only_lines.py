@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from benchmarks.plant import Plant, simulate
-from benchmarks.scatter import match
+from benchmarks.identifier.plant import Plant, simulate
+from benchmarks.identifier.scatter import match
 from modal_core.measurements import SampleBlock
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.identify import identify_samples

@@ -15,7 +15,7 @@ from modal_core.window import Pose
 from oma_identifier.tracking import ModeTracker
 
 FIRST_SEED, N_WINDOWS, N_CHANNELS = 73000, 500, 6
-DATA = Path(os.environ.get('AMA_TEST_DATA', Path(__file__).parents[2] / 'shared' / 'data'))
+DATA = Path(os.environ.get('AMA_TEST_DATA', Path(__file__).parents[3] / 'shared' / 'data'))
 MAST = DATA / 'antenna_tower_modal_tracks' / 'modal_accel.nc'
 REACH = 0.99
 SAME_DIRECTION = 0.3

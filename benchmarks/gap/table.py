@@ -14,7 +14,7 @@ COLUMNS = (
 
 
 def table_rows(campaigns: Sequence[dict[str, Any]]) -> list[list[str]]:
-    """Return one row a campaign, as ``benchmarks/gap_matrix.py --out`` keeps them."""
+    """Return one row a campaign, as ``benchmarks/gap/matrix.py --out`` keeps them."""
     return [_row(campaign) for campaign in campaigns]
 
 

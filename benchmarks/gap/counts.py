@@ -4,7 +4,7 @@ import math
 
 from scipy.stats import beta
 
-from benchmarks.multibody.hidden import KINDS
+from benchmarks.gap.multibody.hidden import KINDS
 from model_gap.effects import CATALOGUE
 
 NAMES = {effect.type for effect in CATALOGUE}

@@ -8,7 +8,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.record import BLOCK_ROWS, Found, N_BLOCKS, names, ORDER, ORDERS, reference_channels
+from benchmarks.identifier.record import (
+    BLOCK_ROWS,
+    Found,
+    N_BLOCKS,
+    names,
+    ORDER,
+    ORDERS,
+    reference_channels,
+)
 
 Call = Callable[[NDArray[np.float64], float], Found]
 
@@ -83,7 +91,7 @@ def _one_a_mode(
     order: NDArray[np.int64], poles: NDArray[np.complex128], wanted: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Return the poles of the highest order that are nearest to the modes of the plant."""
-    from benchmarks.plant import FREQUENCY_HZ
+    from benchmarks.identifier.plant import FREQUENCY_HZ
 
     last = wanted[order[wanted] == ORDER]
     hz = np.abs(poles[last]) / (2.0 * np.pi)

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from benchmarks.multibody import laws
-from benchmarks.multibody.description import Lump, Spring
+from benchmarks.gap.multibody import laws
+from benchmarks.gap.multibody.description import Lump, Spring
 
 LIFTING = ('joint_2', 'joint_3')
 

@@ -13,9 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from benchmarks.hidden_arms import hidden_arm, HiddenArm, HIGHEST_HZ, known_arm, RECORD_S
-from benchmarks.map_rivals import multi_task_gp, plain_gpr, Predictor, random_forest
 from benchmarks.table import Line
+from benchmarks.workspace_map.hidden_arms import (
+    hidden_arm,
+    HiddenArm,
+    HIGHEST_HZ,
+    known_arm,
+    RECORD_S,
+)
+from benchmarks.workspace_map.rivals import multi_task_gp, plain_gpr, Predictor, random_forest
 from structural_model.equations import random_poses
 from workspace_map import (
     candidates,

@@ -1,44 +1,37 @@
 """Hide effects in an arm that shares no code with the suite, and see what the workflow says.
 
-    python benchmarks/gap_matrix.py --seeds 2 --out gap_matrix.json
+    python -m benchmarks.gap.matrix --seeds 2 --out gap_matrix.json
 
 Prints one line per campaign as it ends, then: how often type and place were right, false alarms,
 verdicts on effects outside the catalogue, pairs of effects, parameters within two deviations.
 With ``--out`` every campaign is written when it ends, and those already there are not run again.
 
-    python benchmarks/gap_matrix.py --calibrate 60 --first-seed 1000 --quick --out healthy.json
+    python -m benchmarks.gap.matrix --calibrate 60 --first-seed 1000 --quick --out healthy.json
 
 measures on healthy arms what the thresholds of a verdict are set by, and how often each is passed.
 """
 
 import argparse
 import json
-import os
 from pathlib import Path
-import sys
 import time
-
-os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # small matrices: threads only wait
 
 import numpy as np
 from scipy.stats import beta
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent)]
-
-from benchmarks.gap_table import COLUMNS, table_rows  # noqa: E402
-from benchmarks.hidden_effects import draw  # noqa: E402
-from benchmarks.results import write_rows  # noqa: E402
-from modal_core.channel import Sensor, SensorLayout  # noqa: E402
-from modal_core.files.atomic_file import write_text  # noqa: E402
-from modal_core.files.share import share_path  # noqa: E402
-from modal_core.work.side_by_side import processor_time_s  # noqa: E402
-from model_gap.campaign import at_times, Campaign, GapRecord  # noqa: E402
-from model_gap.decide.adequacy import adequacy  # noqa: E402
-from model_gap.find_gap import find_gap  # noqa: E402
-from model_gap.gap_json import found_effects  # noqa: E402
-from structural_model import load_robot  # noqa: E402
-from test.support.hidden_campaign import make_campaign, picked_up, SENSORS  # noqa: E402
+from benchmarks.gap.hidden_effects import draw
+from benchmarks.gap.table import COLUMNS, table_rows
+from benchmarks.results import write_rows
+from modal_core.channel import Sensor, SensorLayout
+from modal_core.files.atomic_file import write_text
+from modal_core.files.share import share_path
+from modal_core.work.side_by_side import processor_time_s
+from model_gap.campaign import at_times, Campaign, GapRecord
+from model_gap.decide.adequacy import adequacy
+from model_gap.find_gap import find_gap
+from model_gap.gap_json import found_effects
+from structural_model import load_robot
+from test.support.hidden_campaign import make_campaign, picked_up, SENSORS
 
 ROBOT = share_path('config', 'robots', 'irb6660_205_190')
 SENSOR_NAMES = [name for name, _, _ in SENSORS]

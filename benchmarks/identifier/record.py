@@ -45,7 +45,7 @@ class Found:
 
 def write_record(path: Path, seed: int) -> None:
     """Simulate a record once, so that no case pays for it."""
-    from benchmarks.plant import chain_plant, simulate
+    from benchmarks.identifier.plant import chain_plant, simulate
 
     generator = np.random.default_rng(seed)
     rows = simulate(chain_plant(N_CHANNELS), generator, DURATION_S, RATE_HZ).acceleration

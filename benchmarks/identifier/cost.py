@@ -27,7 +27,7 @@ class Cost:
     error : str
         Why there is no figure.
     found : mapping of str to array
-        What the case found, see :class:`benchmarks.record.Found`.
+        What the case found, see :class:`benchmarks.identifier.record.Found`.
     """
 
     cpu_s: float = float('nan')
@@ -37,10 +37,10 @@ class Cost:
 
 
 def measure(case: str, record: Path) -> Cost:
-    """Run one case of :mod:`benchmarks.cases` on a stored record in a subprocess."""
+    """Run one case of :mod:`benchmarks.identifier.cases` on a stored record in a subprocess."""
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / 'found.npz'
-        command = [sys.executable, '-W', 'ignore', '-m', 'benchmarks.cases', case]
+        command = [sys.executable, '-W', 'ignore', '-m', f'{__package__}.cases', case]
         try:
             process = subprocess.run(
                 [*command, str(record), str(result)],

@@ -1,7 +1,7 @@
 """Scatter, bias and honesty against the uncertainty law, over many simulated records.
 
-`python -m benchmarks.scatter --runs 100 --out runs.jsonl` appends every run as it is done, and
-leaves out what the file already holds.
+`python -m benchmarks.identifier.scatter --runs 100 --out runs.jsonl` appends every run as it is
+done, and leaves out what the file already holds.
 """
 
 import argparse
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from benchmarks.plant import chain_plant, Plant, simulate, with_uneven_damping
+from benchmarks.identifier.plant import chain_plant, Plant, simulate, with_uneven_damping
 from benchmarks.table import Line
 from modal_core.mode import Mode
 from modal_core.numbers.indicators import mac

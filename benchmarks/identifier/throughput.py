@@ -10,7 +10,7 @@ import time
 import numpy as np
 
 from autonomous_modal_analysis.identified.identification import identify_recording
-from benchmarks.plant import chain_plant, simulate
+from benchmarks.identifier.plant import chain_plant, simulate
 from benchmarks.table import Line
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock, StampedSamples
 from modal_recordings.containers import RecordingWriter

@@ -9,10 +9,10 @@ import tempfile
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import peers
-from benchmarks.cost import Cost, measure
-from benchmarks.plant import DAMPING_RATIO, FREQUENCY_HZ
-from benchmarks.record import FIRST_SEED, write_record
+from benchmarks.identifier import peers
+from benchmarks.identifier.cost import Cost, measure
+from benchmarks.identifier.plant import DAMPING_RATIO, FREQUENCY_HZ
+from benchmarks.identifier.record import FIRST_SEED, write_record
 from benchmarks.table import Line
 
 LONG_S = 4.0

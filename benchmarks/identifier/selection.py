@@ -6,10 +6,10 @@ import time
 
 import numpy as np
 
-from benchmarks import peers
-from benchmarks.plant import chain_plant, Plant, random_plant, simulate
-from benchmarks.record import reference_channels
-from benchmarks.scatter import match
+from benchmarks.identifier import peers
+from benchmarks.identifier.plant import chain_plant, Plant, random_plant, simulate
+from benchmarks.identifier.record import reference_channels
+from benchmarks.identifier.scatter import match
 from benchmarks.table import Line
 from modal_core.mode import Mode
 from modal_core.samples import Samples

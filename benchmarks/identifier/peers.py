@@ -9,7 +9,14 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.record import BLOCK_ROWS, Found, N_BLOCKS, ORDER, ORDERS, reference_channels
+from benchmarks.identifier.record import (
+    BLOCK_ROWS,
+    Found,
+    N_BLOCKS,
+    ORDER,
+    ORDERS,
+    reference_channels,
+)
 
 PEERS = {'pyoma2': 'pyOMA-2', 'koma': 'koma-python', 'strid': 'strid'}
 ALL_POLES = {'xi_max': 1e9, 'mpc_lim': None, 'mpd_lim': None, 'CoV_max': None}
@@ -82,7 +89,7 @@ def pyoma2_efdd(wide_bells: bool) -> Call:
     from pyoma2.algorithms import EFDD
     from pyoma2.setup import SingleSetup
 
-    from benchmarks.plant import DAMPING_RATIO, FREQUENCY_HZ
+    from benchmarks.identifier.plant import DAMPING_RATIO, FREQUENCY_HZ
 
     def call(rows: NDArray[np.float64], rate_hz: float) -> Found:
         algorithm = EFDD(name='peer', nxseg=EFDD_SEGMENT)

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.multibody.description import across
+from benchmarks.gap.multibody.description import across
 
 G = 9.81
 EYE = np.eye(3)

@@ -16,8 +16,8 @@ from benchmarks.families.family import FAMILIES
 from benchmarks.families.judge import judge, Verdict
 from benchmarks.families.record import Record
 from benchmarks.families.tally import Tally
-from benchmarks.milled import Cut, milled, RATE_HZ
-from benchmarks.plant import simulate
+from benchmarks.identifier.plant import simulate
+from benchmarks.methods.milled import Cut, milled, RATE_HZ
 from benchmarks.results import write_rows
 from modal_core.channel import Channel
 from modal_core.errors import ModalAnalysisError

@@ -8,11 +8,11 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 from scipy.spatial.transform import Rotation
 
-from benchmarks.multibody.compiled import compiled, Sensor
-from benchmarks.multibody.description import read
-from benchmarks.multibody.faults import spoil
-from benchmarks.multibody.hidden import law_of, put
-from benchmarks.multibody.simulate import Motion, Run, simulate, STEP_S
+from benchmarks.gap.multibody.compiled import compiled, Sensor
+from benchmarks.gap.multibody.description import read
+from benchmarks.gap.multibody.faults import spoil
+from benchmarks.gap.multibody.hidden import law_of, put
+from benchmarks.gap.multibody.simulate import Motion, Run, simulate, STEP_S
 from model_gap.campaign import GapRecord
 
 SENSORS = (

@@ -1,4 +1,6 @@
-"""The cases by name; `python -m benchmarks.cases NAME RECORD RESULT` runs one and prints its cost.
+"""The cases by name, each run by itself and its cost printed.
+
+`python -m benchmarks.identifier.cases NAME RECORD RESULT` runs one.
 
 One process per case, importing only what the case needs: its peak memory is the case's own.
 """
@@ -11,8 +13,8 @@ import time
 
 import numpy as np
 
-from benchmarks import ours, peers
-from benchmarks.record import RATE_HZ
+from benchmarks.identifier import ours, peers
+from benchmarks.identifier.record import RATE_HZ
 
 CASES = {
     'ours idle': ours.idle,

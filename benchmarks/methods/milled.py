@@ -21,7 +21,7 @@ from benchmarks.families.response import (
     power_around,
 )
 from benchmarks.families.structure import draw_damping, draw_shapes, Modal
-from benchmarks.plant import Plant
+from benchmarks.identifier.plant import Plant
 from modal_core.channel import Channel
 from modal_core.samples import Samples
 

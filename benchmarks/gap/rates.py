@@ -1,6 +1,6 @@
 """Hide effects in arms of a multibody engine, and count what the workflow says of them.
 
-    python -m benchmarks.gap_rates --seeds 1 --out gap_rates.json
+    python -m benchmarks.gap.rates --seeds 1 --out gap_rates.json
 
 Campaigns are small: 3 fitting and 2 held-out poses, two levels, 16 s each. Every campaign is
 written as it ends, and those already there are not run again: stopped, it goes on. With
@@ -19,9 +19,9 @@ os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # small matrices: threads on
 
 import numpy as np
 
-from benchmarks.gap_counts import COLUMNS, counted, OUTSIDE, printed, SINGLE
-from benchmarks.multibody.campaign import Conditions, make_records, SENSORS
-from benchmarks.multibody.hidden import draw, plain
+from benchmarks.gap.counts import COLUMNS, counted, OUTSIDE, printed, SINGLE
+from benchmarks.gap.multibody.campaign import Conditions, make_records, SENSORS
+from benchmarks.gap.multibody.hidden import draw, plain
 from benchmarks.results import write_rows
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.files.atomic_file import write_text

@@ -1,7 +1,7 @@
 """One streaming step: a second of new samples in, a result of the whole window out.
 
-`python -m benchmarks.streaming FILE N` runs with N references in a process of its own, so that
-its memory is its own.
+`python -m benchmarks.identifier.streaming FILE N` runs with N references in a process of its
+own, so that its memory is its own.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from benchmarks.record import names
+from benchmarks.identifier.record import names
 from benchmarks.table import Line
 from modal_core.measurements import NANOSECONDS_PER_SECOND, SampleBlock
 from oma_identifier.pipeline import IdentificationPipeline
@@ -50,7 +50,7 @@ def _lines(n_references: int, reach_ms: float, answer: dict[str, float]) -> Iter
 
 
 def _write_record(path: Path, seconds: int) -> None:
-    from benchmarks.plant import chain_plant, simulate
+    from benchmarks.identifier.plant import chain_plant, simulate
 
     samples = simulate(
         chain_plant(N_CHANNELS), np.random.default_rng(SEED), float(seconds), float(RATE_HZ)
@@ -60,7 +60,15 @@ def _write_record(path: Path, seconds: int) -> None:
 
 def _measured(path: Path, n_references: int) -> dict[str, float]:
     process = subprocess.run(
-        [sys.executable, '-W', 'ignore', '-m', 'benchmarks.streaming', path, str(n_references)],
+        [
+            sys.executable,
+            '-W',
+            'ignore',
+            '-m',
+            f'{__package__}.streaming',
+            path,
+            str(n_references),
+        ],
         capture_output=True,
         text=True,
         check=True,

@@ -1,9 +1,9 @@
 """What gravity alone says of arms of a multibody engine in which something is hidden.
 
-    python -m benchmarks.gap_at_rest
+    python -m benchmarks.gap.at_rest
 
 Before any dynamics ``ama gap`` reads the means of the accelerometers. Here the arms stand still in
-five poses, so that many can be tried; they are those of ``benchmarks.gap_rates``.
+five poses, so that many can be tried; they are those of ``benchmarks.gap.rates``.
 """
 
 import argparse
@@ -13,9 +13,9 @@ os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # small matrices: threads on
 
 import numpy as np
 
-from benchmarks.gap_counts import COLUMNS, rate_line, SINGLE
-from benchmarks.gap_rates import cases_of, FIRST_SEED, HEALTHY, ROBOT
-from benchmarks.multibody.campaign import SENSORS, still_records
+from benchmarks.gap.counts import COLUMNS, rate_line, SINGLE
+from benchmarks.gap.multibody.campaign import SENSORS, still_records
+from benchmarks.gap.rates import cases_of, FIRST_SEED, HEALTHY, ROBOT
 from benchmarks.results import write_rows
 from modal_core.channel import Sensor, SensorLayout
 from modal_core.files.share import share_path

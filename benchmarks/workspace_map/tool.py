@@ -1,4 +1,6 @@
-"""Another tool on an arm whose map is known: `python -m benchmarks.map_tool`, some minutes.
+"""Another tool on an arm whose map is known.
+
+`python -m benchmarks.workspace_map.tool` takes some minutes.
 
 The arm with its spindle of 52 kg has a map of 15 poses.  Then another takes its place, of which
 the model has what a data sheet says: mass off by up to 10 %, centre of mass by up to 2 cm.  A
@@ -15,10 +17,10 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.hidden_arms import hidden_arm, HiddenArm, HIGHEST_HZ, known_arm
-from benchmarks.map import chosen_poses, errors_of, N_POSES, N_TRANSFER
 from benchmarks.results import versions, write_lines
 from benchmarks.table import HEADER, Line
+from benchmarks.workspace_map.hidden_arms import hidden_arm, HiddenArm, HIGHEST_HZ, known_arm
+from benchmarks.workspace_map.map import chosen_poses, errors_of, N_POSES, N_TRANSFER
 from structural_model import FlexibleJointModel
 from structural_model.description import MassSpec
 from workspace_map import Arm, MeasuredPose, ToolPoint, WorkspaceMap

@@ -1,6 +1,7 @@
 """Modes that move with a joint's speed, and lines that move with a spindle's.
 
-`python -m benchmarks.moving`, some minutes of processor time.  Nobody tunes on these seeds.
+`python -m benchmarks.methods.moving`, some minutes of processor time.  Nobody tunes on
+these seeds.
 """
 
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter, resample_poly
 
 from benchmarks.families.judge import judge
-from benchmarks.milled import Cut, DURATION_S, excess_db, milled
+from benchmarks.methods.milled import Cut, DURATION_S, excess_db, milled
 from benchmarks.results import write_rows
 from modal_core.channel import Channel
 from modal_core.mode import ModeSet

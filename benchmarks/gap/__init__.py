@@ -1,0 +1,1 @@
+"""Effects hidden in arms, and how often the search names them."""

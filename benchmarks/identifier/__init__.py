@@ -1,0 +1,1 @@
+"""The identifier beside the peers: speed, scatter, selection, tracking."""

@@ -1,0 +1,1 @@
+"""Methods of the identifier side by side, behind a spindle and on modes that move."""

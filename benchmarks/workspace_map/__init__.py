@@ -1,0 +1,1 @@
+"""Maps of the workspace and stability lobes on arms whose truth is known."""
