@@ -138,7 +138,7 @@ def identify_band(
         )
         return None
     source = replace(source, band=replace(source.band, low_hz=low_hz))
-    highest = min(settings.max_order, source.covariance.n_samples // SAMPLES_PER_ORDER)
+    highest = min(source.max_order, source.covariance.n_samples // SAMPLES_PER_ORDER)
     orders = model_orders(settings.min_order, highest)
     if len(orders) < 2:
         log.debug(

@@ -16,7 +16,7 @@ from oma_identifier.covariance import (
     WhenFull,
 )
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.subspace.late_lags import are_foreseen
+from oma_identifier.subspace.late_lags import lack_modes
 from oma_identifier.subspace.ssi_cov import compress_outputs
 from oma_identifier.subspace.thresholds import SUBSPACE
 
@@ -39,6 +39,8 @@ class BandCovariance:
         Root mean square in the band.
     block_rows : int
         Of the block Hankel matrix.
+    max_order : int
+        Highest model order that so many rows are for.
     """
 
     band: Band
@@ -46,6 +48,7 @@ class BandCovariance:
     covariance: OutputCovariance
     scale: NDArray[np.float64]
     block_rows: int
+    max_order: int
 
 
 class BandStream:
@@ -141,9 +144,9 @@ class BandStream:
             first = mean[: 2 * rows - 1]
             outputs = inverse[:, None] * compress_outputs(first, SUBSPACE.most_outputs)
         covariance = blocks.result(self.band.sample_rate_hz, outputs, weight)
-        if len(mean) >= 2 * rows:
-            foreseen = are_foreseen(covariance, rows, self._settings.max_order)
-            rows = rows if foreseen else 2 * rows
+        order = self._settings.max_order
+        if len(mean) >= 2 * rows and lack_modes(covariance, rows, order):
+            rows, order = 2 * rows, 2 * order
         n_lags = 2 * rows - 1
         return BandCovariance(
             band=self.band,
@@ -151,4 +154,5 @@ class BandStream:
             covariance=covariance.up_to(n_lags),
             scale=scale,
             block_rows=rows,
+            max_order=order,
         )

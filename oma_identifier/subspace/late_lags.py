@@ -1,8 +1,11 @@
-"""Whether the lags of a Hankel matrix are enough for the modes that are there.
+"""Whether the lags and orders of a Hankel matrix are enough for the modes that are there.
 
 Of more modes than its orders hold with room to spare a factorisation makes fewer, broader ones,
 and the data determine these well.  They describe the covariances they were made from, but not
 those at later lags: a mixture of light modes beats, a broad mode only decays.
+
+A robot's own motion is no sum of decays and is hardly foreseen at all: more lags and higher orders
+would only give it more modes.
 """
 
 import numpy as np
@@ -12,8 +15,8 @@ from oma_identifier.subspace.ssi_cov import factorise, MultiOrder
 from oma_identifier.subspace.thresholds import SUBSPACE
 
 
-def are_foreseen(covariance: OutputCovariance, block_rows: int, order: int) -> bool:
-    """Tell whether the poles of the first lags foresee the covariances at the later ones.
+def lack_modes(covariance: OutputCovariance, block_rows: int, order: int) -> bool:
+    """Tell whether covariances at later lags show modes that such a matrix has no room for.
 
     Parameters
     ----------
@@ -36,6 +39,8 @@ def are_foreseen(covariance: OutputCovariance, block_rows: int, order: int) -> b
     pole = solution.eigenvalue / np.maximum(1.0, np.abs(solution.eigenvalue))
     powers = pole ** np.arange(first, len(mean))[:, None]
     foreseen = ((output * powers[:, None, :]) @ modal).real
-    left = np.sum((mean[first:] - foreseen) ** 2)
-    scatter = np.sum(blocks.var(axis=0, dtype=np.float64))
-    return not left * (len(blocks) - 1) > SUBSPACE.unforeseen * scatter
+    # All as squares: what is not foreseen, what is there, and how much of both is chance.
+    missed, there = np.sum((mean[first:] - foreseen) ** 2), np.sum(mean[first:] ** 2)
+    chance = np.sum(blocks.var(axis=0, dtype=np.float64)) / max(1, len(blocks) - 1)
+    of_modes = missed < SUBSPACE.foreseen_less * there or there > SUBSPACE.rings_on * chance
+    return len(blocks) > 1 and bool(of_modes and missed > SUBSPACE.unforeseen * chance)
