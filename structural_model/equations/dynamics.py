@@ -221,7 +221,11 @@ class Dynamics:
         for _ in range(30):
             full = self.position(q, deflection)
             load = self._static_load(full) - self.assembly.stiffness @ deflection
-            step = np.linalg.solve(self._stiffness(full, self._gravity_slope(full)), load)
+            try:
+                step = np.linalg.solve(self._stiffness(full, self._gravity_slope(full)), load)
+            except np.linalg.LinAlgError as error:  # something is held by nothing
+                found = np.asarray(q).tolist()
+                raise ModelError('no static equilibrium found', found=found) from error
             deflection = deflection + step
             if np.abs(step).max(initial=0.0) < last:
                 return np.asarray(deflection)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from modal_core.channel import Sensor, SensorLayout
+from modal_core.errors import ModelError
 
 GRAVITY = 9.81
 SPRING = 'joints: {j: {drive: {stiffness: 5000.0, damping: 12.0}}}'
@@ -30,6 +31,14 @@ def test_static_deflection_balances_gravity(arms):
     assert 5000.0 * deflection == pytest.approx(
         3.0 * GRAVITY * 0.8 * np.sin(1.0 + deflection), rel=1e-12
     )
+
+
+def test_what_is_held_by_nothing_hangs_nowhere(arms):
+    """A spring that gravity makes up for exactly is no arm, and said so as any other."""
+    spring = 'joints: {j: {drive: {stiffness: 4.0}}}'
+    model = arms.pendulum(f'gravity_m_s2: [0.0, 0.0, -8.0]\n{spring}', mass=1.0, arm=0.5)
+    with pytest.raises(ModelError, match='no static equilibrium'):
+        model.static_deflection([0.0])
 
 
 def test_bearing_tilts_move_across_the_axis(arms):
