@@ -12,7 +12,7 @@ import numpy as np
 from modal_core.files.atomic_file import write_text
 from model_gap.calibration import calibration, mounts
 from model_gap.comparison import comparison_mapping, ModelComparison
-from model_gap.decide import Verdict
+from model_gap.decide import open_places, Verdict
 from model_gap.find_gap import GapResult
 from model_gap.hypothesis import Hypothesis, known_effects
 from model_gap.named_at_rest import named_at_rest
@@ -119,9 +119,29 @@ def accepted_effects(result: GapResult) -> tuple[KnownEffect, ...]:
     return (*named_at_rest(result.faults_at_rest, result.calibrated), *found)
 
 
+def other_places(result: GapResult) -> dict[tuple[str, str], tuple[KnownEffect, ...]]:
+    """Return accepted effects, by type and place, at the places they are not told from."""
+    return {
+        item.effect.key: tuple(
+            candidate_effects(other)[-1]
+            for other in open_places(result.search.rivals, item.effect)
+        )
+        for item in result.decision.accepted
+    }
+
+
 def found_effects(result: GapResult) -> list[dict[str, Any]]:
     """Return the accepted effects as gap.json lists them."""
-    return [_effect(item) for item in accepted_effects(result)]
+    others = other_places(result)
+    return [
+        {
+            **_effect(item),
+            'other_places': [
+                _effect(other) for other in others.get((item.type, item.location), ())
+            ],
+        }
+        for item in accepted_effects(result)
+    ]
 
 
 def candidate_effects(candidate: Candidate) -> tuple[KnownEffect, ...]:

@@ -65,7 +65,11 @@ def with_faults(decision: Decision, faults: Sequence[Fault], fit: Fit | None) ->
     places = {str(item.effect.location) for item in decision.accepted}
     open_ = [fault for fault in faults if not _settled(fault, own, places)]
     telling = tuple(fault.telling for fault in open_)
-    decision = dataclasses.replace(decision, experiments=(*decision.experiments, *telling))
+    decision = dataclasses.replace(
+        decision,
+        experiments=(*decision.experiments, *telling),
+        only_places=decision.only_places and not open_,
+    )
     if not own or decision.verdict in (Verdict.UNEXPLAINED, Verdict.AMBIGUOUS):
         return decision
     too_little = decision.verdict is Verdict.NONE and bool(decision.reasons)

@@ -7,6 +7,7 @@ would tell two explanations apart.
 from model_gap.decide.adequacy import Adequacy, adequacy
 from model_gap.decide.decide import decide, Decision, LIMITS, objections, Verdict
 from model_gap.decide.locate import gap_fraction, locate, noise_floor, Where
+from model_gap.decide.open_places import open_places
 from model_gap.decide.telling_apart import all_fitted, NextRecording, Sight, Telling, telling_apart
 from model_gap.decide.what_remains import what_remains
 
@@ -26,6 +27,7 @@ __all__ = [
     'locate',
     'noise_floor',
     'objections',
+    'open_places',
     'telling_apart',
     'what_remains',
 ]

@@ -16,9 +16,11 @@ from model_gap.campaign import flat_topped
 from model_gap.cell import in_words
 from model_gap.decide.adequacy import Adequacy, adequacy
 from model_gap.decide.discriminate import experiments_between, separation_now
+from model_gap.decide.open_places import is_place, place_reasons
 from model_gap.decide.what_remains import what_remains
+from model_gap.fit import FIT
 from model_gap.hypothesis import Hypothesis
-from model_gap.search import Candidate, joint_shares, RivalPair, Round, Search
+from model_gap.search import Candidate, EVIDENCE_BETWEEN, joint_shares, RivalPair, Round, Search
 
 log = logging.getLogger(__name__)
 
@@ -86,6 +88,8 @@ class Decision:
         For people.
     experiments : tuple of str
         What to record next.
+    only_places : bool
+        What the effects are is certain; of some it is not where they are.
     """
 
     verdict: Verdict
@@ -93,6 +97,7 @@ class Decision:
     rivals: tuple[Candidate, ...] = ()
     reasons: tuple[str, ...] = field(default=())
     experiments: tuple[str, ...] = field(default=())
+    only_places: bool = False
 
 
 def decide(search: Search) -> Decision:
@@ -116,13 +121,15 @@ def _decided(search: Search) -> Decision:
         return _unexplained(search, final.hypothesis, (*why, rejected), accepted + rivals, limits)
     shared = one_law(final.hypothesis)
     if rivals or limits or shared:
-        close = [f'{item.effect!r} explains it nearly as well' for item in rivals]
+        kinds = [pair.rival for pair in search.rivals if not is_place(pair)]
+        close = tuple(f'{item.effect!r} explains it nearly as well' for item in kinds)
         return Decision(
             Verdict.AMBIGUOUS,
             accepted,
             rivals,
-            (*close, *shared, *limits),
+            (*place_reasons(search.rivals), *close, *shared, *limits),
             experiments(search, search.rivals) + limits,
+            only_places=not (kinds or shared or limits),
         )
     small = not objections(adequacy(search, search.rounds[0].before))
     reasons = ('it is small: known tolerance alone would hide it within the noise',)
@@ -294,15 +301,33 @@ def experiments(search: Search, rivals: Sequence[RivalPair]) -> tuple[str, ...]:
         rng = np.random.default_rng(EXPERIMENT_SEED)
         now = separation_now(one, two, search.data.coarse)
         names = f'{best.effect!r} or {other.effect!r}'
-        for item in experiments_between(one, two, search.data.coarse, rng)[:2]:
-            if item.separation > LIMITS.telling_separation * now:
-                found.append(
-                    f'{names}: {item.words}; they would differ by {item.separation:.1f} times the '
-                    f'noise, {now:.1f} in this campaign'
-                )
+        possible = experiments_between(one, two, search.data.coarse, rng)
+        told = least_telling(len(search.data.fitting.records))
+        least = max(LIMITS.telling_separation * now, told)
+        telling = [it for it in possible if it.separation > least][:2]
+        for item in telling:
+            found.append(
+                f'{names}: {item.words}; they would differ by {item.separation:.1f} times the '
+                f'noise, {now:.1f} in this campaign'
+            )
         text = best.effect.confused_with.get(other.effect.type) or (
             other.effect.confused_with.get(best.effect.type)
         )
         if text:
             found.append(f'{names}: {text}')
+        elif not telling:
+            most = max([now, *(item.separation for item in possible)])
+            found.append(
+                f'{names}: no other pose, level or known mass would tell them apart; the two '
+                f'models differ by {most:.1f} times the noise at most, so that for what the arm '
+                'does it matters little which it is: look at the robot'
+            )
     return tuple(dict.fromkeys(found))
+
+
+def least_telling(records: int) -> float:
+    """Return how far apart two explanations must be in a recording for it to tell them apart.
+
+    Times the noise: that beside so many records they differ by what the evidence asks for.
+    """
+    return float(np.sqrt((records + 1) * np.expm1(EVIDENCE_BETWEEN / FIT.effective_data)))

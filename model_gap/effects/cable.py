@@ -65,7 +65,6 @@ class Cable(DetailedEffect):
     )
     source = 'straight spring between two points; Irvine (1981), Cable Structures, ch. 1'
     signature = 'stiffer in some poses: also slow motion of the motors is held back at one link'
-    on_links = True
     # It pulls the wrong way until its direction has turned: worse at first from most sides.
     first_steps = 7
     says = 'A cable or hose holds {place} with {stiffness:.3g} N/m'

@@ -26,7 +26,6 @@ class LinkFlexibility(DetailedEffect):
     type = 'link_flexibility'
     equation = 'virtual hinge with 1/k = c about one axis of the link'
     source = 'virtual joints; Mousavi et al. (2018), doi:10.1007/s00170-017-0052-0'
-    on_links = True
     signature = 'relative motion inside one link, out of reach of the joints'
     says = '{place} bends, and the model has it stiff'
     confused_with: ClassVar[Mapping[str, str]] = {

@@ -7,7 +7,6 @@ evidence by Laplace's approximation (MacKay 2003, chapter 28).
 from model_gap.fit.fit import descend, Fit, fit, free_numbers_cost, Linearised
 from model_gap.fit.fits import fits, Numbers, numbers_of, with_numbers
 from model_gap.fit.linearise import tolerance_columns
-from model_gap.fit.neighbours import neighbours
 from model_gap.fit.partial import fit_some
 from model_gap.fit.posterior_predictive import posterior_predictive_check
 from model_gap.fit.split import pose_groups, split
@@ -23,7 +22,6 @@ __all__ = [
     'fit_some',
     'fits',
     'free_numbers_cost',
-    'neighbours',
     'numbers_of',
     'pose_groups',
     'posterior_predictive_check',

@@ -23,10 +23,6 @@ class FitThresholds:
     """[rad] or [m] that an arm hangs in its springs. Derivatives that leave out where it hangs
     with others are 0.5 % off then, less than by what is left out elsewhere (2 %); 13 % where a
     counterbalance pulls it 0.13 rad aside."""
-    axis_steps: int = 3
-    """Steps of descent along every axis of a link, and"""
-    link_steps: int = 10
-    """along the best one of each link. Chosen, not measured."""
     rounds: int = 4
     """Rounds of the posterior predictive check. Chosen, not measured."""
     check_steps: int = 5

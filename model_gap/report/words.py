@@ -1,6 +1,6 @@
 """The verdict in words."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 import math
 
 from modal_reports import capital, percent, with_sigma
@@ -8,7 +8,7 @@ from model_gap.calibration import calibration, calibration_words, encoder_words,
 from model_gap.decide import Verdict
 from model_gap.effects import CATALOGUE, Effect
 from model_gap.find_gap import GapResult
-from model_gap.gap_json import accepted_effects
+from model_gap.gap_json import accepted_effects, other_places
 from model_gap.travelled import compares_none
 from structural_model.description import KnownEffect
 
@@ -26,18 +26,39 @@ def headline(result: GapResult) -> str:
     if verdict is Verdict.UNEXPLAINED:
         return TRAVELLED if compares_none(result.travelled) else STRANGE
     catalogue = result.search.settings.catalogue
-    found = '; '.join(sentence(effect, catalogue) for effect in accepted_effects(result))
+    others = other_places(result)
+    found = '; '.join(
+        sentence(effect, catalogue, others.get((effect.type, effect.location), ()))
+        for effect in accepted_effects(result)
+    )
     if verdict is Verdict.NAMED:
         return found
+    if result.decision.only_places:
+        return f'{found}. Which of these places it is, these recordings do not tell'
     return f'Perhaps: {found[:1].lower()}{found[1:]}. This is not certain yet'
 
 
-def sentence(effect: KnownEffect, catalogue: Iterable[type[Effect]] = CATALOGUE) -> str:
-    """Return what an effect says of the robot, in its own class's words."""
+def sentence(
+    effect: KnownEffect,
+    catalogue: Iterable[type[Effect]] = CATALOGUE,
+    others: Sequence[KnownEffect] = (),
+) -> str:
+    """Return what an effect says of the robot, in its own class's words.
+
+    Parameters
+    ----------
+    effect : KnownEffect
+        With its numbers.
+    catalogue : iterable of Effect types
+        That of the search.
+    others : sequence of KnownEffect
+        The same at other places where it may be as well.
+    """
     # Gravity names what a narrower catalogue of a search may not have.
     kind = {kind.type: kind for kind in (*CATALOGUE, *catalogue)}[effect.type]
     numbers = {item.name: item.value for item in effect.parameters}
-    return capital(kind.in_words(place_words(effect), numbers))
+    places = dict.fromkeys(place_words(item) for item in (effect, *others))
+    return capital(kind.in_words(' or '.join(places), numbers))
 
 
 def place_words(effect: KnownEffect) -> str:
@@ -51,17 +72,25 @@ def place_words(effect: KnownEffect) -> str:
 
 def effect_words(result: GapResult) -> list[str]:
     """Return one line per effect: what, where, how much."""
+    others = other_places(result)
     lines = []
     for effect in accepted_effects(result):
-        place = f' at {effect.location}' if effect.location else ''
-        variant = f' ({effect.variant})' if effect.variant else ''
-        numbers = ', '.join(
-            f'{item.name.replace("_", " ")} {with_sigma(item.value, item.sigma, item.unit)}'
-            for item in effect.parameters
-        )
+        at_others = others.get((effect.type, effect.location), ())
         name = effect.type.replace('_', ' ')
-        lines.append(f'{name}{place}{variant}' + (f': {numbers}' if numbers else ''))
+        told = '; or'.join(_placed(item) for item in (effect, *at_others))
+        lines.append(f'{name}{told}')
     return lines
+
+
+def _placed(effect: KnownEffect) -> str:
+    """Return where an effect is, and how much."""
+    place = f' at {effect.location}' if effect.location else ''
+    variant = f' ({effect.variant})' if effect.variant else ''
+    numbers = ', '.join(
+        f'{item.name.replace("_", " ")} {with_sigma(item.value, item.sigma, item.unit)}'
+        for item in effect.parameters
+    )
+    return f'{place}{variant}' + (f': {numbers}' if numbers else '')
 
 
 def named_springs(result: GapResult) -> list[str]:

@@ -7,7 +7,7 @@ import logging
 import numpy as np
 
 from model_gap.effects import Effect, same
-from model_gap.fit import Fit, fit, fits, Linearised, neighbours, tolerance_columns
+from model_gap.fit import Fit, fit, fits, Linearised, tolerance_columns
 from model_gap.hypothesis import (
     Hypothesis,
     instead_of_tolerances,
@@ -16,6 +16,7 @@ from model_gap.hypothesis import (
     STRETCHED,
 )
 from model_gap.predict import Predictor
+from model_gap.search.elsewhere import elsewhere
 from model_gap.search.reach import within_reach
 from model_gap.search.screen import Projection, screen, Trial
 from model_gap.search.search import Search
@@ -199,45 +200,60 @@ def _general_starts(found: Sequence[Fit], catalogue: Sequence[type[Effect]]) -> 
     return []
 
 
-def fine_fits(rough: Sequence[Fit], data: SearchData) -> list[Fit]:
-    """Fit on all records; the best also with their details free, and on the links beside."""
+def fine_fits(rough: Sequence[Fit], data: SearchData, least: float = -np.inf) -> list[Fit]:
+    """Fit on all records; the best also with their details free, and at all other places.
 
-    def finely(start: Hypothesis) -> Fit:
-        iterations = 3 if _steps_torques(start) else 5
-        return fit(start, data.fitting, iterations=iterations, relinearise=0)
-
+    Parameters
+    ----------
+    rough : sequence of Fit
+        Their hypotheses are the starts.
+    data : SearchData
+        The records.
+    least : float
+        Log evidence from which on it matters where the best effect is.
+    """
     starts = [replace(item.hypothesis, held=()) for item in rough]
     slow = [start for start in starts if _steps_torques(start)]
     quick = [start for start in starts if not _steps_torques(start)]
     # Apart: a single slow one shares its own work among the processors.
-    found = [item for item in (*fits(finely, quick), *fits(finely, slow)) if item]
+    found = [item for some in (quick, slow) for item in _finely(some, data) if item]
     best = max((item.log_evidence for item in found), default=0.0)
     near = [item for item in found if item.log_evidence > best - REFINEMENT.detailed]
     rest = [item for item in found if item.log_evidence <= best - REFINEMENT.detailed]
     near = with_details(near, data.fitting)
-    return best_of_each([*near, *_next_door(near, data), *rest])
+    return best_of_each([*near, *_elsewhere(near, data, least), *rest])
+
+
+def _finely(
+    starts: Sequence[Hypothesis], data: SearchData, relinearise: int = 0
+) -> list[Fit | None]:
+    def finely(start: Hypothesis) -> Fit:
+        iterations = 3 if _steps_torques(start) else 5
+        return fit(start, data.fitting, iterations=iterations, relinearise=relinearise)
+
+    return fits(finely, starts)
 
 
 def _steps_torques(hypothesis: Hypothesis) -> bool:
     return any(effect.amplitude_dependent for effect in hypothesis.effects)
 
 
-def _next_door(near: Sequence[Fit], data: SearchData) -> list[Fit]:
-    """Fit the best effect of a link on the links beside it as well, on until it stays."""
+def _elsewhere(near: Sequence[Fit], data: SearchData, least: float) -> list[Fit]:
+    """Fit the best effect at all other places, and from a better one on until it stays."""
     found: list[Fit] = []
     best = max(near, key=lambda item: item.log_evidence, default=None)
     left: set[str | None] = set()
-    while best is not None:
+    while best is not None and best.log_evidence >= least:
         left.add(best.hypothesis.effects[-1].location)
         moved = [
             start
-            for start in neighbours(best.hypothesis, data.coarse)
+            for start in elsewhere(best.hypothesis, data.coarse)
             if start.effects[-1].location not in left
         ]
-        fine = fits(lambda start: fit(start, data.fitting, iterations=5), moved)
+        fine = _finely(moved, data, relinearise=1)
         beside = with_details([item for item in fine if item], data.fitting)
         found += beside
-        least = best.log_evidence
+        least = max(least, best.log_evidence)
         better = [item for item in beside if item.log_evidence > least]
         best = max(better, key=lambda item: item.log_evidence, default=None)
     return found

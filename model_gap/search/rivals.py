@@ -25,11 +25,15 @@ class ConfirmationLimits:
     ----------
     evidence_between : float
         Log evidence by which two explanations can be told apart.
+    evidence_near : float
+        Log evidence by which a candidate may be behind before it is fitted to the end as the
+        accepted ones are: three times that. Chosen, not measured.
     most_worse : float
         χ of held-out records over the least before, at most.
     """
 
     evidence_between: float = 8.0
+    evidence_near: float = 24.0
     most_worse: float = 1.03
 
 
@@ -46,7 +50,12 @@ def confirm(search: Search) -> Search:
     def instead(final: Fit, effect: Effect, other: Candidate) -> Candidate | None:
         return fit_instead(search, final, effect, other)
 
-    return replace(search, accepted=accepted, rivals=rivals_of(search.rounds, accepted, instead))
+    def gain(fitted: Fit) -> float:
+        return search.gain(fitted, search.rounds[0].before)
+
+    return replace(
+        search, accepted=accepted, rivals=rivals_of(search.rounds, accepted, instead, gain)
+    )
 
 
 def confirmed(rounds: Sequence[Round], worth_adding: float) -> tuple[Candidate, ...]:
@@ -79,9 +88,15 @@ def _charged(heldout_misfit: float, fitted: Fit) -> float:
 
 
 def rivals_of(
-    rounds: Sequence[Round], accepted: Sequence[Candidate], fit_instead: FitInstead
+    rounds: Sequence[Round],
+    accepted: Sequence[Candidate],
+    fit_instead: FitInstead,
+    gain: Callable[[Fit], float],
 ) -> tuple[RivalPair, ...]:
-    """Return what each accepted effect that was kept cannot be told from."""
+    """Return what each accepted effect that was kept cannot be told from.
+
+    All are fitted to the end, as the accepted ones are: a fit that stopped short looks worse.
+    """
     if not accepted:
         return ()
     final = accepted[-1].fit
@@ -89,15 +104,12 @@ def rivals_of(
     found = []
     for done, best in zip(rounds, accepted, strict=False):
         for other in done.candidates[1:]:
-            close = best.gain - other.gain < EVIDENCE_BETWEEN
+            near = best.gain - other.gain < CONFIRMATION.evidence_near
             # What was dropped later needs no rival; what was added later is none.
-            if not close or best.effect.key not in keys or other.effect.key in keys:
-                continue
-            if best is accepted[-1]:
-                found.append(RivalPair(best, other))
+            if not near or best.effect.key not in keys or other.effect.key in keys:
                 continue
             beside = fit_instead(final, best.effect, other)
-            if beside and final.log_evidence - beside.fit.log_evidence < EVIDENCE_BETWEEN:
+            if beside and gain(final) - gain(beside.fit) < EVIDENCE_BETWEEN:
                 found.append(RivalPair(replace(best, fit=final), beside))
     for pair in found:
         log.debug(
@@ -114,8 +126,11 @@ def fit_instead(search: Search, final: Fit, best: Effect, other: Candidate) -> C
 
     What two effects of an early round are worth tells little while others are missing.
     """
-    keys = [effect.key for effect in final.hypothesis.effects]
-    fewer = final.hypothesis.without(keys.index(best.key))
-    start = fewer.with_effect(other.effect, other.fit.hypothesis.values()[-1])
+    place = [effect.key for effect in final.hypothesis.effects].index(best.key)
+    fewer, found = final.hypothesis.without(place), other.fit.hypothesis
+    if [it.key for it in found.effects[:-1]] == [it.key for it in fewer.effects]:
+        start = found
+    else:
+        start = fewer.with_effect(other.effect, found.values()[-1])
     (fitted,) = fits(lambda it: fit(it, search.data.fitting, relinearise=2), [start])
     return search.candidate(fitted, search.rounds[0].before) if fitted else None

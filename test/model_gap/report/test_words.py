@@ -19,3 +19,13 @@ from structural_model.description import KnownEffect, KnownNumber
 def test_numbers_to_either_side_are_said_right(kind, name, value, said):
     number = KnownNumber(name, value, 0.1 * abs(value), '1')
     assert sentence(KnownEffect(kind, 'sensor:elbow', '', 'layout', (number,))) == said
+
+
+def test_all_places_that_explain_as_well_are_said():
+    number = KnownNumber('mass', 2.04, 0.12, 'kg')
+    one, two = (
+        KnownEffect('payload', link, '', 'effects', (number,)) for link in ('wrist_2', 'wrist_3')
+    )
+    assert sentence(one, others=[two]) == (
+        'Wrist 2 or wrist 3 carries +2.04 kg that the model does not have'
+    )
