@@ -33,5 +33,5 @@ def place_reasons(pairs: Sequence[RivalPair]) -> tuple[str, ...]:
         others = (str(item.effect.location) for item in open_places(pairs, effect))
         places = ' or '.join(dict.fromkeys((str(effect.location), *others)))
         name = effect.type.replace('_', ' ')
-        found.append(f'{name} at {places}: it explains the recordings as well at either')
+        found.append(f'{name} at {places}: it explains the recordings as well at each of them')
     return tuple(found)

@@ -64,6 +64,7 @@ class Cable(DetailedEffect):
         'force on a link -k (δ·n) n - T δ⊥ / L; n towards the anchor, δ all motion, motors too'
     )
     source = 'straight spring between two points; Irvine (1981), Cable Structures, ch. 1'
+    point = ('at_x', 'at_y', 'at_z')
     signature = 'stiffer in some poses: also slow motion of the motors is held back at one link'
     # It pulls the wrong way until its direction has turned: worse at first from most sides.
     first_steps = 7

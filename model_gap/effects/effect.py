@@ -141,6 +141,8 @@ class Effect(ABC):
     # Type of the effect that it generalises: tried only where that is good, and named only where
     # it is better by more than what two explanations are told apart by.
     special_case: ClassVar[str] = ''
+    # Parameters that are a point of its link, in the link's axes.
+    point: ClassVar[tuple[str, ...]] = ()
     # What it finds is written into the sensor layout: how readings mix, at all frequencies alike.
     of_layout: ClassVar[bool] = False
     # Steps of a joint fit after which it is judged whether a start leads anywhere.

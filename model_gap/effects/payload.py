@@ -17,6 +17,7 @@ class Payload(Effect):
     equation = 'M += m AᵀA + m r² JᵀJ, A = J_v - [c]× J_w at the link'
     source = 'rigid-body inertia at the flange; Swevers et al. (1997), doi:10.1109/70.631234'
     shown_at = 'flange'
+    point = ('com_x', 'com_y', 'com_z')
     signature = 'all modes that move the flange fall, by reach; shapes nearly kept'
     says = '{place} carries {mass:+.3g} kg that the model does not have'
     confused_with: ClassVar[Mapping[str, str]] = {

@@ -5,6 +5,7 @@ import itertools
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 import pinocchio as pin
 
 from modal_core.channel import AXES
@@ -79,6 +80,18 @@ def centre_at_zero(scene: Scene, link: str) -> Place:
     data, frame = model.createData(), model.getFrameId(link, pin.FrameType.BODY)
     pin.framesForwardKinematics(model, data, np.clip(pin.neutral(model), *ends))
     x, y, z = data.oMf[frame].act(np.array(centre(scene, link)))
+    return float(x), float(y), float(z)
+
+
+def on_link(
+    scene: Scene, point: Sequence[float], link: str, other: str, pose: NDArray[np.float64]
+) -> Place:
+    """Return a point of one link in the axes of another one, the joints at a pose."""
+    model = scene.model.robot.model
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pose)
+    one, two = (data.oMf[model.getFrameId(name, pin.FrameType.BODY)] for name in (link, other))
+    x, y, z = two.actInv(one.act(np.array(point)))
     return float(x), float(y), float(z)
 
 

@@ -8,15 +8,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import logging
 
+import numpy as np
+from numpy.typing import NDArray
+
 from modal_core.errors import ModelError
 from modal_core.work.side_by_side import side_by_side
-from model_gap.effects import Effect, same
+from model_gap.effects import Effect, on_link, same, Scene
 from model_gap.fit import descend, Numbers, numbers_of, tolerance_columns, with_numbers
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
-from model_gap.search.joint_screening import is_linear
 from model_gap.search.reach import within_reach
 
+Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
 
 
@@ -72,8 +75,13 @@ def elsewhere(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
     if all(place.location == effect.location for place in places):
         return []
     near = within_reach(places, [base], predictor, 0.0, LIMITS.least_reach_share)
+    near = [place for place in near if place.location != effect.location]
+    if not near:
+        return []
     base = replace(base, held=predictor.hold(base.cell()).held)
-    columns = tolerance_columns(base, predictor)
+    # Where the best one is: what explains as well predicts alike.
+    best = replace(best, held=base.held)
+    columns = tolerance_columns(best, predictor)
 
     def down(start: Hypothesis, steps: int) -> Placed | None:
         try:
@@ -89,11 +97,9 @@ def elsewhere(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
         return down(start, LIMITS.place_steps)
 
     starts = [
-        base.with_effect(place, start)
+        base.with_effect(place, _carried(place, effect, values, best.scene, predictor.poses[0]))
         for other in near
-        if other.location != effect.location
         for place in [_as_free(other, effect)]
-        for start in _starts(place, values, base)
     ]
     first: dict[str | None, Placed] = {}
     for start, found in zip(starts, side_by_side(begin, starts), strict=True):
@@ -101,7 +107,7 @@ def elsewhere(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
         if found and (location not in first or found[0] < first[location][0]):
             first[location] = found
     begun = [with_numbers(base, numbers) for _, numbers in first.values()]
-    ends = side_by_side(go_on, [replace(best, held=base.held), *begun])
+    ends = side_by_side(go_on, [best, *begun])
     own = ends[0]
     placed = []
     for item in ends[1:]:
@@ -119,13 +125,17 @@ def _as_free(other: Effect, effect: Effect) -> Effect:
     return (other.detailed() or other) if effect.detailed() is None else other
 
 
-def _starts(
-    place: Effect, values: tuple[float, ...], base: Hypothesis
-) -> Sequence[tuple[float, ...]]:
-    """Return the numbers of another place, kept plausible, and a few that are usual."""
-    items = place.parameters(base.scene)
-    carried = [item.value(item.inner(value)) for item, value in zip(items, values, strict=False)]
-    neutral = [item.neutral for item in items]
-    usual = place.few_starts(base.scene) if is_linear(place) else ()
-    starts = (carried, *usual)
-    return [tuple(map(float, (*start, *neutral[len(start) :]))) for start in starts]
+def _carried(
+    place: Effect, effect: Effect, values: Sequence[float], scene: Scene, pose: Array
+) -> tuple[float, ...]:
+    """Return the numbers of an effect for another place of it, a point where it is in space."""
+    numbers = {
+        item.name: value for item, value in zip(effect.parameters(scene), values, strict=True)
+    }
+    point = tuple(numbers[name] for name in effect.point if name in numbers)
+    if point:
+        moved = on_link(scene, point, str(effect.location), str(place.location), pose)
+        numbers |= zip(place.point, moved, strict=True)
+    items = place.parameters(scene)
+    wanted = (numbers.get(item.name, item.neutral) for item in items)
+    return tuple(item.value(item.inner(x)) for item, x in zip(items, wanted, strict=True))
