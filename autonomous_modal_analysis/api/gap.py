@@ -57,7 +57,10 @@ class ModelGap(Result):
 
     @property
     def effects(self) -> list[dict[str, Any]]:
-        """What the model lacks: type, location, and parameters with value, sigma and unit."""
+        """What the model lacks: type, location, and parameters with value, sigma and unit.
+
+        ``other_places`` lists the same for the places where it explains as well.
+        """
         return found_effects(self.result)
 
     @property

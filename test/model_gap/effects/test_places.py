@@ -1,11 +1,12 @@
-"""How far an arm reaches, counted by hand."""
+"""How far an arm reaches, and where a point of it is, counted by hand."""
 
+import numpy as np
 import pytest
 
 from modal_core.channel import Sensor, SensorLayout
 from model_gap.cell import CellModel
 from model_gap.effects import Scene
-from model_gap.effects.places import reach
+from model_gap.effects.places import on_link, reach
 from structural_model import load_robot
 
 LINK = (
@@ -34,6 +35,22 @@ joints:
     ],
 )
 def test_the_last_link_and_what_is_on_it_belong_to_the_reach(tmp_path, kind, sensors, expected):
+    assert reach(scene_of(tmp_path, kind, sensors)) == pytest.approx(expected)
+
+
+def test_a_point_of_one_link_in_the_axes_of_the_next(tmp_path):
+    """The boom stands 0.3 m out and 0.4 m up, turned about y by a quarter."""
+    scene = scene_of(tmp_path, 'revolute', ())
+    pose = np.array([0.7, np.pi / 2.0])
+    assert on_link(scene, (0.2, 0.1, 0.0), 'boom', 'column', pose) == pytest.approx(
+        (0.3, 0.1, 0.4 - 0.2)
+    )
+    assert on_link(scene, (0.3, 0.1, 0.2), 'column', 'boom', pose) == pytest.approx(
+        (0.2, 0.1, 0.0), abs=1e-12
+    )
+
+
+def scene_of(tmp_path, kind, sensors):
     parts = [
         LINK.format(name=name, x=x) for name, x in (('base', 0), ('column', 0), ('boom', 0.45))
     ]
@@ -47,4 +64,4 @@ def test_the_last_link_and_what_is_on_it_belong_to_the_reach(tmp_path, kind, sen
     (tmp_path / 'model.yaml').write_text(MODEL)
     model = load_robot(str(tmp_path))
     cell = CellModel(model.spec, SensorLayout(sensors).channels)
-    assert reach(Scene(model, (), cell)) == pytest.approx(expected)
+    return Scene(model, (), cell)
