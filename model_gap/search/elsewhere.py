@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from modal_core.errors import ModelError
 from modal_core.work.side_by_side import side_by_side
+from model_gap.campaign import Rows
 from model_gap.effects import Effect, on_link, same, Scene
 from model_gap.fit import descend, Numbers, numbers_of, tolerance_columns, with_numbers
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
+from model_gap.search.joint_screening import is_linear
 from model_gap.search.reach import within_reach
 
 Array = NDArray[np.float64]
@@ -34,6 +36,8 @@ class ElsewhereLimits:
         right place explains all but what tolerances have to do with it.
     start_steps, place_steps : int
         Of descent from every start, and from the best of each place.
+    starts : int
+        So many of each place go on after the first steps.
     far_behind : float
         Log probability that a place may then be behind the best one. Chosen, not measured.
     """
@@ -41,83 +45,114 @@ class ElsewhereLimits:
     least_reach_share: float = 0.4
     start_steps: int = 3
     place_steps: int = 10
+    starts: int = 2
     far_behind: float = 50.0
 
 
 LIMITS = ElsewhereLimits()
 Placed = tuple[float, Numbers]
+Start = tuple[Effect, tuple[float, ...]]
 
 
-def elsewhere(best: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
+@dataclass(frozen=True)
+class Way:
+    """Where an effect is added, and how tolerances act there.
+
+    Parameters
+    ----------
+    base : Hypothesis
+        Without the effect.
+    columns : array
+        Tolerance derivatives.
+    predictor : Predictor
+        Of the records.
+    """
+
+    base: Hypothesis
+    columns: Rows
+    predictor: Predictor
+
+    def down(self, start: Hypothesis, steps: int) -> Placed | None:
+        """Return the objective after some steps and where; None from an impossible arm."""
+        try:
+            found = descend(start, self.predictor, self.columns, steps)
+        except ModelError:
+            return None
+        return found.objective, numbers_of(found.hypothesis)
+
+    def places(self, starts: Sequence[Start]) -> list[tuple[float, Hypothesis]]:
+        """Return the objective at every place, from the starts that are best after a few steps."""
+
+        def begin(start: Hypothesis) -> Placed | None:
+            return self.down(start, LIMITS.start_steps)
+
+        def go_on(start: Hypothesis) -> Placed | None:
+            return self.down(start, LIMITS.place_steps)
+
+        first: dict[str | None, list[Placed]] = {}
+        begun = side_by_side(begin, [self.base.with_effect(*start) for start in starts])
+        for (effect, _), found in zip(starts, begun, strict=True):
+            first.setdefault(effect.location, []).extend([found] if found else [])
+        best = [sorted(some, key=lambda end: end[0])[: LIMITS.starts] for some in first.values()]
+        better = [with_numbers(self.base, numbers) for some in best for _, numbers in some]
+        ends = [end for end in side_by_side(go_on, better) if end]
+        return [(value, with_numbers(self.base, numbers)) for value, numbers in ends]
+
+
+def elsewhere(best: Hypothesis, without: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
     """Return the last effect at every place that explains nearly as much, roughly fitted there.
 
-    A place that was tried before is tried again: from numbers that fit elsewhere the way is short.
+    Two ways lead there: with its own numbers from where the best one is, for what explains as
+    well predicts alike; and with usual ones from where there is none, for wide tolerances make up
+    for one place otherwise than for another.
 
     Parameters
     ----------
     best : Hypothesis
         With what is to be placed last.
+    without : Hypothesis
+        Fitted without it.
     predictor : Predictor
         Of the records the rough fits are made on.
 
     Returns
     -------
     list of Hypothesis
-        One per place, of several axes the best.
+        One per place, of several axes and ways the best.
     """
     last = len(best.effects) - 1
-    effect, base, values = best.effects[last], best.without(last), best.values()[last]
+    effect, base, scene = best.effects[last], best.without(last), best.scene
     places = [
         place
-        for place in type(effect).instances(best.scene)
+        for place in type(effect).instances(scene)
         if not any(same(place, it) for it in base.effects)
     ]
     if all(place.location == effect.location for place in places):
         return []
     near = within_reach(places, [base], predictor, 0.0, LIMITS.least_reach_share)
-    near = [place for place in near if place.location != effect.location]
-    if not near:
+    free = [_as_free(place, effect) for place in near if place.location != effect.location]
+    if not free:
         return []
-    base = replace(base, held=predictor.hold(base.cell()).held)
-    # Where the best one is: what explains as well predicts alike.
-    best = replace(best, held=base.held)
-    columns = tolerance_columns(best, predictor)
-
-    def down(start: Hypothesis, steps: int) -> Placed | None:
-        try:
-            found = descend(start, predictor, columns, steps)
-        except ModelError:
-            return None  # not a possible arm
-        return found.objective, numbers_of(found.hypothesis)
-
-    def begin(start: Hypothesis) -> Placed | None:
-        return down(start, LIMITS.start_steps)
-
-    def go_on(start: Hypothesis) -> Placed | None:
-        return down(start, LIMITS.place_steps)
-
-    starts = [
-        base.with_effect(place, _carried(place, effect, values, best.scene, predictor.poses[0]))
-        for other in near
-        for place in [_as_free(other, effect)]
-    ]
-    first: dict[str | None, Placed] = {}
-    for start, found in zip(starts, side_by_side(begin, starts), strict=True):
-        location = start.effects[-1].location
-        if found and (location not in first or found[0] < first[location][0]):
-            first[location] = found
-    begun = [with_numbers(base, numbers) for _, numbers in first.values()]
-    ends = side_by_side(go_on, [best, *begun])
-    own = ends[0]
-    placed = []
-    for item in ends[1:]:
-        if item is None or own is None:
+    held = predictor.hold(base.cell()).held
+    best, base, without = (replace(item, held=held) for item in (best, base, without))
+    here = Way(base, tolerance_columns(best, predictor), predictor)
+    own = here.down(best, LIMITS.place_steps)
+    values, pose = best.values()[last], predictor.poses[0]
+    ends = here.places([(it, _carried(it, effect, values, scene, pose)) for it in free])
+    if is_linear(effect):
+        there = Way(without, tolerance_columns(without, predictor), predictor)
+        ends += there.places(
+            [(it, _whole(it, start, scene)) for it in free for start in it.few_starts(scene)]
+        )
+    found: dict[str | None, Hypothesis] = {}
+    for value, placed in sorted(ends, key=lambda end: end[0]):
+        other = placed.effects[last]
+        if own is None or other.location in found:
             continue
-        there = with_numbers(base, item[1])
-        log.debug('%r: %.3g behind %r', there.effects[-1], item[0] - own[0], effect)
-        if item[0] - own[0] < LIMITS.far_behind:
-            placed.append(replace(there, held=()))
-    return placed
+        log.debug('%r: %.3g behind %r', other, value - own[0], effect)
+        if value - own[0] < LIMITS.far_behind:
+            found[other.location] = replace(placed, held=())
+    return list(found.values())
 
 
 def _as_free(other: Effect, effect: Effect) -> Effect:
@@ -139,3 +174,9 @@ def _carried(
     items = place.parameters(scene)
     wanted = (numbers.get(item.name, item.neutral) for item in items)
     return tuple(item.value(item.inner(x)) for item, x in zip(items, wanted, strict=True))
+
+
+def _whole(place: Effect, start: Sequence[float], scene: Scene) -> tuple[float, ...]:
+    """Return a start with what it leaves out, details, as they are where they do nothing."""
+    neutral = [item.neutral for item in place.parameters(scene)]
+    return (*start, *neutral[len(start) :])

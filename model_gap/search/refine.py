@@ -200,18 +200,9 @@ def _general_starts(found: Sequence[Fit], catalogue: Sequence[type[Effect]]) -> 
     return []
 
 
-def fine_fits(rough: Sequence[Fit], data: SearchData, least: float = -np.inf) -> list[Fit]:
-    """Fit on all records; the best also with their details free, and at all other places.
-
-    Parameters
-    ----------
-    rough : sequence of Fit
-        Their hypotheses are the starts.
-    data : SearchData
-        The records.
-    least : float
-        Log evidence from which on it matters where the best effect is.
-    """
+def fine_fits(search: Search) -> list[Fit]:
+    """Fit on all records; the best also with their details free, and at all other places."""
+    rough, data = search.fits, search.data
     starts = [replace(item.hypothesis, held=()) for item in rough]
     slow = [start for start in starts if _steps_torques(start)]
     quick = [start for start in starts if not _steps_torques(start)]
@@ -221,7 +212,7 @@ def fine_fits(rough: Sequence[Fit], data: SearchData, least: float = -np.inf) ->
     near = [item for item in found if item.log_evidence > best - REFINEMENT.detailed]
     rest = [item for item in found if item.log_evidence <= best - REFINEMENT.detailed]
     near = with_details(near, data.fitting)
-    return best_of_each([*near, *_elsewhere(near, data, least), *rest])
+    return best_of_each([*near, *_elsewhere(near, search), *rest])
 
 
 def _finely(
@@ -238,8 +229,10 @@ def _steps_torques(hypothesis: Hypothesis) -> bool:
     return any(effect.amplitude_dependent for effect in hypothesis.effects)
 
 
-def _elsewhere(near: Sequence[Fit], data: SearchData, least: float) -> list[Fit]:
+def _elsewhere(near: Sequence[Fit], search: Search) -> list[Fit]:
     """Fit the best effect at all other places, and from a better one on until it stays."""
+    without, data = search.fitted, search.data
+    least = without.log_evidence + search.settings.worth_adding
     found: list[Fit] = []
     best = max(near, key=lambda item: item.log_evidence, default=None)
     left: set[str | None] = set()
@@ -247,7 +240,7 @@ def _elsewhere(near: Sequence[Fit], data: SearchData, least: float) -> list[Fit]
         left.add(best.hypothesis.effects[-1].location)
         moved = [
             start
-            for start in elsewhere(best.hypothesis, data.coarse)
+            for start in elsewhere(best.hypothesis, without.hypothesis, data.coarse)
             if start.effects[-1].location not in left
         ]
         fine = _finely(moved, data, relinearise=1)

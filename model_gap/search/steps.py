@@ -160,8 +160,7 @@ def _promising(search: Search) -> bool:
 
 def fit_finely(search: Search) -> Search:
     """Fit the closest on all records."""
-    least = search.fitted.log_evidence + search.settings.worth_adding
-    fine = fine_fits(search.fits, search.data, least)
+    fine = fine_fits(search)
     return replace(search, fits=tuple(generalised(fine, search.settings.catalogue, search.data)))
 
 

@@ -88,10 +88,12 @@ def test_from_another_link_the_right_one_is_found(search):
         rows = predictor.rows(hypothesis.cell())
         return objective(predictor.weighting.misfit(rows), hypothesis)
 
-    found = {item.effects[-1].location: value(item) for item in elsewhere(wrong, predictor)}
+    nothing = search.nominal
+    placed = elsewhere(wrong, nothing, predictor)
+    found = {item.effects[-1].location: value(item) for item in placed}
     assert found['link_4'] < min(value(wrong), found['link_6']) - 40.0, f'seed {SEED}: {found}'
     base = search.nominal.with_effect(BaseCompliance(), (1e-8,) * 2)
-    assert elsewhere(base, predictor) == [], 'it has no other place'
+    assert elsewhere(base, nothing, predictor) == [], 'it has no other place'
 
 
 @pytest.mark.slow
@@ -99,7 +101,8 @@ def test_a_swinging_mass_is_followed_over_two_links(search):
     """The next link is better, and only from there its own comes in sight."""
     start = search.nominal.with_effect(TunedMass('link_2', 'x'), (2.0, 14.0, 0.04))
     far = fit(start, search.data.fitting, relinearise=2)
-    ways = fine_fits([far], search.data)
+    nothing = fit(search.nominal, search.data.fitting)
+    ways = fine_fits(replace(search, current=nothing, fits=(far,)))
     assert ways[0].hypothesis.effects[-1].key == ('tuned_mass', 'link_4'), f'seed {SEED}: {ways}'
     assert ways[0].log_evidence > far.log_evidence + 10.0, f'seed {SEED}'
 
