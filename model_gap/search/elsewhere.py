@@ -103,8 +103,8 @@ def elsewhere(best: Hypothesis, without: Hypothesis, predictor: Predictor) -> li
     """Return the last effect at every place that explains nearly as much, roughly fitted there.
 
     Two ways lead there: with its own numbers from where the best one is, for what explains as
-    well predicts alike; and with usual ones from where there is none, for wide tolerances make up
-    for one place otherwise than for another.
+    well predicts alike; and with usual ones, no details free, from where there is none, for wide
+    tolerances make up for one place otherwise than for another.
 
     Parameters
     ----------
@@ -130,20 +130,20 @@ def elsewhere(best: Hypothesis, without: Hypothesis, predictor: Predictor) -> li
     if all(place.location == effect.location for place in places):
         return []
     near = within_reach(places, [base], predictor, 0.0, LIMITS.least_reach_share)
-    free = [_as_free(place, effect) for place in near if place.location != effect.location]
-    if not free:
+    near = [place for place in near if place.location != effect.location]
+    if not near:
         return []
     held = predictor.hold(base.cell()).held
     best, base, without = (replace(item, held=held) for item in (best, base, without))
     here = Way(base, tolerance_columns(best, predictor), predictor)
     own = here.down(best, LIMITS.place_steps)
     values, pose = best.values()[last], predictor.poses[0]
+    free = [_as_free(place, effect) for place in near]
     ends = here.places([(it, _carried(it, effect, values, scene, pose)) for it in free])
     if is_linear(effect):
         there = Way(without, tolerance_columns(without, predictor), predictor)
-        ends += there.places(
-            [(it, _whole(it, start, scene)) for it in free for start in it.few_starts(scene)]
-        )
+        usual = [(place, tuple(start)) for place in near for start in place.few_starts(scene)]
+        ends += there.places(usual)
     found: dict[str | None, Hypothesis] = {}
     for value, placed in sorted(ends, key=lambda end: end[0]):
         other = placed.effects[last]
@@ -174,9 +174,3 @@ def _carried(
     items = place.parameters(scene)
     wanted = (numbers.get(item.name, item.neutral) for item in items)
     return tuple(item.value(item.inner(x)) for item, x in zip(items, wanted, strict=True))
-
-
-def _whole(place: Effect, start: Sequence[float], scene: Scene) -> tuple[float, ...]:
-    """Return a start with what it leaves out, details, as they are where they do nothing."""
-    neutral = [item.neutral for item in place.parameters(scene)]
-    return (*start, *neutral[len(start) :])
