@@ -36,9 +36,8 @@ class Places:
         """Find them."""
         spectra = [each.frf.spectra for each in data]
         channels = tuple(dict.fromkeys(name for each in spectra for name in each.names))
-        hits = [
-            _hit(each.record.point, each.record.name, n in loose) for n, each in enumerate(spectra)
-        ]
+        known = ['' if n in loose else each.record.point for n, each in enumerate(spectra)]
+        hits = _named(known, [each.record.name for each in spectra])
         further = tuple(hit for hit in dict.fromkeys(hits) if hit not in channels)
         number = {name: place for place, name in enumerate((*channels, *further))}
         return cls(
@@ -80,6 +79,15 @@ class Places:
         return list(range(self.n_channels, self.n))
 
 
-def _hit(point: str, record: str, loose: bool) -> str:
-    """Return the place of a hit; a point that nobody names is one of its own."""
-    return point if point and not loose else f'hit of {record}'
+def _named(points: Sequence[str], records: Sequence[str]) -> list[str]:
+    """Return the places of hits; a point that nobody names is one of its own.
+
+    So are two of recordings that are called alike.
+    """
+    found: list[str] = []
+    for point, record in zip(points, records, strict=True):
+        own = f'hit of {record}'
+        while own in found:
+            own += "'"
+        found.append(point or own)
+    return found

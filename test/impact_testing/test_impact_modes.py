@@ -1,12 +1,14 @@
 """Modes of structures that are known in closed form, from taps that are integrated in time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from impact_testing import frac, impact_modes, ImpactSettings
 from modal_core.errors import IdentificationError
 from modal_core.numbers.indicators import mac
-from test.support.hammer_bench import bench, random_structure, Structure, taps
+from test.support.hammer_bench import bench, even_chain, random_structure, Structure, taps
 
 SEED = 41
 
@@ -257,6 +259,17 @@ def test_reciprocity_of_two_points_and_of_points_named_wrongly():
     rng, structure = np.random.default_rng(SEED), bench()
     records = [taps(structure, hit, 0.5 + 4.0 * np.arange(3), rng, noise=0.005) for hit in (0, 2)]
     assert impact_modes(records).reciprocity['m1 and m3'] > 0.99
+
+
+def test_points_that_nobody_names_are_two_though_their_recordings_are_called_alike():
+    rng, structure = np.random.default_rng(972001), even_chain(damping=0.004)
+    times = 1.0 + 3.0 * np.arange(4)
+    records = [taps(structure, hit, times, rng, last_s=3.0, noise=1e-2) for hit in (0, 4)]
+    found = impact_modes([replace(each, hit='', name='tap') for each in records])
+    poles, shapes = structure.modes()
+    assert found.modes.frequency_hz == pytest.approx(np.abs(poles) / (2.0 * np.pi), rel=1e-4)
+    assert np.diag(mac(found.modes.shapes, shapes)) == pytest.approx(1.0, abs=1e-4)
+    assert found.misfit < 1.2
 
 
 def test_without_a_driving_point_there_is_no_mass_and_it_is_said():
