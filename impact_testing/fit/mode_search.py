@@ -95,20 +95,26 @@ def _likely(now: PointData, given: PointData, pole: Complex, amplitude: Complex)
 
 
 def _completed(data: Sequence[PointData], model: ModalModel) -> tuple[list[PointData], ModalModel]:
-    """Add modes one by one, as long as one explains more than chance.
+    """Add modes one by one, as long as one explains more than chance and the chain do.
 
     One that rings on from tap to tap is seen by the FRFs only roughly, and moves its neighbours.
+    What one promised where it was tried it need not keep: one that would be left out again ends
+    the search.
     """
     now = list(data)
     for _ in range(MOST_ADDED):
         more = further_mode(now, model)
         if more is None:
             break
-        pole, shape = np.append(model.pole, more[0]), np.vstack([model.shape, more[1]])
+        fresh, pole, shape = now, np.append(model.pole, more[0]), np.vstack([model.shape, more[1]])
         if rings_on(now, pole)[-1]:
-            now, pole = tuned(now, pole)
-            shape = first_shapes(free_fit(now, pole), model.places)
-        model = climb(now, model.places, pole, shape)
+            fresh, pole = tuned(now, pole)
+            shape = first_shapes(free_fit(fresh, pole), model.places)
+        longer = climb(fresh, model.places, pole, shape)
+        before = evaluate(fresh, model.places, model.pole, model.shape)
+        if sum(before.cost) - sum(longer.cost) < _least_gain(fresh, longer, complex(more[0])):
+            break
+        now, model = fresh, longer
     return now, model
 
 
@@ -120,15 +126,14 @@ def _pruned(
     All that are weak by curvature are tried, the weakest first: of two that stand for one mode
     each is weak, and needed as long as the other is where it is.  The sum of squares decides.
     """
-    chance = chance_gain(data, len(trial_poles(data[0].frequency_hz)))
+    chance = _chance(data)
     needed = np.zeros(len(model.pole), dtype=bool)
     while not needed.all():
         strength = np.where(needed, np.inf, model.strength())
         weakest = int(np.argmin(strength))
         if strength[weakest] > chance:
             break
-        least = max(1.0, model.misfit) * chance + _inaccuracy(data, complex(model.pole[weakest]))
-        least += sum(model.cost)
+        least = sum(model.cost) + _least_gain(data, model, complex(model.pole[weakest]))
         less = _without(data, model, weakest, least, doubts)
         if sum(less.cost) > least:
             needed[weakest] = True
@@ -136,6 +141,15 @@ def _pruned(
             model = climb(data, model.places, less.pole, less.shape, doubts=doubts)
             needed = np.delete(needed, weakest)
     return model
+
+
+def _chance(data: Sequence[PointData]) -> float:
+    return chance_gain(data, len(trial_poles(data[0].frequency_hz)))
+
+
+def _least_gain(data: Sequence[PointData], model: ModalModel, pole: complex) -> float:
+    """Return the sum of squares that a mode must explain."""
+    return max(1.0, model.misfit) * _chance(data) + _inaccuracy(data, pole)
 
 
 def _inaccuracy(data: Sequence[PointData], pole: complex) -> float:

@@ -21,8 +21,9 @@ MOST_REFERENCES = 4
 HIGHEST_DEGREE = 24
 LEAST_SHARE = 0.3
 """Of the orders that must show a pole: the likelihood decides later, so few are missed here."""
-BEYOND = 1.1
-"""Modes beyond the end of the band bend it, and are looked for."""
+NEAR, BEYOND = 1.1, 2.0
+"""Modes beyond the end of the band bend it, and are looked for up to twice as high.  Poles within
+are sharper told where the polynomials reach no further than near its end."""
 
 
 def start_poles(data: Sequence[PointData]) -> Complex:
@@ -44,9 +45,10 @@ def start_poles(data: Sequence[PointData]) -> Complex:
     found = [np.empty(0, dtype=complex)]
     for low, high in pairwise(edges):
         seen = (frequency_hz >= low / MARGIN) & (frequency_hz <= high * MARGIN)
-        poles = _of_part(frequency_hz[seen], value[seen], weight[seen])
-        above = high if high < edges[-1] else high * BEYOND
-        found.append(poles[(np.abs(poles) / TWO_PI >= low) & (np.abs(poles) / TWO_PI < above)])
+        part = frequency_hz[seen], value[seen], weight[seen]
+        found.append(_between(low, high, _of_part(*part, NEAR)))
+        if high == edges[-1]:
+            found.append(_between(high, BEYOND * high, _of_part(*part, BEYOND)))
     together = np.concatenate(found)
     return np.asarray(together[np.argsort(np.abs(together))])
 
@@ -60,9 +62,14 @@ def _edges(low: float, high: float, n_references: int, frequency_hz: Real) -> li
     return [low, *edges[-2::-1], high] if len(edges) > 1 else [low, high]
 
 
-def _of_part(frequency_hz: Real, value: Complex, weight: Real) -> Complex:
+def _between(low_hz: float, high_hz: float, poles: Complex) -> Complex:
+    size_hz = np.abs(poles) / TWO_PI
+    return np.asarray(poles[(size_hz >= low_hz) & (size_hz < high_hz)])
+
+
+def _of_part(frequency_hz: Real, value: Complex, weight: Real, reach: float) -> Complex:
     n_references = value.shape[2]
-    top = float(frequency_hz[-1]) * BEYOND
+    top = float(frequency_hz[-1]) * reach
     spectra = HalfSpectra(np.pi * frequency_hz / top, value, 0.0)
     # Each order has as many poles as references; no more coefficients than a third of the lines.
     highest = max(4, min(HIGHEST_DEGREE, len(frequency_hz) // (3 * n_references)))
