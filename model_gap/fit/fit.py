@@ -254,7 +254,23 @@ def _step(
     data = FIT.effective_data / (predictor.weighting.count * chi) * 2.0
     pull = np.r_[columns @ residual, extra @ residual].astype(float) * data
     here = np.r_[hypothesis.tolerance_values, hypothesis.scaled]
-    return np.asarray(np.linalg.solve(hessian, pull - prior * here))
+    return _inside(hypothesis, hessian, pull - prior * here)
+
+
+def _inside(hypothesis: Hypothesis, hessian: Array, pull: Array) -> Array:
+    """Solve for the step; numbers at a bound that it would leave stay, and the rest makes up.
+
+    Bertsekas (1982), doi:10.1137/0320018: a step that is cut off at a bound afterwards may lead up
+    however short it is made.
+    """
+    free = np.ones(len(pull), dtype=bool)
+    while True:
+        step = np.zeros(len(pull))
+        step[free] = np.linalg.solve(hessian[np.ix_(free, free)], pull[free])
+        stuck = free & hypothesis.leaves(step)
+        if not stuck.any():
+            return step
+        free &= ~stuck
 
 
 def prior_precision(hypothesis: Hypothesis) -> Array:

@@ -129,6 +129,20 @@ class Hypothesis:
             self.tolerance_values + step[:size], self.inner + step[size:] * self.prior_scale
         )
 
+    def leaves(self, step: Array) -> NDArray[np.bool_]:
+        """Return which numbers are at a bound that a step goes beyond, tolerances first."""
+        size = len(self.tolerances)
+        outside = [
+            (value <= item.low and way < 0.0) or (value >= item.high and way > 0.0)
+            for item, value, way in zip(
+                self.parameters,
+                (value for values in self.values() for value in values),
+                step[size:],
+                strict=True,
+            )
+        ]
+        return np.r_[np.zeros(size, dtype=bool), np.array(outside, dtype=bool)]
+
     @cached_property
     def tolerant(self) -> CellModel:
         """The cell with tolerances but without effects."""

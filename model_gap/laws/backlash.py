@@ -16,7 +16,7 @@ class BacklashLaw(SpringLaw):
     """
 
     sees = Follow.PARTED
-    sees_first = Follow.PARTED
+    sees_screened = Follow.PARTED
     torque = play
 
     @staticmethod

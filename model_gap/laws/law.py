@@ -61,9 +61,9 @@ class JointLaw:
     """
 
     torque: ClassVar[Torque]
-    # Which twist it sees, and while its numbers are still far off.
+    # Which twist it sees, and while it is only screened.
     sees: ClassVar[Follow] = Follow.PREDICTED
-    sees_first: ClassVar[Follow] = Follow.PREDICTED
+    sees_screened: ClassVar[Follow] = Follow.PREDICTED
     # Whether it is the spring's: proportional to the stiffness, and twisted by gravity.
     of_spring: ClassVar[bool] = False
 
@@ -76,5 +76,5 @@ class JointLaw:
 class SpringLaw(JointLaw):
     """A torque that the joint's own spring makes, the share of gravity's twist its last value."""
 
-    sees_first = Follow.MEASURED
+    sees_screened = Follow.MEASURED
     of_spring = True

@@ -8,7 +8,6 @@ from model_gap.cell import CellModel, JointForce, PoseSystem
 from model_gap.laws import Follow
 from model_gap.predict.joint_path import joint_path, JointPath
 from model_gap.predict.step_torque import step_torque
-from model_gap.predict.thresholds import PREDICTION
 from model_gap.predict.torque_following import TorqueFollowing
 from model_gap.predict.torque_spectra import (
     force_spectra,
@@ -55,17 +54,19 @@ class LocalTorques:
         Fewer than usual are for numbers that are still far off.
     paths : callable
         Gives where the paths of a cell are collected.
+    screening : bool
+        Laws are screened, not fitted: what they say of the measured twist is nearly linear.
     """
 
     records: Sequence[RecordSpectra]
     groups: tuple[int, ...]
     steps_per_s: float
     paths: Callable[[CellModel], Paths] = field(repr=False)
+    screening: bool = False
 
     def followed(self, force: JointForce) -> Follow:
         """Return which twist a torque sees."""
-        first = self.steps_per_s < PREDICTION.steps_per_s
-        return force.law.sees_first if first else force.law.sees
+        return force.law.sees_screened if self.screening else force.law.sees
 
     def is_predicted(self, force: JointForce) -> bool:
         """Return whether a torque is on the predicted twist.

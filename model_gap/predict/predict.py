@@ -44,6 +44,8 @@ class Predictor:
         Of nonlinear torques; fewer than usual are for numbers that are still far off.
     hanging : bool
         Linear about how the arm hangs in its springs, not about the motors' angles.
+    screening : bool
+        Torque laws are screened, not fitted: they may see the twist as measured.
     cache : PredictionCache
         Where what was computed last is kept; one of its own unless it is handed in.
     """
@@ -52,12 +54,14 @@ class Predictor:
     records: Sequence[RecordSpectra]
     steps_per_s: float = PREDICTION.steps_per_s
     hanging: bool = True
+    screening: bool = False
     cache: PredictionCache = field(default_factory=PredictionCache, repr=False)
 
     @cached_property
-    def _basis(self) -> tuple[Identity, float, bool]:
+    def _basis(self) -> tuple[Identity, float, bool, bool]:
         """What every key begins with: all that an answer depends on beside the cell."""
-        return Identity((self.model, *self.records)), self.steps_per_s, self.hanging
+        records = Identity((self.model, *self.records))
+        return records, self.steps_per_s, self.hanging, self.screening
 
     @cached_property
     def posed(self) -> PosedRecords:
@@ -77,7 +81,9 @@ class Predictor:
     @cached_property
     def local_torques(self) -> LocalTorques:
         """Steps the nonlinear torques."""
-        return LocalTorques(self.records, self.groups, self.steps_per_s, self._paths)
+        return LocalTorques(
+            self.records, self.groups, self.steps_per_s, self._paths, self.screening
+        )
 
     @cached_property
     def weighting(self) -> Weighting:

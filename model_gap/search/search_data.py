@@ -5,6 +5,7 @@ The way to an explanation is sought on little data, the verdict is found on all.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -91,6 +92,7 @@ def prepare_data(
         chosen: Sequence[GapRecord],
         bins: int = CAMPAIGN.target_bins,
         steps_per_s: float = PREDICTION.steps_per_s,
+        screening: bool = False,
     ) -> Predictor:
         n_channels = chosen[0].acceleration.shape[1] if chosen else 0
         # Many channels say the same with fewer bins.
@@ -98,8 +100,11 @@ def prepare_data(
             SIZES.least_bins, round(bins * min(1.0, SIZES.many_channels / max(n_channels, 1)))
         )
         spectra = [record_spectra(item, band, bins, tuple(lines_hz)) for item in chosen]
-        return Predictor(model, spectra, steps_per_s, hanging=about is not None)
+        return Predictor(model, spectra, steps_per_s, about is not None, screening)
 
+    roughly = partial(
+        predictor, bins=SIZES.screen_bins, steps_per_s=PREDICTION.rough_steps_per_s
+    )
     if about is not None:
         records = linearised(records, model, about, band.high_hz)
     fitting = [item for item in records if not item.heldout]
@@ -108,9 +113,9 @@ def prepare_data(
     return SearchData(
         fitting=predictor(fitting),
         heldout=predictor([item for item in records if item.heldout]),
-        coarse=predictor(short, SIZES.screen_bins, PREDICTION.rough_steps_per_s),
-        screening=predictor(few, SIZES.screen_bins, PREDICTION.rough_steps_per_s),
-        loudest=predictor(loudest(few), SIZES.screen_bins, PREDICTION.rough_steps_per_s),
+        coarse=roughly(short),
+        screening=roughly(few, screening=True),
+        loudest=roughly(loudest(few), screening=True),
     )
 
 
