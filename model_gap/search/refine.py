@@ -17,7 +17,9 @@ from model_gap.hypothesis import (
 )
 from model_gap.predict import Predictor
 from model_gap.search.elsewhere import elsewhere
+from model_gap.search.evidence_bound import evidence_bound
 from model_gap.search.reach import within_reach
+from model_gap.search.rivals import EVIDENCE_BETWEEN
 from model_gap.search.screen import Projection, screen, Trial
 from model_gap.search.search import Search
 from model_gap.search.search_data import SearchData
@@ -98,10 +100,9 @@ def rough_fits(search: Search) -> list[Fit]:
 
     def roughly(starts: Sequence[Hypothesis]) -> list[Fit | None]:
         begun = [item for item in fits(begin, starts) if item]
-        least = _least_to_go_on(begun)
-        behind = [item for item in begun if item.log_evidence < least]
-        ahead = [item.hypothesis for item in begun if item.log_evidence >= least]
-        return [*fits(go_on, ahead), *behind]
+        worth = list(zip(begun, _worth_going_on(begun), strict=True))
+        ahead = [item.hypothesis for item, more in worth if more]
+        return [*fits(go_on, ahead), *(item for item, more in worth if not more)]
 
     def starts_of(some: Sequence[Trial]) -> list[Hypothesis]:
         return [
@@ -140,14 +141,25 @@ def _rough_steps(start: Hypothesis) -> int:
     return 4 if start.effects[-1].amplitude_dependent else 6
 
 
-def _least_to_go_on(begun: Sequence[Fit]) -> float:
-    """Return the log evidence from which on a fit is taken further.
+def _worth_going_on(begun: Sequence[Fit]) -> list[bool]:
+    """Return which fits are taken further.
 
     Derivatives of a torque cost as much as all its steps: they are worked out anew of those that
-    may be refined, not of those hopelessly behind.
+    may be refined, not of those hopelessly behind these, or behind another start of the same
+    effect.
     """
-    best = [item.log_evidence for item in best_of_each(begun)]
-    return min(best[: REFINEMENT.refined][-1], best[0] - REFINEMENT.hopeless) if best else 0.0
+    best = best_of_each(begun)
+    if not best:
+        return []
+    refined = best[: REFINEMENT.refined]
+    least = min(refined[-1].log_evidence, best[0].log_evidence - REFINEMENT.hopeless)
+
+    def bar(item: Fit) -> float:
+        effect = item.hypothesis.effects[-1]
+        (own,) = (it for it in best if same(it.hypothesis.effects[-1], effect))
+        return max(least, own.log_evidence - REFINEMENT.hopeless)
+
+    return [item.log_evidence >= bar(item) for item in begun]
 
 
 def _mimicked(search: Search) -> list[Hypothesis]:
@@ -191,12 +203,18 @@ def _general_starts(found: Sequence[Fit], catalogue: Sequence[type[Effect]]) -> 
 
     Far behind another name it would be dropped before what it stands for is tried.
     """
-    here = found[0].hypothesis.effects[-1].location if found else None
+    if not found:
+        return []
+    best = found[0]
+    # Where the best leaves nothing to gain, what does not come near it is no rival either.
+    nothing_left = evidence_bound(best) < EVIDENCE_BETWEEN
+    least = best.log_evidence - REFINEMENT.hopeless if nothing_left else -np.inf
     for item in found:
-        if item.hypothesis.effects[-1].location == here:
+        if item.hypothesis.effects[-1].location == best.hypothesis.effects[-1].location:
             starts = more_general(item.hypothesis, catalogue)
             if starts:
-                return starts if item.misfit > REFINEMENT.settled_misfit else []
+                much_left = item.misfit > REFINEMENT.settled_misfit
+                return starts if much_left and item.log_evidence > least else []
     return []
 
 
