@@ -132,16 +132,12 @@ class Hypothesis:
     def leaves(self, step: Array) -> NDArray[np.bool_]:
         """Return which numbers are at a bound that a step goes beyond, tolerances first."""
         size = len(self.tolerances)
-        outside = [
+        values = (value for some in self.values() for value in some)
+        stay = [
             (value <= item.low and way < 0.0) or (value >= item.high and way > 0.0)
-            for item, value, way in zip(
-                self.parameters,
-                (value for values in self.values() for value in values),
-                step[size:],
-                strict=True,
-            )
+            for item, value, way in zip(self.parameters, values, step[size:], strict=True)
         ]
-        return np.r_[np.zeros(size, dtype=bool), np.array(outside, dtype=bool)]
+        return np.array([False] * size + stay, dtype=bool)
 
     @cached_property
     def tolerant(self) -> CellModel:
