@@ -100,9 +100,10 @@ def rough_fits(search: Search) -> list[Fit]:
 
     def roughly(starts: Sequence[Hypothesis]) -> list[Fit | None]:
         begun = [item for item in fits(begin, starts) if item]
-        worth = list(zip(begun, _worth_going_on(begun), strict=True))
-        ahead = [item.hypothesis for item, more in worth if more]
-        return [*fits(go_on, ahead), *(item for item, more in worth if not more)]
+        least = _least_to_go_on(begun)
+        behind = [item for item in begun if item.log_evidence < least]
+        ahead = [item.hypothesis for item in begun if item.log_evidence >= least]
+        return [*fits(go_on, ahead), *behind]
 
     def starts_of(some: Sequence[Trial]) -> list[Hypothesis]:
         return [
@@ -141,25 +142,14 @@ def _rough_steps(start: Hypothesis) -> int:
     return 4 if start.effects[-1].amplitude_dependent else 6
 
 
-def _worth_going_on(begun: Sequence[Fit]) -> list[bool]:
-    """Return which fits are taken further.
+def _least_to_go_on(begun: Sequence[Fit]) -> float:
+    """Return the log evidence from which on a fit is taken further.
 
     Derivatives of a torque cost as much as all its steps: they are worked out anew of those that
-    may be refined, not of those hopelessly behind these, or behind another start of the same
-    effect.
+    may be refined, not of those hopelessly behind.
     """
-    best = best_of_each(begun)
-    if not best:
-        return []
-    refined = best[: REFINEMENT.refined]
-    least = min(refined[-1].log_evidence, best[0].log_evidence - REFINEMENT.hopeless)
-
-    def bar(item: Fit) -> float:
-        effect = item.hypothesis.effects[-1]
-        (own,) = (it for it in best if same(it.hypothesis.effects[-1], effect))
-        return max(least, own.log_evidence - REFINEMENT.hopeless)
-
-    return [item.log_evidence >= bar(item) for item in begun]
+    best = [item.log_evidence for item in best_of_each(begun)]
+    return min(best[: REFINEMENT.refined][-1], best[0] - REFINEMENT.hopeless) if best else 0.0
 
 
 def _mimicked(search: Search) -> list[Hypothesis]:
