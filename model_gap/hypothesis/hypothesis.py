@@ -53,6 +53,13 @@ class Hypothesis:
         return np.array([item.scale for item in self.parameters])
 
     @property
+    def range(self) -> tuple[Array, Array]:
+        """Least and most plausible inner parameters, (n_parameters,) each."""
+        items = self.parameters
+        low = [item.inner(item.low) if not item.log or item.low > 0 else -np.inf for item in items]
+        return np.array(low), np.array([item.inner(item.high) for item in items])
+
+    @property
     def scaled(self) -> Array:
         """Inner parameters in their prior scales."""
         return self.inner / self.prior_scale if len(self.inner) else np.zeros(0)
@@ -111,16 +118,8 @@ class Hypothesis:
             waiting -= held
             stay += [held] * len(effect.parameters(self.scene))
         inner = np.where(stay, self.inner, inner) if any(stay) else inner
-        inside = [
-            min(
-                max(x, item.inner(item.low) if not item.log or item.low > 0 else x),
-                item.inner(item.high),
-            )
-            for x, item in zip(inner, self.parameters, strict=True)
-        ]
-        return dataclasses.replace(
-            self, tolerance_values=tolerance_values, inner=np.array(inside, dtype=float)
-        )
+        inside = np.clip(inner, *self.range)
+        return dataclasses.replace(self, tolerance_values=tolerance_values, inner=inside)
 
     def stepped(self, step: Array) -> 'Hypothesis':
         """Return a copy moved by so many prior standard deviations, tolerances first."""
@@ -131,13 +130,10 @@ class Hypothesis:
 
     def leaves(self, step: Array) -> NDArray[np.bool_]:
         """Return which numbers are at a bound that a step goes beyond, tolerances first."""
-        size = len(self.tolerances)
-        values = (value for some in self.values() for value in some)
-        stay = [
-            (value <= item.low and way < 0.0) or (value >= item.high and way > 0.0)
-            for item, value, way in zip(self.parameters, values, step[size:], strict=True)
-        ]
-        return np.array([False] * size + stay, dtype=bool)
+        low, high = self.range
+        own = step[len(self.tolerances) :]
+        stay = ((self.inner <= low) & (own < 0.0)) | ((self.inner >= high) & (own > 0.0))
+        return np.asarray(np.r_[np.zeros(len(self.tolerances), dtype=bool), stay])
 
     @cached_property
     def tolerant(self) -> CellModel:
