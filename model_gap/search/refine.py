@@ -118,8 +118,8 @@ def rough_fits(search: Search) -> list[Fit]:
 
     def may_wait(trial: Trial) -> bool:
         promises = trial.gain >= REFINEMENT.settled_share * trials[0].gain
-        elsewhere = trial.effect.location != trials[0].effect.location
-        return trial.effect.amplitude_dependent and elsewhere and not promises
+        other_place = trial.effect.location != trials[0].effect.location
+        return trial.effect.amplitude_dependent and other_place and not promises
 
     found += roughly(starts_of([trial for trial in trials if not may_wait(trial)]))
     if min((item.misfit for item in found if item), default=np.inf) > REFINEMENT.settled_misfit:
