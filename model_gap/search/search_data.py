@@ -102,9 +102,7 @@ def prepare_data(
         spectra = [record_spectra(item, band, bins, tuple(lines_hz)) for item in chosen]
         return Predictor(model, spectra, steps_per_s, about is not None, screening)
 
-    roughly = partial(
-        predictor, bins=SIZES.screen_bins, steps_per_s=PREDICTION.rough_steps_per_s
-    )
+    roughly = partial(predictor, bins=SIZES.screen_bins, steps_per_s=PREDICTION.rough_steps_per_s)
     if about is not None:
         records = linearised(records, model, about, band.high_hz)
     fitting = [item for item in records if not item.heldout]
