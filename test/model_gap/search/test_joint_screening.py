@@ -91,7 +91,9 @@ def test_from_another_link_the_right_one_is_found(search):
     nothing = search.nominal
     placed = elsewhere(wrong, nothing, predictor)
     found = {item.effects[-1].location: value(item) for item in placed}
-    assert found['link_4'] < min(value(wrong), found['link_6']) - 40.0, f'seed {SEED}: {found}'
+    # One that is far behind is not told at all.
+    beside = found.get('link_6', np.inf)
+    assert found['link_4'] < min(value(wrong), beside) - 40.0, f'seed {SEED}: {found}'
     base = search.nominal.with_effect(BaseCompliance(), (1e-8,) * 2)
     assert elsewhere(base, nothing, predictor) == [], 'it has no other place'
 
