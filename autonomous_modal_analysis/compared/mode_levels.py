@@ -1,7 +1,7 @@
 """Each mode of several recordings over the level of its motion: `ama compare --levels`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,9 +75,9 @@ def _over_levels(results: Sequence['ModalResult'], course: tuple[CoursePoint, ..
         return ModeLevels('', course[0].mode, (), None, 'no channel along a straight line')
     largest = channels[int(np.argmax(np.where(straight, np.abs(shape), -1.0)))]
     points, unknown = [], dict.fromkeys(range(len(results)), 'not found there')
+    seen = max(course, key=lambda point: len(results[point.recording].modes))
     for point in course:
-        found = results[point.recording]
-        motion = _motion(found, point.mode, largest.name)
+        motion = _motion(results, point, seen, largest.name)
         if isinstance(motion, str):
             unknown[point.recording] = motion
         else:
@@ -89,12 +89,25 @@ def _over_levels(results: Sequence['ModalResult'], course: tuple[CoursePoint, ..
     return ModeLevels(largest.name, course[0].mode, tuple(points), law, reason)
 
 
-def _motion(found: 'ModalResult', mode: Mode, channel: str) -> ModalMotion | str:
-    parts = found.found.parts
+def _motion(
+    results: Sequence['ModalResult'], point: CoursePoint, seen: CoursePoint, channel: str
+) -> ModalMotion | str:
+    """Return how a mode moves in one recording, told from others as where most modes were found.
+
+    What one and the same filter lets through of the others is alike at all levels, and no change
+    with the level: shapes found at each, or another mode missed there, had made laws of linear
+    structures.
+    """
+    here, there = results[point.recording], results[seen.recording]
+    parts = here.found.parts
     names = [each.name for each in parts[0].channels]
     if channel not in names:
         return f'without {channel}'
-    return modal_motion(parts, mode, list(found.modes), names.index(channel))
+    mode, modes = point.mode, list(here.modes)
+    if names == [each.name for each in there.found.parts[0].channels]:
+        mode = replace(mode, shape=seen.mode.shape)
+        modes = [mode, *(each for each in there.modes if each is not seen.mode)]
+    return modal_motion(parts, mode, modes, names.index(channel))
 
 
 def _law(
