@@ -17,7 +17,7 @@ from model_gap.hypothesis import (
 )
 from model_gap.predict import Predictor
 from model_gap.search.elsewhere import elsewhere
-from model_gap.search.evidence_bound import evidence_bound
+from model_gap.search.evidence_bound import evidence_bound, least_further_gain
 from model_gap.search.reach import within_reach
 from model_gap.search.rivals import EVIDENCE_BETWEEN
 from model_gap.search.screen import Projection, screen, Trial
@@ -240,11 +240,11 @@ def _steps_torques(hypothesis: Hypothesis) -> bool:
 def _elsewhere(near: Sequence[Fit], search: Search) -> list[Fit]:
     """Fit the best effect at all other places, and from a better one on until it stays."""
     without, data = search.fitted, search.data
-    least = without.log_evidence + search.settings.worth_adding
+    worth = max(search.settings.worth_adding, least_further_gain(without))
     found: list[Fit] = []
     best = max(near, key=lambda item: item.log_evidence, default=None)
     left: set[str | None] = set()
-    while best is not None and best.log_evidence >= least:
+    while best is not None and search.gain(best, without) >= worth:
         left.add(best.hypothesis.effects[-1].location)
         moved = [
             start
@@ -254,7 +254,7 @@ def _elsewhere(near: Sequence[Fit], search: Search) -> list[Fit]:
         fine = _finely(moved, data, relinearise=1)
         beside = with_details([item for item in fine if item], data.fitting)
         found += beside
-        least = max(least, best.log_evidence)
+        least = best.log_evidence
         better = [item for item in beside if item.log_evidence > least]
         best = max(better, key=lambda item: item.log_evidence, default=None)
     return found
