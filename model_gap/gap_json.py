@@ -119,28 +119,23 @@ def accepted_effects(result: GapResult) -> tuple[KnownEffect, ...]:
     return (*named_at_rest(result.faults_at_rest, result.calibrated), *found)
 
 
-def other_places(result: GapResult) -> dict[tuple[str, str], tuple[KnownEffect, ...]]:
-    """Return accepted effects, by type and place, at the places they are not told from."""
-    return {
+def placed_effects(result: GapResult) -> list[tuple[KnownEffect, tuple[KnownEffect, ...]]]:
+    """Return each accepted effect, and the same at the places that it is not told from."""
+    others = {
         item.effect.key: tuple(
             candidate_effects(other)[-1]
             for other in open_places(result.search.rivals, item.effect)
         )
         for item in result.decision.accepted
     }
+    return [(it, others.get((it.type, it.location), ())) for it in accepted_effects(result)]
 
 
 def found_effects(result: GapResult) -> list[dict[str, Any]]:
     """Return the accepted effects as gap.json lists them."""
-    others = other_places(result)
     return [
-        {
-            **_effect(item),
-            'other_places': [
-                _effect(other) for other in others.get((item.type, item.location), ())
-            ],
-        }
-        for item in accepted_effects(result)
+        {**_effect(item), 'other_places': [_effect(other) for other in others]}
+        for item, others in placed_effects(result)
     ]
 
 

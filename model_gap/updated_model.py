@@ -86,13 +86,11 @@ def _calibration_said(result: GapResult) -> str:
 
 def effect_label(effect: KnownEffect) -> str:
     """Return an effect in one line, numbers with deviation and unit."""
-    place = f' at {effect.location}' if effect.location else ''
-    variant = f' ({effect.variant})' if effect.variant else ''
     numbers = ', '.join(
         f'{item.name} = {with_sigma(item.value, item.sigma, item.unit)}'
         for item in effect.parameters
     )
-    return f'{effect.type}{place}{variant}' + (f': {numbers}' if numbers else '')
+    return f'{effect.type}{effect.where}' + (f': {numbers}' if numbers else '')
 
 
 def _text(mapping: object) -> str:

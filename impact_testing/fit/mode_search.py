@@ -101,7 +101,7 @@ def _completed(data: Sequence[PointData], model: ModalModel) -> tuple[list[Point
     What one promised where it was tried it need not keep: one that would be left out again ends
     the search.
     """
-    now = list(data)
+    now, chance = list(data), _chance(data)
     for _ in range(MOST_ADDED):
         more = further_mode(now, model)
         if more is None:
@@ -112,7 +112,9 @@ def _completed(data: Sequence[PointData], model: ModalModel) -> tuple[list[Point
             shape = first_shapes(free_fit(fresh, pole), model.places)
         longer = climb(fresh, model.places, pole, shape)
         before = evaluate(fresh, model.places, model.pole, model.shape)
-        if sum(before.cost) - sum(longer.cost) < _least_gain(fresh, longer, complex(more[0])):
+        if sum(before.cost) - sum(longer.cost) < _least_gain(
+            fresh, longer, complex(more[0]), chance
+        ):
             break
         now, model = fresh, longer
     return now, model
@@ -133,7 +135,7 @@ def _pruned(
         weakest = int(np.argmin(strength))
         if strength[weakest] > chance:
             break
-        least = sum(model.cost) + _least_gain(data, model, complex(model.pole[weakest]))
+        least = sum(model.cost) + _least_gain(data, model, complex(model.pole[weakest]), chance)
         less = _without(data, model, weakest, least, doubts)
         if sum(less.cost) > least:
             needed[weakest] = True
@@ -147,9 +149,11 @@ def _chance(data: Sequence[PointData]) -> float:
     return chance_gain(data, len(trial_poles(data[0].frequency_hz)))
 
 
-def _least_gain(data: Sequence[PointData], model: ModalModel, pole: complex) -> float:
+def _least_gain(
+    data: Sequence[PointData], model: ModalModel, pole: complex, chance: float
+) -> float:
     """Return the sum of squares that a mode must explain."""
-    return max(1.0, model.misfit) * _chance(data) + _inaccuracy(data, pole)
+    return max(1.0, model.misfit) * chance + _inaccuracy(data, pole)
 
 
 def _inaccuracy(data: Sequence[PointData], pole: complex) -> float:

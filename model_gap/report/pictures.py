@@ -21,7 +21,7 @@ from modal_reports import (
 from model_gap.campaign import HANN_POWER, record_spectra
 from model_gap.comparison import SpectraPair, used_bands
 from model_gap.find_gap import GapResult
-from model_gap.gap_json import accepted_effects, other_places
+from model_gap.gap_json import placed_effects
 from model_gap.report.arm_picture import arm_picture, TIMES_THE_NOISE
 
 SMOOTHING_HZ = 0.3
@@ -50,10 +50,10 @@ def gap_on_arm(result: GapResult) -> Markup:
     search = result.search
     left = {item.name: math.sqrt(item.before) for item in result.where if item.kind == 'sensor'}
     shown_at = {kind.type: kind.shown_at for kind in search.settings.catalogue}
-    beside = (item for others in other_places(result).values() for item in others)
     places = tuple(
         item.location or shown_at.get(item.type, '')
-        for item in (*accepted_effects(result), *beside)
+        for effect, others in placed_effects(result)
+        for item in (effect, *others)
     )
     pose = search.campaign.records[0].pose
     layout = search.campaign.layout

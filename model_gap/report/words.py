@@ -8,7 +8,7 @@ from model_gap.calibration import calibration, calibration_words, encoder_words,
 from model_gap.decide import Verdict
 from model_gap.effects import CATALOGUE, Effect
 from model_gap.find_gap import GapResult
-from model_gap.gap_json import accepted_effects, other_places
+from model_gap.gap_json import accepted_effects, placed_effects
 from model_gap.travelled import compares_none
 from structural_model.description import KnownEffect
 
@@ -26,10 +26,8 @@ def headline(result: GapResult) -> str:
     if verdict is Verdict.UNEXPLAINED:
         return TRAVELLED if compares_none(result.travelled) else STRANGE
     catalogue = result.search.settings.catalogue
-    others = other_places(result)
     found = '; '.join(
-        sentence(effect, catalogue, others.get((effect.type, effect.location), ()))
-        for effect in accepted_effects(result)
+        sentence(effect, catalogue, others) for effect, others in placed_effects(result)
     )
     if verdict is Verdict.NAMED:
         return found
@@ -72,25 +70,19 @@ def place_words(effect: KnownEffect) -> str:
 
 def effect_words(result: GapResult) -> list[str]:
     """Return one line per effect: what, where, how much."""
-    others = other_places(result)
-    lines = []
-    for effect in accepted_effects(result):
-        at_others = others.get((effect.type, effect.location), ())
-        name = effect.type.replace('_', ' ')
-        told = '; or'.join(_placed(item) for item in (effect, *at_others))
-        lines.append(f'{name}{told}')
-    return lines
+    return [
+        effect.type.replace('_', ' ') + '; or'.join(map(_placed, (effect, *others)))
+        for effect, others in placed_effects(result)
+    ]
 
 
 def _placed(effect: KnownEffect) -> str:
     """Return where an effect is, and how much."""
-    place = f' at {effect.location}' if effect.location else ''
-    variant = f' ({effect.variant})' if effect.variant else ''
     numbers = ', '.join(
         f'{item.name.replace("_", " ")} {with_sigma(item.value, item.sigma, item.unit)}'
         for item in effect.parameters
     )
-    return f'{place}{variant}' + (f': {numbers}' if numbers else '')
+    return effect.where + (f': {numbers}' if numbers else '')
 
 
 def named_springs(result: GapResult) -> list[str]:

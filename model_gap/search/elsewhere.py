@@ -11,14 +11,12 @@ import logging
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.errors import ModelError
 from modal_core.work.side_by_side import side_by_side
-from model_gap.campaign import Rows
 from model_gap.effects import Effect, on_link, same, Scene
-from model_gap.fit import descend, Numbers, numbers_of, tolerance_columns, with_numbers
+from model_gap.fit import with_numbers
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
-from model_gap.search.joint_screening import is_linear
+from model_gap.search.joint_screening import is_linear, JointScreening, Placed, REACH_SHARE
 from model_gap.search.reach import within_reach
 
 Array = NDArray[np.float64]
@@ -31,9 +29,6 @@ class ElsewhereLimits:
 
     Parameters
     ----------
-    least_reach_share : float
-        Only where a free force would explain this share of what one does at the best place: a
-        right place explains all but what tolerances have to do with it.
     start_steps, place_steps : int
         Of descent from every start, and from the best of each place.
     starts : int
@@ -42,7 +37,6 @@ class ElsewhereLimits:
         Log probability that a place may then be behind the best one. Chosen, not measured.
     """
 
-    least_reach_share: float = 0.4
     start_steps: int = 3
     place_steps: int = 10
     starts: int = 2
@@ -50,53 +44,28 @@ class ElsewhereLimits:
 
 
 LIMITS = ElsewhereLimits()
-Placed = tuple[float, Numbers]
 Start = tuple[Effect, tuple[float, ...]]
 
 
-@dataclass(frozen=True)
-class Way:
-    """Where an effect is added, and how tolerances act there.
+def _ends(
+    joint: JointScreening, base: Hypothesis, starts: Sequence[Start]
+) -> list[tuple[float, Hypothesis]]:
+    """Return the objective at every place, from the starts that are best after a few steps."""
 
-    Parameters
-    ----------
-    base : Hypothesis
-        Without the effect.
-    columns : array
-        Tolerance derivatives.
-    predictor : Predictor
-        Of the records.
-    """
+    def begin(start: Hypothesis) -> Placed | None:
+        return joint.descend(start, LIMITS.start_steps)
 
-    base: Hypothesis
-    columns: Rows
-    predictor: Predictor
+    def go_on(start: Hypothesis) -> Placed | None:
+        return joint.descend(start, LIMITS.place_steps)
 
-    def down(self, start: Hypothesis, steps: int) -> Placed | None:
-        """Return the objective after some steps and where; None from an impossible arm."""
-        try:
-            found = descend(start, self.predictor, self.columns, steps)
-        except ModelError:
-            return None
-        return found.objective, numbers_of(found.hypothesis)
-
-    def places(self, starts: Sequence[Start]) -> list[tuple[float, Hypothesis]]:
-        """Return the objective at every place, from the starts that are best after a few steps."""
-
-        def begin(start: Hypothesis) -> Placed | None:
-            return self.down(start, LIMITS.start_steps)
-
-        def go_on(start: Hypothesis) -> Placed | None:
-            return self.down(start, LIMITS.place_steps)
-
-        first: dict[str | None, list[Placed]] = {}
-        begun = side_by_side(begin, [self.base.with_effect(*start) for start in starts])
-        for (effect, _), found in zip(starts, begun, strict=True):
-            first.setdefault(effect.location, []).extend([found] if found else [])
-        best = [sorted(some, key=lambda end: end[0])[: LIMITS.starts] for some in first.values()]
-        better = [with_numbers(self.base, numbers) for some in best for _, numbers in some]
-        ends = [end for end in side_by_side(go_on, better) if end]
-        return [(value, with_numbers(self.base, numbers)) for value, numbers in ends]
+    first: dict[str | None, list[Placed]] = {}
+    begun = side_by_side(begin, [base.with_effect(*start) for start in starts])
+    for (effect, _), found in zip(starts, begun, strict=True):
+        first.setdefault(effect.location, []).extend([found] if found else [])
+    best = [sorted(some, key=lambda end: end[0])[: LIMITS.starts] for some in first.values()]
+    better = [with_numbers(base, numbers) for some in best for _, numbers in some]
+    ends = [end for end in side_by_side(go_on, better) if end]
+    return [(value, with_numbers(base, numbers)) for value, numbers in ends]
 
 
 def elsewhere(best: Hypothesis, without: Hypothesis, predictor: Predictor) -> list[Hypothesis]:
@@ -129,25 +98,26 @@ def elsewhere(best: Hypothesis, without: Hypothesis, predictor: Predictor) -> li
     ]
     if all(place.location == effect.location for place in places):
         return []
-    near = within_reach(places, [base], predictor, 0.0, LIMITS.least_reach_share)
+    near = within_reach(places, [base], predictor, 0.0, REACH_SHARE)
     near = [place for place in near if place.location != effect.location]
     if not near:
         return []
     held = predictor.hold(base.cell()).held
     best, base, without = (replace(item, held=held) for item in (best, base, without))
-    here = Way(base, tolerance_columns(best, predictor), predictor)
-    own = here.down(best, LIMITS.place_steps)
+    here = JointScreening.of(best, predictor)
+    own = here.descend(best, LIMITS.place_steps)
+    if own is None:
+        return []
     values, pose = best.values()[last], predictor.poses[0]
     free = [_as_free(place, effect) for place in near]
-    ends = here.places([(it, _carried(it, effect, values, scene, pose)) for it in free])
+    ends = _ends(here, base, [(it, _carried(it, effect, values, scene, pose)) for it in free])
     if is_linear(effect):
-        there = Way(without, tolerance_columns(without, predictor), predictor)
         usual = [(place, tuple(start)) for place in near for start in place.few_starts(scene)]
-        ends += there.places(usual)
+        ends += _ends(JointScreening.of(without, predictor), without, usual)
     found: dict[str | None, Hypothesis] = {}
     for value, placed in sorted(ends, key=lambda end: end[0]):
         other = placed.effects[last]
-        if own is None or other.location in found:
+        if other.location in found:
             continue
         log.debug('%r: %.3g behind %r', other, value - own[0], effect)
         if value - own[0] < LIMITS.far_behind:

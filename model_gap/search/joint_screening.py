@@ -30,20 +30,19 @@ class JointScreeningLimits:
     ----------
     further_steps : int
         Of those that go on, after ``Effect.first_steps`` of every start.
-    least_reach_share : float
-        Only where a free force would explain this share of what one does at the best place: the
-        right place explains all but what tolerances have to do with it.
     further, further_starts : int
         So many go on after the first steps, of one effect at most so many.
     """
 
     further_steps: int = 5
-    least_reach_share: float = 0.4
     further: int = 20
     further_starts: int = 2
 
 
 LIMITS = JointScreeningLimits()
+REACH_SHARE = 0.4
+"""Of what a free force does at the best place, from where on one is tried at another: the right
+place explains all but what tolerances have to do with it."""
 Placed = tuple[float, Numbers]
 
 
@@ -105,7 +104,7 @@ def screen_jointly(
     joint = JointScreening.of(base, predictor)
     found_of = dict(enumerate(screened))
     linear = [trial.effect for trial in screened if is_linear(trial.effect)]
-    near = within_reach(linear, [reached_from or base], predictor, 0.0, LIMITS.least_reach_share)
+    near = within_reach(linear, [reached_from or base], predictor, 0.0, REACH_SHARE)
     running = [n for n, trial in enumerate(screened) if any(trial.effect is it for it in near)]
 
     def begin(number: int) -> list[Placed]:

@@ -101,16 +101,22 @@ def rivals_of(
         return ()
     final = accepted[-1].fit
     keys = [effect.key for effect in final.hypothesis.effects]
-    found = []
-    for done, best in zip(rounds, accepted, strict=False):
-        for other in done.candidates[1:]:
-            near = best.gain - other.gain < CONFIRMATION.evidence_near
-            # What was dropped later needs no rival; what was added later is none.
-            if not near or best.effect.key not in keys or other.effect.key in keys:
-                continue
-            beside = fit_instead(final, best.effect, other)
-            if beside and gain(final) - gain(beside.fit) < EVIDENCE_BETWEEN:
-                found.append(RivalPair(replace(best, fit=final), beside))
+    # What was dropped later needs no rival; what was added later is none.
+    near = [
+        (best, other)
+        for done, best in zip(rounds, accepted, strict=False)
+        for other in done.candidates[1:]
+        if best.gain - other.gain < CONFIRMATION.evidence_near
+        and best.effect.key in keys
+        and other.effect.key not in keys
+    ]
+    if not near:
+        return ()
+    whole, found = gain(final), []
+    for best, other in near:
+        beside = fit_instead(final, best.effect, other)
+        if beside and whole - gain(beside.fit) < EVIDENCE_BETWEEN:
+            found.append(RivalPair(replace(best, fit=final), beside))
     for pair in found:
         log.debug(
             '%r cannot be told from %r: %.3g of log evidence between them',

@@ -27,6 +27,8 @@ def lack_modes(covariance: OutputCovariance, block_rows: int, order: int) -> boo
     order : int
         Highest model order; one with room to spare is asked.
     """
+    if len(covariance.blocks) < 2:
+        return False
     first = 2 * block_rows - 1
     mean, blocks = covariance.mean, covariance.blocks[:, first:]
     factors = factorise(mean[:first], block_rows)
@@ -41,6 +43,6 @@ def lack_modes(covariance: OutputCovariance, block_rows: int, order: int) -> boo
     foreseen = ((output * powers[:, None, :]) @ modal).real
     # All as squares: what is not foreseen, what is there, and how much of both is chance.
     missed, there = np.sum((mean[first:] - foreseen) ** 2), np.sum(mean[first:] ** 2)
-    chance = np.sum(blocks.var(axis=0, dtype=np.float64)) / max(1, len(blocks) - 1)
+    chance = np.sum(blocks.var(axis=0, dtype=np.float64)) / (len(blocks) - 1)
     of_modes = missed < SUBSPACE.foreseen_less * there or there > SUBSPACE.rings_on * chance
-    return len(blocks) > 1 and bool(of_modes and missed > SUBSPACE.unforeseen * chance)
+    return bool(of_modes and missed > SUBSPACE.unforeseen * chance)

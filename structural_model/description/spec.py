@@ -401,6 +401,12 @@ class KnownEffect:
     kept_in: str = 'model'
     parameters: tuple[KnownNumber, ...] = ()
 
+    @property
+    def where(self) -> str:
+        """Place and variant in words that follow its name; empty where there are none."""
+        place = f' at {self.location}' if self.location else ''
+        return place + (f' ({self.variant})' if self.variant else '')
+
 
 @dataclass(frozen=True, slots=True)
 class ModelSpec:
