@@ -89,7 +89,7 @@ def _checked(mode: Mode, parts: list[ModeSet]) -> Mode:
     if seen.n_independent < RECORD.fewest_parts:
         return mode
     mean = seen.mean()
-    return mean.widen(mode) if mean.varies else mode
+    return mean.widen(mode) if mean.moves(mode) else mode
 
 
 def _lacking(parts: list[ModeSet], modes: ModeSet) -> tuple[MeanMode, ...]:

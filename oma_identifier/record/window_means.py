@@ -58,15 +58,27 @@ class MeanMode:
         inside = low < mode.frequency_hz < high
         return inside and float(mac(self.mode.shape, mode.shape)[0, 0]) > RECORD.same_mac
 
+    def moves(self, mode: Mode) -> bool:
+        """Tell whether this mode of the record as one moves as its windows say.
+
+        Its bell would be half as wide as the way it went.  Where it is far narrower the windows
+        are too short to tell it from its neighbours, and it holds still.
+        """
+        half_way = 0.5 * WHOLE_RANGE * self.between
+        return self.varies and mode.damping_ratio > RECORD.narrowest * half_way
+
     def widen(self, mode: Mode) -> Mode:
         """Return this mode of the record as one with the scatter between windows.
 
-        Where it moved by much of its half-width its damping is that of the windows.
+        Where it moved by much of its half-width its damping is that of the windows, unless these
+        smear it more than the record does: they are too short for it.
         """
         moves = self.between * mode.frequency_hz
         mode = replace(mode, frequency_std_hz=math.hypot(mode.frequency_std_hz, moves))
         if WHOLE_RANGE * self.between < RECORD.smeared * mode.damping_ratio:
             return mode
+        if self.mode.damping_ratio > mode.damping_ratio:
+            return replace(mode, damping_ratio_std=math.nan)
         ratio, std = self.mode.damping_ratio, self.mode.damping_ratio_std
         return replace(mode, damping_ratio=ratio, damping_ratio_std=std)
 
