@@ -99,11 +99,6 @@ class RobotGeometry:
         self.robot = robot
         self.kinematics = kinematics
         self.ignore = {frozenset(pair) for pair in ignore}
-        self._links = {
-            frame.name: (int(frame.parentJoint), pin.SE3(frame.placement))
-            for frame in robot.model.frames
-            if frame.type == pin.FrameType.BODY
-        }
         self._balls = [ball for shape in robot.shapes for ball in self._enclosing(shape)]
 
     # -- drawing -------------------------------------------------------------------------------
@@ -157,7 +152,7 @@ class RobotGeometry:
         ends: list[Array] = []
         radii: list[float] = []
         for shape in self.robot.shapes:
-            joint, placement = self._links[shape.link]
+            joint, placement = self.robot.links[shape.link]
             half, radius, axis = _axis_of(shape)
             links.append(shape.link)
             radii.append(radius)
@@ -260,11 +255,11 @@ class RobotGeometry:
     def _placed(
         self, points: Sequence[tuple[str, ArrayLike]]
     ) -> list[tuple[int, pin.SE3, ArrayLike]]:
-        return [(*self._links[link], place) for link, place in points]
+        return [(*self.robot.links[link], place) for link, place in points]
 
     def _enclosing(self, shape: Shape) -> list[tuple[str, int, Array, float]]:
         """Return (link, joint, centre in joint frame, radius) of balls whose hull covers it."""
-        joint, placement = self._links[shape.link]
+        joint, placement = self.robot.links[shape.link]
         if shape.box is not None:
             corners = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, -1).T
             places = [shape.position + shape.rotation @ (c * shape.box) for c in corners]
@@ -280,7 +275,7 @@ class RobotGeometry:
         """Pinocchio's collision model: cylinders as capsules, joined links left out."""
         model = pin.GeometryModel()
         for number, shape in enumerate(self.robot.shapes):
-            joint, placement = self._links[shape.link]
+            joint, placement = self.robot.links[shape.link]
             solid = (
                 coal.Box(*shape.box)
                 if shape.box is not None
@@ -304,7 +299,7 @@ class RobotGeometry:
 
     def _may_collide(self, first: int, second: int) -> bool:
         links = (self.robot.shapes[first].link, self.robot.shapes[second].link)
-        joints = [self._links[link][0] for link in links]
+        joints = [self.robot.links[link][0] for link in links]
         parents = self.kinematics.parents
         joined = joints[0] == joints[1] or any(
             joints[a] > 0 and parents[joints[a]] == joints[b] for a, b in ((0, 1), (1, 0))
