@@ -136,24 +136,32 @@ def levels_json(names: Sequence[str], levels: Sequence[ModeLevels]) -> dict[str,
         'levels': [
             {
                 'channel': each.channel,
-                'points': [
-                    {
-                        'recording': names[number],
-                        'frequency_hz': plain(mode.frequency_hz),
-                        'damping_ratio': plain(mode.damping_ratio),
-                        'displacement_m': plain(motion.displacement_m),
-                        'velocity_m_s': plain(motion.velocity_m_s),
-                        'stiffness': plain(motion.stiffness),
-                        'stiffness_std': plain(motion.stiffness_std),
-                    }
-                    for number, mode, motion in each.points
-                ],
+                'points': _points_json(names, each),
                 'law': None if each.law is None else _law_json(each.law),
                 'reason': each.reason,
             }
             for each in levels
         ]
     }
+
+
+def _points_json(names: Sequence[str], levels: ModeLevels) -> list[dict[str, object]]:
+    if levels.stiffness is None:
+        return []
+    return [
+        {
+            'recording': names[number],
+            'frequency_hz': plain(mode.frequency_hz),
+            'damping_ratio': plain(mode.damping_ratio),
+            'displacement_m': plain(motion.displacement_m),
+            'velocity_m_s': plain(motion.velocity_m_s),
+            'stiffness': plain(float(stiffness)),
+            'stiffness_std': plain(float(std)),
+        }
+        for (number, mode, motion), stiffness, std in zip(
+            levels.points, levels.stiffness.value, levels.stiffness.std, strict=True
+        )
+    ]
 
 
 def _law_json(law: LevelLaw) -> dict[str, object]:

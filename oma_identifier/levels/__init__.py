@@ -5,10 +5,11 @@ Then out go laws of stiffness and damping with standard deviations, and response
 Moments of the motion and equivalent linearisation (Caughey 1963, doi:10.1121/1.1918794).
 """
 
+from oma_identifier.levels.anchor import LevelStiffness, stiffness_at_levels
 from oma_identifier.levels.cubic_mode import CubicMode
 from oma_identifier.levels.law_fit import Law, LawFit
 from oma_identifier.levels.level_law import level_law, LevelLaw, QuantityLaw
-from oma_identifier.levels.modal_motion import modal_motion, ModalMotion
+from oma_identifier.levels.modal_motion import ModalMotion, ModeRecord, motions_at_levels
 from oma_identifier.levels.own_share import OwnShare
 from oma_identifier.levels.thresholds import LEVELS
 
@@ -18,9 +19,12 @@ __all__ = [
     'Law',
     'LawFit',
     'LevelLaw',
+    'LevelStiffness',
     'ModalMotion',
+    'ModeRecord',
     'OwnShare',
     'QuantityLaw',
     'level_law',
-    'modal_motion',
+    'motions_at_levels',
+    'stiffness_at_levels',
 ]

@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erfc
 
+from oma_identifier.levels.anchor import Anchor, stiffness_at_levels, width_anchor
 from oma_identifier.levels.cubic_mode import CubicMode
 from oma_identifier.levels.law_fit import (
     averaged,
@@ -101,6 +102,7 @@ class LevelLaw:
         Where it hardly moves, with the terms of the cubic law of both, also where another is told:
         see ``stiffness.laws``.
     frequency_std_hz, damping_ratio_std : float
+        The latter NaN where the law of damping is unknown.
     cubic_stiffness_std : float [1/(m² s²)]
     cubic_damping_std : float [s/m²]
         NaN where the law of damping is unknown.  Both NaN where the levels exclude a cubic law.
@@ -148,9 +150,10 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
             for each in motions
         ]
     ).T
-    by_width = _damping_of(motions, half_width_hz, half_width_std)
+    brings = width_anchor(motions)
+    by_width = _damping_of(motions, brings, half_width_hz, half_width_std)
     alone = np.array([each.amplitude_half_width_hz() for each in motions]).T
-    by_amplitude = _damping_of(motions, alone[0], alone[1])
+    by_amplitude = _damping_of(motions, brings, alone[0], alone[1])
     start = math.sqrt(stiffness.start)
     moved_hz = abs(k.slope) * max(each.square_m2 for each in motions) / (4.0 * math.pi * start)
     moved = moved_hz / half_width_hz.min() if bent else 0.0
@@ -166,7 +169,9 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
         stiffness.start_std / (2.0 * start) / (2.0 * math.pi),
         math.hypot(
             damping.start_std / (2.0 * start), ratio * stiffness.start_std / stiffness.start / 2.0
-        ),
+        )
+        if told
+        else math.nan,
         k3_std if stiffness.may_be_cubic else math.nan,
         c3_std if told and damping.may_be_cubic else math.nan,
         stiffness,
@@ -196,11 +201,10 @@ def _share_of_damping(motions: Sequence[ModalMotion], cubic: LawFit) -> OwnShare
 
 
 def _stiffness_of(motions: Sequence[ModalMotion]) -> QuantityLaw:
-    value = np.array([each.stiffness for each in motions])
-    colour = value * np.array([each.by_colour for each in motions]) * LEVELS.colour
+    known = stiffness_at_levels(motions)
     data = LevelData(
-        value,
-        np.diag([each.stiffness_std**2 for each in motions]) + np.outer(colour, colour),
+        known.value,
+        known.covariance,
         np.array([each.displacement_m for each in motions]),
         np.array([each.relative_std for each in motions]),
     )
@@ -226,10 +230,11 @@ def _beyond(law: Law, sign: float, data: LevelData, gap: float, at_levels: Real)
     return Shape(law, columns, at_levels[:, None], steep[:, None], sign)
 
 
-def _damping_of(motions: Sequence[ModalMotion], half_width_hz: Real, std: Real) -> QuantityLaw:
+def _damping_of(
+    motions: Sequence[ModalMotion], brings: Anchor, half_width_hz: Real, std: Real
+) -> QuantityLaw:
     data = LevelData(
-        4.0 * math.pi * half_width_hz,
-        np.diag((4.0 * math.pi * std) ** 2),
+        *brings.of(4.0 * math.pi * half_width_hz, 4.0 * math.pi * std),
         np.array([each.velocity_m_s for each in motions]),
         np.array([each.relative_std for each in motions]),
     )

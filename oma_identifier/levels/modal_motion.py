@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from modal_core.mode import Mode
 from modal_core.samples import Samples
 from oma_identifier.levels.amplitude import amplitude_half_width
-from oma_identifier.levels.envelope import Bandwidth, bandwidth
+from oma_identifier.levels.colour import Colour, common_colour
+from oma_identifier.levels.envelope import Peak, peak
+from oma_identifier.levels.narrow_band import mode_in_record, ModeInRecord, Narrow
 from oma_identifier.levels.thresholds import LEVELS
 
 Real = NDArray[np.float64]
@@ -37,11 +39,14 @@ class ModalMotion:
         Standard deviation of the root mean squares over their values.
     stiffness, stiffness_std : float [1/s²]
         Mean square of velocity over that of displacement.
-    by_colour : float
-        Relative change of the stiffness with the exponent of a force whose power goes with a
-        power of the frequency.
+    colour_std : float
+        Of the stiffness, relative and alike at all levels, for what is not known of the force's
+        colour.
     envelopes : tuple of complex arrays [m]
         Displacement about the mode's frequency, of each part of the record.
+    as_seen : tuple of complex arrays [m]
+        The same with the force's colour in it.  Taking that out weights frequencies, so that the
+        amplitude would follow a frequency that other modes move.
     rate_hz, carrier_hz : float [Hz]
         Of the envelopes, and the frequency they are about.
     noise_share : float
@@ -50,6 +55,10 @@ class ModalMotion:
         Of the mode's power that is beyond the band of the envelopes, over what is within.
     alone : bool
         Whether no other mode was found in the record.
+    frequency_hz, frequency_std_hz : float [Hz]
+        As identified; NaN: not known.
+    damping_ratio, damping_ratio_std : float
+        As identified; the latter NaN: not known.
     """
 
     displacement_m: float
@@ -59,13 +68,18 @@ class ModalMotion:
     relative_std: float
     stiffness: float
     stiffness_std: float
-    by_colour: float
+    colour_std: float
     envelopes: tuple[Complex, ...]
     rate_hz: float
     carrier_hz: float
     noise_share: float
     cut_share: float = 0.0
     alone: bool = True
+    frequency_hz: float = math.nan
+    frequency_std_hz: float = math.nan
+    damping_ratio: float = math.nan
+    damping_ratio_std: float = math.nan
+    as_seen: tuple[Complex, ...] = ()
 
     @property
     def duration_s(self) -> float:
@@ -86,7 +100,7 @@ class ModalMotion:
         inside = (np.arcsin(over) + over * np.sqrt(1.0 - over**2)) * 2.0 / math.pi
         return np.asarray(np.mean(amplitude**2 * (1.0 - inside), axis=1) / np.mean(amplitude**2))
 
-    def half_width_hz(self, phase_rate: float) -> tuple[float, float]:
+    def half_width_hz(self, phase_rate: float = 0.0) -> tuple[float, float]:
         """Return the half-width of the peak without what amplitude does to the phase, and its std.
 
         The phase is turned back by what the amplitude turned it; a force that is white about the
@@ -106,7 +120,7 @@ class ModalMotion:
             square = np.abs(each) ** 2
             turn = np.cumsum(square - square.mean()) * phase_rate / self.rate_hz
             turned_back.append(each * np.exp(-1j * turn))
-        found = bandwidth(turned_back, self.rate_hz, self.carrier_hz).half_width_hz
+        found = peak(turned_back, self.rate_hz, self.carrier_hz).half_width_hz
         return found, self._scatter_hz(found, LEVELS.width_scatter)
 
     def amplitude_half_width_hz(self) -> tuple[float, float]:
@@ -125,9 +139,10 @@ class ModalMotion:
         slope, std : float [1/(m² s²)]
             As a cubic stiffness is.
         """
-        square = np.concatenate([np.abs(each[1:-1]) ** 2 for each in self.envelopes])
+        seen = self.as_seen or self.envelopes
+        square = np.concatenate([np.abs(each[1:-1]) ** 2 for each in seen])
         turned = np.concatenate(
-            [(each[1:-1].conj() * _slope(each, self.rate_hz)).imag for each in self.envelopes]
+            [(each[1:-1].conj() * _slope(each, self.rate_hz)).imag for each in seen]
         )
         square_m2 = 2.0 * self.displacement_m**2 * square / square.mean()
         turned *= square_m2.mean() / square.mean()
@@ -156,7 +171,7 @@ class ModalMotion:
         beyond = (1.0 + self.cut_share) ** 3
         spread = max(sixth - 2.0 * second * fourth, LEVELS.least_spread * second**3)
         ratio = (2.0 * second**2 - fourth) / (beyond * spread)
-        half_width_hz = bandwidth(self.envelopes, self.rate_hz, self.carrier_hz).half_width_hz
+        half_width_hz = peak(self.envelopes, self.rate_hz, self.carrier_hz).half_width_hz
         std = 1.0 / (second * math.sqrt(4.0 * math.pi * half_width_hz * self.duration_s))
         return ratio / (0.75 * (1.0 + ratio * fourth / second)), std / 0.75
 
@@ -167,10 +182,9 @@ class ModalMotion:
         return over_least * _least_scatter_hz(half_width_hz, self.duration_s)
 
 
-def modal_motion(
-    parts: Sequence[Samples], mode: Mode, modes: Sequence[Mode], channel: int
-) -> ModalMotion | str:
-    """Return how a mode moves, or why that is not known: a record too short, too much noise.
+@dataclass(frozen=True, slots=True)
+class ModeRecord:
+    """A mode in a record.
 
     Parameters
     ----------
@@ -181,36 +195,63 @@ def modal_motion(
     modes : sequence of Mode
         All of the record; what those nearby do is taken out by their shapes.
     channel : int
-        Whose motion is meant, of the mode's shape; it measures along a straight line, and those
-        of its unit are taken.
+        Whose motion is meant.
     """
-    f, zeta = mode.frequency_hz, mode.damping_ratio
-    reach = min(LEVELS.half_widths * zeta * f, 0.9 * f)
-    wide = _wide_reach(mode, modes, parts[0].sample_rate_hz)
-    unit = parts[0].channels[channel].unit
-    alike = [n for n, each in enumerate(parts[0].channels) if each.unit == unit]
-    row = np.zeros(len(parts[0].channels))
-    row[alike] = _filter_row(mode, modes, alike, reach)
-    derived = parts[0].channels[channel].times_derived
-    ends_s = LEVELS.ends / (2.0 * math.pi * zeta * f)
-    enough = [each for each in parts if each.duration_s > LEVELS.fewest_ends * ends_s]
-    if not enough:
-        longest_s, needed_s = max(each.duration_s for each in parts), LEVELS.fewest_ends * ends_s
-        return f'{longest_s:.3g} s in a row are short, {math.ceil(1.05 * needed_s):g} s would do'
-    at_channel = abs(mode.shape[channel])
-    found = [_in_band(each, row, derived, f, reach, ends_s) for each in enough]
-    peak = _peak(found)
-    flanks = [_in_band(each, row, derived, f, wide, ends_s) for each in enough]
+
+    parts: Sequence[Samples]
+    mode: Mode
+    modes: Sequence[Mode]
+    channel: int
+
+    @property
+    def seen(self) -> tuple[Sequence[Samples], Mode, Sequence[Mode], int]:
+        """All of it."""
+        return self.parts, self.mode, self.modes, self.channel
+
+
+def motions_at_levels(records: Sequence[ModeRecord]) -> list[ModalMotion | str]:
+    """Return how a mode moves in records, or why that is not known: too short, too much noise.
+
+    Bands are the same in all, for the widest peak, and so is the colour that the force is taken
+    to have.
+
+    Parameters
+    ----------
+    records : sequence of ModeRecord
+        Of one mode, excited alike but for the level.
+    """
+    half_width_hz = max(each.mode.damping_ratio * each.mode.frequency_hz for each in records)
+    seen = [mode_in_record(*each.seen, half_width_hz) for each in records]
+    known = [each for each in seen if isinstance(each, ModeInRecord)]
+    if not known:
+        return [each for each in seen if isinstance(each, str)]
+    colour = common_colour([_flanks(each) for each in known])
+    return [each if isinstance(each, str) else _motion(each, colour) for each in seen]
+
+
+def _flanks(seen: ModeInRecord) -> tuple[float, Peak]:
+    """Return the mean square of the displacement and the peak that flanks have."""
+    flanks = seen.within(seen.wide_hz, 0.0)
+    square = np.concatenate([np.abs(each.displacement) ** 2 for each in flanks])
+    return float(square.mean()), _peak(flanks, coloured=True)
+
+
+def _motion(seen: ModeInRecord, colour: Colour) -> ModalMotion | str:
+    f, zeta = seen.mode.frequency_hz, seen.mode.damping_ratio
+    found = seen.within(seen.reach_hz, colour.exponent)
+    narrow = _peak(found)
+    flanks = seen.within(seen.wide_hz, colour.exponent)
     broad = _peak(flanks)
-    flanks_agree = _alike(peak.half_width_hz, broad.half_width_hz, _length_s(found))
-    seen, envelopes = (broad, flanks) if flanks_agree else (peak, found)
-    if not seen.noise_share < LEVELS.largest_noise:
-        return f'{100.0 * seen.noise_share:.0f} % of the power about it are noise'
-    displacement = _moments([at_channel * each.displacement for each in found])
-    velocity = _moments([at_channel * each.velocity for each in found])
+    flanks_agree = _alike(narrow.half_width_hz, broad.half_width_hz, _length_s(found))
+    told, envelopes = (broad, flanks) if flanks_agree else (narrow, found)
+    if not told.noise_share < LEVELS.largest_noise:
+        return f'{100.0 * told.noise_share:.0f} % of the power about it are noise'
+    displacement = _moments([each.displacement for each in found])
+    velocity = _moments([each.velocity for each in found])
     duration_s = _length_s(found)
-    ratio, ratio_std, share, by_colour = _linear_mode(f, zeta, reach, duration_s)
-    whole = (1.0 - seen.noise_share) / share
+    ratio, ratio_std, share, by_colour = _linear_mode(f, zeta, seen.reach_hz, duration_s)
+    reach_hz = seen.wide_hz if flanks_agree else seen.reach_hz
+    whole = (1.0 - told.noise_share) / share
     stiffness = velocity[0] / displacement[0] / ratio
     return ModalMotion(
         math.sqrt(whole * displacement[0]),
@@ -220,67 +261,27 @@ def modal_motion(
         min(1.0, LEVELS.amplitude_scatter / math.sqrt(zeta * f * duration_s)),
         stiffness,
         stiffness * ratio_std,
-        by_colour,
-        tuple(at_channel * each.displacement for each in envelopes),
+        by_colour * colour.std,
+        tuple(each.displacement for each in envelopes),
         envelopes[0].rate_hz,
         envelopes[0].carrier_hz,
-        seen.noise_share,
-        1.0 / _linear_mode(f, zeta, wide if flanks_agree else reach, duration_s)[2] - 1.0,
-        all(other is mode for other in modes),
+        told.noise_share,
+        1.0 / _linear_mode(f, zeta, reach_hz, duration_s)[2] - 1.0,
+        seen.alone,
+        f,
+        seen.mode.frequency_std_hz,
+        zeta,
+        seen.mode.damping_ratio_std,
+        tuple(each.displacement for each in seen.within(reach_hz, 0.0)),
     )
 
 
-def _wide_reach(mode: Mode, modes: Sequence[Mode], sample_rate_hz: float) -> float:
-    """Return what the flanks of a peak are looked at to, on either side [Hz].
-
-    As far as other modes and the ends of the spectrum leave room, and at least what the moments
-    are taken of.
-    """
-    f, half_width_hz = mode.frequency_hz, mode.damping_ratio * mode.frequency_hz
-    room = [LEVELS.flank_share * f, 0.45 * sample_rate_hz - f]
-    room += [
-        abs(other.frequency_hz - f) - LEVELS.half_widths * other.damping_ratio * other.frequency_hz
-        for other in modes
-        if other is not mode
-    ]
-    least = min(LEVELS.half_widths * half_width_hz, 0.9 * f)
-    return max(least, min(LEVELS.flank_half_widths * half_width_hz, *room))
+def _peak(found: Sequence[Narrow], coloured: bool = False) -> Peak:
+    envelopes = [each.displacement for each in found]
+    return peak(envelopes, found[0].rate_hz, found[0].carrier_hz, coloured)
 
 
-def _filter_row(
-    mode: Mode, modes: Sequence[Mode], channels: Sequence[int], reach_hz: float
-) -> Real:
-    """Return what channels are multiplied with to see one mode of those nearby, largest 1."""
-    near = sorted(
-        (
-            other
-            for other in modes
-            if abs(other.frequency_hz - mode.frequency_hz)
-            < reach_hz + LEVELS.half_widths * other.damping_ratio * other.frequency_hz
-        ),
-        key=lambda other: abs(other.frequency_hz - mode.frequency_hz),
-    )
-    shapes = np.column_stack(
-        [other.shape.real[channels] for other in near[: max(1, len(channels) // 2)]]
-    )
-    return np.asarray(np.linalg.pinv(shapes, rcond=LEVELS.least_direction)[0])
-
-
-@dataclass(frozen=True, slots=True)
-class _Narrow:
-    """Displacement [m] and velocity [m/s] about a frequency as complex envelopes."""
-
-    displacement: Complex
-    velocity: Complex
-    rate_hz: float
-    carrier_hz: float
-
-
-def _peak(found: Sequence[_Narrow]) -> Bandwidth:
-    return bandwidth([each.displacement for each in found], found[0].rate_hz, found[0].carrier_hz)
-
-
-def _length_s(found: Sequence[_Narrow]) -> float:
+def _length_s(found: Sequence[Narrow]) -> float:
     return sum(len(each.displacement) for each in found) / found[0].rate_hz
 
 
@@ -297,28 +298,6 @@ def _alike(narrow_hz: float, wide_hz: float, duration_s: float) -> bool:
 def _least_scatter_hz(half_width_hz: float, duration_s: float) -> float:
     """Return the least standard deviation that the length of a record allows."""
     return half_width_hz / math.sqrt(2.0 * math.pi * half_width_hz * duration_s)
-
-
-def _in_band(
-    samples: Samples, row: Real, derived: int, f: float, reach_hz: float, ends_s: float
-) -> _Narrow:
-    modal = samples.widened() @ row
-    lines = np.fft.rfft(modal - modal.mean())
-    hz = np.fft.rfftfreq(len(modal), 1.0 / samples.sample_rate_hz)
-    inside = np.flatnonzero(np.abs(hz - f) <= reach_hz)
-    rate = 2j * np.pi * hz[inside]
-    displacement: Complex = np.asarray(2.0 * lines[inside] / rate**derived, dtype=complex)
-    # Lines about the middle one as those of a signal of its own: what is slow is few samples.
-    n, middle = len(inside), len(inside) // 2
-    rate_hz = samples.sample_rate_hz * n / len(modal)
-    cut = math.ceil(ends_s * rate_hz)
-
-    def envelope(of: Complex) -> Complex:
-        return np.asarray(np.fft.ifft(np.roll(of, -middle)) * n / len(modal))[cut : n - cut]
-
-    return _Narrow(
-        envelope(displacement), envelope(rate * displacement), rate_hz, float(hz[inside[middle]])
-    )
 
 
 def _slope(envelope: Complex, rate_hz: float) -> Complex:

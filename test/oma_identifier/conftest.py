@@ -49,7 +49,7 @@ def _sdof(hz, zeta, rate_hz, force):
     return lfilter(adjugate[1], characteristic, force)
 
 
-@pytest.fixture
+@pytest.fixture(scope='session')
 def structure():
     """Return a function that makes a structure with well-separated random shapes."""
 

@@ -28,9 +28,12 @@ def motion(rng, displacement_m, stiffness, n=400) -> ModalMotion:
     envelope *= displacement_m * math.sqrt(2.0 / np.mean(np.abs(envelope) ** 2))
     velocity_m_s = displacement_m * 2.0 * math.pi * HZ
     std = RELATIVE_STD * stiffness
+    seen = stiffness + std * rng.standard_normal()
+    hz = math.sqrt(seen) / (2.0 * math.pi)
     return ModalMotion(
         displacement_m, velocity_m_s, 3.0 * displacement_m**2, 3.0 * velocity_m_s**2, 3e-3,
-        stiffness + std * rng.standard_normal(), std, 0.0, (envelope,), RATE_HZ, HZ, 0.0,
+        seen, std, 0.0, (envelope,), RATE_HZ, HZ, 0.0,
+        frequency_hz=hz, frequency_std_hz=0.5 * RELATIVE_STD * hz, damping_ratio=0.02,
     )  # fmt: skip
 
 

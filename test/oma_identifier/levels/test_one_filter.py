@@ -27,7 +27,17 @@ def stiffnesses(results):
     return {number: motion.stiffness for number, _, motion in first.points}
 
 
-def test_a_neighbour_missed_at_one_level_changes_nothing(structure):
+def moved(result, share):
+    """Return a result in which the first mode was identified elsewhere."""
+    said = result.found.identification
+    first, *others = said.modes.modes
+    elsewhere = replace(first, frequency_hz=first.frequency_hz * (1.0 + share))
+    modes = replace(said.modes, modes=(elsewhere, *others))
+    return replace(result, found=replace(result.found, identification=replace(said, modes=modes)))
+
+
+@pytest.fixture(scope='module')
+def results(structure):
     made = replace(structure(np.array([10.0, 10.6]), np.full(2, 0.02)), shapes=SHAPES)
     rng = np.random.default_rng(SEED)
     results = []
@@ -36,6 +46,19 @@ def test_a_neighbour_missed_at_one_level_changes_nothing(structure):
         rows = level * samples.acceleration
         results.append(ama.identify(rows, sample_rate_hz=RATE_HZ, window_s=240))
     assert [len(each.modes) for each in results] == [2, 2, 2], f'seed {SEED}'
+    return results
+
+
+def test_a_mode_whose_band_has_its_motion_elsewhere_has_no_law(results):
+    """A half-width and a half from where it was identified, as where others are in the band."""
+    off = [moved(each, 0.03) for each in results]
+    changes = [compare_modes(off[0].modes, each.modes) for each in off[1:]]
+    first = mode_levels(off, mode_courses(off[0].modes, changes))[0]
+    assert first.law is None and 'off its frequency' in first.reason, f'seed {SEED}'
+    assert np.isnan(first.stiffness.std).all()
+
+
+def test_a_neighbour_missed_at_one_level_changes_nothing(results):
     whole = stiffnesses(results)
     fewer = without_last(results[0])
     assert len(fewer.modes) == 1

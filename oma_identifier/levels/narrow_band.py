@@ -1,0 +1,174 @@
+"""What a record shows of a mode in a band about it: envelopes of displacement and velocity.
+
+One filter tells the mode from those nearby, and the colour that its force has is taken out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal_core.mode import Mode
+from modal_core.samples import Samples
+from oma_identifier.levels.thresholds import LEVELS
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Narrow:
+    """Displacement [m] and velocity [m/s] about a frequency as complex envelopes."""
+
+    displacement: Complex
+    velocity: Complex
+    rate_hz: float
+    carrier_hz: float
+
+
+@dataclass(frozen=True, slots=True)
+class ModeInRecord:
+    """A mode, and where a record is looked at to see it.
+
+    Parameters
+    ----------
+    mode : Mode
+        As identified in the record.
+    parts : sequence of Samples
+        The stretches that are long enough.
+    row : (n_channels,) array
+        What channels are multiplied with to see the mode alone at its channel.
+    derived : int
+        Derivatives of displacement that the channels measure.
+    reach_hz, wide_hz : float [Hz]
+        On either side of the mode, of its moments and of its flanks.
+    ends_s : float [s]
+        Left out at either end.
+    alone : bool
+        Whether no other mode was found in the record.
+    """
+
+    mode: Mode
+    parts: Sequence[Samples]
+    row: Real
+    derived: int
+    reach_hz: float
+    wide_hz: float
+    ends_s: float
+    alone: bool
+
+    def within(self, reach_hz: float, colour: float) -> list[Narrow]:
+        """Return what each part shows in a band, the colour of the force taken out."""
+        return [self._in_band(part, reach_hz, colour) for part in self.parts]
+
+    def _in_band(self, samples: Samples, reach_hz: float, colour: float) -> Narrow:
+        modal = samples.widened() @ self.row
+        lines = np.fft.rfft(modal - modal.mean())
+        hz = np.fft.rfftfreq(len(modal), 1.0 / samples.sample_rate_hz)
+        f = self.mode.frequency_hz
+        inside = np.flatnonzero(np.abs(hz - f) <= reach_hz)
+        rate = 2j * np.pi * hz[inside]
+        white = (hz[inside] / f) ** (-0.5 * colour)
+        displacement: Complex = np.asarray(
+            2.0 * white * lines[inside] / rate**self.derived, dtype=complex
+        )
+        # Lines about the middle one as those of a signal of its own: what is slow is few samples.
+        n, middle = len(inside), len(inside) // 2
+        rate_hz = samples.sample_rate_hz * n / len(modal)
+        cut = math.ceil(self.ends_s * rate_hz)
+
+        def envelope(of: Complex) -> Complex:
+            return np.asarray(np.fft.ifft(np.roll(of, -middle)) * n / len(modal))[cut : n - cut]
+
+        return Narrow(
+            envelope(displacement),
+            envelope(rate * displacement),
+            rate_hz,
+            float(hz[inside[middle]]),
+        )
+
+
+def mode_in_record(
+    parts: Sequence[Samples],
+    mode: Mode,
+    modes: Sequence[Mode],
+    channel: int,
+    half_width_hz: float,
+) -> ModeInRecord | str:
+    """Return how to see a mode, or why it is not seen: a record too short.
+
+    Parameters
+    ----------
+    parts : sequence of Samples
+        The record, in stretches between gaps.
+    mode : Mode
+        As identified in it.
+    modes : sequence of Mode
+        All of the record; what those nearby do is taken out by their shapes.
+    channel : int
+        Whose motion is meant, of the mode's shape; it measures along a straight line, and those
+        of its unit are taken.
+    half_width_hz : float [Hz]
+        That bands are multiples of, one for all levels: what a band lets through of other modes
+        is then no change with the level.
+    """
+    channels, f = parts[0].channels, mode.frequency_hz
+    reach = min(LEVELS.half_widths * half_width_hz, 0.9 * f)
+    alike = [n for n, each in enumerate(channels) if each.unit == channels[channel].unit]
+    row = np.zeros(len(channels))
+    row[alike] = abs(mode.shape[channel]) * _filter_row(mode, modes, alike, reach)
+    ends_s = LEVELS.ends / (2.0 * math.pi * half_width_hz)
+    enough = [each for each in parts if each.duration_s > LEVELS.fewest_ends * ends_s]
+    if not enough:
+        longest_s, needed_s = max(each.duration_s for each in parts), LEVELS.fewest_ends * ends_s
+        return f'{longest_s:.3g} s in a row are short, {math.ceil(1.05 * needed_s):g} s would do'
+    return ModeInRecord(
+        mode,
+        enough,
+        row,
+        channels[channel].times_derived,
+        reach,
+        _wide_reach(mode, modes, half_width_hz, parts[0].sample_rate_hz),
+        ends_s,
+        all(other is mode for other in modes),
+    )
+
+
+def _wide_reach(
+    mode: Mode, modes: Sequence[Mode], half_width_hz: float, sample_rate_hz: float
+) -> float:
+    """Return what the flanks of a peak are looked at to, on either side [Hz].
+
+    As far as other modes and the ends of the spectrum leave room, and at least what the moments
+    are taken of.
+    """
+    f = mode.frequency_hz
+    room = [LEVELS.flank_share * f, 0.45 * sample_rate_hz - f]
+    room += [
+        abs(other.frequency_hz - f) - LEVELS.half_widths * other.damping_ratio * other.frequency_hz
+        for other in modes
+        if other is not mode
+    ]
+    least = min(LEVELS.half_widths * half_width_hz, 0.9 * f)
+    return max(least, min(LEVELS.flank_half_widths * half_width_hz, *room))
+
+
+def _filter_row(
+    mode: Mode, modes: Sequence[Mode], channels: Sequence[int], reach_hz: float
+) -> Real:
+    """Return what channels are multiplied with to see one mode of those nearby, largest 1."""
+    near = sorted(
+        (
+            other
+            for other in modes
+            if abs(other.frequency_hz - mode.frequency_hz)
+            < reach_hz + LEVELS.half_widths * other.damping_ratio * other.frequency_hz
+        ),
+        key=lambda other: abs(other.frequency_hz - mode.frequency_hz),
+    )
+    shapes = np.column_stack(
+        [other.shape.real[channels] for other in near[: max(1, len(channels) // 2)]]
+    )
+    return np.asarray(np.linalg.pinv(shapes, rcond=LEVELS.least_direction)[0])
