@@ -71,15 +71,16 @@ class MeanMode:
         """Return this mode of the record as one with the scatter between windows.
 
         Where it moved by much of its half-width its damping is that of the windows, unless these
-        smear it more than the record does: they are too short for it.
+        show it broader than the record does, beyond chance: they are too short for it.
         """
         moves = self.between * mode.frequency_hz
         mode = replace(mode, frequency_std_hz=math.hypot(mode.frequency_std_hz, moves))
         if WHOLE_RANGE * self.between < RECORD.smeared * mode.damping_ratio:
             return mode
-        if self.mode.damping_ratio > mode.damping_ratio:
-            return replace(mode, damping_ratio_std=math.nan)
         ratio, std = self.mode.damping_ratio, self.mode.damping_ratio_std
+        by_chance = ratio - 2.0 * std < mode.damping_ratio
+        if ratio > mode.damping_ratio and not by_chance:
+            return replace(mode, damping_ratio_std=math.nan)
         return replace(mode, damping_ratio=ratio, damping_ratio_std=std)
 
 
