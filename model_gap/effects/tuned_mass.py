@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from modal_core.channel import AXES
-from model_gap.cell import CellModel
+from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, centre, moving_links, turned, unused_name
 from structural_model.description import AbsorberSpec, Spring
@@ -78,6 +78,13 @@ class TunedMass(DetailedEffect):
         return cell.with_spec(
             dataclasses.replace(cell.spec, absorbers=(*cell.spec.absorbers, item))
         )
+
+    def instead_of(
+        self, tolerance: Nuisance, deviations: float, scene: Scene
+    ) -> Sequence[Sequence[float]]:
+        """Return slow and fast where the link's mass is far off: below its own frequency it is one."""
+        mass = tolerance.what == 'mass' and tolerance.link == self.location
+        return self.few_starts(scene) if mass else ()
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
         """Return frequencies over the band, light and heavy."""

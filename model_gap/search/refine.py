@@ -87,7 +87,7 @@ def rough_fits(search: Search) -> list[Fit]:
     found: list[Fit | None] = []
     known_roughly = search.roughly_known is not None
     often = REFINEMENT.linearisations_far if known_roughly else REFINEMENT.linearisations
-    starts = [replace(item, held=held) for item in _mimicked(search)]
+    starts = [replace(_freed(item), held=held) for item in _mimicked(search)]
     found += fits(lambda start: fit(start, coarse, relinearise=often), starts)
     shared = Linearised.of(trials[0].base, coarse) if trials else None
 
@@ -162,6 +162,15 @@ def _mimicked(search: Search) -> list[Hypothesis]:
     if little_left and stretch(hypothesis) > STRETCHED:
         found += _instead_of_many(search)
     return found
+
+
+def _freed(start: Hypothesis) -> Hypothesis:
+    """Return a start with its last effect's details free, where it has any.
+
+    Held where no one knows them they lead astray as tolerances held at nominal do: a mass that
+    hangs elsewhere ends as another one, swinging at another frequency.
+    """
+    return start.with_details() or start
 
 
 def _instead_of_many(search: Search) -> list[Hypothesis]:
