@@ -95,8 +95,8 @@ def rough_fits(search: Search) -> list[Fit]:
         return fit(start, coarse, shared, _rough_steps(start), relinearise=0)
 
     def go_on(start: Hypothesis) -> Fit:
-        more = 0 if start.effects[-1].amplitude_dependent else often - 1
-        return fit(start, coarse, None, _rough_steps(start), relinearise=more)
+        most = REFINEMENT.linearisations if start.effects[-1].amplitude_dependent else often
+        return fit(start, coarse, None, _rough_steps(start), relinearise=most - 1)
 
     def roughly(starts: Sequence[Hypothesis]) -> list[Fit | None]:
         begun = [item for item in fits(begin, starts) if item]
