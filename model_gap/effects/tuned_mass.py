@@ -82,7 +82,10 @@ class TunedMass(DetailedEffect):
     def instead_of(
         self, tolerance: Nuisance, deviations: float, scene: Scene
     ) -> Sequence[Sequence[float]]:
-        """Return slow and fast where the link's mass is far off: below its own frequency it is one."""
+        """Return slow and fast where the link's mass is far off.
+
+        Below its own frequency what swings is a mass.
+        """
         mass = tolerance.what == 'mass' and tolerance.link == self.location
         return self.few_starts(scene) if mass else ()
 
