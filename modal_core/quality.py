@@ -33,6 +33,8 @@ class ChannelQuality:
         sensors; NaN where nothing tells.
     since_ns : int [ns]
         Time since when it is what it is, where it changed within the record; 0: always.
+    interrupted_ns : tuple of (int, int) [ns]
+        From when to when it was not heard.
     unit : str
         SI unit of its samples.
     excluded : bool
@@ -54,6 +56,7 @@ class ChannelQuality:
     lag_s: float = math.nan
     lag_std_s: float = math.nan
     since_ns: int = 0
+    interrupted_ns: tuple[tuple[int, int], ...] = ()
     unit: str = ACCELERATION
     excluded: bool = False
     flags: tuple[str, ...] = ()

@@ -48,6 +48,7 @@ from modal_reports.charts import (
 )
 from modal_reports.health_words import (
     channel_words,
+    interrupted_channels,
     poor_channels,
     quality_words,
 )
@@ -141,6 +142,7 @@ __all__ = [
     'heading',
     'heat_map',
     'interpolate_displacements',
+    'interrupted_channels',
     'kit_script',
     'kit_style',
     'listed',

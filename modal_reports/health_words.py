@@ -7,8 +7,9 @@ from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.words.flag_words import flag_words
 from modal_reports.words import capital, count, listed
 
-BRIDGED = ('gap',)
+BRIDGED = ('gap', 'interrupted')
 """Flags of channels that are used as if nothing had been there."""
+MOST_TIMES = 3
 OUT_OFTEN, MOST = 0.1, 0.5
 """Share of windows a channel is left out of, and of those that have a flag, from where on it is
 told of a recording; chosen: in one window of many, noise may look like a fault."""
@@ -76,6 +77,45 @@ def poor_channels(windows: Sequence[DataQuality]) -> tuple[str, ...]:
         for what, of in (('left out', left_out), ('to be looked at', suspect))
         if of
     )
+
+
+def interrupted_channels(windows: Sequence[DataQuality], start_ns: int) -> tuple[str, ...]:
+    """Return which channels were not heard for a while, and when; a line for each.
+
+    Parameters
+    ----------
+    windows : sequence of DataQuality
+        Of a recording.
+    start_ns : int [ns]
+        When it begins.
+    """
+    lines = []
+    for name, found in _by_channel(windows).items():
+        spans = _joined([span for each in found for span in each.interrupted_ns])
+        if not spans:
+            continue
+        times = [f'{1e-9 * (a - start_ns):.1f} to {1e-9 * (b - start_ns):.1f}' for a, b in spans]
+        more = len(times) - MOST_TIMES
+        when = listed([*times[:MOST_TIMES], *([f'{more} times more'] if more > 0 else [])])
+        seconds = 1e-9 * sum(b - a for a, b in spans)
+        out = sum(each.excluded for each in found if each.interrupted_ns)
+        kept = f'left out of {count(out, "window")}' if out else 'filled in from the others'
+        lines.append(
+            f'{name}: nothing of what the other sensors show at {when} s ({seconds:.3g} s in all,'
+            f' {kept}); check its cable and plug'
+        )
+    return tuple(lines)
+
+
+def _joined(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return spans without overlap, in order."""
+    joined: list[tuple[int, int]] = []
+    for begin, end in sorted(spans):
+        if joined and begin <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(end, joined[-1][1])
+        else:
+            joined.append((begin, end))
+    return joined
 
 
 def _by_channel(windows: Sequence[DataQuality]) -> dict[str, list[ChannelQuality]]:

@@ -5,6 +5,7 @@ comes with the samples::
 
     measurements → SampleBuffer → Window → RobotSignals (rigid motion and drive lines removed)
       → cleaned_of_one_kind (velocities and displacements differentiated beside accelerations)
+      → Interruptions (what a sensor did not hear filled in from the others)
       → Synchroniser (late sensors put in step) → SensorChanges (changed ones told apart)
       → WindowFinder:
           RecordStreams (condition, output covariance per band)
@@ -56,7 +57,7 @@ from oma_identifier.spectra import (
     SingularValueSpectrum,
     SlidingSpectrum,
 )
-from oma_identifier.synchrony import SensorChanges, Synchroniser
+from oma_identifier.synchrony import Interruptions, SensorChanges, Synchroniser
 from oma_identifier.tracking import ModeTracker, TrackedModes
 from oma_identifier.window_finder import WindowFinder
 
@@ -143,6 +144,7 @@ class IdentificationPipeline:
         self.speed: SpindleSpeed | None = None
         self._has_robot, self._force = robot is not None, force
         self._robot_signals = RobotSignals(robot)
+        self._interruptions = Interruptions()
         self._synchroniser = Synchroniser()
         self._sensor_changes = SensorChanges()
         self.finder = WindowFinder(self.settings)
@@ -219,6 +221,7 @@ class IdentificationPipeline:
     def _cleaned(self, window: Window) -> Cleaned:
         cleaned = cleaned_of_one_kind(self._robot_signals.clean(window))
         check_samples(cleaned.samples)
+        cleaned = self._interruptions.mend(cleaned)
         every = cleaned.samples
         cleaned = self._synchroniser.align(cleaned)
         peaks = self._synchroniser.take_peaks()

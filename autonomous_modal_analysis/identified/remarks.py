@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autonomous_modal_analysis.identified.results import IdentifiedWindow
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
-from modal_reports import count, listed, poor_channels
+from modal_reports import count, interrupted_channels, listed, poor_channels
 from oma_identifier.moving_lines import MOVING
 from oma_identifier.record import needed_window_s, SHORT_WINDOWS, too_slow
 from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
@@ -60,7 +60,8 @@ def remarks(
         _empty_windows(whole, windows),
         _odd_rate(whole, sample_rate_hz, settings),
     )
-    channels = poor_channels([window.quality for window in windows])
+    health = [window.quality for window in windows]
+    channels = (*poor_channels(health), *interrupted_channels(health, whole.start_ns))
     return (*channels, *(line for line in found if line))
 
 

@@ -17,6 +17,7 @@ FLAG_WORDS = {
     'not_synchronous': 'sampled later or earlier than the other sensors',
     'incoherent': 'another motion than the other sensors',
     # What is to be known about a channel.
+    'interrupted': 'for a while nothing of what the other sensors show: check cable and plug',
     'gap': 'gaps in the data',
     'impulsive': 'knocks',
     'clipped_seldom': 'a few samples clipped at the sensor range',

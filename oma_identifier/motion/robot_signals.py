@@ -54,6 +54,8 @@ class Cleaned:
         Channels that ``samples`` does without.
     since_ns : dict of str to int [ns]
         Since when changed channels are what they are.
+    interrupted_ns : dict of str to tuple of (int, int) [ns]
+        From when to when channels were not heard.
     """
 
     samples: Samples
@@ -65,6 +67,7 @@ class Cleaned:
     motion: JointMotion | None = None
     left_out: tuple[str, ...] = ()
     since_ns: dict[str, int] = field(default_factory=dict)
+    interrupted_ns: dict[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
 
 
 def with_flags(quality: DataQuality, cleaned: Cleaned) -> DataQuality:
@@ -82,6 +85,8 @@ def _with_finding(channel: ChannelQuality, cleaned: Cleaned) -> ChannelQuality:
         channel = replace(channel, flags=(*channel.flags, cleaned.channel_flags[channel.name]))
     if channel.name in cleaned.since_ns:
         channel = replace(channel, since_ns=cleaned.since_ns[channel.name])
+    if channel.name in cleaned.interrupted_ns:
+        channel = replace(channel, interrupted_ns=cleaned.interrupted_ns[channel.name])
     if channel.name in cleaned.left_out:
         channel = replace(channel, excluded=True)
     return channel

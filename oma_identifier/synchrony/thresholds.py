@@ -71,6 +71,28 @@ class SynchronyThresholds:
     deaf: float = 1e-3
     """Chance above which a channel has no more in common with the others than noise has."""
 
+    # A sensor is not heard for a while.
+    fewest_blocks: int = 16
+    """Blocks whose median tells what is usual."""
+    fewest_witnesses: int = 2
+    """Sensors beside those that are not heard."""
+    unexplained: float = 0.1
+    """Share of a channel's power that the others leave in most blocks, at most."""
+    lost: float = 0.3
+    """The same, at least, of a channel that followed the others before and no longer does."""
+    gone: float = 0.5
+    """The same, from where on a block may be none of the structure."""
+    surprising: float = 20.0
+    """Times of what is usually left in a block as loud.  Of 140 healthy records of seven random
+    families (white to bursting forces, drifting frequencies, lines; seeds from 983800) none had a
+    suspected channel; of 20 of a robot that moves, and nobody says so, two had."""
+    others_go_on: float = 4.0
+    """The same, a mean over the others, up to which they go on as before."""
+    follows: float = 0.5
+    """Squared correlation with what the others say, from where on a channel follows them."""
+    most_interrupted: float = 0.2
+    """Share of a window that is filled in, at most; see ``QUALITY.most_filled``."""
+
     # A sensor is not what it was.
     same_pose_rad: float = 0.05
     """Largest difference of a joint between windows that are compared."""

@@ -1,7 +1,7 @@
 """What is told of the channels of a recording: what most of its windows show, and no chance."""
 
 from modal_core.quality import ChannelQuality, DataQuality
-from modal_reports import poor_channels
+from modal_reports import interrupted_channels, poor_channels
 
 
 def windows(*of_windows):
@@ -36,3 +36,22 @@ def test_what_few_windows_show_is_not_told():
     most = windows({'a': healthy}, *[{'a': odd}] * 2)
     assert poor_channels(most) == ('to be looked at: a (another motion than the other sensors)',)
     assert poor_channels([]) == ()
+
+
+def test_when_a_channel_was_not_heard_is_told_once_for_windows_that_overlap():
+    def window(*spans_s, excluded=False):
+        spans = tuple((round(1e9 * a), round(1e9 * b)) for a, b in spans_s)
+        loose = ChannelQuality(
+            'a', interrupted_ns=spans, excluded=excluded, flags=('interrupted',) * bool(spans)
+        )
+        return DataQuality(channels=(loose, ChannelQuality('b')))
+
+    filled = [window(), window((105.0, 108.0)), window((105.0, 110.0)), window()]
+    assert interrupted_channels(filled, 100_000_000_000) == (
+        'a: nothing of what the other sensors show at 5.0 to 10.0 s (5 s in all, filled in from'
+        ' the others); check its cable and plug',
+    )
+    out = [window((1.0, 30.0), excluded=True), window((40.0, 41.0))]
+    (line,) = interrupted_channels(out, 0)
+    assert 'at 1.0 to 30.0 and 40.0 to 41.0 s (30 s in all, left out of 1 window)' in line
+    assert interrupted_channels([window()], 0) == ()
