@@ -11,6 +11,7 @@ Bendat and Piersol (2010), Random Data, 4th ed., section 7.3 (conditioned respon
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ MOST_COLUMNS = 96
 MOST_LAGS = 8
 """Samples before a moment, and after it, at most."""
 BLOCK_S, FEWEST_ROWS = 0.25, 48
+MOST_BLOCKS = 500
+"""Products kept, 40 MB at most; blocks of windows beyond two minutes are longer."""
 USUAL = 0.4
 """Share of the blocks that tell what is usual: up to as many others may be of something else."""
 SLOW = 4
@@ -104,8 +107,10 @@ class BlockRegression:
         n = len(channels)
         self.channels = channels
         self.n_lags = int(np.clip((MOST_COLUMNS // n - 1) // 2, 0, MOST_LAGS))
-        self.n_rows = max(FEWEST_ROWS, round(BLOCK_S * samples.sample_rate_hz))
-        self.n_blocks = (len(samples.acceleration) - 2 * self.n_lags) // self.n_rows
+        n_all = len(samples.acceleration)
+        shortest = max(FEWEST_ROWS, round(BLOCK_S * samples.sample_rate_hz))
+        self.n_rows = max(shortest, math.ceil(n_all / MOST_BLOCKS))
+        self.n_blocks = (n_all - 2 * self.n_lags) // self.n_rows
         n_columns = n * (2 * self.n_lags + 1)
         self._products = np.empty((max(self.n_blocks, 0), n_columns, n_columns))
         slow = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, self.n_rows), SLOW))[0]
