@@ -100,7 +100,11 @@ class Course:
         """Return samples at even steps of the shaft's own time."""
         even = np.arange(len(self.own_time_s)) / samples.sample_rate_hz
         when = np.interp(even, self.own_time_s, even)
-        return replace(samples, acceleration=CubicSpline(even, samples.widened())(when))
+        still = np.empty(samples.acceleration.shape)
+        # One by one: a spline has four numbers for every sample.
+        for column, rows in enumerate(samples.widened().T):
+            still[:, column] = CubicSpline(even, rows)(when)
+        return replace(samples, acceleration=still)
 
 
 def _stands_out(line: Line) -> bool:
