@@ -149,7 +149,7 @@ def remarks_on_lines(cleared: Sequence[Cleared]) -> tuple[str, ...]:
     said = []
     for lines_hz, verb, rest in told:
         names = [each.record.name for each, lines in zip(cleared, lines_hz, strict=True) if lines]
-        every = dict.fromkeys(f'{each:.3g}' for each in sorted(sum(lines_hz, ())))
+        every = dict.fromkeys(f'{each:.4g}' for each in sorted(sum(lines_hz, ())))
         verb += 's' if len(names) == 1 else ''
         if names:
             said.append(f'at {named(list(every), 5)} Hz {named(names, 3)} {verb} {rest}')

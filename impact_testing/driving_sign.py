@@ -99,7 +99,8 @@ def turned(data: Sequence[PointData]) -> list[PointData]:
         pulses = [replace(pulse, force_n=-pulse.force_n) for pulse in spectra.pulses]
         record = replace(spectra.record, force_n=-spectra.record.force_n)
         fresh = replace(spectra.with_force(pulses), record=record)
-        found.append(replace(each, frf=replace(each.frf, spectra=fresh)))
+        frf = replace(each.frf, spectra=fresh)
+        found.append(replace(each, frf=frf, corrected_n=-each.corrected_n))
     return found
 
 

@@ -216,7 +216,7 @@ def _result(
 ) -> ImpactResult:
     delay, signs = chain
     reported = _reported(model, band_hz, length_s)
-    modes = scaled_modes(model, reported, length_s)
+    modes = scaled_modes(data, model, reported, length_s)
     pole = np.concatenate([model.pole[reported], np.delete(model.pole, reported)])
     places = model.places
     points = tuple(
@@ -288,4 +288,7 @@ def _check_taps(record: ImpactRecord, taps: Sequence[JudgedTap]) -> None:
         where=record.name,
         found=f'{good} of {len(taps)}' + (f' ({why})' if why else ''),
         expected=f'{FEWEST_TAPS} at least, for coherence and standard deviations; 5 are better',
+        advice='wait until the structure rests between taps, 3 s or more'
+        if any(each.has(Fault.TOO_CLOSE) for each in taps)
+        else '',
     )

@@ -63,7 +63,7 @@ class TapTest(FoundModes):
         good = sum(point.n_good for point in self.found.points)
         low, high = self.found.band_hz
         return (
-            f'{len(self.modes)} modes between {low:.3g} and {high:.3g} Hz from {good} taps'
+            f'{len(self.modes)} modes between {low:.4g} and {high:.4g} Hz from {good} taps'
             f' on {len(self.found.points)} points'
         )
 

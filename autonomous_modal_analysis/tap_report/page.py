@@ -54,7 +54,7 @@ def render_tap_test(found: ImpactResult, name: str) -> str:
         'facts': [
             f'{good} of {total} taps used',
             f'{found.length_s:.3g} s of each',
-            f'{found.band_hz[0]:.3g} to {found.band_hz[1]:.4g} Hz',
+            f'{found.band_hz[0]:.4g} to {found.band_hz[1]:.4g} Hz',
             f'misfit {found.misfit:.2f} (1: noise alone)',
         ],
         'provenance': {'software': software()},

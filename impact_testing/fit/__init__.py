@@ -5,6 +5,7 @@ In come the lines of a band; out goes the modal model of largest likelihood.
 
 from impact_testing.fit.delay import earlier, force_delay, ForceDelay
 from impact_testing.fit.free_fit import free_fit, FreePoint, left_by
+from impact_testing.fit.likely_force import force_doubt
 from impact_testing.fit.modal_model import ModalModel, synthesised
 from impact_testing.fit.mode_search import fitted, refitted
 from impact_testing.fit.places import Places
@@ -17,6 +18,7 @@ __all__ = [
     'earlier',
     'fitted',
     'force_delay',
+    'force_doubt',
     'free_fit',
     'left_by',
     'refitted',

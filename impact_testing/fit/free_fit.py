@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from impact_testing.responses import apart, functions, N_RESIDUAL, PointData
+from impact_testing.responses import apart, functions, PointData
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
@@ -53,7 +53,7 @@ def left_by(data: PointData, pole: Complex) -> Complex:
 
 def _solved(data: PointData, pole: Complex) -> FreePoint:
     coefficients, left = _coefficients(data, pole)
-    parts = coefficients[:-N_RESIDUAL]
+    parts = coefficients[: -data.n_residual]
     amplitude = (parts[::2] + 1j * parts[1::2]) * np.sqrt(data.level)
     return FreePoint(amplitude, float(np.sum(left**2)))
 

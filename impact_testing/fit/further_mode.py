@@ -9,8 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.fit.modal_model import ModalModel, remainder
+from impact_testing.fit.likely_force import force_doubt
+from impact_testing.fit.modal_model import Doubts, ModalModel, remainder
 from impact_testing.fit.places import Places
+from impact_testing.fit.start_poles import BEYOND
 from impact_testing.responses import apart, bells, PointData
 from impact_testing.thresholds import IMPACT
 
@@ -18,11 +20,15 @@ Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 SHARP, BROAD = (0.003,), (0.01, 0.03, 0.1)
 """A bell between two of these overlaps with the nearer by more than nine tenths."""
+ACCURACY = 1e-3
+"""Of accelerometers, force sensors and their filters none is known better (0.1 %)."""
 STEP = 1.4
 """Between trial frequencies, in half-widths of their bells."""
 
 
-def further_mode(data: Sequence[PointData], model: ModalModel) -> tuple[complex, Complex] | None:
+def further_mode(
+    data: Sequence[PointData], model: ModalModel, doubts: Sequence[Doubts] = ()
+) -> tuple[complex, Complex] | None:
     """Return pole and shape that explain most, None where chance explains as much.
 
     One at a time: what a strong mode has left shows under its skirts everywhere.  The many sharp
@@ -33,28 +39,33 @@ def further_mode(data: Sequence[PointData], model: ModalModel) -> tuple[complex,
     data : sequence of PointData
     model : ModalModel
         Of the modes there are.
+    doubts : sequence of Doubts
+        See :func:`evaluate`.
     """
     trials = [trial_poles(data[0].frequency_hz, dampings) for dampings in (BROAD, SHARP)]
     least = max(1.0, model.misfit) * chance_gain(data, sum(map(len, trials)))
     for trial in trials:
-        found = _strongest(data, model, trial)
+        found = _strongest(data, model, trial, doubts)
         if found[0] > least:
             return found[1:]
     return None
 
 
 def _strongest(
-    data: Sequence[PointData], model: ModalModel, trial: Complex
+    data: Sequence[PointData], model: ModalModel, trial: Complex, doubts: Sequence[Doubts]
 ) -> tuple[float, complex, Complex]:
-    """Return what the best trial explains, its pole and its shape."""
+    """Return what the best trial explains beyond what FRFs may be wrong, its pole and shape."""
     table = np.zeros((len(trial), model.places.n, len(data)), dtype=complex)
     size = np.zeros((len(trial), len(data)))
     for number, each in enumerate(data):
-        size[:, number], found = _scores(each, model.pole, model.amplitude(number), trial)
+        left, _, directions = remainder(each, model.pole, model.amplitude(number))
+        if doubts:
+            left = doubts[number].without_likely(left)
+        size[:, number], found = _scores(each, left, directions, trial)
         table[:, model.places.out[number], number] = found
     table /= np.sqrt(size)[:, None]
     products = np.einsum('tpi,tpj->tij', table.conj(), table, optimize=True)
-    gain = np.linalg.eigvalsh(products)[:, -1]
+    gain = np.linalg.eigvalsh(products)[:, -1] - inaccuracy(data, trial, bool(doubts))
     best = int(np.argmax(gain))
     shape = _shape(table[best], size[best], data, model.places)
     return float(gain[best]), complex(trial[best]), shape
@@ -78,29 +89,45 @@ def chance_gain(data: Sequence[PointData], n_trials: int) -> float:
 
 
 def trial_poles(frequency_hz: Real, dampings: Sequence[float] = SHARP + BROAD) -> Complex:
-    """Return poles that leave no place in the band untried, (n_trials,) array [rad/s]."""
+    """Return poles that leave no place untried in the band and beyond it, (n_trials,) array."""
     low, high = float(frequency_hz[0]), float(frequency_hz[-1])
     line = float(frequency_hz[1] - frequency_hz[0])
     found = []
     for damping in dampings:
         at = low
-        while at < high:
+        while at < BEYOND * high:
             found.append(2.0 * np.pi * at * complex(-damping, np.sqrt(1.0 - damping**2)))
-            at += max(STEP * damping * at, line)
+            # From beyond the end only skirts reach into the band.
+            at += max(STEP * damping * at, line, 0.5 * (at - high))
     return np.asarray(found)
 
 
-def _scores(
-    data: PointData, pole: Complex, amplitude: Complex, trial: Complex
-) -> tuple[Real, Complex]:
+def _scores(data: PointData, left: Real, directions: Real, trial: Complex) -> tuple[Real, Complex]:
     """Return squared sizes of the trial functions, and their products with what is left."""
-    left, _, directions = remainder(data, pole, amplitude)
     noise = np.sqrt(data.course)[:, None]
     added = apart(bells(data, trial) / noise)
     added -= directions @ (directions.T @ added)
     size = 0.5 * np.sum(added**2, axis=0).reshape(-1, 2).sum(axis=1)
     seen = (added.T @ left).reshape(len(trial), 2, -1)
     return size, np.asarray(seen[:, 0] + 1j * seen[:, 1])
+
+
+def inaccuracy(data: Sequence[PointData], pole: Complex, force_known: bool) -> Real:
+    """Return sums of squares by which FRFs may be wrong in half-power bands, (n_poles,) array.
+
+    Parameters
+    ----------
+    force_known : bool
+        Whether the noise of the force is in the model.
+    """
+    total = np.zeros(len(pole))
+    for each in data:
+        wrong = ACCURACY**2 + (0.0 if force_known else force_doubt(each))
+        power = np.append(0.0, np.cumsum(wrong * np.sum(np.abs(each.target) ** 2, axis=1)))
+        omega = 2.0 * np.pi * each.frequency_hz
+        low, high = np.searchsorted(omega, [pole.imag + pole.real, pole.imag - pole.real])
+        total += power[high] - power[low]
+    return total
 
 
 def _shape(scaled: Complex, size: Real, data: Sequence[PointData], places: Places) -> Complex:

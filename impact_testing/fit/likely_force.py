@@ -6,9 +6,9 @@ they are strong, so that modes would be added that explain it.  The responses to
 model of the structure predicts say what the force was; what its sensor read says it too, with the
 noise that it has without taps.
 
-First both are weighed tap by tap, so that modes are found.  In the end only what the taps differ
-in is taken out of their forces, and what they have in common is left to the fit, as unknowns with
-the deviations that the noise gives them: else masses would be surer than the force is.
+Both are weighed tap by tap.  What the taps have in common is left to the fit in the end, as
+unknowns with the deviations that the noise gives them, about where it is most likely: else masses
+would be surer than the force is.
 
 References
 ----------
@@ -16,17 +16,20 @@ Pintelon and Schoukens (2012), System Identification, 2nd ed., doi:10.1002/97811
 (errors in variables).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.fit.modal_model import remainder, residual
+from impact_testing.fit.modal_model import Doubts, remainder, residual
 from impact_testing.responses import apart, PointData, PointFrf, Pulse
 from impact_testing.taps import ForceLevel
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
+MOST_ABSORBED = 0.5
+"""Of the responses' noise: more says that there are too few lines."""
 LEAST_DOUBT = 0.01
 """Least sum of squares, in units of the noise, that an unknown of the force's noise adds.  One
 that adds less moves no value by more than a tenth of its own deviation (Cauchy and Schwarz).  A
@@ -61,51 +64,59 @@ def with_likely_force(
     answer = read.force[:, data.lines, None] * answers.direct
     answer = answer + read.free_motion(pole, amplitude, data.lines)
     left = iter((read.motion[:, data.lines] - answer) * weight)
+    found = [
+        _likely(pulse, answers.columns(pulse, weight), next(left), noise_n)
+        for pulse, tap in zip(read.pulses, read.taps, strict=True)
+        if tap.good
+    ]
+    corrections = iter([each for each, _ in found])
     pulses = [
-        _likely(pulse, answers.columns(pulse, weight), next(left), noise_n) if tap.good else pulse
+        Pulse(pulse.first, pulse.force_n + next(corrections)) if tap.good else pulse
         for pulse, tap in zip(read.pulses, read.taps, strict=True)
     ]
-    return replace(data, frf=PointFrf(read.with_force(pulses)))
+    fresh = replace(data, frf=PointFrf(read.with_force(pulses)))
+    values = 2 * weight.size
+    return replace(
+        fresh,
+        corrected_n=_in_common([each for each, _ in found], _sizes(fresh)),
+        absorbed=min(MOST_ABSORBED, float(np.mean([taken for _, taken in found])) / values),
+    )
 
 
-def _likely(pulse: Pulse, columns: Complex, left: Complex, noise_n: float) -> Pulse:
-    """Return the mean of the posterior of one tap's force."""
+def _likely(pulse: Pulse, columns: Complex, left: Complex, noise_n: float) -> tuple[Real, float]:
+    """Return the mean of the posterior of what one tap's force is more, and how much it fits."""
     both, seen = apart(columns.reshape(-1, columns.shape[2])), apart(left.reshape(-1))
-    normal = both.T @ both + np.eye(both.shape[1]) / noise_n**2
-    return Pulse(pulse.first, pulse.force_n + np.linalg.solve(normal, both.T @ seen))
+    gram = both.T @ both
+    inverse = np.linalg.inv(gram + np.eye(len(gram)) / noise_n**2)
+    return inverse @ (both.T @ seen), float(np.sum(inverse * gram))
 
 
-def with_common_noise(data: PointData, measured: PointData) -> PointData:
-    """Return a point whose forces have the noise that its taps have in common, as it was read.
-
-    Parameters
-    ----------
-    data, measured : PointData
-        With the most likely forces, and with those that were read.
-    """
-    likely, read = data.frf.spectra, measured.frf.spectra
-    good = [number for number, tap in enumerate(read.taps) if tap.good]
-    change = [likely.pulses[n].force_n - read.pulses[n].force_n for n in good]
-    size = _sizes(data)
-    common = np.zeros(max(map(len, change)))
-    for each, weight in zip(change, size, strict=True):
+def _in_common(changes: Sequence[Real], size: Real) -> Real:
+    """Return what changes of the taps' forces have in common, as of a tap of size one."""
+    common = np.zeros(max(map(len, changes)))
+    for each, weight in zip(changes, size, strict=True):
         common[: len(each)] += weight * each
-    pulses = list(likely.pulses)
-    for number, weight in zip(good, size, strict=True):
-        pulse = pulses[number]
-        own = weight / float(size @ size) * common[: len(pulse.force_n)]
-        pulses[number] = Pulse(pulse.first, pulse.force_n - own)
-    return replace(data, frf=PointFrf(likely.with_force(pulses)))
+    return common
 
 
-def force_doubts(data: PointData, pole: Complex, amplitude: Complex) -> Real:
-    """Return what common noise of the forces adds to a point, (2 n_lines, n_channels, n) array.
+def force_doubt(data: PointData) -> Real:
+    """Return the relative variance that the force's noise gives FRFs, (n_lines,) array.
 
-    By independent unknowns with a deviation of one that add orthogonal values, without what
-    residual terms explain.
+    Half of it is in the real, half in the imaginary part.
     """
     spectra = data.frf.spectra
     noise_n = ForceLevel.of(spectra.record.force_n).noise_n
+    longest = max(len(pulse.force_n) for pulse in spectra.pulses)
+    power = longest * (noise_n / spectra.record.rate_hz) ** 2
+    return np.asarray(power / data.frf.force_power[data.lines])
+
+
+def force_doubts(data: PointData, pole: Complex, amplitude: Complex) -> Doubts:
+    """Return what common noise of the forces adds to a point, without residual terms' part."""
+    spectra = data.frf.spectra
+    noise_n = ForceLevel.of(spectra.record.force_n).noise_n
+    if noise_n == 0.0:
+        return Doubts.none(data)
     size, longest = _sizes(data), max(spectra.pulses, key=lambda pulse: len(pulse.force_n))
     # The mean of the taps, as if all were of one form.
     mean = size @ spectra.force[:, data.lines] / float(size @ size)
@@ -117,7 +128,10 @@ def force_doubts(data: PointData, pole: Complex, amplitude: Complex) -> Real:
     flat = flat - directions @ (directions.T @ flat)
     flat = flat.reshape(-1, added.shape[2])
     size_squared, turn = np.linalg.eigh(flat.T @ flat)
-    return np.asarray((flat @ turn[:, size_squared > LEAST_DOUBT]).reshape(*added.shape[:2], -1))
+    orthogonal = (flat @ turn[:, size_squared > LEAST_DOUBT]).reshape(*added.shape[:2], -1)
+    taken = np.zeros(added.shape[2])
+    taken[: len(data.corrected_n)] = data.corrected_n / noise_n
+    return Doubts(orthogonal, (flat @ taken).reshape(added.shape[:2]))
 
 
 def _sizes(data: PointData) -> Real:

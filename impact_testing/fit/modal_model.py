@@ -24,7 +24,6 @@ from impact_testing.responses import (
     apart,
     derivatives,
     functions,
-    N_RESIDUAL,
     PointData,
     residual_terms,
 )
@@ -35,10 +34,40 @@ MOST_STEPS = 60
 SETTLED = 1e-2
 """A step that promises so little of the sum of squares is none: a tenth of a deviation."""
 LONGEST_STEP = 0.5
-"""In half-widths of the bells: they keep their sign and their place."""
+"""In distances of poles from the band: they keep their sign and their place."""
+MOST_HELD, LEAST_HELD = 8, 1e-5
+"""Solutions of one step, and share of the diagonal that first holds a mode that goes too far."""
 RIDGE = 1e-12
 """Relative: scales that no FRF ties are left where they are."""
 PINNED = 1e8
+
+
+@dataclass(frozen=True, slots=True)
+class Doubts:
+    """What unknowns that all FRFs of a point share add to them, in units of the noise.
+
+    Parameters
+    ----------
+    added : (2 n_lines, n_channels, n) array
+        By unknowns with a deviation of one, orthogonal to one another and to residual terms.
+    shift : (2 n_lines, n_channels) array
+        What the unknowns added that has been taken out already.
+    """
+
+    added: Real
+    shift: Real
+
+    @classmethod
+    def none(cls, data: PointData) -> 'Doubts':
+        """Return no unknowns."""
+        size = (2 * len(data.course), len(data.level))
+        return cls(np.empty((*size, 0)), np.zeros(size))
+
+    def without_likely(self, left: Real) -> Real:
+        """Return what is left when the unknowns have explained their likely part."""
+        flat, left = self.added.reshape(left.size, -1), left + self.shift
+        likely = (flat.T @ left.ravel()) / (1.0 + np.sum(flat**2, axis=0))
+        return np.asarray(left - (flat @ likely).reshape(left.shape))
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +89,8 @@ class ModalModel:
         Sums of squares that are left, in units of the noise, by point.
     misfit : float
         The whole over its degrees of freedom: 1 where model and noise are right.
-    widest : float [rad/s]
-        Half-width that no bell exceeds: the highest line.
+    highest : float [rad/s]
+        Line; no half-width exceeds it.
     """
 
     places: Places
@@ -73,28 +102,45 @@ class ModalModel:
     doubt: Real
     cost: tuple[float, ...]
     misfit: float
-    widest: float
+    highest: float
 
     def factored(self, lift: Real) -> Doubted:
         """Factor the information, with a diagonal added, (n_places + 1, 2 n_poles) array."""
         return Doubted.of(self.information.factored(self.scale, lift), self.shared, self.doubt)
 
+    def diagonal(self) -> Real:
+        """Return information on each unknown when shared ones are not known, the others are."""
+        own = self.information.diagonal()
+        lost = np.einsum('sin,n->si', self.shared**2, 1.0 / np.diag(self.doubt))
+        return np.asarray(np.maximum(own - lost, RIDGE * own))
+
     @property
     def scale(self) -> Real:
-        """Sizes of the unknowns: a shape's largest entry, the half-widths of poles."""
+        """Sizes of the unknowns: a shape's largest entry, how far poles are from the band."""
         largest = np.repeat(np.abs(self.shape).max(axis=1), 2)
-        return np.vstack([np.tile(largest, (self.places.n, 1)), np.repeat(-self.pole.real, 2)])
+        return np.vstack([np.tile(largest, (self.places.n, 1)), np.repeat(self.apart, 2)])
+
+    @property
+    def apart(self) -> Real:
+        """Distance of poles from the nearest line [rad/s]: half-widths, beyond the end more.
+
+        It is what bells change by: they are one over the distance.
+        """
+        beyond = np.maximum(self.pole.imag - self.highest, 0.0)
+        return np.asarray(np.hypot(self.pole.real, beyond))
 
     def moved(self, step: Real) -> tuple[Complex, Complex]:
         """Return poles and shapes a step from here; of two conjugate poles the upper one."""
         both = step.reshape(self.places.n + 1, len(self.pole), 2)
         change = both[..., 0] + 1j * both[..., 1]
         pole, shape = self.pole + change[-1], self.shape + change[:-1].T
+        # A half-width keeps its sign.
+        pole = np.minimum(pole.real, LONGEST_STEP * self.pole.real) + 1j * pole.imag
         # A broad pole may step across the real axis: its mirror image is the same mode.
         below = pole.imag < 0.0
         # One that decays within a radian of the highest line is flat in the band, as a residual
         # term is: it goes no further, where its exponential has no end.
-        pole = np.maximum(pole.real, -self.widest) + 1j * pole.imag
+        pole = np.maximum(pole.real, -self.highest) + 1j * pole.imag
         return np.where(below, pole.conj(), pole), np.where(below[:, None], shape.conj(), shape)
 
     def amplitude(self, point: int) -> Complex:
@@ -139,7 +185,7 @@ def evaluate(
     places: Places,
     pole: Complex,
     shape: Complex,
-    doubts: Sequence[Real] = (),
+    doubts: Sequence[Doubts] = (),
 ) -> ModalModel:
     """Return cost and derivatives at poles and shapes; residual terms are solved for.
 
@@ -148,16 +194,14 @@ def evaluate(
     data : sequence of PointData
     places, pole, shape
         See :class:`ModalModel`.
-    doubts : sequence of (2 n_lines, n_channels, n) array
-        Of each point, what unknowns with a deviation of one add to all its FRFs, orthogonal to
-        one another and to residual terms; none: none.
+    doubts : sequence of Doubts
+        Of each point; none: none.
     """
     information = Arrow(places.n + 1, 2 * len(pole), places.apart)
     score = np.zeros((places.n + 1, 2 * len(pole)))
     cost, shared, own = [], [], []
     for number, (each, into, out) in enumerate(zip(data, places.into, places.out, strict=True)):
-        none = np.empty((2 * len(each.course), len(each.level), 0))
-        doubt = doubts[number] if doubts else none
+        doubt = doubts[number] if doubts else Doubts.none(each)
         part = _Part.of(each, pole, shape[:, out], shape[:, [into]], doubt)
         part.add_to(information, into, out)
         columns = part.by_slot(len(score), into, out)
@@ -168,7 +212,7 @@ def evaluate(
         shared.append(columns[:, :, 1:])
         own.append(part.doubt)
     values = sum(2 * len(each.course) * len(each.level) for each in data)
-    unknown = score.size + sum(N_RESIDUAL * len(each.level) for each in data)
+    unknown = score.size + sum(each.n_residual * len(each.level) for each in data)
     misfit = sum(cost) / max(1, values - unknown)
     together = np.concatenate(shared, axis=2)
     return ModalModel(
@@ -214,14 +258,15 @@ class _Part:
 
     @classmethod
     def of(
-        cls, data: PointData, pole: Complex, there: Complex, hit: Complex, doubt: Real
+        cls, data: PointData, pole: Complex, there: Complex, hit: Complex, doubt: Doubts
     ) -> '_Part':
         """Solve for the residual terms."""
         left, functions_of, _ = remainder(data, pole, there * hit)
         n, unit = len(pole), 1.0 / np.sqrt(data.level)
-        both = np.concatenate([left[:, :, None], doubt], axis=2)
+        left = left + doubt.shift
+        both = np.concatenate([left[:, :, None], doubt.added], axis=2)
         n_channels, n_seen = both.shape[1:]
-        flat = doubt.reshape(left.size, n_seen - 1)
+        flat = doubt.added.reshape(left.size, n_seen - 1)
         return cls(
             gram=(functions_of.T @ functions_of).reshape(2, n, 2, 2, n, 2),
             seen=(functions_of.T @ both.reshape(len(both), -1)).reshape(
@@ -287,11 +332,11 @@ def remainder(data: PointData, pole: Complex, amplitude: Complex) -> tuple[Real,
     left : (2 n_lines, n_channels) array
     functions : (2 n_lines, 4 n_poles) array
         Basis functions and their derivatives, both without what residual terms explain.
-    directions : (2 n_lines, 3) array
+    directions : (2 n_lines, n_residual) array
     """
     basis = functions(data, pole)
-    directions = np.linalg.qr(basis[:, -N_RESIDUAL:])[0]
-    both = np.concatenate([basis[:, :-N_RESIDUAL], derivatives(data, pole)], axis=1)
+    directions = np.linalg.qr(basis[:, -data.n_residual :])[0]
+    both = np.concatenate([basis[:, : -data.n_residual], derivatives(data, pole)], axis=1)
     both = both - directions @ (directions.T @ both)
     parts = _parts(amplitude / np.sqrt(data.level))
     left = apart(data.target)
@@ -305,9 +350,10 @@ def climb(
     pole: Complex,
     shape: Complex,
     enough: float = -np.inf,
-    doubts: Sequence[Real] = (),
+    doubts: Sequence[Doubts] = (),
+    settled: float = SETTLED,
 ) -> ModalModel:
-    """Climb to the maximum of the likelihood, or to a cost.
+    """Climb to the maximum of the likelihood, to a cost, or until a step promises too little.
 
     References
     ----------
@@ -315,27 +361,42 @@ def climb(
     Damping parameter in Marquardt's method, IMM-REP-1999-05).
     """
     now, damping, harder = evaluate(data, places, pole, shape, doubts), 1e-3, 2.0
+    held = np.zeros(len(pole))
     for _ in range(MOST_STEPS if len(pole) else 0):
-        scale = now.scale
-        diagonal = now.information.diagonal() * scale**2
-        lift = damping * diagonal + RIDGE * diagonal.max()
-        step = now.factored(lift).solve(now.score)
-        longest = float(np.abs(step[-1] / scale[-1]).max())
-        step = step * (LONGEST_STEP / max(LONGEST_STEP, longest))
+        held, lift, step = _step(now, damping, held / 3.0)
         # By the score here: that of where it leads is against the step when it went too far.
         promised = float(np.sum(step * now.score))
         there = evaluate(data, places, *now.moved(step), doubts)
         kept = (sum(now.cost) - sum(there.cost)) / (
-            promised + float(np.sum(lift * (step / scale) ** 2)) + 1e-300
+            promised + float(np.sum(lift * (step / now.scale) ** 2)) + 1e-300
         )
         if not kept >= 0.0:  # or no number: a pole far on the other side
             damping, harder = damping * harder, 2.0 * harder
         else:
             now, harder = there, 2.0
             damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * kept - 1.0) ** 3), 1e-9)
-        if promised < SETTLED or damping > 1e8 or sum(now.cost) < enough:
+        if promised < settled or damping > 1e8 or sum(now.cost) < enough:
             break
     return now
+
+
+def _step(now: ModalModel, damping: float, held: Real) -> tuple[Real, Real, Real]:
+    """Return a step, with the diagonal that holds it, and by how much it holds each mode.
+
+    A pole that would go too far is held more until it does not, so that one that wanders does not
+    hold up the others.
+    """
+    scale = now.scale
+    diagonal = now.diagonal() * scale**2
+    least = damping * diagonal + RIDGE * diagonal.max()
+    for _ in range(MOST_HELD):
+        lift = least + np.repeat(held, 2) * diagonal
+        step = now.factored(lift).solve(now.score)
+        longest = np.abs(step[-1] / scale[-1]).reshape(-1, 2).max(axis=1) / LONGEST_STEP
+        if (longest <= 1.0).all():
+            break
+        held = np.where(longest > 1.0, np.maximum(held, damping + LEAST_HELD) * 2 * longest, held)
+    return held, lift, step / max(1.0, float(longest.max()))
 
 
 def synthesised(data: PointData, pole: Complex, amplitude: Complex) -> Complex:
@@ -353,8 +414,8 @@ def residual(data: PointData, pole: Complex, amplitude: Complex) -> Complex:
     """Return what residual terms explain of a point's FRFs, (n_lines, n_channels) array."""
     basis = functions(data, pole)
     parts = _parts(amplitude / np.sqrt(data.level))
-    left = apart(data.target) - basis[:, :-N_RESIDUAL] @ parts
-    coefficients = np.linalg.lstsq(basis[:, -N_RESIDUAL:], left, rcond=None)[0]
+    left = apart(data.target) - basis[:, : -data.n_residual] @ parts
+    coefficients = np.linalg.lstsq(basis[:, -data.n_residual :], left, rcond=None)[0]
     return np.asarray(residual_terms(data) @ coefficients * np.sqrt(data.level))
 
 

@@ -10,14 +10,12 @@ from impact_testing.responses.basis import (
     bells,
     derivatives,
     functions,
-    N_RESIDUAL,
     residual_terms,
 )
 from impact_testing.responses.frf import PointFrf
 from impact_testing.responses.spectra import PointSpectra, Pulse
 
 __all__ = [
-    'N_RESIDUAL',
     'PointData',
     'PointFrf',
     'PointSpectra',

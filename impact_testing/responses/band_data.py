@@ -1,6 +1,6 @@
 """What the fit sees of each point that was hit: FRFs, weights, and what ends of segments add."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,22 @@ class PointData:
         Of the band.
     course, level : (n_lines,), (n_channels,) array
         Power of the noise of an FRF is course · level.
+    corrected_n : (n,) array [N]
+        What the forces of all taps were changed by, in proportion to their sizes, by what the
+        structure answered; empty: as they were read.
+    absorbed : float
+        Share of the noise of the responses that forces fitted to them take up.
+    n_residual : int
+        Terms that stand for what is out of the band.
     """
 
     frf: PointFrf
     lines: slice
     course: Real
     level: Real
+    corrected_n: Real = field(default_factory=lambda: np.empty(0))
+    absorbed: float = 0.0
+    n_residual: int = 3
 
     @classmethod
     def of(cls, frf: PointFrf, lines: slice, ends: Complex | None = None) -> 'PointData':
@@ -84,7 +94,8 @@ class PointData:
         """
         ends = self.frf.spectra.free_motion(pole, amplitude)
         fresh = PointData.of(self.frf, self.lines, ends)
-        return replace(self, course=fresh.course, level=fresh.level)
+        level = fresh.level / (1.0 - self.absorbed)
+        return replace(self, course=fresh.course, level=level)
 
 
 def band_lines(frequency_hz: Real, band_hz: tuple[float, float]) -> slice:

@@ -1,8 +1,8 @@
 """Functions of frequency that FRFs are made of, as real numbers over the noise.
 
 The accelerance of channel o to a force at i is
-Σ_r [a / (jω - p) + conjugates] + c₀ + c₁ jω - c₂ ω²: real coefficients of the residual terms hold
-the direct term, modes below and modes above.  With a as free as c₀ and c₁, s²R / (s - p) is
+Σ_r [a / (jω - p) + conjugates] + c₀ + c₁ jω - c₂ ω² ...: real coefficients of the residual terms
+hold the direct term, modes below and modes above.  With a as free as c₀ and c₁, s²R / (s - p) is
 a / (s - p) with a = p² R.  All channels of a point have one course of noise over the lines, so one
 set of basis functions serves them all.
 """
@@ -14,7 +14,6 @@ from impact_testing.responses.band_data import PointData
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
-N_RESIDUAL = 3
 
 
 def functions(data: PointData, pole: Complex) -> Real:
@@ -22,7 +21,7 @@ def functions(data: PointData, pole: Complex) -> Real:
 
     Returns
     -------
-    (2 n_lines, 2 n_poles + 3) array
+    (2 n_lines, 2 n_poles + n_residual) array
     """
     basis = np.concatenate([bells(data, pole), residual_terms(data)], axis=1)
     return apart(basis / np.sqrt(data.course)[:, None])
@@ -43,9 +42,9 @@ def bells(data: PointData, pole: Complex) -> Complex:
 
 
 def residual_terms(data: PointData) -> Complex:
-    """Return what stands for the direct term and modes out of the band, (n_lines, 3) array."""
+    """Return the direct term and modes out of the band, (n_lines, n_residual) array."""
     share = 1j * data.frequency_hz / data.frequency_hz[-1]
-    return np.asarray(share[:, None] ** np.arange(N_RESIDUAL))
+    return np.asarray(share[:, None] ** np.arange(data.n_residual))
 
 
 def apart(values: NDArray[np.inexact]) -> Real:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact_testing.record import ImpactRecord
-from impact_testing.taps.search import find_taps, Tap
+from impact_testing.taps.search import find_taps, REBOUND_S, Tap
 from impact_testing.thresholds import IMPACT
 from modal_core.words.named import named
 
@@ -207,7 +207,11 @@ def with_length(
 
 def _faults(record: ImpactRecord, tap: Tap, usual_n: float) -> list[tuple[Fault, str]]:
     said = []
-    if tap.rebound_share:
+    if tap.rebound_share and tap.goes_on_s > REBOUND_S:
+        # No hammer bounces for so long: these are taps, each within a rebound of the last.
+        how = f'the next within {REBOUND_S:g} s, on and on for {tap.goes_on_s:.2g} s'
+        said.append((Fault.TOO_CLOSE, how))
+    elif tap.rebound_share:
         said.append((Fault.DOUBLE_HIT, f'the second of {100 * tap.rebound_share:.0f} %'))
     if is_clipped(record.force_n[tap.first : tap.last + 1]):
         said.append((Fault.FORCE_CLIPPED, f'at {tap.peak_n:.3g} N'))

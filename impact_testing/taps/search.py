@@ -32,6 +32,8 @@ class Tap:
         Between the two places where the force is a tenth of its peak.
     rebound_share : float
         Largest force of a second pulse over the first's; 0: there is none.
+    goes_on_s : float [s]
+        From the peak to the last pulse that large.
     """
 
     first: int
@@ -40,6 +42,7 @@ class Tap:
     peak_n: float
     width_s: float
     rebound_share: float = 0.0
+    goes_on_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,9 +112,11 @@ def tap_of(force: Real, first: int, last: int, rate_hz: float, least_n: float) -
     begin = _reach(force, left, -1, least_n)
     end = _reach(force, right, 1, least_n)
     reach = round(IMPACT.pulse_widths * width)
-    rebound = _rebound(force[peak : last + 1], reach, peak_n, least_n)
+    behind, second = force[peak : last + 1], max(IMPACT.double_share * peak_n, least_n)
+    rebound = _rebound(behind, reach, peak_n, second)
     notch = _notch(force[left : min(peak + reach, last) + 1])
-    return Tap(begin, peak, end, peak_n, width / rate_hz, max(rebound, notch))
+    goes_on_s = float(np.flatnonzero(behind > second)[-1]) / rate_hz
+    return Tap(begin, peak, end, peak_n, width / rate_hz, max(rebound, notch), goes_on_s)
 
 
 def _reach(force: Real, row: int, step: int, level: float) -> int:
@@ -121,11 +126,11 @@ def _reach(force: Real, row: int, step: int, level: float) -> int:
     return row
 
 
-def _rebound(behind: Real, reach: int, peak_n: float, least_n: float) -> float:
+def _rebound(behind: Real, reach: int, peak_n: float, second_n: float) -> float:
     """Return the share of the peak that the force reaches again behind the pulse."""
     later = behind[reach:]
     highest = float(later.max(initial=0.0))
-    return highest / peak_n if highest > max(IMPACT.double_share * peak_n, least_n) else 0.0
+    return highest / peak_n if highest > second_n else 0.0
 
 
 def _notch(pulse: Real) -> float:
