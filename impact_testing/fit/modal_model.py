@@ -155,7 +155,9 @@ class ModalModel:
         hit, the largest channel is held.
         """
         scale = self.scale
-        lift = RIDGE * (self.information.diagonal() * scale**2)
+        own = self.information.diagonal() * scale**2
+        # A pole beyond the band may be told by nothing at all.
+        lift = RIDGE * np.maximum(own, RIDGE * own.max())
         if not self.places.tied:
             for mode, shape in enumerate(self.shape[:, : self.places.n_channels]):
                 lift[int(np.argmax(np.abs(shape))), 2 * mode : 2 * mode + 2] *= PINNED / RIDGE
