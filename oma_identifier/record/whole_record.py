@@ -258,6 +258,7 @@ def _joined_channel(first: ChannelQuality | None, second: ChannelQuality) -> Cha
         rms=max(first.rms, second.rms),
         kurtosis=float(np.fmax(first.kurtosis, second.kurtosis)),
         noise_rms=float(np.fmax(first.noise_rms, second.noise_rms)),
+        interrupted_ns=tuple(dict.fromkeys((*first.interrupted_ns, *second.interrupted_ns))),
         excluded=first.excluded and second.excluded,
         flags=tuple(dict.fromkeys((*first.flags, *second.flags))),
     )
