@@ -101,6 +101,11 @@ class BlockRegression:
         One window.
     channels : int array
         Of these.
+
+    Attributes
+    ----------
+    scale, column_scale : (n_channels,), (n_columns,) array
+        Usual size in a block of each channel, and of each sample that it is regressed on.
     """
 
     def __init__(self, samples: Samples, channels: Places) -> None:
@@ -122,8 +127,8 @@ class BlockRegression:
         usual = np.sqrt(np.median(self._products[:, own, own], axis=0)) if self.n_blocks else own
         self.is_live = usual > 0.0
         self.scale = np.where(self.is_live, usual, 1.0)
-        scale = np.tile(self.scale, 2 * self.n_lags + 1)
-        self._products /= scale[:, None] * scale
+        self.column_scale = np.tile(self.scale, 2 * self.n_lags + 1)
+        self._products /= self.column_scale[:, None] * self.column_scale
 
     def about(self, samples: Samples, first: int, last: int) -> Real:
         """Return the samples about some moments, (n_moments, n_columns); lag by lag all channels.

@@ -171,9 +171,8 @@ class InterruptionSearch:
         none = np.zeros(regression.n_blocks, dtype=bool)
         if known is None or known.names != self._names:
             return None, none
-        scale = np.tile(regression.scale, 2 * regression.n_lags + 1)
         own = regression.scale[place]
-        weights = known.weights * scale / own
+        weights = known.weights * regression.column_scale / own
         left = regression.left(weights[None], np.array([place]))
         loudness = np.maximum(1.0, left.said / (known.said / own**2 + 1e-300))
         surprise = left.left / (known.usual / own**2 * loudness + 1e-300)
@@ -193,23 +192,22 @@ class InterruptionSearch:
         return bool(common**2 > SYNCHRONY.follows * shown * said)
 
     def _remember(self, places: Places, weights: Real, left: Left) -> None:
-        scale = self._regression.scale
-        each_scale = np.tile(scale, 2 * self._regression.n_lags + 1)
+        regression = self._regression
         for number, place in enumerate(places.tolist()):
             if _is_told(left)[number]:
-                own = scale[place]
+                own = regression.scale[place]
                 self.known[self._names[place]] = Follows(
                     self._names,
-                    weights[number] * own / each_scale,
+                    weights[number] * own / regression.column_scale,
                     float(usual(left.left[:, number])) * own**2,
                     float(usual(left.said[:, number])) * own**2,
                 )
 
     def physical(self, place: int) -> Real:
         """Return the weights of a channel's prediction in the units of the samples."""
-        scale = self._regression.scale
-        each_scale = np.tile(scale, 2 * self._regression.n_lags + 1)
-        return np.asarray(self._weights[place] * scale[place] / each_scale)
+        regression = self._regression
+        scale = regression.scale[place] / regression.column_scale
+        return np.asarray(self._weights[place] * scale)
 
     def usual_left(self, place: int) -> float:
         """Return the standard deviation of what a prediction usually leaves [unit]."""
