@@ -9,7 +9,8 @@ from oma_identifier.levels.anchor import LevelStiffness, stiffness_at_levels
 from oma_identifier.levels.cubic_mode import CubicMode
 from oma_identifier.levels.law_fit import Law, LawFit
 from oma_identifier.levels.level_law import level_law, LevelLaw, QuantityLaw
-from oma_identifier.levels.modal_motion import ModalMotion, ModeRecord, motions_at_levels
+from oma_identifier.levels.modal_motion import ModalMotion, motions_at_levels
+from oma_identifier.levels.narrow_band import ModeRecord
 from oma_identifier.levels.own_share import OwnShare
 from oma_identifier.levels.thresholds import LEVELS
 

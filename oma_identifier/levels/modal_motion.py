@@ -12,12 +12,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.mode import Mode
-from modal_core.samples import Samples
 from oma_identifier.levels.amplitude import amplitude_half_width
 from oma_identifier.levels.colour import Colour, common_colour
 from oma_identifier.levels.envelope import Peak, peak
-from oma_identifier.levels.narrow_band import mode_in_record, ModeInRecord, Narrow
+from oma_identifier.levels.narrow_band import mode_in_record, ModeInRecord, ModeRecord, Narrow
 from oma_identifier.levels.thresholds import LEVELS
 
 Real = NDArray[np.float64]
@@ -182,33 +180,6 @@ class ModalMotion:
         return over_least * _least_scatter_hz(half_width_hz, self.duration_s)
 
 
-@dataclass(frozen=True, slots=True)
-class ModeRecord:
-    """A mode in a record.
-
-    Parameters
-    ----------
-    parts : sequence of Samples
-        The record, in stretches between gaps.
-    mode : Mode
-        As identified in it.
-    modes : sequence of Mode
-        All of the record; what those nearby do is taken out by their shapes.
-    channel : int
-        Whose motion is meant.
-    """
-
-    parts: Sequence[Samples]
-    mode: Mode
-    modes: Sequence[Mode]
-    channel: int
-
-    @property
-    def seen(self) -> tuple[Sequence[Samples], Mode, Sequence[Mode], int]:
-        """All of it."""
-        return self.parts, self.mode, self.modes, self.channel
-
-
 def motions_at_levels(records: Sequence[ModeRecord]) -> list[ModalMotion | str]:
     """Return how a mode moves in records, or why that is not known: too short, too much noise.
 
@@ -221,7 +192,7 @@ def motions_at_levels(records: Sequence[ModeRecord]) -> list[ModalMotion | str]:
         Of one mode, excited alike but for the level.
     """
     half_width_hz = max(each.mode.damping_ratio * each.mode.frequency_hz for each in records)
-    seen = [mode_in_record(*each.seen, half_width_hz) for each in records]
+    seen = [mode_in_record(each, half_width_hz) for each in records]
     known = [each for each in seen if isinstance(each, ModeInRecord)]
     if not known:
         return [each for each in seen if isinstance(each, str)]

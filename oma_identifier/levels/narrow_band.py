@@ -29,75 +29,8 @@ class Narrow:
 
 
 @dataclass(frozen=True, slots=True)
-class ModeInRecord:
-    """A mode, and where a record is looked at to see it.
-
-    Parameters
-    ----------
-    mode : Mode
-        As identified in the record.
-    parts : sequence of Samples
-        The stretches that are long enough.
-    row : (n_channels,) array
-        What channels are multiplied with to see the mode alone at its channel.
-    derived : int
-        Derivatives of displacement that the channels measure.
-    reach_hz, wide_hz : float [Hz]
-        On either side of the mode, of its moments and of its flanks.
-    ends_s : float [s]
-        Left out at either end.
-    alone : bool
-        Whether no other mode was found in the record.
-    """
-
-    mode: Mode
-    parts: Sequence[Samples]
-    row: Real
-    derived: int
-    reach_hz: float
-    wide_hz: float
-    ends_s: float
-    alone: bool
-
-    def within(self, reach_hz: float, colour: float) -> list[Narrow]:
-        """Return what each part shows in a band, the colour of the force taken out."""
-        return [self._in_band(part, reach_hz, colour) for part in self.parts]
-
-    def _in_band(self, samples: Samples, reach_hz: float, colour: float) -> Narrow:
-        modal = samples.widened() @ self.row
-        lines = np.fft.rfft(modal - modal.mean())
-        hz = np.fft.rfftfreq(len(modal), 1.0 / samples.sample_rate_hz)
-        f = self.mode.frequency_hz
-        inside = np.flatnonzero(np.abs(hz - f) <= reach_hz)
-        rate = 2j * np.pi * hz[inside]
-        white = (hz[inside] / f) ** (-0.5 * colour)
-        displacement: Complex = np.asarray(
-            2.0 * white * lines[inside] / rate**self.derived, dtype=complex
-        )
-        # Lines about the middle one as those of a signal of its own: what is slow is few samples.
-        n, middle = len(inside), len(inside) // 2
-        rate_hz = samples.sample_rate_hz * n / len(modal)
-        cut = math.ceil(self.ends_s * rate_hz)
-
-        def envelope(of: Complex) -> Complex:
-            return np.asarray(np.fft.ifft(np.roll(of, -middle)) * n / len(modal))[cut : n - cut]
-
-        return Narrow(
-            envelope(displacement),
-            envelope(rate * displacement),
-            rate_hz,
-            float(hz[inside[middle]]),
-        )
-
-
-def mode_in_record(
-    parts: Sequence[Samples],
-    mode: Mode,
-    modes: Sequence[Mode],
-    channel: int,
-    half_width_hz: float,
-) -> ModeInRecord | str:
-    """Return how to see a mode, or why it is not seen: a record too short.
+class ModeRecord:
+    """A mode in a record.
 
     Parameters
     ----------
@@ -110,30 +43,125 @@ def mode_in_record(
     channel : int
         Whose motion is meant, of the mode's shape; it measures along a straight line, and those
         of its unit are taken.
+    """
+
+    parts: Sequence[Samples]
+    mode: Mode
+    modes: Sequence[Mode]
+    channel: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Lines:
+    """Spectral lines of a part about a mode, as its channel moves with the mode alone.
+
+    Parameters
+    ----------
+    hz : (n_lines,) array [Hz]
+    displacement : (n_lines,) complex array [m]
+    n_rows : int
+        Of the part.
+    rate_hz : float [Hz]
+        Of its samples.
+    """
+
+    hz: Real
+    displacement: Complex
+    n_rows: int
+    rate_hz: float
+
+
+@dataclass(frozen=True, slots=True)
+class ModeInRecord:
+    """A mode, and what a record shows about it.
+
+    Parameters
+    ----------
+    mode : Mode
+        As identified in the record.
+    lines : tuple of _Lines
+        Of the stretches that are long enough, within ``wide_hz``.
+    reach_hz, wide_hz : float [Hz]
+        On either side of the mode, of its moments and of its flanks.
+    ends_s : float [s]
+        Left out at either end.
+    alone : bool
+        Whether no other mode was found in the record.
+    """
+
+    mode: Mode
+    lines: tuple[_Lines, ...]
+    reach_hz: float
+    wide_hz: float
+    ends_s: float
+    alone: bool
+
+    def within(self, reach_hz: float, colour: float) -> list[Narrow]:
+        """Return what each part shows in a band, the colour of the force taken out."""
+        return [self._in_band(part, reach_hz, colour) for part in self.lines]
+
+    def _in_band(self, lines: _Lines, reach_hz: float, colour: float) -> Narrow:
+        f = self.mode.frequency_hz
+        inside = np.abs(lines.hz - f) <= reach_hz
+        hz = lines.hz[inside]
+        displacement = lines.displacement[inside] * (hz / f) ** (-0.5 * colour)
+        # Lines about the middle one as those of a signal of its own: what is slow is few samples.
+        n, middle = len(hz), len(hz) // 2
+        rate_hz = lines.rate_hz * n / lines.n_rows
+        cut = math.ceil(self.ends_s * rate_hz)
+
+        def envelope(of: Complex) -> Complex:
+            return np.asarray(np.fft.ifft(np.roll(of, -middle)) * n / lines.n_rows)[cut : n - cut]
+
+        return Narrow(
+            envelope(displacement),
+            envelope(2j * np.pi * hz * displacement),
+            rate_hz,
+            float(hz[middle]),
+        )
+
+
+def mode_in_record(record: ModeRecord, half_width_hz: float) -> ModeInRecord | str:
+    """Return how a record shows a mode, or why it does not: it is too short.
+
+    Parameters
+    ----------
+    record : ModeRecord
     half_width_hz : float [Hz]
         That bands are multiples of, one for all levels: what a band lets through of other modes
         is then no change with the level.
     """
-    channels, f = parts[0].channels, mode.frequency_hz
-    reach = min(LEVELS.half_widths * half_width_hz, 0.9 * f)
-    alike = [n for n, each in enumerate(channels) if each.unit == channels[channel].unit]
-    row = np.zeros(len(channels))
-    row[alike] = abs(mode.shape[channel]) * _filter_row(mode, modes, alike, reach)
+    parts, mode, modes = record.parts, record.mode, record.modes
     ends_s = LEVELS.ends / (2.0 * math.pi * half_width_hz)
     enough = [each for each in parts if each.duration_s > LEVELS.fewest_ends * ends_s]
     if not enough:
         longest_s, needed_s = max(each.duration_s for each in parts), LEVELS.fewest_ends * ends_s
         return f'{longest_s:.3g} s in a row are short, {math.ceil(1.05 * needed_s):g} s would do'
+    channels, channel = parts[0].channels, record.channel
+    reach_hz = min(LEVELS.half_widths * half_width_hz, 0.9 * mode.frequency_hz)
+    wide_hz = _wide_reach(mode, modes, half_width_hz, parts[0].sample_rate_hz)
+    alike = [n for n, each in enumerate(channels) if each.unit == channels[channel].unit]
+    row = np.zeros(len(channels))
+    row[alike] = abs(mode.shape[channel]) * _filter_row(mode, modes, alike, reach_hz)
+    derived = channels[channel].times_derived
     return ModeInRecord(
         mode,
-        enough,
-        row,
-        channels[channel].times_derived,
-        reach,
-        _wide_reach(mode, modes, half_width_hz, parts[0].sample_rate_hz),
+        tuple(_lines(each, row, derived, mode.frequency_hz, wide_hz) for each in enough),
+        reach_hz,
+        wide_hz,
         ends_s,
         all(other is mode for other in modes),
     )
+
+
+def _lines(samples: Samples, row: Real, derived: int, f_hz: float, reach_hz: float) -> _Lines:
+    """Return what channels show together about a frequency, derived so often less."""
+    modal = samples.widened() @ row
+    lines = np.fft.rfft(modal - modal.mean())
+    hz: Real = np.asarray(np.fft.rfftfreq(len(modal), 1.0 / samples.sample_rate_hz), float)
+    inside = np.flatnonzero(np.abs(hz - f_hz) <= reach_hz)
+    displacement = 2.0 * lines[inside] / (2j * np.pi * hz[inside]) ** derived
+    return _Lines(hz[inside], displacement, len(modal), samples.sample_rate_hz)
 
 
 def _wide_reach(
