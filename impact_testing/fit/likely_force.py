@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 from impact_testing.fit.modal_model import Doubts, remainder, residual
 from impact_testing.responses import apart, PointData, PointFrf, Pulse
-from impact_testing.taps import ForceLevel
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
@@ -55,7 +54,7 @@ def with_likely_force(
         Of accelerances.
     """
     read = measured.frf.spectra
-    noise_n = ForceLevel.of(read.record.force_n).noise_n
+    noise_n = read.force_noise_n
     if noise_n == 0.0:
         return data
     answers = _Answers.of(data, pole, amplitude)
@@ -105,16 +104,15 @@ def force_doubt(data: PointData) -> Real:
     Half of it is in the real, half in the imaginary part.
     """
     spectra = data.frf.spectra
-    noise_n = ForceLevel.of(spectra.record.force_n).noise_n
     longest = max(len(pulse.force_n) for pulse in spectra.pulses)
-    power = longest * (noise_n / spectra.record.rate_hz) ** 2
+    power = longest * (spectra.force_noise_n / spectra.record.rate_hz) ** 2
     return np.asarray(power / data.frf.force_power[data.lines])
 
 
 def force_doubts(data: PointData, pole: Complex, amplitude: Complex) -> Doubts:
     """Return what common noise of the forces adds to a point, without residual terms' part."""
     spectra = data.frf.spectra
-    noise_n = ForceLevel.of(spectra.record.force_n).noise_n
+    noise_n = spectra.force_noise_n
     if noise_n == 0.0:
         return Doubts.none(data)
     size, longest = _sizes(data), max(spectra.pulses, key=lambda pulse: len(pulse.force_n))

@@ -119,11 +119,12 @@ def _completed(
         more = further_mode(now, model, doubts)
         if more is None:
             break
-        fresh, pole, shape = now, np.append(model.pole, more[0]), np.vstack([model.shape, more[1]])
+        fresh, before = now, model
+        pole, shape = np.append(model.pole, more[0]), np.vstack([model.shape, more[1]])
         if rings_on(now, pole)[-1] and not doubts:
             fresh, pole = tuned(now, pole)
             shape = first_shapes(free_fit(fresh, pole), model.places)
-        before = evaluate(fresh, model.places, model.pole, model.shape, doubts)
+            before = evaluate(fresh, model.places, model.pole, model.shape)
         least = _least_gain(fresh, before, complex(more[0]), chance, doubts)
         longer = climb(fresh, model.places, pole, shape, doubts=doubts, settled=SETTLED * least)
         if sum(before.cost) - sum(longer.cost) < least:

@@ -76,6 +76,8 @@ class PointSpectra:
         Spectra of the force.
     motion : (n_taps, n_lines, n_channels) complex array [m/s]
         Spectra of the responses, differentiated or integrated to accelerations.
+    force_noise_n : float [N]
+        Standard deviation of what the force channel reads without a tap.
     """
 
     record: ImpactRecord
@@ -86,6 +88,7 @@ class PointSpectra:
     frequency_hz: Real
     force: Complex
     motion: Complex
+    force_noise_n: float
 
     @classmethod
     def of(
@@ -96,8 +99,8 @@ class PointSpectra:
         decay_1_s: float = 0.0,
     ) -> 'PointSpectra':
         """Transform the segments of the good taps."""
-        rest_n = ForceLevel.of(record.force_n).rest_n
-        pulses = tuple(pulse_of(record, each.tap, rest_n) for each in taps)
+        level = ForceLevel.of(record.force_n)
+        pulses = tuple(pulse_of(record, each.tap, level.rest_n) for each in taps)
         rate_hz, window = record.rate_hz, _window(decay_1_s, length_s, record.rate_hz)
         n_rows = len(window)
         frequency = rfftfreq(n_rows, 1.0 / rate_hz)[1:]
@@ -119,6 +122,7 @@ class PointSpectra:
             frequency_hz=frequency,
             force=_force_spectra(good, window, rate_hz),
             motion=np.asarray(motions) * to_acceleration,
+            force_noise_n=level.noise_n,
         )
 
     def with_force(self, pulses: Sequence[Pulse]) -> 'PointSpectra':
