@@ -20,6 +20,7 @@ from modal_core.samples import Samples
 from oma_identifier.motion import Cleaned, Lag, LATE, never, PeakTest
 from oma_identifier.synchrony.coherence import check_coherence, Coherence
 from oma_identifier.synchrony.delay_odds import SensorDelay
+from oma_identifier.synchrony.half_windows import HalfWindows
 from oma_identifier.synchrony.sensor_delay import sensor_delays
 from oma_identifier.synchrony.sensor_peaks import Columns, Peak, sensor_peaks
 from oma_identifier.synchrony.thresholds import SYNCHRONY
@@ -46,8 +47,7 @@ class Synchroniser:
         self._peaks: list[Peak] = []
         self._held: dict[str, SensorDelay] = {}
         self._coherence = Coherence()
-        self._of: tuple[tuple[Channel, ...], float] = ((), 0.0)
-        self._start_ns = self._middle_ns = 0
+        self._half_windows = HalfWindows()
 
     def align(self, cleaned: Cleaned) -> Cleaned:
         """Return a window in step; the very same one where its sensors are.
@@ -105,16 +105,11 @@ class Synchroniser:
         return lags[channel.name].behind_s if channel.name in lags else 0.0
 
     def _look(self, samples: Samples) -> None:
-        """Estimate the delays anew when half a window is new, or the clock was set back."""
         self.corrects_earlier, self._peaks = False, []
-        grid = samples.channels, samples.sample_rate_hz
-        if grid != self._of:
-            self._of, self._held = grid, {}
-            self._coherence = Coherence()
-        elif self._start_ns <= samples.start_ns < self._middle_ns:
+        if not self._half_windows.has_seen(samples):
+            self._held, self._coherence = {}, Coherence()
+        if not self._half_windows.is_due(samples):
             return
-        self._start_ns = samples.start_ns
-        self._middle_ns = (samples.start_ns + samples.end_ns) // 2
         if samples.duration_s < SYNCHRONY.shortest_s:
             return
         columns = columns_of(samples.channels)

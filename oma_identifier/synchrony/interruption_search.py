@@ -21,9 +21,11 @@ from oma_identifier.synchrony.block_regression import BlockRegression, Left, usu
 from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 MOST_SUSPECTS = 4
-"""Sensors that are tried first: is it without them that all others go on?"""
+"""Sensors that are tried first: is it without them that all others go on?  With one, one of 21
+records (seeds 984000 to 984020) tells of a sensor that was heard; twelve are no better."""
 ROWS_PER_COLUMN = 10
-"""Rows from where on a fit to a stretch alone tells whether it follows the others otherwise."""
+"""Rows from where on a fit to a stretch alone tells whether it follows the others otherwise.
+Without asking, one of the same records tells of a sensor that was heard."""
 
 Real = NDArray[np.float64]
 Places = NDArray[np.int64]

@@ -11,11 +11,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from modal_core.channel import Channel
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
 from oma_identifier.motion import Cleaned
-from oma_identifier.synchrony.block_regression import BlockRegression
+from oma_identifier.synchrony.block_regression import BlockRegression, Regressors
+from oma_identifier.synchrony.half_windows import HalfWindows
 from oma_identifier.synchrony.in_step import columns_of, in_step
 from oma_identifier.synchrony.interruption_search import Follows, InterruptionSearch
 from oma_identifier.synchrony.thresholds import SYNCHRONY
@@ -40,15 +40,18 @@ class _Interruption:
         Channel.
     weights : (n_columns,) array
         Of the prediction, in the units of the samples.
-    regression : BlockRegression
+    regressors : Regressors
         Whose columns these are.
+    n_beside : int
+        Rows to either side that offsets are read off.
     spans_ns : tuple of (int, int) [ns]
         From when to when.
     """
 
     name: str
     weights: Real
-    regression: BlockRegression
+    regressors: Regressors
+    n_beside: int
     spans_ns: Spans
 
     def rows(self, samples: Samples) -> Spans:
@@ -68,8 +71,7 @@ class Interruptions:
     def __init__(self) -> None:
         self._known: dict[str, Follows] = {}
         self._held: list[_Interruption] = []
-        self._of: tuple[tuple[Channel, ...], float] = ((), 0.0)
-        self._start_ns = self._middle_ns = 0
+        self._half_windows = HalfWindows()
 
     def mend(self, cleaned: Cleaned) -> Cleaned:
         """Return a window without what is no measurement; the very same one where there is none.
@@ -101,12 +103,8 @@ class Interruptions:
         return replace(mended, left_out=(*mended.left_out, *out))
 
     def _look(self, samples: Samples) -> None:
-        """Look anew when half a window is new, or the clock was set back."""
-        grid = samples.channels, samples.sample_rate_hz
-        if grid == self._of and self._start_ns <= samples.start_ns < self._middle_ns:
+        if not self._half_windows.is_due(samples):
             return
-        self._of, self._start_ns = grid, samples.start_ns
-        self._middle_ns = (samples.start_ns + samples.end_ns) // 2
         self._held = []
         n_groups = math.ceil(len(samples.channels) / MOST_TOGETHER)
         for first in range(n_groups):
@@ -114,7 +112,6 @@ class Interruptions:
             regression = BlockRegression(samples, places)
             if regression.n_blocks >= SYNCHRONY.fewest_blocks:
                 self._held += self._interrupted(samples, regression)
-            regression.forget()
 
     def _interrupted(self, samples: Samples, regression: BlockRegression) -> list[_Interruption]:
         channels = [samples.channels[place] for place in regression.channels]
@@ -128,7 +125,15 @@ class Interruptions:
         for place, marked in marks.items():
             weights, limit = search.physical(place), EDGE * search.usual_left(place)
             spans = _spans(samples, regression, weights, place, marked, limit)
-            found.append(_Interruption(names[place], weights, regression, _times(samples, spans)))
+            found.append(
+                _Interruption(
+                    names[place],
+                    weights,
+                    regression.regressors,
+                    regression.n_rows,
+                    _times(samples, spans),
+                )
+            )
         return found
 
 
@@ -150,7 +155,7 @@ def _spans(
         first = lags + begin * size if begin else 0
         last = lags + end * size if end < len(marked) else n_all
         away = samples.acceleration[first:last, column]
-        away = away - regression.about(samples, first - lags, last - lags) @ weights
+        away = away - regression.regressors.about(samples, first - lags, last - lags) @ weights
         beyond = np.flatnonzero(np.abs(away - np.median(away)) > limit)
         if len(beyond):
             first, last = first + int(beyond[0]), first + int(beyond[-1]) + 1
@@ -166,10 +171,10 @@ def _filled(samples: Samples, found: Sequence[_Interruption]) -> Samples:
     values = samples.acceleration.copy()
     for each in found:
         column = samples.channel_names.index(each.name)
-        reach, lags = each.regression.n_rows, each.regression.n_lags
+        reach, lags = each.n_beside, each.regressors.n_lags
         for first, last in each.rows(samples):
             low, high = max(0, first - reach), min(len(values), last + reach)
-            said = each.regression.about(samples, low - lags, high - lags) @ each.weights
+            said = each.regressors.about(samples, low - lags, high - lags) @ each.weights
             away = samples.acceleration[low:high, column] - said
             beside = away[: first - low], away[last - low :]
             ends = [part.mean() for part in beside if len(part)] or [0.0]

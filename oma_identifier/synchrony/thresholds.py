@@ -73,7 +73,7 @@ class SynchronyThresholds:
 
     # A sensor is not heard for a while.
     fewest_blocks: int = 16
-    """Blocks whose median tells what is usual."""
+    """Blocks that tell what is usual."""
     fewest_witnesses: int = 2
     """Sensors beside those that are not heard."""
     unexplained: float = 0.1
