@@ -182,8 +182,8 @@ def _without_deviations(modes: Sequence[ScaledMode], length_s: float) -> list[st
         needed_s = TOLD_DECAY / float((damping * size)[ringing].min())
         whose = 'no mode has a' if without.all() else 'these have no'
         said.append(
-            f'modes at {_listed(each, ringing)} Hz ring on from tap to tap, so {whose} σ:'
-            f' pauses of {needed_s:.2g} s tell'
+            f'modes at {_listed(each, ringing)} Hz ring on to the end of each segment, so {whose}'
+            f' σ: pauses of {needed_s:.2g} s after each tap tell'
         )
         if without.all():
             return said

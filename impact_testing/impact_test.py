@@ -33,17 +33,24 @@ from impact_testing.fit import (
     synthesised,
 )
 from impact_testing.modes import scaled_modes
-from impact_testing.record import ImpactRecord
+from impact_testing.record import ImpactRecord, together
 from impact_testing.responses import band_lines, PointData, PointFrf, PointSpectra
 from impact_testing.result import ImpactResult, TestedPoint
 from impact_testing.steady_lines import without_steady_lines
-from impact_testing.taps import Fault, gaps, judge_taps, JudgedTap, usual_length, with_length
+from impact_testing.taps import (
+    Fault,
+    FEWEST_TAPS,
+    gaps,
+    judge_taps,
+    JudgedTap,
+    points_of,
+    usual_length,
+    with_length,
+)
 from impact_testing.thresholds import IMPACT
 from modal_core.errors import IdentificationError, SettingsError
 from oma_identifier.one_thread import one_thread
 
-FEWEST_TAPS = 2
-"""Of one tap neither coherence nor noise is known."""
 HIGHEST_SHARE = 0.4
 """Of the sample rate: filters of converters begin to fall there."""
 LEAST_DECAY = 0.05
@@ -98,7 +105,8 @@ def impact_modes(
     Parameters
     ----------
     records : sequence of ImpactRecord
-        One per point hit (roving hammer) or set-up of sensors (roving accelerometers).
+        One per point hit (roving hammer) or set-up of sensors (roving accelerometers), or several
+        of one point with the same sensors, as where each tap has a file.
     settings : ImpactSettings or None
         None: everything from the data.
 
@@ -110,8 +118,10 @@ def impact_modes(
     settings = settings or ImpactSettings()
     _check_rates(records)
     without = [without_steady_lines(each) for each in records]
-    cleared = [each.record for each in without]
-    judged, length_s = judged_together(cleared, settings.segment_s, records)
+    points = points_of([each.record for each in without])
+    cleared = [together([without[n].record for n in each]) for each in points]
+    as_read = [together([records[n] for n in each]) for each in points]
+    judged, length_s = judged_together(cleared, settings.segment_s, as_read)
     decay = -np.log(settings.window_end) / length_s
     spectra = [
         _without_unlike(PointSpectra.of(record, taps, length_s, decay))
@@ -155,6 +165,7 @@ def judged_together(
     Parameters
     ----------
     records : sequence of ImpactRecord
+        One for each point and its sensors.
     segment_s : float [s] or None
         None: as long as the taps allow.
     as_read : sequence of ImpactRecord or None
@@ -173,8 +184,9 @@ def judged_together(
     judged = [
         with_length(record, taps, length_s) for record, taps in zip(records, judged, strict=True)
     ]
+    several = len(records) > 1
     for record, taps in zip(records, judged, strict=True):
-        _check_taps(record, taps)
+        _check_taps(record, taps, several and not record.hit)
     return judged, length_s
 
 
@@ -278,17 +290,20 @@ def _check_rates(records: Sequence[ImpactRecord]) -> None:
         )
 
 
-def _check_taps(record: ImpactRecord, taps: Sequence[JudgedTap]) -> None:
+def _check_taps(record: ImpactRecord, taps: Sequence[JudgedTap], unnamed: bool) -> None:
     good = sum(each.good for each in taps)
     if good >= FEWEST_TAPS:
         return
+    advice = ''
+    if any(each.has(Fault.TOO_CLOSE) for each in taps):
+        advice = 'wait until the structure rests between taps, 3 s or more'
+    elif good and unnamed:
+        advice = 'where each tap has a file, say which point they hit: those of one are joined'
     why = '; '.join(f'tap {number}: {t.words}' for number, t in enumerate(taps, 1) if not t.good)
     raise IdentificationError(
         'too few good taps',
         where=record.name,
         found=f'{good} of {len(taps)}' + (f' ({why})' if why else ''),
         expected=f'{FEWEST_TAPS} at least, for coherence and standard deviations; 5 are better',
-        advice='wait until the structure rests between taps, 3 s or more'
-        if any(each.has(Fault.TOO_CLOSE) for each in taps)
-        else '',
+        advice=advice,
     )

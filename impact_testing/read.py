@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.record import AGAINST, ImpactRecord
+from impact_testing.record import AGAINST, ImpactRecord, Run
 from modal_core.channel import Channel
 from modal_core.errors import RecordingError
 from modal_core.measurements import SampleBlock, StampedSamples
@@ -23,7 +23,7 @@ def read_impact(
     unit: str | None = None,
     channels: Sequence[str] | None = None,
 ) -> ImpactRecord:
-    """Read a recording of taps on one point.
+    """Read a recording of taps on one point; times may begin anew for each tap.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def read_impact(
     RecordingError
         No force, or channels whose motion is none.
     """
-    found = open_with_force(path, force, sample_rate_hz, unit, channels)
+    found = open_with_force(path, force, sample_rate_hz, unit, channels, in_runs=True)
     recording = found.responses
     rows = np.concatenate(
         [
@@ -67,7 +67,9 @@ def read_impact(
             )
     samples = Samples(rows, recording.sample_rate_hz, measured, recording.start_ns)
     point = _hit(found.name, recording.channel_names) if hit is None else hit
-    return ImpactRecord(found.force_n, samples, point, Path(path).stem)
+    name, ends = Path(path).stem, (*found.begins[1:], len(rows))
+    runs = tuple(Run(name, *rows_of) for rows_of in zip(found.begins, ends, strict=True))
+    return ImpactRecord(found.force_n, samples, point, name, runs)
 
 
 def _check_whole(path: str | Path, values: NDArray[np.float64], names: Sequence[str]) -> None:

@@ -1,14 +1,35 @@
 """A recording of taps: the force of the hammer and what the structure answers."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.errors import RecordingError
 from modal_core.samples import Samples
+from modal_core.words.named import named
 
 AGAINST = '-'
+NAMED = 3
+"""Recordings told one by one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Rows that were recorded without a break.
+
+    Parameters
+    ----------
+    name : str
+        Of the recording, for people.
+    first, end : int
+        Rows: what was struck before the first is not heard after it.
+    """
+
+    name: str
+    first: int
+    end: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +48,15 @@ class ImpactRecord:
         among the responses; empty: not known.
     name : str
         Of the recording, for people.
+    of_runs : tuple of Run
+        Each recorded without a break, in order; empty: all rows are one.
     """
 
     force_n: NDArray[np.float64]
     responses: Samples
     hit: str = ''
     name: str = 'recording'
+    of_runs: tuple[Run, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what cannot be a recording of taps.
@@ -54,6 +78,15 @@ class ImpactRecord:
             raise RecordingError('force is not finite', where=f'{self.name}: row {row + 1}')
 
     @property
+    def runs(self) -> tuple[Run, ...]:
+        """What was recorded without a break, in order."""
+        return self.of_runs or (Run(self.name, 0, len(self.force_n)),)
+
+    def run_of(self, row: int) -> Run:
+        """Return what a row was recorded with."""
+        return next(each for each in reversed(self.runs) if each.first <= row)
+
+    @property
     def point(self) -> str:
         """The channel at the point that was hit, without its sign."""
         return self.hit.removeprefix(AGAINST)
@@ -67,3 +100,37 @@ class ImpactRecord:
     def rate_hz(self) -> float:
         """Sample rate [Hz]."""
         return self.responses.sample_rate_hz
+
+
+def apart(record: ImpactRecord) -> list[ImpactRecord]:
+    """Return the runs of a record, one by one."""
+    return [
+        replace(
+            record,
+            force_n=record.force_n[run.first : run.end],
+            responses=record.responses.part(slice(run.first, run.end)),
+            name=run.name,
+            of_runs=(),
+        )
+        for run in record.runs
+    ]
+
+
+def together(records: Sequence[ImpactRecord]) -> ImpactRecord:
+    """Return records of one point and the same sensors as one, each a run of its own."""
+    if len(records) == 1:
+        return records[0]
+    runs = list[Run]()
+    for record in records:
+        first = runs[-1].end if runs else 0
+        runs += (
+            replace(each, first=first + each.first, end=first + each.end) for each in record.runs
+        )
+    rows = np.concatenate([each.responses.acceleration for each in records])
+    return replace(
+        records[0],
+        force_n=np.concatenate([each.force_n for each in records]),
+        responses=replace(records[0].responses, acceleration=rows),
+        name=named(list(dict.fromkeys(each.name for each in records)), NAMED),
+        of_runs=tuple(runs),
+    )

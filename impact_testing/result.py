@@ -1,5 +1,7 @@
 """What a tap test found."""
 
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,6 +68,15 @@ class TestedPoint:
     def agreement(self) -> NDArray[np.float64]:
         """FRAC of synthesised and measured FRFs, (n_channels,) array."""
         return frac(self.synthesised, self.measured)
+
+    def told_taps(self) -> Iterator[tuple[str, int, float, JudgedTap]]:
+        """Yield each tap with the name of its recording, its number and time [s] in there."""
+        record, counts = self.data.frf.spectra.record, Counter[str]()
+        for each in self.taps:
+            run = record.run_of(each.tap.first)
+            counts[run.name] += 1
+            time_s = (each.tap.peak - run.first) / record.rate_hz
+            yield run.name, counts[run.name], time_s, each
 
     @property
     def n_good(self) -> int:

@@ -13,8 +13,9 @@ References
 Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, sections 2.2 and 5.4.1.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from impact_testing.phase_course import course_of
-from impact_testing.record import ImpactRecord
+from impact_testing.record import apart, ImpactRecord, together
 from impact_testing.taps import begin_of, FILTER_SAMPLES, find_taps, Tap
 from modal_core.numbers.chance import fisher_tail
 from modal_core.numbers.tapers import hann
@@ -93,12 +94,28 @@ class Cleared:
 
 
 def without_steady_lines(record: ImpactRecord) -> Cleared:
-    """Take lines out of the force and the responses.
+    """Take lines out of the force and the responses; their phases begin anew with each run.
 
     Parameters
     ----------
     record : ImpactRecord
     """
+    if len(record.runs) == 1:
+        return _without(record)
+    each = [_without(run) for run in apart(record)]
+    return Cleared(
+        together([one.record for one in each]),
+        _in_any(one.taken_hz for one in each),
+        _in_any(one.left_hz for one in each),
+        _in_any(one.too_soon_hz for one in each),
+    )
+
+
+def _in_any(lines_hz: Iterable[tuple[float, ...]]) -> tuple[float, ...]:
+    return tuple(sorted(set(chain.from_iterable(lines_hz))))
+
+
+def _without(record: ImpactRecord) -> Cleared:
     taps = (*find_taps(record.force_n, record.rate_hz), *_taps_under_lines(record))
     rest = min((begin_of(record, each) for each in taps), default=0)
     apart = _apart_from(record, taps)
@@ -236,7 +253,8 @@ class _Line:
                 # A channel that tells of few blocks has no say in how these lie to the others.
                 tells = tells * _widest(tells)
             strength = np.maximum(tells.sum(axis=1), 1e-9)
-            seen = blocks.phasor * np.exp(-1j * phase)[:, None] / phasor
+            heard = np.where(phasor == 0.0, 1.0, phasor)
+            seen = blocks.phasor * np.exp(-1j * phase)[:, None] / heard
             turn = np.sum(tells * seen.imag, axis=1) / strength
             phase, uncertain = course_of(blocks.step_s, phase + turn, 0.5 / strength, WANDER)
             # Only a line whose phase is followed tells what rings.

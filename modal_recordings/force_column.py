@@ -34,6 +34,8 @@ FORCE_WORDS = frozenset(('force', 'hammer', 'kraft', 'impact'))
 WITH_FORCE = ', '.join((*ARRAY_READERS, *READERS))
 UNEVEN = 0.1
 """Share of a step by which a stamp may be off before the rows are no even samples."""
+SHORTEST_RUN = 64
+"""Rows of a run in the mean: fewer hold no ring-down: such stamps are uneven."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +50,14 @@ class ForceRecording:
         One value per row.
     name : str
         Of the force's column, without its unit.
+    begins : tuple of int
+        Rows where the times begin anew: runs of a trigger, or lost samples before them.
     """
 
     responses: ArrayRecording
     force_n: NDArray[np.float64]
     name: str
+    begins: tuple[int, ...] = (0,)
 
 
 def open_with_force(
@@ -61,6 +66,8 @@ def open_with_force(
     sample_rate_hz: float | None = None,
     unit: str | None = None,
     channels: Sequence[str] | None = None,
+    *,
+    in_runs: bool = False,
 ) -> ForceRecording:
     """Open a table of which one column is a force.
 
@@ -72,6 +79,8 @@ def open_with_force(
         Name of the column; None: the one in newtons, or called a force or a hammer.
     sample_rate_hz, unit, channels
         See :func:`modal_recordings.open_recording`; names of all columns, the force among them.
+    in_runs : bool
+        Whether times may begin anew, as where a trigger starts a run of its own for each tap.
 
     Raises
     ------
@@ -98,9 +107,10 @@ def open_with_force(
     factor = _newtons(place, headings[column])
     rest = without_columns(table, options, {column})
     responses = ArrayRecording(place, *rest)
-    _check_even(place, responses)
+    begins = _begins(responses) if in_runs else (0,)
+    _check_even(place, responses, begins)
     name = headings[column].name
-    return ForceRecording(responses, factor * table.column(column), name)
+    return ForceRecording(responses, factor * table.column(column), name, begins)
 
 
 def _headings(place: Path, table: ArrayTable, options: ArrayOptions) -> list[Heading]:
@@ -155,17 +165,26 @@ def _newtons(place: Path, heading: Heading) -> float:
     return factor
 
 
-def _check_even(place: Path, responses: ArrayRecording) -> None:
+def _begins(responses: ArrayRecording) -> tuple[int, ...]:
+    if responses.stamp_ns is None:
+        return (0,)
+    step_ns = 1e9 / responses.sample_rate_hz
+    breaks = 1 + np.flatnonzero(np.abs(np.diff(responses.stamp_ns) - step_ns) > 0.5 * step_ns)
+    return (0, *breaks.tolist()) if SHORTEST_RUN * len(breaks) < len(responses.stamp_ns) else (0,)
+
+
+def _check_even(place: Path, responses: ArrayRecording, begins: Sequence[int]) -> None:
     if responses.stamp_ns is None:
         return
     step_ns = 1e9 / responses.sample_rate_hz
-    n_rows = len(responses.stamp_ns)
-    off = responses.stamp_ns - responses.stamp_ns[0] - step_ns * np.arange(n_rows)
-    if np.abs(off).max() > UNEVEN * step_ns * max(1.0, 1e-3 * n_rows):
-        raise RecordingError(
-            'times are not even',
-            where=place,
-            found=f'{np.abs(off).max() / 1e6:.3g} ms off a rate of'
-            f' {responses.sample_rate_hz:.6g} Hz',
-            expected='force and responses of one converter, no sample lost',
-        )
+    for stamps in np.split(responses.stamp_ns, begins[1:]):
+        n_rows = len(stamps)
+        off = stamps - stamps[0] - step_ns * np.arange(n_rows)
+        if np.abs(off).max() > UNEVEN * step_ns * max(1.0, 1e-3 * n_rows):
+            raise RecordingError(
+                'times are not even',
+                where=place,
+                found=f'{np.abs(off).max() / 1e6:.3g} ms off a rate of'
+                f' {responses.sample_rate_hz:.6g} Hz',
+                expected='force and responses of one converter, no sample lost',
+            )

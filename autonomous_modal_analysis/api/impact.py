@@ -121,7 +121,8 @@ def impact(
     Parameters
     ----------
     recordings : path, ImpactRecord or sequence of these
-        One per point hit (roving hammer) or place of the sensors (roving accelerometers).
+        One per point hit (roving hammer) or place of the sensors (roving accelerometers); those
+        of one point and the same sensors are joined, so each tap may have a file.
     at : str, sequence of str or None
         Channel at the point hit, one per recording or one for all; ``-elbow.x`` where the hammer
         struck against it.  None: what the force's name says behind an @.

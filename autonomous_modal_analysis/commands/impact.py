@@ -17,7 +17,8 @@ def impact(
     recordings: Annotated[
         list[Path],
         typer.Argument(
-            help='Tables with a force channel in N, one per point hit or place of the sensors.',
+            help='Tables with a force channel in N, one per point hit or place of the sensors; '
+            'where each tap has a file, those of one point are joined.',
             show_default=False,
         ),
     ],

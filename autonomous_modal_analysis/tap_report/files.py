@@ -56,13 +56,14 @@ def save_tap_test(folder: Path, found: ImpactResult, name: str) -> None:
 def _point_json(point: TestedPoint) -> dict[str, Any]:
     taps = [
         {
-            'time_s': each.tap.peak / point.data.frf.spectra.record.rate_hz,
+            'recording': recording,
+            'time_s': time_s,
             'peak_n': each.tap.peak_n,
             'width_s': each.tap.width_s,
             'good': each.good,
             'faults': {str(fault): how for fault, how in each.faults},
         }
-        for each in point.taps
+        for recording, _, time_s, each in point.told_taps()
     ]
     names = point.data.frf.spectra.names
     agreement = dict(zip(names, point.agreement.tolist(), strict=True))

@@ -82,12 +82,11 @@ def _modes(found: ImpactResult) -> Table:
 def _taps(found: ImpactResult) -> Table:
     rows = []
     for point in found.points:
-        rate_hz = point.data.frf.spectra.record.rate_hz
-        for index, each in enumerate(point.taps, start=1):
+        for recording, index, time_s, each in point.told_taps():
             cells = [
-                Cell(point.name, 'free'),
+                Cell(recording, 'free'),
                 number(str(index)),
-                number(f'{each.tap.peak / rate_hz:.2f}'),
+                number(f'{time_s:.2f}'),
                 number(f'{each.tap.peak_n:.3g}'),
                 number(f'{1e3 * each.tap.width_s:.2g}'),
                 Cell(each.words, '' if each.good else 'bad'),

@@ -25,9 +25,9 @@ def show_tap_test(found: ImpactResult, name: str) -> None:
         )
     OUTPUT.print(table)
     for point in found.points:
-        for number, tap in enumerate(point.taps, start=1):
+        for recording, number, _, tap in point.told_taps():
             if not tap.good:
-                said = f'{point.name}, tap {number} left out: {tap.words}'
+                said = f'{recording}, tap {number} left out: {tap.words}'
                 OUTPUT.print(escape(said), soft_wrap=True)
     for remark in found.remarks:
         OUTPUT.print(f'note: {escape(remark)}', soft_wrap=True)

@@ -99,8 +99,11 @@ class PointSpectra:
         decay_1_s: float = 0.0,
     ) -> 'PointSpectra':
         """Transform the segments of the good taps."""
-        level = ForceLevel.of(record.force_n)
-        pulses = tuple(pulse_of(record, each.tap, level.rest_n) for each in taps)
+        level = {run: ForceLevel.of(record.force_n[run.first : run.end]) for run in record.runs}
+        rest_n = [level[record.run_of(each.tap.first)].rest_n for each in taps]
+        pulses = tuple(
+            pulse_of(record, each.tap, rest) for each, rest in zip(taps, rest_n, strict=True)
+        )
         rate_hz, window = record.rate_hz, _window(decay_1_s, length_s, record.rate_hz)
         n_rows = len(window)
         frequency = rfftfreq(n_rows, 1.0 / rate_hz)[1:]
@@ -122,7 +125,7 @@ class PointSpectra:
             frequency_hz=frequency,
             force=_force_spectra(good, window, rate_hz),
             motion=np.asarray(motions) * to_acceleration,
-            force_noise_n=level.noise_n,
+            force_noise_n=float(np.sqrt(np.mean([each.noise_n**2 for each in level.values()]))),
         )
 
     def with_force(self, pulses: Sequence[Pulse]) -> 'PointSpectra':
@@ -159,7 +162,9 @@ class PointSpectra:
         left = np.exp(pole * self.length_s)
         former, begin, found = np.zeros(len(pole), complex), 0, []
         for pulse, each in zip(self.pulses, self.taps, strict=True):
-            # What former taps left goes on as the poles do.
+            # What former taps left goes on as the poles do, to the end of its recording.
+            if begin < self.record.run_of(pulse.first).first:
+                former, begin = np.zeros(len(pole), complex), pulse.first
             former = former * np.exp(true * ((pulse.first - begin) / rate_hz))
             begin = pulse.first
             own = pulse.transform(true, rate_hz)
@@ -193,7 +198,8 @@ class PointSpectra:
 
 def pulse_of(record: ImpactRecord, tap: Tap, rest_n: float) -> Pulse:
     """Return the force of a tap without what it reads at rest: the window of the force."""
-    first, last = begin_of(record, tap), min(len(record.force_n), tap.last + FILTER_SAMPLES + 1)
+    end = record.run_of(tap.first).end
+    first, last = begin_of(record, tap), min(end, tap.last + FILTER_SAMPLES + 1)
     return Pulse(first, record.sign * (record.force_n[first:last] - rest_n))
 
 
@@ -211,5 +217,6 @@ def _force_spectra(pulses: Iterable[Pulse], window: Real, rate_hz: float) -> Com
 
 def _rest(record: ImpactRecord, begin: int, rows: Real) -> Real:
     """Return what the channels read before the tap: gravity and offsets."""
-    before = record.responses.widened(slice(max(0, begin - round(0.25 * record.rate_hz)), begin))
+    earliest = max(record.run_of(begin).first, begin - round(0.25 * record.rate_hz))
+    before = record.responses.widened(slice(earliest, begin))
     return np.asarray((before if len(before) > 8 else rows).mean(axis=0))

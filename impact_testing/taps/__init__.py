@@ -13,10 +13,12 @@ from impact_testing.taps.judge import (
     usual_length,
     with_length,
 )
+from impact_testing.taps.points import FEWEST_TAPS, points_of
 from impact_testing.taps.search import find_taps, ForceLevel, Tap
 from impact_testing.taps.tap_judge import Guidance, TapJudge
 
 __all__ = [
+    'FEWEST_TAPS',
     'FILTER_SAMPLES',
     'Fault',
     'ForceLevel',
@@ -28,6 +30,7 @@ __all__ = [
     'find_taps',
     'gaps',
     'judge_taps',
+    'points_of',
     'usual_length',
     'with_length',
 ]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact_testing.record import ImpactRecord
-from impact_testing.taps.search import find_taps, REBOUND_S, Tap
+from impact_testing.taps.search import REBOUND_S, Tap, taps_of
 from impact_testing.thresholds import IMPACT
 from modal_core.words.named import named
 
@@ -85,7 +85,7 @@ def judge_taps(record: ImpactRecord, as_read: ImpactRecord | None = None) -> tup
         The same as the converter gave it, where what is clipped shows; None: that is it.
     """
     read = as_read or record
-    taps = find_taps(record.force_n, record.rate_hz)
+    taps = taps_of(record)
     usual = float(np.median([tap.peak_n for tap in taps])) if taps else 0.0
     judged = [JudgedTap(tap, tuple(_faults(read, tap, usual))) for tap in taps]
     return tuple(_at_a_limit_of_responses(read, list(_at_the_limit(read, judged))))
@@ -161,8 +161,8 @@ def _limit(columns: Sequence[Real], peaks_n: Real) -> float | None:
 
 def behind(record: ImpactRecord, tap: Tap) -> Real:
     """Return the responses behind a tap, where they are largest, (n, n_channels) array."""
-    rows = slice(tap.first, tap.first + round(BEHIND_S * record.rate_hz))
-    return np.asarray(record.responses.widened(rows))
+    end = min(tap.first + round(BEHIND_S * record.rate_hz), record.run_of(tap.first).end)
+    return np.asarray(record.responses.widened(slice(tap.first, end)))
 
 
 def usual_length(gaps_s: Sequence[float]) -> float:
@@ -182,14 +182,16 @@ def usual_length(gaps_s: Sequence[float]) -> float:
 
 
 def gaps(record: ImpactRecord, taps: Sequence[JudgedTap]) -> list[float]:
-    """Return the time from the begin of each tap to the next one, or the end of the record."""
-    begins = [begin_of(record, each.tap) for each in taps] + [len(record.force_n)]
-    return [float(step) / record.rate_hz for step in np.diff(begins)]
+    """Return the time from the begin of each tap to the next one, or the end of its recording."""
+    begins = [begin_of(record, each.tap) for each in taps]
+    ends = [record.run_of(begin).end for begin in begins]
+    ends = [min(pair) for pair in zip(ends, (*begins[1:], *ends[-1:]), strict=True)]
+    return [(end - begin) / record.rate_hz for begin, end in zip(begins, ends, strict=True)]
 
 
 def begin_of(record: ImpactRecord, tap: Tap) -> int:
     """Return the first row of a tap's segment."""
-    return max(0, tap.first - FILTER_SAMPLES)
+    return max(record.run_of(tap.first).first, tap.first - FILTER_SAMPLES)
 
 
 def with_length(
@@ -197,10 +199,12 @@ def with_length(
 ) -> tuple[JudgedTap, ...]:
     """Turn down taps whose segment is cut short."""
     said = []
-    for number, (each, gap) in enumerate(zip(taps, gaps(record, taps), strict=True)):
+    last = {record.run_of(each.tap.first): each for each in taps}
+    for each, gap in zip(taps, gaps(record, taps), strict=True):
         if each.good and gap < length_s - 0.5 / record.rate_hz:
-            fault = Fault.TOO_CLOSE if number < len(taps) - 1 else Fault.RECORD_ENDS
-            each = each.with_fault(fault, f'the next {gap:.3g} s later, {length_s:.3g} s needed')
+            ends = last[record.run_of(each.tap.first)] is each
+            fault, what = (Fault.RECORD_ENDS, '') if ends else (Fault.TOO_CLOSE, 'the next ')
+            each = each.with_fault(fault, f'{what}{gap:.3g} s later, {length_s:.3g} s needed')
         said.append(each)
     return tuple(said)
 

@@ -1,10 +1,11 @@
 """Pulses of a hammer in its force: where they begin and end, and which belong to one tap."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from impact_testing.record import ImpactRecord
 from impact_testing.thresholds import IMPACT
 
 Real = NDArray[np.float64]
@@ -68,6 +69,20 @@ class ForceLevel:
     def least_n(self) -> float:
         """Force of what stands out of the noise [N]."""
         return IMPACT.above_noise * self.noise_n
+
+
+def taps_of(record: ImpactRecord) -> tuple[Tap, ...]:
+    """Return the taps of a record, in order."""
+    return tuple(
+        replace(
+            tap,
+            first=run.first + tap.first,
+            peak=run.first + tap.peak,
+            last=run.first + tap.last,
+        )
+        for run in record.runs
+        for tap in find_taps(record.force_n[run.first : run.end], record.rate_hz)
+    )
 
 
 def find_taps(force_n: Real, rate_hz: float) -> tuple[Tap, ...]:

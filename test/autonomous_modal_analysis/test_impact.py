@@ -146,3 +146,38 @@ def test_a_recording_of_messages_is_refused_in_one_line(tmp_path):
     assert said.returncode == 2
     assert 'force in N' in said.stderr
     assert len(said.stderr.strip().splitlines()) == 1
+
+
+def test_each_tap_may_have_a_file_or_a_run_in_one(tmp_path):
+    """What a trigger cuts out of a recording, 10 s apart, gives what the recording gives."""
+    times = 0.5 + 10.0 * np.arange(4)
+    record = taps(bench(), 2, times, np.random.default_rng(SEED), noise=0.01, last_s=9.5)
+    rows = np.loadtxt(written(tmp_path / 'whole.csv', record), delimiter=',', skiprows=1)
+    runs = [rows[first : first + 3072] for first in (5120 * np.arange(4)).tolist()]
+    files = []
+    for number, run in enumerate(runs):
+        run[:, 0] -= run[0, 0] + 0.5
+        files.append(tmp_path / f'tap{number}.csv')
+        np.savetxt(files[-1], run, '%.8g', ',', header=HEAD, comments='')
+    together = tmp_path / 'runs.csv'
+    np.savetxt(together, np.concatenate(runs), '%.8g', ',', header=HEAD, comments='')
+    apart, one, true = ama.impact(files), ama.impact(together), ama.impact(record)
+    assert apart.frequencies_hz == pytest.approx(one.frequencies_hz, rel=1e-5)
+    assert apart.frequencies_hz == pytest.approx(true.frequencies_hz, rel=1e-3)
+    assert apart.modal_masses_kg == pytest.approx(true.modal_masses_kg, rel=0.02)
+    assert [tap['recording'] for tap in apart.to_dict()['points'][0]['taps']] == [
+        f'tap{n}' for n in range(4)
+    ]
+    assert len(one.to_dict()['points']) == 1
+
+
+def test_samples_lost_in_a_tap_take_that_tap_alone(recorded, tmp_path):
+    _, whole = recorded
+    rows = np.loadtxt(whole, delimiter=',', skiprows=1)
+    lost = tmp_path / 'lost.csv'
+    np.savetxt(lost, np.delete(rows, slice(5200, 5205), 0), '%.8g', ',', header=HEAD, comments='')
+    found = ama.impact(lost)
+    taps_found = found.to_dict()['points'][0]['taps']
+    assert [bool(tap['good']) for tap in taps_found] == [True, False, False, True, True]
+    assert 'record ends' in taps_found[2]['faults']
+    assert found.frequencies_hz == pytest.approx([4.49854, 10.81339, 16.04881], rel=1e-3)

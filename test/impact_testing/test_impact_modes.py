@@ -60,7 +60,7 @@ def test_a_mode_that_keeps_half_of_its_motion_is_right_and_has_no_deviation():
     assert found.modes.frequency_hz == pytest.approx(true, rel=0.0025)
     assert found.modes.damping_ratio == pytest.approx([0.02, 0.015, 0.03], rel=0.05)
     assert [np.isfinite(each.frequency_std_hz) for each in found.modes] == [False, True, True]
-    assert any('4.499 Hz ring on from tap to tap' in remark for remark in found.remarks)
+    assert any('4.499 Hz ring on to the end' in remark for remark in found.remarks)
 
 
 @pytest.mark.parametrize('end', [0.3, 0.01])
