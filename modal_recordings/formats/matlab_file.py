@@ -44,7 +44,7 @@ def read(path: Path) -> NamedArrays:
     arrays, numbers, texts = [], {}, {}
     for name, value in _flat({k: v for k, v in content.items() if not k.startswith('__')}):
         if isinstance(value, np.ndarray) and value.dtype.kind in 'fiu' and value.size > 1:
-            arrays.append(NamedArray(name, value))
+            arrays.append(NamedArray(name, value, between_groups='.'))
         elif isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
             numbers[name] = float(value)
         elif isinstance(value, str):

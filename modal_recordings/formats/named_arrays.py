@@ -78,6 +78,8 @@ class NamedArray:
         When its first sample was taken, where that is stated.
     units : tuple of str
         One per column, as written; empty: ``unit`` holds for all.
+    between_groups : str
+        What stands between names of groups; of MATLAB's structures a dot.
     """
 
     name: str
@@ -87,11 +89,14 @@ class NamedArray:
     sample_rate_hz: float | None = None
     start_s: float | None = None
     units: tuple[str, ...] = ()
+    between_groups: str = '/'
 
     @property
     def last_name(self) -> str:
         """Its name without those of its groups."""
-        return self.name.replace('.', '/').rsplit('/', 1)[-1]
+        if self.is_row and len(self.headings) == 1:
+            return self.headings[0]
+        return self.name.rsplit(self.between_groups, 1)[-1]
 
     @property
     def is_record(self) -> bool:
@@ -419,7 +424,7 @@ def _side_by_side(path: Path, arrays: Sequence[NamedArray]) -> ArrayTable:
     def rows(part: slice) -> NDArray[np.float64]:
         return np.column_stack([_row(each, part) for each in arrays])
 
-    names = [each.headings[0] if each.headings else each.last_name for each in arrays]
+    names = [each.last_name for each in arrays]
     if len(set(names)) < len(names):
         names = [each.name for each in arrays]
     return ArrayTable(

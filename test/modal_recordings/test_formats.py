@@ -506,3 +506,11 @@ def test_arrays_of_one_name_are_no_more_than_that(tmp_path):
         )),
     )  # fmt: skip
     assert table.units == ('s', 'g')
+
+
+def test_a_dot_parts_names_of_matlab_structures_alone(tmp_path):
+    named = {'elbow.x': SAMPLES[:, 0], 'wrist.x': SAMPLES[:, 1]}
+    np.savez(tmp_path / 'a.npz', fs=RATE_HZ, **named)
+    assert open_recording(tmp_path / 'a.npz').channel_names == ('elbow.x', 'wrist.x')
+    savemat(tmp_path / 'a.mat', {'fs': RATE_HZ, 'run': {'x': SAMPLES[:, 0], 'y': SAMPLES[:, 1]}})
+    assert open_recording(tmp_path / 'a.mat').channel_names == ('x', 'y')

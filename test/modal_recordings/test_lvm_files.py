@@ -101,3 +101,11 @@ def test_a_hammer_beside_a_response_is_found_however_the_file_is_called(tmp_path
     recording = open_with_force(put(tmp_path, text, name))
     assert recording.name == 'a' and recording.responses.channel_names == ('b',)
     assert np.allclose(recording.force_n, VALUES[:, 0], rtol=1e-12)
+
+
+def test_a_dot_in_a_channels_name_is_part_of_it(tmp_path):
+    """Points with their direction had all been called by their direction, and refused."""
+    text = lvm().replace('X_Value\ta\tb', 'X_Value\telbow.x\twrist.x')
+    file = put(tmp_path, text)
+    assert open_recording(file).channel_names == ('elbow.x', 'wrist.x')
+    assert '\telbow.x' in text
