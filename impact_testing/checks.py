@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.fit import ForceDelay, FreePoint, Places
+from impact_testing.fit import FreePoint, Places
+from impact_testing.measuring_chain import MeasuringChain
 from impact_testing.modes import nearer_than_told, rings, TOLD_DECAY
 from impact_testing.responses import PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
@@ -156,17 +157,33 @@ def remarks_on_lines(cleared: Sequence[Cleared]) -> tuple[str, ...]:
     return tuple(said)
 
 
-def remark_on_delay(delay: ForceDelay) -> tuple[str, ...]:
-    """Return what is to be said of a delay that was taken out."""
-    if not delay.sure:
+def remark_on_drift(drift_n: float) -> tuple[str, ...]:
+    """Return what is to be said of a force whose rest drifted by so much [N]."""
+    if not drift_n:
         return ()
-    size, std = 1e3 * abs(delay.seconds), 1e3 * delay.std_s
-    digits = max(0, 1 - int(np.floor(np.log10(max(std, 1e-6)))))
-    return (
-        f'the force comes {size:.{digits}f} ± {std:.{digits}f} ms'
-        f' {"later" if delay.seconds > 0.0 else "earlier"} than the responses: that was taken out;'
-        ' measure both through converters and filters of one kind',
-    )
+    return (f'the force drifts by {drift_n:.2g} N without a tap: that was taken out',)
+
+
+def remarks_on_chain(chain: MeasuringChain) -> tuple[str, ...]:
+    """Return what is to be said of what the measuring chain did, and was taken out."""
+    said = []
+    corners = (('the force', chain.of_force), ('the responses', chain.of_responses))
+    passed = [f'{what} one of {each.hz:.2g} Hz' for what, each in corners if each.sure]
+    if passed:
+        said.append(
+            f'force or responses passed a high-pass ({", ".join(passed)}), as couplings by'
+            ' alternating current are: it was undone; couple both directly where sensors allow it'
+        )
+    delay = chain.delay
+    if delay.sure:
+        size, std = 1e3 * abs(delay.seconds), 1e3 * delay.std_s
+        digits = max(0, 1 - int(np.floor(np.log10(max(std, 1e-6)))))
+        said.append(
+            f'the force comes {size:.{digits}f} ± {std:.{digits}f} ms'
+            f' {"later" if delay.seconds > 0.0 else "earlier"} than the responses: that was taken'
+            ' out; measure both through converters and filters of one kind'
+        )
+    return tuple(said)
 
 
 def _without_deviations(modes: Sequence[ScaledMode], length_s: float) -> list[str]:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from impact_testing.checks import (
     driving_phases,
     reciprocity,
-    remark_on_delay,
+    remark_on_drift,
     remarks_on,
+    remarks_on_chain,
     remarks_on_lines,
     remarks_on_peaks,
 )
@@ -23,14 +24,18 @@ from impact_testing.driving_sign import (
     without_wrong_points,
 )
 from impact_testing.fit import (
-    earlier,
     fitted,
-    force_delay,
-    ForceDelay,
     free_fit,
     ModalModel,
     refitted,
     synthesised,
+)
+from impact_testing.measuring_chain import (
+    force_corner,
+    MeasuringChain,
+    restored,
+    without_chain,
+    without_drift,
 )
 from impact_testing.modes import scaled_modes
 from impact_testing.record import ImpactRecord, together
@@ -121,38 +126,46 @@ def impact_modes(
     points = points_of([each.record for each in without])
     cleared = [together([without[n].record for n in each]) for each in points]
     as_read = [together([records[n] for n in each]) for each in points]
+    of_force = force_corner(cleared)
+    if of_force.sure:
+        cleared = [restored(each, of_force) for each in cleared]
+    settled = [without_drift(each) for each in cleared]
+    cleared, drift_n = [each for each, _ in settled], max(by_n for _, by_n in settled)
     judged, length_s = judged_together(cleared, settings.segment_s, as_read)
     decay = -np.log(settings.window_end) / length_s
     spectra = [
         _without_unlike(PointSpectra.of(record, taps, length_s, decay))
         for record, taps in zip(cleared, judged, strict=True)
     ]
-    frfs = [PointFrf(each) for each in spectra]
-    band_hz = analysed_band(frfs, settings)
-    lines = band_lines(frfs[0].spectra.frequency_hz, band_hz)
+    band_hz = analysed_band([PointFrf(each) for each in spectra], settings)
+    lines = band_lines(spectra[0].frequency_hz, band_hz)
     try:
         with one_thread():
-            found = _identified([PointData.of(each, lines) for each in frfs], band_hz, length_s)
+            data, chain = without_chain(spectra, lines, of_force)
+            found = _identified(data, chain, band_hz, length_s)
     except np.linalg.LinAlgError as error:
         raise IdentificationError(
             'no sum of modes comes near the frequency responses',
             found=str(error),
             advice='check that force and responses belong together, or narrow the band',
         ) from error
-    return replace(found, remarks=(*remarks_on_lines(without), *found.remarks))
+    told = (*remarks_on_lines(without), *remark_on_drift(drift_n))
+    return replace(found, remarks=(*told, *found.remarks))
 
 
 def _identified(
-    data: Sequence[PointData], band_hz: tuple[float, float], length_s: float
+    data: Sequence[PointData],
+    chain: MeasuringChain,
+    band_hz: tuple[float, float],
+    length_s: float,
 ) -> ImpactResult:
-    delay = force_delay(data)
-    fit, model = fitted(earlier(data, delay.seconds) if delay.sure else data)
+    fit, model = fitted(data)
     signs = driving_signs(fit, model, _reported(model, band_hz, length_s))
     if all_against(signs):
         fit = turned(fit)
         model = refitted(fit, replace(model, shape=1j * model.shape))
     model = without_wrong_points(fit, model, signs)
-    return _result(fit, model, (delay, signs), band_hz, length_s)
+    return _result(fit, model, (chain, signs), band_hz, length_s)
 
 
 def judged_together(
@@ -222,13 +235,13 @@ def _reported(model: ModalModel, band_hz: tuple[float, float], length_s: float) 
 def _result(
     data: Sequence[PointData],
     model: ModalModel,
-    chain: tuple[ForceDelay, Sequence[DrivingSign]],
+    passed: tuple[MeasuringChain, Sequence[DrivingSign]],
     band_hz: tuple[float, float],
     length_s: float,
 ) -> ImpactResult:
-    delay, signs = chain
+    chain, signs = passed
     reported = _reported(model, band_hz, length_s)
-    modes = scaled_modes(data, model, reported, length_s)
+    modes = scaled_modes(data, model, reported, length_s, chain)
     pole = np.concatenate([model.pole[reported], np.delete(model.pole, reported)])
     places = model.places
     points = tuple(
@@ -251,7 +264,7 @@ def _result(
         driving_phase_deg=driving_phases(data, free_fit(data, pole), pole[: len(reported)]),
         reciprocity=reciprocity(points),
         remarks=(
-            *remark_on_delay(delay),
+            *remarks_on_chain(chain),
             *remarks_on_signs(signs),
             *remarks_on(
                 points,

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact_testing.fit import force_doubt, ModalModel
+from impact_testing.measuring_chain import MeasuringChain
 from impact_testing.responses import PointData
 from impact_testing.result import ScaledMode
 from modal_core.mode import Mode
@@ -21,7 +22,11 @@ masses; of the others 88 %, with errors of up to 320 deviations."""
 
 
 def scaled_modes(
-    data: Sequence[PointData], model: ModalModel, reported: Sequence[int], length_s: float
+    data: Sequence[PointData],
+    model: ModalModel,
+    reported: Sequence[int],
+    length_s: float,
+    chain: MeasuringChain,
 ) -> tuple[ScaledMode, ...]:
     """Return modes with their masses.
 
@@ -33,9 +38,11 @@ def scaled_modes(
         Which of its poles are modes.
     length_s : float [s]
         From tap to tap.
+    chain : MeasuringChain
+        What force and responses passed: masses are no surer.
     """
     covariances = model.covariances()
-    found = [_with_force(data, _mode(model, mode, covariances[mode])) for mode in reported]
+    found = [_with_force(data, _mode(model, mode, covariances[mode]), chain) for mode in reported]
     ringing = rings(model.pole, length_s)
     if ringing[list(reported)].any() and model.misfit > TOLD_MISFIT:
         ringing[:] = True
@@ -63,8 +70,8 @@ def nearer_than_told(pole: NDArray[np.complex128]) -> NDArray[np.bool_]:
     return np.asarray(near.any(axis=1))
 
 
-def _with_force(data: Sequence[PointData], found: ScaledMode) -> ScaledMode:
-    """Return a mode whose mass is no surer than the force at its frequency.
+def _with_force(data: Sequence[PointData], found: ScaledMode, chain: MeasuringChain) -> ScaledMode:
+    """Return a mode whose mass is no surer than the force at its frequency, and the chain.
 
     Skirts of modes tell more, where what is out of the band is as the fit has it; that does not
     hold: masses surer than the force were off by up to 13 deviations.
@@ -74,7 +81,9 @@ def _with_force(data: Sequence[PointData], found: ScaledMode) -> ScaledMode:
         line = int(np.argmin(np.abs(each.frequency_hz - found.mode.frequency_hz)))
         known += 1.0 / max(0.5 * float(force_doubt(each)[line]), 1e-30)
     least = found.modal_mass_kg / np.sqrt(known)
-    return replace(found, modal_mass_std_kg=max(found.modal_mass_std_kg, float(least)))
+    std = max(found.modal_mass_std_kg, float(least))
+    doubt = found.modal_mass_kg * chain.doubt(found.mode.frequency_hz)
+    return replace(found, modal_mass_std_kg=float(np.hypot(std, doubt)))
 
 
 def _honest(found: ScaledMode, untold: bool) -> ScaledMode:

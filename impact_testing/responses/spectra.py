@@ -70,6 +70,8 @@ class PointSpectra:
         Of the segments.
     decay_1_s : float [1/s]
         Of an exponential window on force and responses; 0: none.
+    corner_1_s : float [rad/s]
+        Of a high-pass of the responses that was undone; 0: none.
     frequency_hz : (n_lines,) array [Hz]
         Lines, without the one at zero.
     force : (n_taps, n_lines) complex array [N s]
@@ -85,6 +87,7 @@ class PointSpectra:
     pulses: tuple[Pulse, ...]
     length_s: float
     decay_1_s: float
+    corner_1_s: float
     frequency_hz: Real
     force: Complex
     motion: Complex
@@ -97,6 +100,7 @@ class PointSpectra:
         taps: Sequence[JudgedTap],
         length_s: float,
         decay_1_s: float = 0.0,
+        corner_1_s: float = 0.0,
     ) -> 'PointSpectra':
         """Transform the segments of the good taps."""
         level = {run: ForceLevel.of(record.force_n[run.first : run.end]) for run in record.runs}
@@ -112,7 +116,12 @@ class PointSpectra:
         for pulse in good:
             begin = pulse.first
             rows = record.responses.widened(slice(begin, begin + n_rows))
-            rows = rows - _rest(record, begin, rows)
+            if corner_1_s:
+                run = record.run_of(begin)
+                rows = rows - record.responses.widened(slice(run.first, run.end)).mean(axis=0)
+                rows = rows + corner_1_s * _integral(rows, rate_hz)
+            else:
+                rows = rows - _rest(record, begin, rows)
             motions.append(rfft(rows * window[:, None], axis=0)[1:] / rate_hz)
         times = [2 - TIMES_DERIVED[channel.unit] for channel in record.responses.channels]
         to_acceleration = (2j * np.pi * frequency[:, None]) ** np.array(times)
@@ -122,11 +131,16 @@ class PointSpectra:
             pulses=pulses,
             length_s=n_rows / rate_hz,
             decay_1_s=decay_1_s,
+            corner_1_s=corner_1_s,
             frequency_hz=frequency,
             force=_force_spectra(good, window, rate_hz),
             motion=np.asarray(motions) * to_acceleration,
             force_noise_n=float(np.sqrt(np.mean([each.noise_n**2 for each in level.values()]))),
         )
+
+    def with_corner(self, corner_1_s: float) -> 'PointSpectra':
+        """Return the spectra of responses without a high-pass they passed."""
+        return PointSpectra.of(self.record, self.taps, self.length_s, self.decay_1_s, corner_1_s)
 
     def with_force(self, pulses: Sequence[Pulse]) -> 'PointSpectra':
         """Return the same responses to other forces of the taps."""
@@ -213,6 +227,11 @@ def _force_spectra(pulses: Iterable[Pulse], window: Real, rate_hz: float) -> Com
     return np.asarray(
         [rfft(p.force_n * window[: len(p.force_n)], len(window))[1:] / rate_hz for p in pulses]
     )
+
+
+def _integral(rows: Real, rate_hz: float) -> Real:
+    """Return the integral of rows over time, by trapezia, 0 at the first."""
+    return np.asarray((np.cumsum(rows, axis=0) - 0.5 * (rows + rows[:1])) / rate_hz)
 
 
 def _rest(record: ImpactRecord, begin: int, rows: Real) -> Real:

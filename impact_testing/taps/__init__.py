@@ -14,7 +14,7 @@ from impact_testing.taps.judge import (
     with_length,
 )
 from impact_testing.taps.points import FEWEST_TAPS, points_of
-from impact_testing.taps.search import find_taps, ForceLevel, Tap
+from impact_testing.taps.search import find_taps, ForceLevel, Tap, taps_of
 from impact_testing.taps.tap_judge import Guidance, TapJudge
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     'gaps',
     'judge_taps',
     'points_of',
+    'taps_of',
     'usual_length',
     'with_length',
 ]

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from impact_testing.fit.free_fit import free_fit
-from impact_testing.fit.start_poles import start_poles
+from impact_testing.fit import free_fit, start_poles
+from impact_testing.measuring_chain.phases import common_phases
 from impact_testing.responses import PointData, PointFrf
 
 Complex = NDArray[np.complex128]
@@ -96,17 +96,6 @@ def _cost(data: Sequence[PointData], pole: Complex) -> float:
 
 
 def _late_by_phase(data: Sequence[PointData], pole: Complex) -> NDArray[np.float64]:
-    """Return by how much each mode says that the force is late [s].
-
-    By the phase, modulo half a turn, that its residues have in common; real modes have none.
-    """
-    found = []
-    free = free_fit(data, pole)
-    for mode, own in enumerate(pole):
-        residues = [
-            2j * own.imag * point.amplitude[mode] / own**2 / np.sqrt(each.level)
-            for each, point in zip(data, free, strict=True)
-        ]
-        phase = 0.5 * float(np.angle(np.sum(np.concatenate(residues) ** 2)))
-        found.append(phase / float(own.imag))
-    return np.array(found)
+    """Return by how much each mode says that the force is late [s]."""
+    phase, _ = common_phases(data, pole)
+    return phase / pole.imag

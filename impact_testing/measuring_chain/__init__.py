@@ -1,0 +1,18 @@
+"""What stands between what moves and what is read: high-passes, and delays of the force.
+
+In come records and spectra; out go FRFs as they are without it.
+"""
+
+from impact_testing.measuring_chain.chain import MeasuringChain, without_chain
+from impact_testing.measuring_chain.corner import Corner
+from impact_testing.measuring_chain.drift import without_drift
+from impact_testing.measuring_chain.force_corner import force_corner, restored
+
+__all__ = [
+    'Corner',
+    'MeasuringChain',
+    'force_corner',
+    'restored',
+    'without_chain',
+    'without_drift',
+]
