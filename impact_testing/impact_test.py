@@ -31,6 +31,7 @@ from impact_testing.fit import (
     synthesised,
 )
 from impact_testing.measuring_chain import (
+    check_unwindowed,
     force_corner,
     MeasuringChain,
     restored,
@@ -118,7 +119,8 @@ def impact_modes(
     Raises
     ------
     IdentificationError
-        No taps, fewer than two good ones on a point, rates that differ, or no mode.
+        No taps, fewer than two good ones on a point, rates that differ, responses that were
+        windowed, or no mode.
     """
     settings = settings or ImpactSettings()
     _check_rates(records)
@@ -126,6 +128,7 @@ def impact_modes(
     points = points_of([each.record for each in without])
     cleared = [together([without[n].record for n in each]) for each in points]
     as_read = [together([records[n] for n in each]) for each in points]
+    check_unwindowed(as_read)
     of_force = force_corner(cleared)
     if of_force.sure:
         cleared = [restored(each, of_force) for each in cleared]

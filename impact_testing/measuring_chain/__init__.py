@@ -3,6 +3,7 @@
 In come records and spectra; out go FRFs as they are without it.
 """
 
+from impact_testing.measuring_chain.applied_window import check_unwindowed
 from impact_testing.measuring_chain.chain import MeasuringChain, without_chain
 from impact_testing.measuring_chain.corner import Corner
 from impact_testing.measuring_chain.drift import without_drift
@@ -11,6 +12,7 @@ from impact_testing.measuring_chain.force_corner import force_corner, restored
 __all__ = [
     'Corner',
     'MeasuringChain',
+    'check_unwindowed',
     'force_corner',
     'restored',
     'without_chain',

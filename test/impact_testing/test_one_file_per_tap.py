@@ -71,3 +71,42 @@ def test_where_nobody_says_the_point_it_is_asked_for():
     with pytest.raises(IdentificationError, match='say which point they hit') as raised:
         impact_modes(single_taps(SEED, 3, hit=''))
     assert 'tap_0' in str(raised.value)
+
+
+def test_responses_that_an_analyser_windowed_are_refused():
+    """Their damping is the window's, and the noise that falls made modes that are none."""
+    whole = single_taps(SEED, 4, before_s=0.3)
+    time_s = np.arange(len(whole[0].force_n)) / whole[0].rate_hz
+    window = np.exp(-np.maximum(time_s - 0.25, 0.0))
+    windowed = [
+        replace(
+            each,
+            responses=replace(
+                each.responses,
+                acceleration=(each.responses.acceleration - 1.0) * window[:, None],
+            ),
+        )
+        for each in whole
+    ]
+    with pytest.raises(IdentificationError, match='an exponential window was applied'):
+        impact_modes(windowed)
+
+
+def test_what_still_rings_before_the_tap_is_no_window():
+    """Runs of a trigger, cut from taps 3 s apart: before each tap the one before rings."""
+    rng, structure = np.random.default_rng(SEED), bench()
+    record = taps(structure, 2, 3.0 + 3.0 * np.arange(6), rng, noise=0.005, last_s=3.0)
+    first = [round((2.7 + 3.0 * number) * record.rate_hz) for number in range(1, 6)]
+    length = round(2.9 * record.rate_hz)
+    cut = [
+        replace(
+            record,
+            force_n=record.force_n[row : row + length],
+            responses=record.responses.part(slice(row, row + length)),
+            hit='m2',
+            name=f'tap_{number}',
+        )
+        for number, row in enumerate(first)
+    ]
+    found = impact_modes(cut)
+    assert found.modes.frequency_hz == pytest.approx([4.49854, 10.81339, 16.04881], rel=5e-3)
