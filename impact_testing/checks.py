@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from impact_testing.fit import FreePoint, Places
 from impact_testing.measuring_chain import MeasuringChain
 from impact_testing.modes import nearer_than_told, rings, TOLD_DECAY
-from impact_testing.responses import PointData
+from impact_testing.responses import at_rest_before, PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
 from impact_testing.steady_lines import Cleared
 from impact_testing.unexplained import unexplained_peaks
@@ -98,7 +98,14 @@ def remarks_on(
             ' direction: they have a place of their own; swap the sign before the channel or'
             ' name the place they hit'
         )
-    said.extend(_without_deviations(modes, length_s))
+    moving = [each.name for each in points if not at_rest_before(each.data.frf.spectra)]
+    if moving:
+        said.append(
+            f'the structure still moves when recordings begin ({named(moving, 3)}), so no mode has'
+            ' a σ: wait until it rests before each tap, or record without a trigger'
+        )
+    else:
+        said.extend(_without_deviations(modes, length_s))
     if any(each.mode.frequency_std_hz > 0.5 * each.mode.frequency_hz for each in modes):
         said.append('some modes are not determined by these taps')
     return tuple(said)

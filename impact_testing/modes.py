@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from impact_testing.fit import force_doubt, ModalModel
 from impact_testing.measuring_chain import MeasuringChain
-from impact_testing.responses import PointData
+from impact_testing.responses import at_rest_before, PointData
 from impact_testing.result import ScaledMode
 from modal_core.mode import Mode
 from modal_core.numbers.indicators import mpc, mpd
@@ -45,6 +45,8 @@ def scaled_modes(
     found = [_with_force(data, _mode(model, mode, covariances[mode]), chain) for mode in reported]
     ringing = rings(model.pole, length_s)
     if ringing[list(reported)].any() and model.misfit > TOLD_MISFIT:
+        ringing[:] = True
+    if not all(at_rest_before(each.frf.spectra) for each in data):
         ringing[:] = True
     untold = nearer_than_told(model.pole) | ringing
     return tuple(

@@ -58,7 +58,7 @@ def _fall(record: ImpactRecord, run: Run) -> float | None:
     ratio = float(np.median(after / np.maximum(before, 1e-300)))
     chance = fisher.cdf(ratio, n_end - 2 * ORDER, first - run.first - 2 * ORDER)
     fall = float(np.sqrt(ratio))
-    return fall if chance < CHANCE and fall < LEAST_FALL else None
+    return fall if chance < CHANCE and 0.0 < fall < LEAST_FALL else None
 
 
 def _noise(rows: Real) -> Real:

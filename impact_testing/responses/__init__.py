@@ -13,6 +13,7 @@ from impact_testing.responses.basis import (
     residual_terms,
 )
 from impact_testing.responses.frf import PointFrf
+from impact_testing.responses.rest_before import at_rest_before
 from impact_testing.responses.spectra import PointSpectra, Pulse
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     'PointSpectra',
     'Pulse',
     'apart',
+    'at_rest_before',
     'band_lines',
     'bells',
     'derivatives',

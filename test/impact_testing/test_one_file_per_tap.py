@@ -109,4 +109,5 @@ def test_what_still_rings_before_the_tap_is_no_window():
         for number, row in enumerate(first)
     ]
     found = impact_modes(cut)
-    assert found.modes.frequency_hz == pytest.approx([4.49854, 10.81339, 16.04881], rel=5e-3)
+    assert any('still moves when recordings begin' in each for each in found.remarks)
+    assert np.isnan([each.frequency_std_hz for each in found.modes]).all()
