@@ -7,7 +7,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.stats import f as fisher
 
-from impact_testing.record import ImpactRecord, Run
+from impact_testing.record import apart, ImpactRecord
 from impact_testing.taps import begin_of, taps_of
 from modal_core.errors import IdentificationError
 
@@ -16,7 +16,7 @@ AT_END = 0.1
 """Share of a run whose noise is compared with that before the tap."""
 ORDER = 16
 """Samples that let expect the next: what rings is expected, noise is not."""
-FEWEST_ROWS = 6 * ORDER
+FEWEST_ROWS, MOST_ROWS = 6 * ORDER, 256 * ORDER
 CHANCE = 1e-6
 """Of runs whose noise is as even as noise is."""
 LEAST_FALL = 0.5
@@ -34,7 +34,7 @@ def check_unwindowed(records: Sequence[ImpactRecord]) -> None:
         Naming how far it falls.
     """
     for record in records:
-        falls = [_fall(record, run) for run in record.runs]
+        falls = [_fall(run) for run in apart(record)]
         if falls and None not in falls:
             fall = float(np.median(np.array(falls, dtype=float)))
             raise IdentificationError(
@@ -47,16 +47,16 @@ def check_unwindowed(records: Sequence[ImpactRecord]) -> None:
             )
 
 
-def _fall(record: ImpactRecord, run: Run) -> float | None:
+def _fall(run: ImpactRecord) -> float | None:
     """Return to which share the noise falls within a run; None where it does not surely."""
-    first = next((begin_of(record, tap) for tap in taps_of(record) if tap.first >= run.first), 0)
-    n_end = round(AT_END * (run.end - run.first))
-    if min(first - run.first, n_end) < FEWEST_ROWS or first >= run.end:
+    first = min((begin_of(run, tap) for tap in taps_of(run)), default=0)
+    n_rest, n_end = min(first, MOST_ROWS), min(round(AT_END * len(run.force_n)), MOST_ROWS)
+    if min(n_rest, n_end) < FEWEST_ROWS:
         return None
-    before = _noise(record.responses.widened(slice(run.first, first)))
-    after = _noise(record.responses.widened(slice(run.end - n_end, run.end)))
+    before = _noise(run.responses.widened(slice(first - n_rest, first)))
+    after = _noise(run.responses.widened(slice(-n_end, None)))
     ratio = float(np.median(after / np.maximum(before, 1e-300)))
-    chance = fisher.cdf(ratio, n_end - 2 * ORDER, first - run.first - 2 * ORDER)
+    chance = fisher.cdf(ratio, n_end - 2 * ORDER, n_rest - 2 * ORDER)
     fall = float(np.sqrt(ratio))
     return fall if chance < CHANCE and 0.0 < fall < LEAST_FALL else None
 

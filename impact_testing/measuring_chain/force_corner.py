@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 from impact_testing.measuring_chain.corner import Corner, NO_CORNER
 from impact_testing.measuring_chain.drift import drift_of
-from impact_testing.record import ImpactRecord, Run
+from impact_testing.record import apart, ImpactRecord
 from impact_testing.taps import begin_of, FILTER_SAMPLES, taps_of
 
 Real = NDArray[np.float64]
@@ -34,7 +34,7 @@ def force_corner(records: Sequence[ImpactRecord]) -> Corner:
 
     It must explain more than a drift does.
     """
-    runs = [_RunForce.of(record, run) for record in records for run in record.runs]
+    runs = [_RunForce.of(run) for record in records for run in apart(record)]
     if all(each.quiet.all() for each in runs):
         return NO_CORNER
     rough = _nearest(runs)
@@ -65,7 +65,7 @@ def _cost(runs: Sequence['_RunForce'], corner_1_s: float) -> float:
 
 def restored(record: ImpactRecord, corner: Corner) -> ImpactRecord:
     """Return a record with the force that was there before the high-pass."""
-    runs = [_RunForce.of(record, run) for run in record.runs]
+    runs = [_RunForce.of(run) for run in apart(record)]
     force = [each.force_n + each.rest_n + each.lost(TWO_PI * corner.hz) for each in runs]
     return replace(record, force_n=np.concatenate(force))
 
@@ -91,17 +91,14 @@ class _RunForce:
     rate_hz: float
 
     @classmethod
-    def of(cls, record: ImpactRecord, run: Run) -> '_RunForce':
-        """Find the taps of a run."""
-        force = record.force_n[run.first : run.end]
-        quiet = np.ones(len(force), dtype=bool)
-        for tap in taps_of(record):
-            if run.first <= tap.first < run.end:
-                end = tap.last - run.first + FILTER_SAMPLES + 1
-                quiet[begin_of(record, tap) - run.first : end] = False
+    def of(cls, run: ImpactRecord) -> '_RunForce':
+        """Find the taps of a record of one run."""
+        force, quiet = run.force_n, np.ones(len(run.force_n), dtype=bool)
+        for tap in taps_of(run):
+            quiet[begin_of(run, tap) : tap.last + FILTER_SAMPLES + 1] = False
         before = int(np.argmin(quiet))
         rest = float(np.median(force[:before] if before >= LEAST_ROWS else force))
-        return cls(force - rest, rest, quiet, record.rate_hz)
+        return cls(force - rest, rest, quiet, run.rate_hz)
 
     def lost(self, corner_1_s: float) -> Real:
         """Return ω z: what the high-pass took away, by the taps alone."""
