@@ -9,7 +9,16 @@ from threadpoolctl import threadpool_limits
 
 from modal_core.errors import ModelError
 from model_gap.campaign import Campaign
-from model_gap.decide import decide, Decision, gap_fraction, locate, noise_floor, Verdict, Where
+from model_gap.decide import (
+    decide,
+    Decision,
+    gap_fraction,
+    locate,
+    noise_floor,
+    untold,
+    Verdict,
+    Where,
+)
 from model_gap.fit import Fit, split
 from model_gap.gravity import (
     as_it_stands,
@@ -28,7 +37,7 @@ from model_gap.named_at_rest import with_faults
 from model_gap.open_encoders import other_encoders, OtherEncoders
 from model_gap.predict import compile_laws
 from model_gap.quick_look import look_at, QuickLook
-from model_gap.search import run_search, Search, SearchSettings, tolerances_only
+from model_gap.search import run_search, Search, search_on_all, SearchSettings, tolerances_only
 from model_gap.travelled import compares_none, Travelled, with_travel, without_travelled
 from structural_model import FlexibleJointModel
 
@@ -195,6 +204,8 @@ def _searched(
         progress(1.0)
     else:
         search = run_search(search, progress, tell)
+        if untold(search):
+            search = search_on_all(search, progress)
     decision = with_travel(decide(search), search, travelled)
     unread = compares_none(travelled) and decision.verdict is Verdict.UNEXPLAINED
     calibrated = None if unread else _calibrated(search, decision)

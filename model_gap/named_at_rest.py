@@ -61,6 +61,7 @@ def with_faults(decision: Decision, faults: Sequence[Fault], fit: Fit | None) ->
     if untold:
         reasons = (*decision.reasons, *untold)
         return dataclasses.replace(decision, verdict=Verdict.UNEXPLAINED, reasons=reasons)
+    too_little = decision.verdict is Verdict.NONE and bool(decision.experiments)
     own = named_at_rest(faults, fit)
     places = {str(item.effect.location) for item in decision.accepted}
     open_ = [fault for fault in faults if not _settled(fault, own, places)]
@@ -72,7 +73,6 @@ def with_faults(decision: Decision, faults: Sequence[Fault], fit: Fit | None) ->
     )
     if not own or decision.verdict in (Verdict.UNEXPLAINED, Verdict.AMBIGUOUS):
         return decision
-    too_little = decision.verdict is Verdict.NONE and bool(decision.reasons)
     if too_little or open_:
         reasons = (*decision.reasons, *(fault.words() for fault in open_))
         return dataclasses.replace(decision, verdict=Verdict.AMBIGUOUS, reasons=reasons)

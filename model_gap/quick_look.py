@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from modal_reports import FREQUENCY
 from model_gap.campaign import Campaign
 from model_gap.cell import in_words
-from model_gap.decide import Adequacy, adequacy, objections, what_remains
+from model_gap.decide import Adequacy, adequacy, AGREEING, objections, what_remains
 from model_gap.fit import split
 from model_gap.gravity import as_it_stands, Fault, left_open, put_right, rest_of, weigh
 from model_gap.hypothesis import STRETCHED
@@ -181,7 +181,8 @@ def look_at(
     if reasons:
         state = State.GAP
     else:
-        enough = could_gain < search.settings.worth_adding
+        agrees = not objections(left, AGREEING)
+        enough = agrees and could_gain < search.settings.worth_adding
         state = State.HEALTHY if enough else State.UNCLEAR
     if state is State.HEALTHY:
         return QuickLook(state, left, could_gain, (), (), (), search.notes)

@@ -5,13 +5,14 @@ would tell two explanations apart.
 """
 
 from model_gap.decide.adequacy import Adequacy, adequacy
-from model_gap.decide.decide import decide, Decision, LIMITS, objections, Verdict
+from model_gap.decide.decide import AGREEING, decide, Decision, LIMITS, objections, untold, Verdict
 from model_gap.decide.locate import gap_fraction, locate, noise_floor, Where
 from model_gap.decide.open_places import open_places
 from model_gap.decide.telling_apart import all_fitted, NextRecording, Sight, Telling, telling_apart
 from model_gap.decide.what_remains import what_remains
 
 __all__ = [
+    'AGREEING',
     'LIMITS',
     'Adequacy',
     'Decision',
@@ -29,5 +30,6 @@ __all__ = [
     'objections',
     'open_places',
     'telling_apart',
+    'untold',
     'what_remains',
 ]

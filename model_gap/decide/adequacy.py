@@ -4,7 +4,7 @@ A mean over everything hides a residual that stands in one band at one amplitude
 is what a wrong law leaves: a stop, a slipping spring or a clipped sensor taken for something else.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import itertools
 
 import numpy as np
@@ -37,6 +37,9 @@ class BandLevel:
     misfit: float
 
 
+NOWHERE = BandLevel('', float('nan'))
+
+
 @dataclass(frozen=True)
 class Adequacy:
     """How well a hypothesis fits, as numbers whose spread on healthy arms is known.
@@ -60,12 +63,17 @@ class Adequacy:
     stretched: float
     stretched_name: str
 
+    @property
+    def of_fitted(self) -> 'Adequacy':
+        """The same, judged by fitted records alone."""
+        return replace(self, heldout=float('nan'), worst_heldout=NOWHERE)
+
 
 def adequacy(search: Search, fit: Fit) -> Adequacy:
     """Measure what a fit leaves over on fitting and held-out records."""
     hypothesis = fit.hypothesis
     misfit, worst = _misfits(search.data.fitting, hypothesis)
-    heldout, worst_heldout = float('nan'), BandLevel('', float('nan'))
+    heldout, worst_heldout = float('nan'), NOWHERE
     if search.data.heldout.records:
         heldout, moved = posterior_predictive_check(fit, search.data.heldout)
         _, worst_heldout = _misfits(search.data.heldout, moved)

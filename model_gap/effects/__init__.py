@@ -23,7 +23,7 @@ from model_gap.effects.link_flexibility import LinkFlexibility
 from model_gap.effects.load_friction import LoadFriction
 from model_gap.effects.own_effects import GROUP, with_own_effects
 from model_gap.effects.payload import Payload
-from model_gap.effects.places import arm_mass, moving_links, on_link
+from model_gap.effects.places import arm_mass, moving_links, on_link, turned, turns
 from model_gap.effects.rod_spring import RodSpring
 from model_gap.effects.sensor_axis_swap import SensorAxisSwap
 from model_gap.effects.sensor_delay import delay_step, SensorDelay
@@ -90,5 +90,7 @@ __all__ = [
     'moving_links',
     'on_link',
     'same',
+    'turned',
+    'turns',
     'with_own_effects',
 ]

@@ -143,6 +143,8 @@ class Effect(ABC):
     special_case: ClassVar[str] = ''
     # Parameters that are a point of its link, in the link's axes.
     point: ClassVar[tuple[str, ...]] = ()
+    # Parameters that turn its axis, which is its variant, towards the two axes after it.
+    turns: ClassVar[tuple[str, ...]] = ()
     # What it finds is written into the sensor layout: how readings mix, at all frequencies alike.
     of_layout: ClassVar[bool] = False
     # Steps of a joint fit after which it is judged whether a start leads anywhere.

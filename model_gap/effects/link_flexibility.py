@@ -26,6 +26,7 @@ class LinkFlexibility(DetailedEffect):
     type = 'link_flexibility'
     equation = 'virtual hinge with 1/k = c about one axis of the link'
     source = 'virtual joints; Mousavi et al. (2018), doi:10.1007/s00170-017-0052-0'
+    turns = ('turn_1', 'turn_2')
     signature = 'relative motion inside one link, out of reach of the joints'
     says = '{place} bends, and the model has it stiff'
     confused_with: ClassVar[Mapping[str, str]] = {

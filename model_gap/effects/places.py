@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 import itertools
+import math
 from typing import Protocol
 
 import numpy as np
@@ -148,3 +149,11 @@ def turned(axis: str, turns: Sequence[float]) -> Place:
     vector = np.array(AXES[axis]) + np.tan(turns) @ np.array([AXES[first], AXES[second]])
     x, y, z = vector / np.linalg.norm(vector)
     return float(x), float(y), float(z)
+
+
+def turns(axis: str, along: Sequence[float]) -> tuple[float, float]:
+    """Return how far one of the axes is turned, (2,) [rad], to lie along a line."""
+    here = 'xyz'.index(axis)
+    own, first, second = (float(along[(here + step) % 3]) for step in range(3))
+    sign = math.copysign(1.0, own)
+    return math.atan2(sign * first, abs(own)), math.atan2(sign * second, abs(own))

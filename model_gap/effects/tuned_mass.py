@@ -25,6 +25,7 @@ class TunedMass(DetailedEffect):
     equation = "m (z'' + a'') + 2 ζ m ω z' + m ω² z = 0 along one axis of the link"
     source = 'Den Hartog (1956), Mechanical Vibrations, sec. 3.2'
     point = ('at_x', 'at_y', 'at_z')
+    turns = ('turn_1', 'turn_2')
     signature = 'an extra mode or notch at the same frequency in every pose'
     says = 'A mass of {mass:.3g} kg swings on {place} at {frequency:.3g} Hz'
     confused_with: ClassVar[Mapping[str, str]] = {

@@ -22,7 +22,7 @@ def headline(result: GapResult) -> str:
     """Return the verdict as one plain sentence."""
     verdict = result.decision.verdict
     if verdict is Verdict.NONE:
-        return TOO_LITTLE if result.decision.reasons else NO_GAP
+        return TOO_LITTLE if result.decision.experiments else NO_GAP
     if verdict is Verdict.UNEXPLAINED:
         return TRAVELLED if compares_none(result.travelled) else STRANGE
     catalogue = result.search.settings.catalogue

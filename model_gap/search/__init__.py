@@ -4,6 +4,7 @@ In come records and a catalogue; out go fitted explanations, best first, and the
 candidates are screened, fitted and refined until nothing is left to gain.
 """
 
+from model_gap.search.all_poses import search_on_all
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
 from model_gap.search.reach import joint_shares
 from model_gap.search.rivals import EVIDENCE_BETWEEN
@@ -28,6 +29,7 @@ __all__ = [
     'larger',
     'of_first_poses',
     'run_search',
+    'search_on_all',
     'shortened',
     'tolerance_excess',
     'tolerances_only',

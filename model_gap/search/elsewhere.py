@@ -1,5 +1,6 @@
 """The best effect at every other place, fitted: a place is sure only where no other does as well.
 
+Another axis of the same link is another place: details turn an axis only so far.
 What a screening promises decides what is fitted; where tolerances or free details hide an effect,
 or a joint between two places hardly twists, a place that explains as well may not be among that.
 """
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.work.side_by_side import side_by_side
-from model_gap.effects import Effect, on_link, same, Scene
+from model_gap.effects import Effect, on_link, same, Scene, turned, turns
 from model_gap.fit import with_numbers
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
@@ -96,10 +97,10 @@ def elsewhere(best: Hypothesis, without: Hypothesis, predictor: Predictor) -> li
         for place in type(effect).instances(scene)
         if not any(same(place, it) for it in base.effects)
     ]
-    if all(place.location == effect.location for place in places):
+    if all(same(place, effect) for place in places):
         return []
     near = within_reach(places, [base], predictor, 0.0, REACH_SHARE)
-    near = [place for place in near if place.location != effect.location]
+    near = [place for place in near if not same(place, effect)]
     if not near:
         return []
     held = predictor.hold(base.cell()).held
@@ -133,7 +134,7 @@ def _as_free(other: Effect, effect: Effect) -> Effect:
 def _carried(
     place: Effect, effect: Effect, values: Sequence[float], scene: Scene, pose: Array
 ) -> tuple[float, ...]:
-    """Return the numbers of an effect for another place of it, a point where it is in space."""
+    """Return the numbers of an effect for another place of it: where it is in space, and along."""
     numbers = {
         item.name: value for item, value in zip(effect.parameters(scene), values, strict=True)
     }
@@ -141,6 +142,15 @@ def _carried(
     if point:
         moved = on_link(scene, point, str(effect.location), str(place.location), pose)
         numbers |= zip(place.point, moved, strict=True)
+    turned_by = tuple(numbers[name] for name in effect.turns if name in numbers)
+    if turned_by:
+        along = turned(effect.variant, turned_by)
+        origin, end = (
+            on_link(scene, it, str(effect.location), str(place.location), pose)
+            for it in ((0.0, 0.0, 0.0), along)
+        )
+        there = [two - one for one, two in zip(origin, end, strict=True)]
+        numbers |= zip(place.turns, turns(place.variant, there), strict=True)
     items = place.parameters(scene)
     wanted = (numbers.get(item.name, item.neutral) for item in items)
     return tuple(item.value(item.inner(x)) for item, x in zip(items, wanted, strict=True))

@@ -8,13 +8,7 @@ import numpy as np
 
 from model_gap.effects import Effect, same
 from model_gap.fit import Fit, fit, fits, Linearised, tolerance_columns
-from model_gap.hypothesis import (
-    Hypothesis,
-    instead_of_tolerances,
-    more_general,
-    stretch,
-    STRETCHED,
-)
+from model_gap.hypothesis import Hypothesis, instead_of_tolerances, more_general
 from model_gap.predict import Predictor
 from model_gap.search.elsewhere import elsewhere
 from model_gap.search.evidence_bound import evidence_bound, least_further_gain
@@ -158,8 +152,10 @@ def _mimicked(search: Search) -> list[Hypothesis]:
     hypothesis, little_left = current.hypothesis, current.misfit < REFINEMENT.mimicked_misfit
     found: list[Hypothesis] = []
     if little_left or search.roughly_known is not None:
-        found += instead_of_tolerances(hypothesis, search.unstretched, catalogue)
-    if little_left and stretch(hypothesis) > STRETCHED:
+        found += instead_of_tolerances(
+            hypothesis, search.unstretched, catalogue, search.stretched_from
+        )
+    if little_left and search.stretched:
         found += _instead_of_many(search)
     return found
 
@@ -252,13 +248,13 @@ def _elsewhere(near: Sequence[Fit], search: Search) -> list[Fit]:
     worth = max(search.settings.worth_adding, least_further_gain(without))
     found: list[Fit] = []
     best = max(near, key=lambda item: item.log_evidence, default=None)
-    left: set[str | None] = set()
+    left: set[tuple[str | None, str]] = set()
     while best is not None and search.gain(best, without) >= worth:
-        left.add(best.hypothesis.effects[-1].location)
+        left.add(_place(best.hypothesis))
         moved = [
             start
             for start in elsewhere(best.hypothesis, without.hypothesis, data.coarse)
-            if start.effects[-1].location not in left
+            if _place(start) not in left
         ]
         fine = _finely(moved, data, relinearise=1)
         beside = with_details([item for item in fine if item], data.fitting)
@@ -267,6 +263,10 @@ def _elsewhere(near: Sequence[Fit], search: Search) -> list[Fit]:
         better = [item for item in beside if item.log_evidence > least]
         best = max(better, key=lambda item: item.log_evidence, default=None)
     return found
+
+
+def _place(hypothesis: Hypothesis) -> tuple[str | None, str]:
+    return hypothesis.effects[-1].location, hypothesis.effects[-1].variant
 
 
 def with_details(found: Sequence[Fit], predictor: Predictor) -> list[Fit]:

@@ -14,7 +14,7 @@ from model_gap.campaign import Band, Campaign, explicit_damping
 from model_gap.cell import CellModel, joint_vector, Nuisance, nuisances, Tolerances
 from model_gap.effects import CATALOGUE, Effect, Scene
 from model_gap.fit import FIT, Fit
-from model_gap.hypothesis import Hypothesis, with_known_effects
+from model_gap.hypothesis import DOUBTFUL, Hypothesis, stretch, STRETCHED, with_known_effects
 from model_gap.predict import static_twist
 from model_gap.search.evidence_bound import least_further_gain
 from model_gap.search.lines import common_lines
@@ -135,6 +135,8 @@ class Search:
         The recordings are of a simulation linear about the motors' angles; None: not yet known.
     roughly_known : (n_tolerances,) array or None
         Tolerances with what is known only roughly as the recordings tell it, all others nominal.
+    doubted : bool
+        Recordings that took no part contradicted what tolerances alone explained.
     current : Fit or None
         What the next effect is added to; None before the first fit.
     trials : tuple of Trial
@@ -159,6 +161,7 @@ class Search:
     data: SearchData
     simulated: bool | None = None
     roughly_known: NDArray[np.float64] | None = None
+    doubted: bool = False
     current: Fit | None = None
     trials: tuple[Trial, ...] = ()
     fits: tuple[Fit, ...] = ()
@@ -226,6 +229,16 @@ class Search:
         return Hypothesis(
             self.scene, self.tolerances, (), np.zeros(len(self.tolerances)), np.zeros(0)
         )
+
+    @property
+    def stretched_from(self) -> float:
+        """Deviations from which on a tolerance may stand for an effect."""
+        return DOUBTFUL if self.doubted else STRETCHED
+
+    @property
+    def stretched(self) -> bool:
+        """Whether a tolerance may stand for an effect."""
+        return stretch(self.fitted.hypothesis) > self.stretched_from
 
     @property
     def unstretched(self) -> Hypothesis:

@@ -6,7 +6,6 @@ import logging
 
 from model_gap.effects import same
 from model_gap.fit import Fit, fit, fit_some, tolerance_columns
-from model_gap.hypothesis import stretch, STRETCHED
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
 from model_gap.search.generalise import generalised
 from model_gap.search.joint_screening import screen_jointly
@@ -109,7 +108,7 @@ def screen_catalogue(search: Search) -> Search:
         if not any(same(effect, item) for item in base.effects)
     ]
     poor = current.misfit > LIMITS.distorted_misfit
-    if poor or not stretch(base) > STRETCHED:
+    if poor or not search.stretched:
         bases = [base] if base.effects or not poor else [base, search.unstretched]
         base = bases[-1]
     else:  # tolerances hide what there is to reach: all of it where they leave nothing else
@@ -125,10 +124,9 @@ def screen_catalogue(search: Search) -> Search:
 def screen_again(search: Search) -> Search:
     """Screen jointly with the tolerances where no trial promises to close the gap."""
     current, trials = search.fitted, search.trials
-    stretched = stretch(current.hypothesis) > STRETCHED
     closed = bool(trials) and trials[0].gain > LIMITS.closed_share * evidence_bound(current)
     little_left = current.misfit <= LIMITS.open_misfit
-    if not stretched and (little_left or closed):
+    if not search.stretched and (little_left or closed):
         return search
     # Where stretched tolerances leave nothing else, what there is to reach is what they hide.
     at = search.relaxed if little_left else current.hypothesis
@@ -155,7 +153,7 @@ def _promising(search: Search) -> bool:
     first, further = LIMITS.least_promise, LIMITS.least_further_promise
     least = (further if hypothesis.effects else first) * search.settings.worth_adding
     best: tuple[Trial, ...] = search.trials[:1]
-    return stretch(hypothesis) > STRETCHED or any(trial.gain >= least for trial in best)
+    return search.stretched or any(trial.gain >= least for trial in best)
 
 
 def fit_finely(search: Search) -> Search:

@@ -6,7 +6,7 @@ import pytest
 from modal_core.channel import Sensor, SensorLayout
 from model_gap.cell import CellModel
 from model_gap.effects import Scene
-from model_gap.effects.places import on_link, reach
+from model_gap.effects.places import on_link, reach, turned, turns
 from structural_model import load_robot
 
 LINK = (
@@ -48,6 +48,15 @@ def test_a_point_of_one_link_in_the_axes_of_the_next(tmp_path):
     assert on_link(scene, (0.3, 0.1, 0.2), 'column', 'boom', pose) == pytest.approx(
         (0.2, 0.1, 0.0), abs=1e-12
     )
+
+
+@pytest.mark.parametrize('axis', ['x', 'y', 'z'])
+def test_an_axis_is_turned_to_lie_along_any_line(axis):
+    seed = 7
+    for along in np.random.default_rng(seed).standard_normal((20, 3)):
+        along /= np.linalg.norm(along)
+        found = np.array(turned(axis, turns(axis, along)))
+        assert abs(found @ along) == pytest.approx(1.0), f'seed {seed}: {along}'
 
 
 def scene_of(tmp_path, kind, sensors):

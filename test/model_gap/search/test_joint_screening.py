@@ -98,6 +98,18 @@ def test_from_another_link_the_right_one_is_found(search):
     assert elsewhere(base, nothing, predictor) == [], 'it has no other place'
 
 
+def test_another_axis_of_its_own_link_is_another_place(search):
+    """Turned as far as it may be it does not come to where it swings; another axis does."""
+    predictor = search.data.loudest
+    values = (12.0, 14.0, 0.03, *PLACE, 0.0, 1.2)
+    wrong = search.nominal.with_effect(TunedMass('link_4', 'x', details=True), values)
+    placed = elsewhere(wrong, search.nominal, predictor)
+    (found,) = (item for item in placed if item.effects[-1].location == 'link_4')
+    assert found.effects[-1].variant != 'x', f'seed {SEED}'
+    axis = turned(found.effects[-1].variant, found.values()[-1][6:])
+    assert abs(np.array(axis) @ HIDDEN['axis']) > 0.97, f'seed {SEED}: {axis}'
+
+
 @pytest.mark.slow
 def test_a_swinging_mass_is_followed_over_two_links(search):
     """The next link is better, and only from there its own comes in sight."""
