@@ -11,7 +11,7 @@ from model_gap.search.search import Search, SearchSettings
 
 SEED = 83
 FEW = SearchSettings(catalogue=(JointStiffness,), most_effects=1)
-SOFTER = {'type': 'joint_stiffness', 'joint': 'joint_2', 'factor': 0.8}
+SOFTER = {'type': 'joint_stiffness', 'joint': 'joint_2', 'factor': 0.5}
 SIZE = {'n_fit': 2, 'n_held': 2, 'duration': 8.0}
 
 
@@ -26,8 +26,8 @@ def test_what_all_poses_show_and_the_held_out_ones_confirm_is_accepted(searched,
     found = search_on_all(search)
     (accepted,) = found.accepted
     assert accepted.effect.key == ('joint_stiffness', 'joint_2'), f'seed {SEED}'
-    (factor,) = accepted.fit.hypothesis.values()[-1]
-    assert factor == pytest.approx(0.8, abs=0.06), f'seed {SEED}'
+    factor, *_ = accepted.fit.hypothesis.values()[-1]
+    assert factor == pytest.approx(0.5, abs=0.04), f'seed {SEED}'
     # Fitted to the same poses as before, and judged by the same.
     one, other = ([it.record.name for it in each.data.fitting.records] for each in (search, found))
     assert one == other
