@@ -31,10 +31,13 @@ class BandLevel:
         For people.
     misfit : float
         Mean of |Y - Ŷ|²/σ².
+    count : int
+        Complex data.
     """
 
     place: str
     misfit: float
+    count: int = 1
 
 
 NOWHERE = BandLevel('', float('nan'))
@@ -48,6 +51,8 @@ class Adequacy:
     ----------
     fitted, heldout : float
         χ; of held-out records with what the fit leaves uncertain allowed for, NaN without any.
+    count, count_heldout : int
+        Complex data of both.
     worst, worst_heldout : BandLevel
         Where χ is largest.
     stretched : float
@@ -62,6 +67,8 @@ class Adequacy:
     worst_heldout: BandLevel
     stretched: float
     stretched_name: str
+    count: int = 1
+    count_heldout: int = 1
 
     @property
     def of_fitted(self) -> 'Adequacy':
@@ -77,6 +84,7 @@ def adequacy(search: Search, fit: Fit) -> Adequacy:
     if search.data.heldout.records:
         heldout, moved = posterior_predictive_check(fit, search.data.heldout)
         _, worst_heldout = _misfits(search.data.heldout, moved)
+    both = search.data.fitting, search.data.heldout
     values = np.abs(hypothesis.tolerance_values)
     most = int(np.argmax(values)) if len(values) else -1
     return Adequacy(
@@ -86,6 +94,7 @@ def adequacy(search: Search, fit: Fit) -> Adequacy:
         worst_heldout,
         float(values[most]) if len(values) else 0.0,
         hypothesis.tolerances[most].name if len(values) else '',
+        *(max(sum(it.count for it in some.records), 1) for some in both),
     )
 
 
@@ -100,9 +109,9 @@ def _misfits(predictor: Predictor, hypothesis: Hypothesis) -> tuple[float, BandL
             sums[place] = sums.get(place, np.zeros(2)) + np.array([part.sum(), part.size])
     total, count = np.sum(list(sums.values()), axis=0)
     places = [
-        BandLevel(f'{band} at level {level}', float(square / size))
+        BandLevel(f'{band} at level {level}', float(square / size), int(size))
         for (band, level), (square, size) in sums.items()
         if size >= LEAST_DATA
     ]
-    overall = float(total / count)
-    return overall, max(places, key=lambda place: place.misfit, default=BandLevel('', overall))
+    whole = BandLevel('', float(total / count), int(count))
+    return whole.misfit, max(places, key=lambda place: place.misfit, default=whole)

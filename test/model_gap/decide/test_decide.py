@@ -180,11 +180,13 @@ def test_what_explains_only_the_fitted_poses_is_told_as_that(nominal):
 
 def test_a_model_that_misses_heldout_recordings_by_little_does_not_agree_with_them():
     """A swinging mass taken for tolerances leaves 1.09 times the noise there; a name may."""
-    here = BandLevel('12-18 Hz at level 0', 1.2)
-    left = Adequacy(1.01, 1.19, here, here, 2.9, 'mass of link_3')
+    here = BandLevel('12-18 Hz at level 0', 1.2, 500)
+    left = Adequacy(1.01, 1.19, here, here, 2.9, 'mass of link_3', 8000, 8000)
     (why,) = objections(left, AGREEING)
     assert why == '1.09 times the noise remains in held-out recordings'
     assert objections(left) == objections(left.of_fitted, AGREEING) == ()
+    # Of fewer data that much is chance.
+    assert objections(replace(left, count_heldout=200), AGREEING) == ()
     band = replace(left, heldout=1.02, worst_heldout=replace(here, misfit=1.5))
     (why,) = objections(band, AGREEING)
     assert why == '1.22 times the noise remains at 12-18 Hz at level 0 in held-out recordings'
