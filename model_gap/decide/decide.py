@@ -63,8 +63,8 @@ class DecisionLimits:
 
 
 LIMITS = DecisionLimits()
-# What a model must keep for `none`, beside what it is off itself: one healthy arm in 1000 does not,
-# of all data and of those of one in a dozen bands and levels. Of nine healthy arms of a multibody
+# What a model must keep for `none`, beside what it is off itself: one healthy arm in 1000 does not
+# in all data or in those of one of a dozen bands and levels. Of nine healthy arms of a multibody
 # engine χ was 0.99 ± 0.012 (1/√n: 0.011), its largest 1.01, and 1.15 in a band.
 AGREEING = replace(LIMITS, misfit=1.02, worst_misfit=1.1, chance=3.1, worst_chance=4.0)
 EXPERIMENT_SEED = 0
