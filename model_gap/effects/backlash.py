@@ -11,10 +11,10 @@ from model_gap.laws import BacklashLaw
 
 
 class Backlash(PreloadedEffect):
-    """τ = k·dz(e, b) about the twist under gravity."""
+    """τ = k·dz(e, b) about the twist under gravity; between the flanks the damper does not act."""
 
     type = 'backlash'
-    equation = 'τ = k dz(e, b); dz(e, b) = sign(e) max(|e| - b, 0)'
+    equation = 'τ = k dz(e, b) + c ė on the flanks; dz(e, b) = sign(e) max(|e| - b, 0)'
     source = 'dead zone; Nordin and Gutman (2002), doi:10.1016/S0005-1098(02)00047-X'
     signature = 'frequency falls where the gravity load is small or the amplitude lifts the teeth'
     # Teeth rest on a flank under very little load.

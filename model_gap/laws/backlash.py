@@ -10,9 +10,10 @@ CENTRED = 1e-3
 
 
 class BacklashLaw(SpringLaw):
-    """k·dz(e + e_r, b) less the linear spring; values b [rad] and the share of gravity preload.
+    """k·dz(e + e_r, b), damped on the flanks, less the joint's linear spring and damper.
 
-    Solved between the flanks; on them the torque is constant.
+    Values b [rad] and the share of gravity preload.  Solved between the flanks, where nothing
+    acts; on them the torque is constant.
     """
 
     sees = Follow.PARTED
@@ -21,9 +22,16 @@ class BacklashLaw(SpringLaw):
 
     @staticmethod
     def constants(values: Sequence[float], context: JointContext) -> Sequence[float]:
-        """Return the load, how the torque falls between the flanks, and what it is on them."""
+        """Return the load, the spring, what it is on the flanks, and the damper."""
         gap, share = values
         k, rest = context.stiffness, share * context.static_twist
         place = rest + gap * min(max(rest / (CENTRED * gap), -1.0), 1.0)
-        slope = k / max(1.0 - context.give * k, 0.05)
-        return k * rest, slope, context.give, k * (place - gap - rest), k * (place + gap - rest)
+        return (
+            k * rest,
+            k,
+            context.give,
+            k * (place - gap - rest),
+            k * (place + gap - rest),
+            context.damping,
+            max(1.0 - context.give * k - context.rate_give * context.damping, 0.05),
+        )

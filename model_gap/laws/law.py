@@ -39,6 +39,8 @@ class JointContext:
         From step to step.
     start_s : float [s]
         When the record begins, from the beginning of the campaign.
+    damping : float [N m s/rad]
+        Of the joint's linear damper.
     """
 
     stiffness: float
@@ -47,6 +49,7 @@ class JointContext:
     rate_give: float
     period_s: float
     start_s: float = 0.0
+    damping: float = 0.0
 
     def yielding(self, compliance: float) -> float:
         """Return p/2hk of a spring before sliding, p as a share of the joint's own compliance."""

@@ -145,11 +145,23 @@ def cubic(
 def play(
     constants: Array, memory: Array, twist: float, rate: float, motor_speed: float
 ) -> tuple[float, float]:
-    """Return the torque, continuous in the twist; between steps it runs straight."""
-    load, slope, give = constants[0], constants[1], constants[2]
-    lower, upper = constants[3], constants[4]
-    between = -load - slope * (twist + give * load)
-    return min(max(between, lower), upper), 0.0
+    """Return the torque: between the flanks neither spring nor damper acts.
+
+    Where it is neither between them nor pressed on one, teeth slide along that.
+    """
+    load, k, give = constants[0], constants[1], constants[2]
+    lower, upper, damping, eased = constants[3], constants[4], constants[5], constants[6]
+    between = -(load + k * twist + damping * rate) / eased
+    sprung = -load - k * (twist - give * between)
+    if sprung > upper:
+        if -load - k * (twist - give * upper) >= upper:
+            return upper, 0.0
+        return (twist + (upper + load) / k) / give, 0.0
+    if sprung < lower:
+        if -load - k * (twist - give * lower) <= lower:
+            return lower, 0.0
+        return (twist + (lower + load) / k) / give, 0.0
+    return between, 0.0
 
 
 @compiled

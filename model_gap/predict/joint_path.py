@@ -46,6 +46,8 @@ class JointPath:
         Twist and rate once more, with as much noise again as a measured twist has.
     start_s : float [s]
         When the record begins, from the beginning of the campaign.
+    damping : float [N m s/rad]
+        Of the linear spring.
     """
 
     poles: Complex
@@ -60,6 +62,7 @@ class JointPath:
     steps_per_s: float = PREDICTION.steps_per_s
     noisy: tuple[Array, Array] | None = None
     start_s: float = 0.0
+    damping: float = 0.0
 
     def with_noise(self) -> 'JointPath':
         """Return the path along the noisier twist."""
@@ -125,6 +128,7 @@ def joint_path(
         static_twist=static_twist(model, vector, record.pose),
         noisy=noisy,
         start_s=record.start_s,
+        damping=spring.damping,
     )
 
 

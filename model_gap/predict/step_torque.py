@@ -46,6 +46,7 @@ def step_torque(path: JointPath, force: JointForce) -> Array:
         rate_give=max(rate_give, 1e-3 * give / period),
         period_s=period,
         start_s=path.start_s,
+        damping=path.damping,
     )
     constants = np.array(force.law.constants(force.values, context), dtype=float)
     # The state without the present torque: y' = g y - (g change + held) N.
