@@ -47,17 +47,25 @@ def search_on_all(search: Search, progress: Callable[[float], None] = lambda _: 
     log.debug('%s: %.4g of log evidence in held-out poses', final.hypothesis.effects, gain)
     if gain < search.settings.worth_adding * len(final.hypothesis.effects):
         return search
-    first = replace(
-        found.rounds[0], before=before, heldout_before=divided.heldout_misfit(before.hypothesis)
-    )
-    misfit = divided.heldout_misfit(final.hypothesis)
+    rounds = [
+        replace(found.rounds[0], before=before, heldout_before=_misfit(divided, before)),
+        *found.rounds[1:],
+    ]
+    best = replace(last, fit=final, heldout_misfit=_misfit(divided, final))
+    number = len(found.accepted) - 1
+    others = rounds[number].candidates[1:]
+    rounds[number] = replace(rounds[number], candidates=(best, *others))
     return replace(
         divided,
         campaign=replace(search.campaign, notes=(*search.campaign.notes, NOTE)),
         current=final,
-        rounds=(first, *found.rounds[1:]),
-        accepted=(*found.accepted[:-1], replace(last, fit=final, heldout_misfit=misfit)),
+        rounds=tuple(rounds),
+        accepted=(*found.accepted[:-1], best),
     )
+
+
+def _misfit(search: Search, fitted: Fit) -> float:
+    return search.heldout_misfit(fitted.hypothesis)
 
 
 def _all_fitted(search: Search) -> Campaign:

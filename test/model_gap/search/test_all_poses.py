@@ -28,6 +28,7 @@ def test_what_all_poses_show_and_the_held_out_ones_confirm_is_accepted(searched,
     assert accepted.effect.key == ('joint_stiffness', 'joint_2'), f'seed {SEED}'
     factor, *_ = accepted.fit.hypothesis.values()[-1]
     assert factor == pytest.approx(0.5, abs=0.04), f'seed {SEED}'
+    assert found.rounds[0].candidates[0] is accepted
     # Fitted to the same poses as before, and judged by the same.
     one, other = ([it.record.name for it in each.data.fitting.records] for each in (search, found))
     assert one == other
