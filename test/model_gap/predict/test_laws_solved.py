@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from model_gap.laws.solve import bouc_wen, slipping, stopped
+from model_gap.laws.backlash import BacklashLaw
+from model_gap.laws.law import JointContext
+from model_gap.laws.solve import bouc_wen, play, slipping, stopped
 
 RATE_HZ = 1200.0
 FINER = 200
@@ -53,3 +55,30 @@ def test_a_stop_is_damped_while_it_is_pressed_and_never_pulls():
                 assert side * torque == pytest.approx(stiffness * deep * grows, rel=1e-9)
     assert stopped(constants, np.zeros(4), 7e-5, 0.01, 0.0)[0] == 0.0
     assert stopped(constants, np.zeros(4), 1.5e-4, -0.2, 0.0)[0] == 0.0
+
+
+def test_between_the_flanks_of_play_neither_spring_nor_damper_acts():
+    """On them both do; teeth that slide along one feel no more than the damper."""
+    seed, half, rest, stiffness, damping = 5, 5e-5, 3e-5, 2e6, 800.0
+    context = JointContext(stiffness, rest, 1e-7, 2e-4, 1.0 / RATE_HZ, damping=damping)
+    constants = np.array(BacklashLaw.constants((half, 1.0), context))
+    rng, seen = np.random.default_rng(seed), {'between': 0, 'on': 0, 'at': 0}
+    for _ in range(300):
+        twist, rate = rng.uniform(-3e-4, 3e-4), rng.uniform(-0.02, 0.02)
+        torque, _ = play(constants, np.zeros(4), twist, rate, 0.0)
+        left, speed = twist - context.give * torque, rate - context.rate_give * torque
+        place, damped = rest + half + left, damping * speed
+        whole = stiffness * (rest + left) + damped + torque
+        beyond = max(place - half, 0.0) + min(place + half, 0.0)
+        if abs(abs(place) - half) < 1e-9 * half:
+            seen['at'] += 1
+            low, high = sorted((0.0, damped))
+            assert low - 1e-6 < whole < high + 1e-6, f'seed {seed}: {twist}, {rate}'
+        elif abs(place) < half:
+            seen['between'] += 1
+            assert whole == pytest.approx(0.0, abs=1e-7), f'seed {seed}: {twist}, {rate}'
+        else:
+            seen['on'] += 1
+            expected = stiffness * beyond + damped
+            assert whole == pytest.approx(expected, abs=1e-7), f'seed {seed}: {twist}, {rate}'
+    assert min(seen['between'], seen['on']) > 20, f'seed {seed}: {seen}'
