@@ -22,6 +22,7 @@ from oma_identifier.selection import (
     line_evidence,
     up_to,
     without_explained,
+    without_moments,
 )
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import peaks_hz, singular_value_spectrum, SpectralPeaks
@@ -129,6 +130,7 @@ def identify_parts(
                 tries_unsure=True,
             )
             found = without_explained(found, evidence)
+        found = without_moments(found, peaks)
     found = with_moving(found, moving)
     return found if highest_hz is None else up_to(found, highest_hz)
 

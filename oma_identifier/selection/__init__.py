@@ -19,6 +19,7 @@ from oma_identifier.selection.identified import (
     with_lines,
     without_explained,
     without_modes,
+    without_moments,
 )
 from oma_identifier.selection.join_bands import join_bands
 from oma_identifier.selection.line_decision import (
@@ -65,4 +66,5 @@ __all__ = [
     'without_doubtful',
     'without_explained',
     'without_modes',
+    'without_moments',
 ]

@@ -11,7 +11,7 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.numbers.indicators import mpc, mpd, normalise
 from modal_core.poles import PoleStatus, PoleTable
 from modal_core.samples import Samples
-from oma_identifier.spectra import Line, LineEvidence
+from oma_identifier.spectra import Line, LineEvidence, SpectralPeaks
 
 log = logging.getLogger(__name__)
 
@@ -89,12 +89,25 @@ def without_modes(found: Identified) -> Identified:
     return only(found, [])
 
 
-def only(found: Identified, kept: Sequence[int]) -> Identified:
-    """Return what was found with some of its modes; the poles of the others are of lines."""
+def without_moments(found: Identified, peaks: SpectralPeaks) -> Identified:
+    """Return what was found without modes that few loud moments show, and the others do not."""
+    kept = []
+    for index, mode in enumerate(found.modes):
+        if peaks.is_of_moments(mode.frequency_hz, mode.damping_ratio * mode.frequency_hz):
+            log.debug('%.4g Hz: a peak of few loud moments', mode.frequency_hz)
+        else:
+            kept.append(index)
+    return found if len(kept) == len(found.modes) else only(found, kept, PoleStatus.UNCERTAIN)
+
+
+def only(
+    found: Identified, kept: Sequence[int], why: PoleStatus = PoleStatus.HARMONIC
+) -> Identified:
+    """Return what was found with some of its modes; the poles of the others say why not."""
     modes = replace(found.modes, modes=tuple(found.modes.modes[index] for index in kept))
     poles = renumbered(found.poles, kept)
     status = poles.status.copy()
-    status[(found.poles.mode_id > 0) & (poles.mode_id == 0)] = PoleStatus.HARMONIC
+    status[(found.poles.mode_id > 0) & (poles.mode_id == 0)] = why
     return replace(found, modes=modes, poles=replace(poles, status=status))
 
 

@@ -5,14 +5,20 @@ anti-aliasing filter, a subspace method needs poles to describe it, and the data
 well.  A resonance differs by falling to both sides.  The combination of channels that shows the
 peak best is chosen from every other frequency and the test is made on those in between, which are
 independent: the ratio of two mean powers then follows Fisher's F exactly, whatever was chosen.
+
+That takes the lines for independent, which they are under a steady force.  A vehicle that
+crosses a bridge is loud for a moment, and its axles and its bounce have peaks of their own.  A
+mode answers to all forces: its peak stays when every moment counts the same.
 """
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len, rfft
+from scipy.fft import fft, ifft, next_fast_len, rfft
 from scipy.linalg import eigh
+from scipy.ndimage import uniform_filter1d
 
 from modal_core.numbers.chance import fisher_tail
 from modal_core.samples import Samples
@@ -22,6 +28,13 @@ from oma_identifier.spectra.thresholds import SPECTRA
 FLANK = (2.0, 4.0)
 """Reach of a flank in half-power half-widths; there a resonance has lost 5 to 12 dB and more."""
 MOST_CHANNELS, CHANNELS_THAT_END = 12, 4
+REACH, MOMENT = 5.0, 5
+"""Half-widths to either side in which the level is told, and values of the band's course, one per
+2 · ``REACH`` · half-width, over which it is a mean: a moment is as long as half a half-width tells
+apart."""
+PER_LINE_EVENED = 1.0
+"""Degrees of freedom of a line of what was evened: its neighbours know half of it."""
+TINY = 1e-30
 
 
 class SpectralPeaks:
@@ -92,6 +105,29 @@ class SpectralPeaks:
         steep = max(powers) > SPECTRA.edge * min(powers)
         return steep and self._chance(peak, low, high) > SPECTRA.no_peak
 
+    def is_of_moments(self, frequency_hz: float, half_width_hz: float) -> bool:
+        """Tell whether a peak is that of few loud moments, and the others have none.
+
+        Parameters
+        ----------
+        frequency_hz, half_width_hz : float [Hz]
+            Natural frequency and half-power half-width of the supposed resonance.
+        """
+        spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
+        at, width = frequency_hz / spacing, half_width_hz / spacing
+        around = _rows(at - REACH * width, at + REACH * width, len(self._lines))
+        course = ifft(self._lines[around], axis=0)
+        if len(course) == 0 or not _steadiness(course) < SPECTRA.unsteady:
+            return False
+        if not self._chance(*self._parts(at, width)) < SPECTRA.sure_peak_chance:
+            return False
+        # The channels that show a peak best at all times are chosen first: what moved those that
+        # are silent otherwise would be lost among the others.
+        parts = _parts(_evened(course), at - around.start, width)
+        chosen = _evened((course @ _combination(*parts))[:, None])
+        on, *flanks = (_squares(part) for part in _parts(chosen, at - around.start, width))
+        return _chance_of(on, flanks, PER_LINE_EVENED) > SPECTRA.usual_peak_chance
+
     def is_by_end(self, frequency_hz: float, half_width_hz: float) -> bool:
         """Tell whether the response ends so near that a pole here may be the end's.
 
@@ -113,12 +149,7 @@ class SpectralPeaks:
         return (band_edges(power) + 1.0) * spacing
 
     def _parts(self, at: float, width: float) -> tuple[NDArray[np.complex64], ...]:
-        """Return the lines of the peak and of the flanks below and above."""
-        lines, (near, far) = self._lines, FLANK
-        return tuple(
-            lines[_rows(at + first * width, at + last * width, len(lines))]
-            for first, last in ((-1.0, 1.0), (-far, -near), (near, far))
-        )
+        return _parts(self._lines, at, width)
 
     @staticmethod
     def _chance(
@@ -126,15 +157,59 @@ class SpectralPeaks:
     ) -> float:
         if min(len(low), len(high)) < SPECTRA.fewest_edge_lines // 4:
             return 1.0
-        beside = _power(low[::2]) + _power(high[::2])
-        ridge = 1e-6 * np.trace(beside).real * np.eye(len(beside))
-        weight = eigh(_power(peak[::2]), beside + ridge)[1][:, -1].conj()
-        on = np.abs(peak[1::2] @ weight) ** 2
-        chances = []
-        for flank in (low, high):
-            off = np.abs(flank[1::2] @ weight) ** 2
-            chances.append(fisher_tail(on.mean() / off.mean(), 2 * len(on), 2 * len(off)))
-        return float(max(chances))
+        weight = _combination(peak, low, high)
+        on, *flanks = (_squares(part[1::2] @ weight) for part in (peak, low, high))
+        return _chance_of(on, flanks)
+
+
+def _combination(
+    peak: NDArray[np.complex64], low: NDArray[np.complex64], high: NDArray[np.complex64]
+) -> NDArray[np.complex64]:
+    """Return what the channels are weighted by to show a peak best, of every other line."""
+    beside = _power(low[::2]) + _power(high[::2])
+    ridge = 1e-6 * np.trace(beside).real * np.eye(len(beside))
+    return np.asarray(eigh(_power(peak[::2]), beside + ridge)[1][:, -1].conj())
+
+
+def _chance_of(
+    on: NDArray[np.float32], flanks: Sequence[NDArray[np.float32]], per_line: float = 2.0
+) -> float:
+    """Return the probability that lines as strong as those beside them look like this."""
+    return max(
+        float(fisher_tail(on.mean() / off.mean(), per_line * len(on), per_line * len(off)))
+        for off in flanks
+    )
+
+
+def _level(course: NDArray[np.complex64]) -> NDArray[np.float32]:
+    power = np.sum(_squares(course), axis=1)
+    return np.asarray(uniform_filter1d(power, MOMENT, mode='nearest'))
+
+
+def _steadiness(course: NDArray[np.complex64]) -> float:
+    level = _level(course)
+    return float(np.mean(level) ** 2 / np.mean(level**2))
+
+
+def _evened(course: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    """Return the lines of a band's course were it as strong at every moment."""
+    level = np.maximum(_level(course), TINY)
+    return np.asarray(fft(course / np.sqrt(level)[:, None], axis=0))
+
+
+def _squares(values: NDArray[np.complex64]) -> NDArray[np.float32]:
+    return np.asarray(np.abs(values) ** 2)
+
+
+def _parts(
+    lines: NDArray[np.complex64], at: float, width: float
+) -> tuple[NDArray[np.complex64], ...]:
+    """Return the lines of the peak and of the flanks below and above."""
+    near, far = FLANK
+    return tuple(
+        lines[_rows(at + first * width, at + last * width, len(lines))]
+        for first, last in ((-1.0, 1.0), (-far, -near), (near, far))
+    )
 
 
 def _rows(first: float, last: float, n_lines: int) -> slice:

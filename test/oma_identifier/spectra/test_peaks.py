@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.signal import butter, sosfilt
+from scipy.signal import butter, lfilter, sosfilt
 
 from modal_core.channel import Channel
 from modal_core.samples import Samples
@@ -62,3 +62,37 @@ def test_a_falling_spectrum_is_an_edge_and_a_resonance_is_none(structure):
         resonances.append(SpectralPeaks(samples).is_edge(20.0, 0.8))
     assert np.mean(edges) > 0.8
     assert np.mean(resonances) < 0.05
+
+
+def bell(hz, ratio, force):
+    """Return the response of one mode, or of something that bounces, to a force."""
+    pole = np.exp(2.0 * np.pi * hz * (-ratio + 1j) / RATE_HZ)
+    return lfilter([1.0], [1.0, -2.0 * pole.real, np.abs(pole) ** 2], force, axis=0)
+
+
+def crossed(seed):
+    """Return a structure of two modes, louder now and then, while one thing drives by it."""
+    rng = np.random.default_rng(seed)
+    n_rows, n_event = int(600 * RATE_HZ), int(15 * RATE_HZ)
+    level = np.full(n_rows, 0.1)
+    for begin in rng.integers(0, n_rows - n_event, 12):
+        level[begin : begin + n_event] = rng.uniform(0.5, 2.0)
+    modal = [bell(hz, 0.015, level * rng.standard_normal(n_rows)) for hz in (4.0, 7.0)]
+    data = np.transpose(modal) @ rng.standard_normal((2, 4))
+    bounce = bell(1.8, 0.03, rng.standard_normal(n_event))
+    begin = int(rng.integers(0, n_rows - n_event))
+    ridden = np.outer(bounce / bounce.std(), rng.standard_normal(4))
+    data[begin : begin + n_event] += 3.0 * data.std() * ridden
+    return named(data + 0.02 * data.std() * rng.standard_normal(data.shape))
+
+
+def test_a_peak_of_one_loud_moment_is_told_from_modes_that_all_of_them_move():
+    told, modes = [], []
+    for seed in range(900_000, 900_020):
+        peaks = SpectralPeaks(crossed(seed))
+        if peaks.chance(1.8, 0.06) < 1e-4:
+            told.append(peaks.is_of_moments(1.8, 0.06))
+        modes += [peaks.is_of_moments(4.0, 0.06), peaks.is_of_moments(7.0, 0.105)]
+    assert len(told) > 5, 'seeds from 900000'
+    assert np.mean(told) > 0.7, told
+    assert not any(modes), modes
