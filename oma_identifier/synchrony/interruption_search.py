@@ -227,8 +227,13 @@ def _is_lost(left: Left) -> Marks:
 
 
 def _is_lacking(left: Left) -> Marks:
-    """Tell in which blocks next to nothing of what the others say is shown."""
-    return np.asarray((left.share > SYNCHRONY.gone) & (left.coherence < SYNCHRONY.follows))
+    """Tell in which blocks nothing of what the others say is shown, or nobody can hear it.
+
+    What passes close to a sensor, as a vehicle on a bridge, adds to what the others say.
+    """
+    drowned = left.left * SYNCHRONY.heard > left.said
+    unheard = drowned | (left.coherence < SYNCHRONY.heard)
+    return np.asarray(unheard & (left.share > SYNCHRONY.gone))
 
 
 def _by_sensor(of_channels: Marks, sensors: Sequence[Places]) -> Marks:
