@@ -100,6 +100,17 @@ def test_knocks_and_steps_of_one_channel_are_filled_in_and_those_of_the_structur
     assert not mended(shaken).interrupted_ns, f'seed {SEED}'
 
 
+def test_what_passes_close_to_a_sensor_is_seldom_a_loose_cable(record):
+    told = 0
+    for seed in range(30, 40):
+        values = record(seed)
+        rng = np.random.default_rng((SEED, seed, 1))
+        size = values[:, FAULTY].std()
+        values[rows(12.0, 13.5), FAULTY] += noise(rng, round(1.5 * RATE_HZ), size)
+        told += bool(mended(values).interrupted_ns)
+    assert told <= 2, f'{told} of 10, seed {SEED}'
+
+
 def turned(values):
     values[:, FAULTY] *= -1.0
 
