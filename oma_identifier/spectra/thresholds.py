@@ -89,13 +89,15 @@ class SpectraThresholds:
     hundred."""
     unsteady: float = 0.35
     """Mean power squared over the mean of its square, from moment to moment, below which a peak
-    may be that of few loud moments.  Of modes under steady forces hardly any come there."""
+    may be that of few loud moments.  Of 10,000 modes under steady forces, of one channel and a
+    half-width of 5 to 200 lines, none came there (seed 985390); one in a thousand below 0.45."""
     sure_peak_chance: float = 1e-4
     """Chance below which there is a peak for sure, whatever became of it without these moments."""
     usual_peak_chance: float = 0.02
     """Chance, with all moments counted alike, above which they had no more than noise has.  Of
     bridges crossed by vehicles and of beams tapped 1 to 15 times (seeds 985000 to 985011 each) the
-    12 false modes came to 0.06 and more, 119 true ones in unsteady bands to 0.006 at most."""
+    12 false modes came to 0.06 and more, 119 true ones in unsteady bands to 0.006 at most.  Of
+    12 more of each (from 985200) 19 of 25 false modes were told and no true one."""
 
 
 SPECTRA = SpectraThresholds()
