@@ -101,14 +101,15 @@ def test_knocks_and_steps_of_one_channel_are_filled_in_and_those_of_the_structur
 
 
 def test_what_passes_close_to_a_sensor_is_seldom_a_loose_cable(record):
+    """With a limit of 0.5 for what is heard it was 6 of 20 times."""
     told = 0
-    for seed in range(30, 40):
+    for seed in range(30, 50):
         values = record(seed)
         rng = np.random.default_rng((SEED, seed, 1))
-        size = values[:, FAULTY].std()
+        size = 0.5 * values[:, FAULTY].std()
         values[rows(12.0, 13.5), FAULTY] += noise(rng, round(1.5 * RATE_HZ), size)
         told += bool(mended(values).interrupted_ns)
-    assert told <= 2, f'{told} of 10, seed {SEED}'
+    assert told <= 1, f'{told} of 20, seed {SEED}'
 
 
 def turned(values):
