@@ -42,7 +42,14 @@ def scaled_modes(
         What force and responses passed: masses are no surer.
     """
     covariances = model.covariances()
-    found = [_with_force(data, _mode(model, mode, covariances[mode]), chain) for mode in reported]
+    found = [
+        _with_force(
+            data,
+            _mode(model, mode, covariances[mode]),
+            max(chain.doubt(abs(model.pole[mode]) / (2.0 * np.pi)), _out_of_phase(model, mode)),
+        )
+        for mode in reported
+    ]
     ringing = rings(model.pole, length_s)
     if ringing[list(reported)].any() and model.misfit > TOLD_MISFIT:
         ringing[:] = True
@@ -72,7 +79,21 @@ def nearer_than_told(pole: NDArray[np.complex128]) -> NDArray[np.bool_]:
     return np.asarray(near.any(axis=1))
 
 
-def _with_force(data: Sequence[PointData], found: ScaledMode, chain: MeasuringChain) -> ScaledMode:
+def _out_of_phase(model: ModalModel, mode: int) -> float:
+    """Return 1 - cos φ of the driving point that tells a mode's mass, φ by which it is no mass.
+
+    A delay, a high-pass or another point than said turns it, and changes its size by as much;
+    what modes have of their own, as complex ones, is not told from that.
+    """
+    places = [place for place in set(model.places.into) if place < model.places.n_channels]
+    if not places:
+        return 0.0
+    value, pole = model.shape[mode, places], complex(model.pole[mode])
+    strongest = complex(value[int(np.argmax(np.abs(value)))])
+    return float(1.0 - abs(np.cos(np.angle(2j * pole.imag * strongest**2 / pole**2))))
+
+
+def _with_force(data: Sequence[PointData], found: ScaledMode, doubt: float) -> ScaledMode:
     """Return a mode whose mass is no surer than the force at its frequency, and the chain.
 
     Skirts of modes tell more, where what is out of the band is as the fit has it; that does not
@@ -84,8 +105,7 @@ def _with_force(data: Sequence[PointData], found: ScaledMode, chain: MeasuringCh
         known += 1.0 / max(0.5 * float(force_doubt(each)[line]), 1e-30)
     least = found.modal_mass_kg / np.sqrt(known)
     std = max(found.modal_mass_std_kg, float(least))
-    doubt = found.modal_mass_kg * chain.doubt(found.mode.frequency_hz)
-    return replace(found, modal_mass_std_kg=float(np.hypot(std, doubt)))
+    return replace(found, modal_mass_std_kg=float(np.hypot(std, found.modal_mass_kg * doubt)))
 
 
 def _honest(found: ScaledMode, untold: bool) -> ScaledMode:
