@@ -60,4 +60,4 @@ class EventLog:
     @property
     def titles(self) -> list[str]:
         """What happened, oldest first."""
-        return [event.title for event in self._events]
+        return [event.title for event in tuple(self._events)]

@@ -101,7 +101,9 @@ class JointLink:
     @property
     def update_rate_hz(self) -> float:
         """Rate of the joint states [Hz]; 0 before there are some."""
-        steps = [after - before for before, after in pairwise(self._stamps)]
+        # Copied at once: joint states come on a thread of their own.
+        stamps = tuple(self._stamps)
+        steps = [after - before for before, after in pairwise(stamps)]
         return (
             NANOSECONDS_PER_SECOND / statistics.median(steps) if len(steps) > RATE_OF // 2 else 0.0
         )

@@ -1,6 +1,8 @@
 """Which joint states are believed: one publisher's, in its order, without jumps."""
 
 import math
+import sys
+import threading
 
 import numpy as np
 import pytest
@@ -100,3 +102,25 @@ def test_a_clock_that_went_on_by_an_hour_is_believed_at_the_second_message(heard
     for step in range(4):
         heard.say(720_000 + step, number=103 + step)
     assert not heard.alarms and len(heard.angles) == n + 3
+
+
+def test_the_rate_is_told_while_joint_states_come(heard):
+    """The bridge asks on another thread; what came in between had ended it."""
+    interval_s, over = sys.getswitchinterval(), threading.Event()
+
+    def come():
+        try:
+            for step in range(3, 4000):
+                heard.say(step, number=100 + step)
+        finally:
+            over.set()
+
+    sys.setswitchinterval(1e-6)
+    try:
+        thread = threading.Thread(target=come)
+        thread.start()
+        while not over.is_set():
+            assert heard.link.update_rate_hz in (0.0, pytest.approx(200.0))
+        thread.join()
+    finally:
+        sys.setswitchinterval(interval_s)
