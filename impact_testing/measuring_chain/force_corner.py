@@ -7,6 +7,7 @@ instead of nothing: a window around the tap cuts most of it off, and the respons
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import is_
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,7 @@ def force_corner(records: Sequence[ImpactRecord]) -> Corner:
         return NO_CORNER
     rough = _nearest(runs)
     settled = [each.settled(rough) for each in runs]
-    found = _nearest(settled)
+    found = rough if all(map(is_, runs, settled)) else _nearest(settled)
     left = np.concatenate([each.left(found) for each in settled])
     step = 1e-3 * found
     slope = [
@@ -122,5 +123,5 @@ class _RunForce:
 
     def settled(self, corner_1_s: float) -> '_RunForce':
         """Return the run without a drift that a corner leaves."""
-        there = self.force_n + self.lost(corner_1_s)
-        return replace(self, force_n=self.force_n - drift_of(there, self.rate_hz))
+        drift_n = drift_of(self.force_n + self.lost(corner_1_s), self.rate_hz)
+        return replace(self, force_n=self.force_n - drift_n) if drift_n.any() else self
