@@ -80,8 +80,7 @@ class SpectralPeaks:
         float or None
             None where the peak is too narrow for the record to tell.
         """
-        spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
-        at, width = frequency_hz / spacing, half_width_hz / spacing
+        at, width = self._place(frequency_hz, half_width_hz)
         if round(2.0 * width) < SPECTRA.fewest_peak_lines:
             return None
         return self._chance(*self._parts(at, width))
@@ -94,8 +93,7 @@ class SpectralPeaks:
         frequency_hz, half_width_hz : float [Hz]
             Natural frequency and half-power half-width of the supposed resonance.
         """
-        spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
-        at, width = frequency_hz / spacing, half_width_hz / spacing
+        at, width = self._place(frequency_hz, half_width_hz)
         if round(2.0 * width) < SPECTRA.fewest_edge_lines:
             return False
         peak, low, high = self._parts(at, width)
@@ -113,8 +111,7 @@ class SpectralPeaks:
         frequency_hz, half_width_hz : float [Hz]
             Natural frequency and half-power half-width of the supposed resonance.
         """
-        spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
-        at, width = frequency_hz / spacing, half_width_hz / spacing
+        at, width = self._place(frequency_hz, half_width_hz)
         around = _rows(at - REACH * width, at + REACH * width, len(self._lines))
         course = ifft(self._lines[around], axis=0)
         if len(course) == 0 or not _steadiness(course) < SPECTRA.unsteady:
@@ -147,6 +144,11 @@ class SpectralPeaks:
         power = np.einsum('lc,lc->l', tapered, tapered.conj()).real.astype(np.float64)
         spacing = self._samples.sample_rate_hz / 2.0 / (len(lines) - 1)
         return (band_edges(power) + 1.0) * spacing
+
+    def _place(self, frequency_hz: float, half_width_hz: float) -> tuple[float, float]:
+        """Return where a resonance is, and its half-width, in lines."""
+        spacing = self._samples.sample_rate_hz / 2.0 / (len(self._lines) - 1)
+        return frequency_hz / spacing, half_width_hz / spacing
 
     def _parts(self, at: float, width: float) -> tuple[NDArray[np.complex64], ...]:
         return _parts(self._lines, at, width)
